@@ -1,0 +1,17 @@
+// Content hashes: scans and veneer maps are named by what they hold.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "base/result.h"
+
+namespace veneer {
+
+// SHA-256 in lower-case hex.
+std::string sha256_hex(std::span<const std::byte> bytes);
+Result<std::string> sha256_hex_of_file(const std::filesystem::path& path);
+
+}  // namespace veneer

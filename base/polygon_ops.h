@@ -1,0 +1,104 @@
+// Boolean and offset operations on an integer micrometre grid: the ledger's truth and the kerf's arithmetic.
+//
+// A Region is a set of polygons with holes whose vertices are whole micrometres; operations on equal inputs give equal
+// outputs, bit for bit. Coordinates must stay within +-1 000 m. The only user of Clipper is polygon_ops.cc.
+// Pure functions; thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/geometry.h"
+
+namespace veneer {
+
+struct MicroPoint {
+  std::int64_t x_um = 0, y_um = 0;
+  friend bool operator==(const MicroPoint&, const MicroPoint&) = default;
+};
+using MicroRing = std::vector<MicroPoint>;
+
+// Rings of one non-overlapping area under the even-odd rule: outer rings counter-clockwise, holes clockwise.
+struct MicroArea {
+  std::vector<MicroRing> rings;
+  bool empty() const { return rings.empty(); }
+};
+
+namespace micro {
+MicroArea unite(const MicroArea& a, const MicroArea& b);
+MicroArea unite(const std::vector<MicroArea>& areas);
+MicroArea subtract(const MicroArea& a, const MicroArea& b);
+MicroArea intersect(const MicroArea& a, const MicroArea& b);
+// Grows (positive) or shrinks by `delta_um`. Corners are mitred up to a limit of 2, `round` corners are arcs within 5 um.
+MicroArea offset(const MicroArea& a, double delta_um, bool round);
+double area_um2(const MicroArea& a);
+bool contains(const MicroArea& a, MicroPoint p);  // boundary counts as inside
+}  // namespace micro
+
+// A MicroArea that knows its frame.
+template <class Frame>
+class Region {
+  static_assert(std::is_same_v<typename Frame::Length, Millimetres>, "regions live in millimetre frames");
+
+ public:
+  Region() = default;
+  explicit Region(MicroArea area) : area_(std::move(area)) {}
+  // Rounds to whole micrometres; either direction of the ring is accepted.
+  explicit Region(const Ring<Frame>& outline) {
+    MicroRing ring;
+    ring.reserve(outline.size());
+    for (const auto& p : outline) ring.push_back({std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
+    area_ = micro::unite(MicroArea{{std::move(ring)}}, {});
+  }
+
+  const MicroArea& micro_area() const { return area_; }
+  bool empty() const { return area_.empty(); }
+  SquareMillimetres area() const { return SquareMillimetres(micro::area_um2(area_) * 1e-6); }
+  bool contains(const Point<Frame>& p) const {
+    return micro::contains(area_, {std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
+  }
+  std::vector<Ring<Frame>> rings() const {
+    std::vector<Ring<Frame>> out;
+    for (const auto& ring : area_.rings) {
+      Ring<Frame>& r = out.emplace_back();
+      for (const auto& p : ring)
+        r.push_back(point<Frame>(static_cast<double>(p.x_um) / 1000, static_cast<double>(p.y_um) / 1000));
+    }
+    return out;
+  }
+
+ private:
+  MicroArea area_;
+};
+
+template <class Frame>
+Region<Frame> unite(const Region<Frame>& a, const Region<Frame>& b) {
+  return Region<Frame>(micro::unite(a.micro_area(), b.micro_area()));
+}
+template <class Frame>
+Region<Frame> unite(const std::vector<Region<Frame>>& all) {
+  std::vector<MicroArea> areas;
+  areas.reserve(all.size());
+  for (const auto& r : all) areas.push_back(r.micro_area());
+  return Region<Frame>(micro::unite(areas));
+}
+template <class Frame>
+Region<Frame> subtract(const Region<Frame>& a, const Region<Frame>& b) {
+  return Region<Frame>(micro::subtract(a.micro_area(), b.micro_area()));
+}
+template <class Frame>
+Region<Frame> intersect(const Region<Frame>& a, const Region<Frame>& b) {
+  return Region<Frame>(micro::intersect(a.micro_area(), b.micro_area()));
+}
+enum class Corners { kMitred, kRound };
+template <class Frame>
+Region<Frame> offset(const Region<Frame>& a, Millimetres by, Corners corners = Corners::kMitred) {
+  return Region<Frame>(micro::offset(a.micro_area(), by.count() * 1000, corners == Corners::kRound));
+}
+// Whether the two share more than touching borders. Slivers under `slack` square millimetres are rounding, not overlap.
+template <class Frame>
+bool overlaps(const Region<Frame>& a, const Region<Frame>& b, SquareMillimetres slack = SquareMillimetres(1e-4)) {
+  return micro::area_um2(micro::intersect(a.micro_area(), b.micro_area())) * 1e-6 > slack.count();
+}
+
+}  // namespace veneer

@@ -1,0 +1,47 @@
+# veneer_add_library(<name> SOURCES ... [DEPS ...] [PRIVATE_DEPS ...])   one static library per folder
+# veneer_add_program(<name> SOURCES ... [DEPS ...])
+# veneer_add_test(<name> SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT s]) one executable per topic
+#
+# DEPS are what a folder may include (DESIGN.md, section 4: rooms include base and never each other).
+
+add_library(veneer_settings INTERFACE)
+target_compile_features(veneer_settings INTERFACE cxx_std_20)
+target_include_directories(veneer_settings INTERFACE "${CMAKE_SOURCE_DIR}")
+target_compile_options(veneer_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                       -Woverloaded-virtual -Wcast-qual -Wextra-semi -Werror)
+# g++ 12 reports false positives inside Boost and fmt when it inlines them under -O2.
+target_compile_options(veneer_settings INTERFACE -Wno-maybe-uninitialized -Wno-restrict)
+# boost/asio/awaitable.hpp of 1.74 misses <utility>, and Asio's deprecated paths are not used.
+target_compile_definitions(veneer_settings INTERFACE BOOST_ASIO_NO_DEPRECATED BOOST_BEAST_USE_STD_STRING_VIEW)
+if(VENEER_SANITIZE)
+  target_compile_options(veneer_settings INTERFACE -fsanitize=${VENEER_SANITIZE} -fno-omit-frame-pointer
+                         -fno-sanitize-recover=all)
+  target_link_options(veneer_settings INTERFACE -fsanitize=${VENEER_SANITIZE})
+endif()
+
+function(veneer_add_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS;PRIVATE_DEPS")
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_link_libraries(${name} PUBLIC veneer_settings ${arg_DEPS} PRIVATE ${arg_PRIVATE_DEPS})
+endfunction()
+
+function(veneer_add_program name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS")
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS})
+endfunction()
+
+function(veneer_add_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;DEPS;LABELS")
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS} GTest::gmock GTest::gtest_main)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  if(NOT arg_LABELS)
+    set(arg_LABELS unit)
+  endif()
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77)
+endfunction()
