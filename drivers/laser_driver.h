@@ -1,0 +1,90 @@
+// One laser head. Coordinates are MachineFrame: as commanded to the controller, +y away from the operator; the driver
+// only maps origin and signs to the wire.
+//
+// Threading: bound to the reactor; no call blocks. Events arrive on the reactor, in order.
+// Safety:    strokes are sent in a mode in which the beam goes out by itself once bytes stop arriving; at most 1.0 s of
+//            motion is queued in the controller; the destructor commands the beam off. Nothing moves but after home(),
+//            jog() or start(). No call resumes or reconnects by itself.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/result.h"
+#include "drivers/laser_job.h"
+
+namespace veneer {
+
+struct LaserLimits {
+  Box<MachineFrame> travel;  // where strokes may lie
+  std::string firmware;      // as the controller names itself: "Grbl 1.1h"
+};
+
+namespace laser_event {
+struct Connected {
+  LaserLimits limits;
+};
+// A connect, home or start that did not begin, or ended before anything was burnt.
+struct Failed {
+  Error error;
+};
+struct Homed {};
+struct Held {};     // motion stopped, beam verified off
+struct Resumed {};  // motion goes on
+// The machine has burnt this stroke: index into LaserJob::strokes. Follows executed motion, not acknowledgements.
+struct StrokeExecuted {
+  std::size_t stroke;
+};
+// All strokes of the piece are burnt, the machine has drained, and its own position agrees with the expected one.
+struct PieceVerified {
+  PieceId piece;
+};
+// Everything burnt and verified, beam off. `stopped_early` after stop_after_piece().
+struct Done {
+  bool stopped_early = false;
+};
+// The job is over, the beam was commanded off. Pieces begun but not verified are suspect; the rest was never touched.
+// After a reset in motion, a lost link or an alarm the position is unknown: home() before anything else.
+struct Aborted {
+  Error error;
+  std::vector<PieceId> suspect;
+  bool position_lost = true;
+};
+}  // namespace laser_event
+
+using LaserEvent = std::variant<laser_event::Connected, laser_event::Failed, laser_event::Homed, laser_event::Held,
+                                laser_event::Resumed, laser_event::StrokeExecuted, laser_event::PieceVerified,
+                                laser_event::Done, laser_event::Aborted>;
+
+// What the machine says of itself, last heard.
+struct LaserStatus {
+  bool connected = false;
+  std::string state;  // the controller's own word: "Idle", "Run", "Hold:0", "Alarm"; "" when not connected
+  Point<MachineFrame> position{};
+  bool beam_on = false;  // the controller reports power while moving; no proof of the tube itself
+  bool homed = false;
+  std::string firmware;
+};
+
+class LaserDriver {
+ public:
+  using OnEvent = std::function<void(const LaserEvent&)>;
+  virtual ~LaserDriver() = default;
+
+  // -> Connected or Failed within 5 s.
+  virtual void connect(OnEvent on_event) = 0;
+  // -> Homed or Failed. Moves: an operator's command must stand behind it.
+  virtual void home() = 0;
+  // Rejects the whole job before moving if any point lies outside the limits (-> Failed).
+  // -> StrokeExecuted..., PieceVerified..., then Done or Aborted.
+  virtual void start(LaserJob job) = 0;
+  virtual void hold() = 0;              // -> Held
+  virtual void resume() = 0;            // -> Resumed
+  virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
+  virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
+  virtual LaserStatus status() const = 0;
+};
+
+}  // namespace veneer
