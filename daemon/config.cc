@@ -1,0 +1,179 @@
+#include "daemon/config.h"
+
+#define TOML_HEADER_ONLY 1
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <vector>
+
+namespace veneer::daemon {
+namespace {
+
+// Reads keys of one table and remembers which; what is left over afterwards is a mistake of the writer.
+class Section {
+ public:
+  Section(const toml::table& root, std::string file, std::string_view name, std::vector<std::string>& errors)
+      : file_(std::move(file)), name_(name), errors_(errors) {
+    const auto node = root[name_];
+    if (!node) return;
+    table_ = node.as_table();
+    if (table_ == nullptr) complain(*node.node(), fmt::format("{} must be a table: write [{}]", name_, name_));
+  }
+
+  void text(std::string_view key, std::string& out) {
+    if (const toml::node* node = take(key)) {
+      if (auto v = node->value_exact<std::string>())
+        out = *v;
+      else
+        complain(*node, fmt::format("{}.{} must be a text in quotes", name_, key));
+    }
+  }
+  void path(std::string_view key, std::filesystem::path& out) {
+    std::string s = out.string();
+    text(key, s);
+    out = s;
+  }
+  void word(std::string_view key, std::string& out, std::initializer_list<std::string_view> allowed) {
+    const toml::node* node = peek(key);
+    text(key, out);
+    if (node == nullptr) return;
+    for (auto w : allowed)
+      if (w == out) return;
+    complain(*node, fmt::format("{}.{} = \"{}\" is not known here: use {}", name_, key, out, fmt::join(allowed, ", ")));
+  }
+  std::optional<double> number(std::string_view key, double min, double max) {
+    const toml::node* node = take(key);
+    if (node == nullptr) return std::nullopt;
+    const auto v = node->value<double>();
+    if (!v || node->is_boolean()) {
+      complain(*node, fmt::format("{}.{} must be a number", name_, key));
+      return std::nullopt;
+    }
+    if (!(*v >= min && *v <= max)) {
+      complain(*node, fmt::format("{}.{} = {} is out of range: use {} to {}", name_, key, *v, min, max));
+      return std::nullopt;
+    }
+    return v;
+  }
+  template <class Q>
+  void quantity(std::string_view key, Q& out, double min, double max) {
+    if (auto v = number(key, min, max)) out = Q(*v);
+  }
+  void number(std::string_view key, double& out, double min, double max) {
+    if (auto v = number(key, min, max)) out = *v;
+  }
+  void integer(std::string_view key, int& out, int min, int max) {
+    if (auto v = number(key, min, max)) out = static_cast<int>(*v);
+  }
+
+  void refuse_unread() {
+    if (table_ == nullptr) return;
+    for (auto&& [key, node] : *table_)
+      if (!read_.contains(std::string(key.str())))
+        complain(node, fmt::format("{}.{} is not a setting: take it out or correct its name", name_, key.str()));
+  }
+
+ private:
+  const toml::node* peek(std::string_view key) const { return table_ == nullptr ? nullptr : table_->get(key); }
+  const toml::node* take(std::string_view key) {
+    read_.emplace(key);
+    return peek(key);
+  }
+  void complain(const toml::node& node, const std::string& what) {
+    errors_.push_back(fmt::format("{}:{}: {}", file_, node.source().begin.line, what));
+  }
+
+  std::string file_, name_;
+  const toml::table* table_ = nullptr;
+  std::set<std::string> read_;
+  std::vector<std::string>& errors_;
+};
+
+void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
+  Section laser(root, file, "laser", errors);
+  laser.word("kind", config.laser.kind, {"grbl", "sim"});
+  laser.text("port", config.laser.port);
+  laser.refuse_unread();
+  Section scanner(root, file, "scanner", errors);
+  scanner.word("kind", config.scanner.kind, {"file", "sim"});
+  scanner.text("device", config.scanner.device);
+  scanner.number("dpi", config.scanner.dpi, 75, 1200);
+  scanner.refuse_unread();
+  Section camera(root, file, "camera", errors);
+  camera.word("kind", config.camera.kind, {"file", "sim"});
+  camera.text("device", config.camera.device);
+  camera.refuse_unread();
+  Section sim(root, file, "sim", errors);
+  sim.path("socket", config.sim.socket);
+  sim.path("laser", config.sim.laser);
+  sim.number("time_scale", config.sim.time_scale, 1, 1000);
+  sim.refuse_unread();
+}
+
+void read_work(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
+  Section api(root, file, "api", errors);
+  api.path("unix", config.api.unix_socket);
+  api.text("listen", config.api.listen);
+  api.text("operator_group", config.api.operator_group);
+  api.refuse_unread();
+  Section store(root, file, "store", errors);
+  store.path("data_dir", config.store.data_dir);
+  store.refuse_unread();
+  Section recipe(root, file, "recipe", errors);
+  recipe.quantity("cut_speed_mm_s", config.recipe.cut_speed, 0.1, 1000);
+  recipe.quantity("cut_power", config.recipe.cut_power, 0, 1);
+  recipe.quantity("engrave_speed_mm_s", config.recipe.engrave_speed, 0.1, 1000);
+  recipe.quantity("engrave_power", config.recipe.engrave_power, 0, 1);
+  recipe.quantity("mark_height_mm", config.recipe.mark_height, 1, 20);
+  recipe.refuse_unread();
+  Section panel(root, file, "panel", errors);
+  panel.quantity("thickness_mm", config.panel.thickness, 0.2, 30);
+  panel.quantity("position_margin_mm", config.panel.position_margin, 0, 5);
+  panel.integer("calibration_days", config.panel.calibration_days, 1, 3650);
+  panel.refuse_unread();
+  Section log(root, file, "log", errors);
+  log.word("level", config.log_level, {"error", "warn", "info", "debug"});
+  log.refuse_unread();
+  Section planner(root, file, "planner", errors);
+  planner.integer("threads", config.planner_threads, 0, 256);
+  planner.refuse_unread();
+}
+
+}  // namespace
+
+Result<Config> load_config(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("cannot read the configuration {}: check the path and its permissions", file.string())};
+  toml::table root;
+  try {
+    root = toml::parse_file(file.string());
+  } catch (const toml::parse_error& e) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{}:{}: {}: correct this line", file.string(),
+                                                          e.source().begin.line, e.description())};
+  }
+  Config config;
+  std::vector<std::string> errors;
+  static constexpr std::string_view kSections[] = {"laser", "scanner", "camera", "sim", "api",
+                                                   "store", "recipe",  "panel",  "log", "planner"};
+  for (auto&& [key, node] : root)
+    if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
+      errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", file.string(),
+                                   node.source().begin.line, key.str()));
+  read_devices(root, file.string(), config, errors);
+  read_work(root, file.string(), config, errors);
+  if (errors.empty() && config.laser.kind == "grbl" && config.laser.port.empty())
+    errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"serial:/dev/ttyUSB0?baud=115200\"",
+                                 file.string()));
+  if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
+  return config;
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,76 @@
+// The configuration file as one typed value. Strict: an unread key, a wrong type or a value out of range is an error that
+// names file, line and key. No other module sees TOML.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+#include "base/units.h"
+
+namespace veneer::daemon {
+
+struct LaserConfig {
+  std::string kind = "sim";  // grbl | sim
+  std::string port;          // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; sim: unused
+};
+
+struct ScannerConfig {
+  std::string kind = "sim";  // file | sim
+  std::string device;        // file: a picture or a folder of pictures
+  double dpi = 300;
+};
+
+struct CameraConfig {
+  std::string kind = "sim";  // file | sim
+  std::string device;
+};
+
+struct SimConfig {
+  std::filesystem::path socket = "/run/veneer-twin/twin.sock";
+  std::filesystem::path laser = "/var/lib/veneer-twin/laser";  // the simulated controller's port
+  double time_scale = 1;                                       // device time per real time, both processes alike
+};
+
+struct ApiConfig {
+  std::filesystem::path unix_socket = "/run/veneerd/veneerd.sock";
+  std::string listen = "127.0.0.1:8765";  // loopback only; "" = no TCP
+  std::string operator_group;             // members may operate over the Unix socket; "" = only root and the daemon's user
+};
+
+struct StoreConfig {
+  std::filesystem::path data_dir = "/var/lib/veneerd";
+};
+
+// What cuts and engraves the veneer in this cell. The kerf comes from its certificate, not from here.
+struct RecipeConfig {
+  MmPerSecond cut_speed{15};
+  PowerFraction cut_power{0.85};
+  MmPerSecond engrave_speed{80};
+  PowerFraction engrave_power{0.20};
+  Millimetres mark_height{2.4};
+};
+
+struct PanelConfig {
+  Millimetres thickness{2.1};        // face to face; the camera sees the upper face
+  Millimetres position_margin{0.2};  // kept between pieces of different runs
+  int calibration_days = 30;         // certificates expire after this
+};
+
+struct Config {
+  LaserConfig laser;
+  ScannerConfig scanner;
+  CameraConfig camera;
+  SimConfig sim;
+  ApiConfig api;
+  StoreConfig store;
+  RecipeConfig recipe;
+  PanelConfig panel;
+  std::string log_level = "info";
+  int planner_threads = 0;  // 0 = all cores
+};
+
+Result<Config> load_config(const std::filesystem::path& file);
+
+}  // namespace veneer::daemon
