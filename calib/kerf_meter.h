@@ -1,0 +1,47 @@
+// Measures how wide the laser cuts, from a scan of a board with straight lines cut through.
+//
+// Across a line the brightness rises from the board's to the lid's (white, seen through the cut). The area of that
+// rise over its full height is the width, whatever the scanner's blur. Lines are found as a constellation: the board
+// may lie on the glass anywhere, at any angle, on either face.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/result.h"
+
+namespace veneer::calib {
+
+// One straight through-cut, burnt in one pass at the cutting recipe; at least 10 mm long, 5 mm clear of other burns.
+struct KerfLine {
+  Point<MachineFrame> from, to;
+};
+
+struct KerfReading {
+  std::size_t line = 0;   // index into the lines given
+  Millimetres width{0};   // full width k
+  Millimetres spread{0};  // one sigma along the line, of 1 mm pieces
+  bool along_x = false;   // the line runs along machine x (so the width is measured across, in y)
+};
+
+struct KerfMeasurement {
+  Millimetres mean{0};
+  Millimetres spread{0};  // one sigma between lines
+  Millimetres mean_x_lines{0}, mean_y_lines{0};
+  std::vector<KerfReading> readings;
+};
+
+struct KerfLimits {
+  Millimetres min{0.05}, max{0.80};
+  Millimetres max_spread{0.04};
+  double min_found = 0.75;  // fraction of the lines
+};
+
+// `resolution` is the scan's true one (from the scanner's certificate); 300 dpi or more. `scan` is BGR, 8 bit.
+// kNotFound when the lines are not seen, kRefused when the widths are out of limits or disagree.
+Result<KerfMeasurement> measure_kerf(const cv::Mat& scan, ScanResolution resolution, std::span<const KerfLine> lines,
+                                     const KerfLimits& limits = {});
+
+}  // namespace veneer::calib
