@@ -1,0 +1,55 @@
+// The cell's memory: one SQLite file (docs/SCHEMA.md).
+//
+// WAL, synchronous=FULL, foreign keys, STRICT tables. A write that returned Ok() is on the disk. Every write is one
+// IMMEDIATE transaction that commits last; any other way out leaves the file as it was.
+//
+// Threads: a Database is bound to the thread that uses it. The database thread opens the one read-write connection, and
+// an exclusive lock on `<file>.lock` keeps every other writer out, in this process or another. Other threads open
+// read-only connections; their reads never block the writer and see the last commit.
+// Errors: exceptions of SQLiteCpp stop in db's .cc files. kStorage is the file or the disk, kUnavailable is another
+// writer, kInvalidArgument a file that is not ours or newer than this program.
+// Timestamps are ISO 8601 UTC strings with a trailing Z, passed in by the caller (base/clock.h), and compare as text.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/result.h"
+
+namespace SQLite {
+class Database;
+}  // namespace SQLite
+
+namespace veneer::db {
+
+class Database {
+ public:
+  // Read-write; creates the file and its folder, brings an older schema up to date.
+  static Result<Database> open(const std::filesystem::path& file);
+  // Read-only; the file must exist with this program's schema.
+  static Result<Database> open_for_reading(const std::filesystem::path& file);
+
+  Database(Database&&) noexcept;
+  Database& operator=(Database&&) noexcept;
+  ~Database();
+
+  int schema_version() const;
+  const std::filesystem::path& file() const { return file_; }
+  // kStorage with what SQLite found, when pages, indices or foreign keys are damaged. Reads the whole file.
+  Status check_integrity();
+  // Limits the file to `pages` pages, so that a test can fill the disk.
+  Status limit_pages_for_test(int pages);
+
+  SQLite::Database& connection() { return *connection_; }  // for db's own .cc files
+
+ private:
+  struct Lock;
+  Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection);
+
+  std::filesystem::path file_;
+  std::unique_ptr<Lock> lock_;  // null when read-only; released after the connection is closed
+  std::unique_ptr<SQLite::Database> connection_;
+};
+
+}  // namespace veneer::db

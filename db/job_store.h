@@ -1,0 +1,141 @@
+// Jobs, their pieces and their runs. A piece has no state of its own: it is the state of its allocation in the ledger,
+// so the two cannot disagree. Whatever moves pieces moves the job in the same transaction.
+//
+// Jobs:  planned -> running | cancelled            running -> complete | aborted | stopped
+//        aborted, stopped -> running | cancelled | complete (the last suspect piece was settled)
+//
+// Bound to the thread of the Database it is given, which must outlive it.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/frames.h"
+#include "base/ids.h"
+#include "base/polygon_ops.h"
+#include "base/result.h"
+#include "db/database.h"
+#include "db/ledger.h"
+
+namespace veneer::db {
+
+using RunId = NumericId<struct RunIdTag>;
+
+enum class JobState {
+  kPlanned,    // its wood is reserved; nothing was cut
+  kRunning,    // a run is on
+  kStopped,    // an operator ended it between two pieces; the remaining pieces can be run
+  kAborted,    // it was broken off; the remaining pieces can be run
+  kComplete,   // no piece is left to cut
+  kCancelled,  // given up; wood not cut was released
+};
+const char* to_string(JobState state);
+
+enum class PieceState { kUnfilled, kReserved, kCutting, kCut, kSuspect, kScrap, kReleased };
+const char* to_string(PieceState state);
+
+// A piece as it was planned. `panel` is empty for a patch that found no wood; then the panel side is empty too.
+struct NewPiece {
+  std::string mark;  // engraved on the back, unique within the job: "A3-12"
+  Ring<ArtworkFrame> artwork_outline;
+  std::optional<PanelId> panel;
+  Ring<PanelFrame> panel_outline;  // the same vertices as artwork_outline, in the same order; no kerf
+  Region<PanelFrame> allocation;   // panel_outline grown by k
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+};
+
+struct NewJob {
+  std::string name;
+  std::string target_file, preview_file;
+  std::string plan_json, options_json;
+  std::vector<NewPiece> pieces;
+};
+
+struct PieceRecord {
+  PieceId id;  // global, for ever
+  JobId job;
+  std::string mark;
+  Ring<ArtworkFrame> artwork_outline;
+  std::optional<PanelId> panel;
+  Ring<PanelFrame> panel_outline;
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  PieceState state = PieceState::kUnfilled;
+};
+
+struct JobRecord {
+  JobId id;
+  std::string name;
+  JobState state = JobState::kPlanned;
+  std::string created_at;
+  std::string target_file, preview_file, options_json;  // the plan itself: plan_json()
+  std::map<PieceState, int> pieces;                     // how many pieces are in each state; absent = 0
+  int count(PieceState state_wanted) const;
+};
+
+// One loading of one panel: from the proven pose to the end of the motion.
+struct RunRecord {
+  RunId id;
+  JobId job;
+  PanelId panel;
+  Isometry2<BedFrame, PanelFrame> bed_from_panel;
+  Millimetres pose_rms;
+  std::string started_at;
+  std::optional<std::string> ended_at;
+  std::string result;  // empty while it lasts; "done", "stopped", or the sentence of what broke it off
+};
+
+// What recover() found after a power cut or a crash.
+struct Recovery {
+  std::vector<PieceId> suspects;      // were being cut
+  std::vector<JobId> aborted_jobs;    // were running, pieces remain
+  std::vector<JobId> completed_jobs;  // were running, and every piece had been booked
+};
+
+class JobStore {
+ public:
+  explicit JobStore(Database& database) : database_(&database) {}
+
+  // The job, its pieces and their wood enter in one transaction; kConflict names the piece and panel whose wood is
+  // taken and leaves nothing behind.
+  Result<JobId> create(const NewJob& job, const std::string& at);
+  // Releases what is still reserved. kConflict while a run is on or when the job is already over.
+  Status cancel(JobId job, const std::string& at);
+
+  // A run begins: planned, stopped or aborted -> running. kConflict when a run is on, or the panel has no piece of it.
+  Result<RunId> start_run(JobId job, const PanelId& panel, const Isometry2<BedFrame, PanelFrame>& bed_from_panel,
+                          Millimetres pose_rms, const std::string& at);
+  // reserved -> cutting, before the first stroke of the piece may burn.
+  Status mark_cutting(PieceId piece, const std::string& at);
+  // cutting -> cut, on executed and verified motion.
+  Status book_piece(PieceId piece, const std::string& at);
+  // The run ends as intended; nothing may be `cutting` (kConflict). The job becomes complete when nothing is left to
+  // cut or to settle, stays running when another panel is to be loaded (`more`), and is stopped otherwise.
+  Status finish_run(RunId run, bool more, const std::string& at);
+  // The run is broken off: whatever was `cutting` is suspect, as are `suspects` (pieces already booked stay cut), and
+  // the job is aborted. `reason` is one sentence.
+  Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at);
+  // A job that waits between two panels is broken off or stopped without a run.
+  Status abort_job(JobId job, const std::string& at);
+  Status stop_job(JobId job, const std::string& at);
+  // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
+  Status settle(PieceId piece, AllocationState verdict, const std::string& at);
+
+  // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
+  // complete), in one transaction.
+  Result<Recovery> recover(const std::string& at);
+
+  Result<JobRecord> find(JobId job);      // kNotFound
+  Result<std::vector<JobRecord>> list();  // in order of id
+  Result<std::string> plan_json(JobId job);
+  Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
+  Result<PieceRecord> find_piece(PieceId piece);
+  Result<std::vector<RunRecord>> runs(JobId job);
+
+ private:
+  Database* database_;
+};
+
+}  // namespace veneer::db

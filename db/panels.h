@@ -1,0 +1,82 @@
+// Panels, their scans and their fiducials. The records hold base types only; pictures are files, named by their hash.
+//
+// Bound to the thread of the Database it is given, which must outlive it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/ids.h"
+#include "base/result.h"
+#include "db/database.h"
+
+namespace veneer::db {
+
+enum class PanelFace { kShow, kBack };
+enum class FiducialKind { kTag, kHole };
+const char* to_string(PanelFace face);
+const char* to_string(FiducialKind kind);
+
+// One physical sheet, or what is left of it. Width and height are those of the veneer map's bounding box.
+struct PanelRecord {
+  PanelId id;  // "P-0001"
+  std::string name;
+  Millimetres width, height;
+  std::string map_file, mask_file;  // as the daemon named them; empty until stitched
+  std::string map_hash;             // SHA-256 of the map file
+  std::string created_at;
+  std::optional<PanelId> parent;  // a remnant's panel before it; null for a fresh sheet
+  PanelId root;                   // the sheet it all came from; a fresh sheet is its own root
+};
+
+// Stored in whole micrometres.
+struct FiducialRecord {
+  FiducialKind kind = FiducialKind::kTag;
+  int tag_id = -1;  // of a tag; holes are numbered by the caller, from 0
+  PanelFace face = PanelFace::kShow;
+  std::vector<Point<PanelFrame>> corners;  // a tag's four, in the detector's order; a hole's centre
+};
+
+// One raw raster and how it was registered. Never edited afterwards.
+struct ScanRecord {
+  ScanId id;  // 0 on insertion
+  PanelId panel;
+  PanelFace face = PanelFace::kShow;
+  std::string device;  // "twin:capture-12"
+  std::string file;
+  std::string sha256;
+  double dpi = 0;
+  std::optional<Millimetres> rms, max;  // registration residuals; null for the only tile of a first scan
+  std::string lattice;                  // the scan -> panel map, as calib writes it
+  std::string taken_at;
+};
+
+class Panels {
+ public:
+  explicit Panels(Database& database) : database_(&database) {}
+
+  // The id the next panel will get: "P-0001". Ids are never used twice.
+  Result<PanelId> next_panel_id();
+  // The panel, its scans and its frozen fiducials enter together, or not at all. An empty root means the panel itself.
+  Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
+             const std::vector<FiducialRecord>& fiducials);
+  // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has).
+  Status add_scans(const std::vector<ScanRecord>& scans, const std::vector<FiducialRecord>& fiducials);
+  // A new version of map and mask. The frame, the size and the fiducials stay.
+  Status set_map(const PanelId& panel, const std::string& map_file, const std::string& mask_file,
+                 const std::string& map_hash);
+
+  Result<PanelRecord> find(const PanelId& panel);  // kNotFound
+  Result<std::vector<PanelRecord>> list();         // in order of id
+  Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
+  Result<std::vector<ScanRecord>> scans(const PanelId& panel);
+  // The panel that carries this tag on this face; kNotFound.
+  Result<PanelId> panel_with_tag(int tag_id, PanelFace face);
+
+ private:
+  Database* database_;
+};
+
+}  // namespace veneer::db
