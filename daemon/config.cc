@@ -1,6 +1,5 @@
 #include "daemon/config.h"
 
-#define TOML_HEADER_ONLY 1
 #include <fmt/format.h>
 #include <toml++/toml.h>
 

@@ -1,0 +1,86 @@
+#include "daemon/config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ConfigTest : public ::testing::Test {
+ protected:
+  Result<Config> parse(const std::string& text) {
+    std::ofstream(file_) << text;
+    return load_config(file_);
+  }
+  void TearDown() override { std::filesystem::remove(file_); }
+  std::filesystem::path file_ =
+      std::filesystem::temp_directory_path() / ("veneer-config-" + std::to_string(getpid()) + ".toml");
+};
+
+TEST_F(ConfigTest, AnEmptyFileIsTheSimulatedCell) {
+  const auto config = parse("");
+  ASSERT_TRUE(config.ok());
+  EXPECT_EQ(config->laser.kind, "sim");
+  EXPECT_EQ(config->api.listen, "127.0.0.1:8765");
+}
+
+TEST_F(ConfigTest, ReadsWhatIsWritten) {
+  const auto config = parse(R"(
+[laser]
+kind = "grbl"
+port = "tcp:192.0.2.1:23"
+[recipe]
+cut_speed_mm_s = 12
+cut_power = 0.5
+[sim]
+time_scale = 40
+)");
+  ASSERT_TRUE(config.ok());
+  EXPECT_EQ(config->laser.port, "tcp:192.0.2.1:23");
+  EXPECT_DOUBLE_EQ(config->recipe.cut_speed.count(), 12);
+  EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
+  EXPECT_DOUBLE_EQ(config->sim.time_scale, 40);
+}
+
+struct Mistake {
+  const char* text;
+  const char* names;  // what the sentence must name
+};
+
+class BrokenConfig : public ConfigTest, public ::testing::WithParamInterface<Mistake> {};
+
+TEST_P(BrokenConfig, IsRefusedWithOneSentenceThatNamesLineAndKey) {
+  const auto config = parse(GetParam().text);
+  ASSERT_FALSE(config.ok());
+  EXPECT_EQ(config.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(config.error().message, HasSubstr(GetParam().names));
+  EXPECT_THAT(config.error().message, HasSubstr(file_.string()));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Mistakes, BrokenConfig,
+    ::testing::Values(Mistake{"[laser]\nkidn = \"sim\"\n", ":2: laser.kidn is not a setting"},
+                      Mistake{"[lasr]\n", ":1: [lasr] is not a section"},
+                      Mistake{"[laser]\nkind = \"laserjet\"\n", "laser.kind = \"laserjet\""},
+                      Mistake{"[laser]\nkind = 3\n", "laser.kind must be a text"},
+                      Mistake{"[recipe]\ncut_power = 1.5\n", ":2: recipe.cut_power = 1.5 is out of range"},
+                      Mistake{"[recipe]\ncut_power = \"high\"\n", "recipe.cut_power must be a number"},
+                      Mistake{"[recipe]\ncut_power = nan\n", "recipe.cut_power"},
+                      Mistake{"[laser]\nkind = \"grbl\"\n", "laser.port is missing"},
+                      Mistake{"laser = 3\n", "laser must be a table"},
+                      Mistake{"[laser\n", ":1:"}));
+
+TEST_F(ConfigTest, AMissingFileIsNamed) {
+  const auto config = load_config("/nonexistent/veneerd.toml");
+  ASSERT_FALSE(config.ok());
+  EXPECT_EQ(config.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(config.error().message, HasSubstr("/nonexistent/veneerd.toml"));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
