@@ -1,0 +1,16 @@
+// The operator's page and how a browser becomes an operator: GET /, /console, /console/console.js and .css,
+// GET /api/v1/session, POST /api/v1/console-links.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "daemon/api/console_links.h"
+#include "daemon/api/router.h"
+
+namespace veneer::daemon {
+
+// `links` outlives the router. `tcp_port` gives the port the console is reached at, 0 when TCP is off.
+void bind_console_routes(Router& router, ConsoleLinks& links, std::function<int()> tcp_port);
+
+}  // namespace veneer::daemon

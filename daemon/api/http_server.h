@@ -1,0 +1,60 @@
+// The API's two doors: a Unix socket for this machine's users, whose role follows their peer credentials, and loopback
+// TCP for browsers, where everybody is a viewer unless a console link made the browser an operator.
+//
+// Bound to the reactor: handlers run on it, and nothing here blocks. POST /api/v1/stop runs as soon as its header has
+// arrived: before its body, before other requests' replies, at any number of connections.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/api/console_links.h"
+#include "daemon/api/event_hub.h"
+#include "daemon/api/router.h"
+
+namespace veneer::daemon {
+
+struct HttpServerOptions {
+  std::filesystem::path unix_path;  // empty: no Unix socket
+  std::string listen;               // "127.0.0.1:8765", "[::1]:8765", "localhost:8765"; port 0 = any; empty: no TCP
+  std::optional<unsigned> operator_gid;  // this group's members are operators, and the socket belongs to it
+  std::size_t max_header_bytes = 16 * 1024;
+  std::size_t max_connections = 64;                  // per door; beyond that the connection idle for longest makes room
+  std::chrono::milliseconds header_timeout{10'000};  // from the connection, or the end of the last reply
+  std::chrono::milliseconds body_timeout{60'000};
+  std::chrono::milliseconds reply_timeout{120'000};  // a handler that takes longer is answered for with 504
+  std::chrono::milliseconds write_timeout{30'000};
+};
+
+class HttpServer {
+ public:
+  // Listens at once. kInvalidArgument when `listen` is not a loopback address, kConflict when somebody else answers at
+  // the socket or port, kStorage when the socket cannot be made. `router`, `hub`, `links` outlive the server.
+  // `on_stop` is STOP: it must not wait for anything. Its reply is sent at once.
+  static Result<std::unique_ptr<HttpServer>> open(boost::asio::io_context& reactor, HttpServerOptions options,
+                                                  const Router& router, EventHub& hub, const ConsoleLinks& links,
+                                                  std::function<ApiReply(const Caller&)> on_stop, Logger log);
+  ~HttpServer();  // close(), and the socket file is removed
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  int tcp_port() const;  // 0 without TCP
+  std::size_t connections() const;
+  // Stops listening and drops every connection; running handlers' replies go nowhere.
+  void close();
+
+ private:
+  class Impl;
+  explicit HttpServer(std::shared_ptr<Impl> impl);
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,28 @@
+// Every operation of the API: method, path, who may call it, how large its body may be. The one place that says who may
+// do what; docs/openapi.json describes the same operations, and a test keeps the two equal.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include "daemon/api/api_message.h"
+
+namespace veneer::daemon {
+
+inline constexpr std::size_t kSmallBody = 64 * 1024;
+inline constexpr std::size_t kPictureBody = 64 * 1024 * 1024;
+
+struct ApiOperation {
+  std::string_view id;  // OpenAPI operationId
+  std::string_view method;
+  std::string_view pattern;  // "/api/v1/jobs/{id}/start"
+  Role role = Role::kAdmin;
+  std::size_t max_body = kSmallBody;
+};
+
+std::span<const ApiOperation> api_operations();
+// nullptr when there is none.
+const ApiOperation* find_operation(std::string_view id);
+
+}  // namespace veneer::daemon

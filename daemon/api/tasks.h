@@ -1,0 +1,90 @@
+// Long work that somebody waits for: its state, its progress, its end. Workers report from any thread; what the API
+// and its clients see changes on the reactor only.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/clock.h"
+#include "base/result.h"
+
+namespace veneer::daemon {
+
+enum class TaskState { kRunning, kDone, kFailed, kCancelled };
+const char* to_string(TaskState state);
+
+struct TaskView {
+  std::int64_t id = 0;
+  std::string kind;  // "scan", "plan", "calibrate camera", ...
+  TaskState state = TaskState::kRunning;
+  double progress = 0;         // 0..1, never falls
+  std::string text;            // what is going on, for a person
+  nlohmann::json result;       // of a done task
+  std::optional<Error> error;  // of a failed or cancelled one
+};
+
+// {"id", "kind", "state", "progress", "text", "result" | "error": {"code", "message"}}
+nlohmann::json to_json(const TaskView& task);
+
+// The worker's end of a task. Copies speak of the same task. Thread-safe; safe to use after the registry is gone.
+// The last copy dropped before the end was reported fails the task.
+class TaskReporter {
+ public:
+  std::int64_t id() const;
+  std::stop_token stop_token() const;
+  // Cheap: what the reactor has not seen yet is overwritten, so call it as often as you like.
+  void progress(double fraction, std::string text) const;
+  void done(nlohmann::json result) const;
+  void fail(Error error) const;  // kCancelled ends it as cancelled
+  // done or fail, whichever the result says.
+  void finish(Result<nlohmann::json> result) const;
+
+ private:
+  friend class TaskRegistry;
+  struct Shared;
+  explicit TaskReporter(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
+  std::shared_ptr<Shared> shared_;
+};
+
+// Bound to the reactor.
+class TaskRegistry {
+ public:
+  static constexpr std::size_t kKept = 100;                        // the oldest finished ones go first
+  static constexpr std::chrono::milliseconds kEventInterval{100};  // between two events of one running task
+
+  // `clock` is real time. `on_change` runs on the reactor with every change worth an event: start, end, new text, and
+  // progress at most every kEventInterval.
+  TaskRegistry(boost::asio::io_context& reactor, const Clock& clock, std::function<void(const TaskView&)> on_change);
+  ~TaskRegistry();  // asks every running task to stop; does not wait
+  TaskRegistry(const TaskRegistry&) = delete;
+  TaskRegistry& operator=(const TaskRegistry&) = delete;
+
+  TaskReporter start(std::string kind, std::string text);
+  const TaskView* find(std::int64_t id) const;
+  std::vector<TaskView> list() const;  // oldest first
+  std::vector<TaskView> running() const;
+  // Asks it to stop; it ends when its worker says so. kNotFound, or kConflict when it is over.
+  Status cancel(std::int64_t id);
+
+ private:
+  struct Entry;
+  void take(const std::shared_ptr<TaskReporter::Shared>& shared);
+  void prune();
+
+  boost::asio::io_context& reactor_;
+  const Clock& clock_;
+  std::function<void(const TaskView&)> on_change_;
+  std::int64_t last_id_ = 0;
+  std::deque<std::unique_ptr<Entry>> entries_;
+  std::shared_ptr<TaskRegistry*> self_;  // emptied by the destructor, so that late reports find nobody
+};
+
+}  // namespace veneer::daemon

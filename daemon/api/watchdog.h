@@ -1,0 +1,62 @@
+// Readiness and the watchdog towards systemd. It is fed by a timer on the reactor, the loop that owns the laser, and by
+// nothing else: a stuck reactor starves it and systemd ends the process (the beam dies with the bytes).
+//
+// Bound to the reactor.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "base/clock.h"
+
+namespace veneer::daemon {
+
+// Where notes to the service manager go: "READY=1", "WATCHDOG=1", "STATUS=...", "STOPPING=1".
+class ServiceNotifier {
+ public:
+  virtual ~ServiceNotifier() = default;
+  virtual void notify(const std::string& note) = 0;
+  virtual Duration watchdog_period() const = 0;  // 0: the manager does not watch
+};
+
+// sd_notify(3); does nothing when NOTIFY_SOCKET is not set.
+class SystemdNotifier final : public ServiceNotifier {
+ public:
+  SystemdNotifier();
+  void notify(const std::string& note) override;
+  Duration watchdog_period() const override { return period_; }
+
+ private:
+  Duration period_{0};
+};
+
+// Runs `then` once on the reactor, after `delay`; a later call replaces an earlier one.
+class OneShotTimer {
+ public:
+  virtual ~OneShotTimer() = default;
+  virtual void after(Duration delay, std::function<void()> then) = 0;
+  virtual void cancel() = 0;
+};
+std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reactor);
+
+class Watchdog {
+ public:
+  // `healthy` is asked before each feeding; while it says no, nothing is fed. `notifier` outlives this.
+  Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer, std::function<bool()> healthy);
+
+  void ready();                          // READY=1 and the first feeding; then one every quarter of the period
+  void status(const std::string& text);  // one line; told only when it changed
+  void stopping();                       // STOPPING=1; keeps feeding, so that an orderly end may take its time
+
+ private:
+  void feed();
+
+  ServiceNotifier& notifier_;
+  std::unique_ptr<OneShotTimer> timer_;
+  std::function<bool()> healthy_;
+  std::string status_;
+};
+
+}  // namespace veneer::daemon
