@@ -1,0 +1,27 @@
+// The record of one scan: enough to map sheet mm to scan pixels exactly. Written to truth/capture-N.json.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "drivers/sim/cell_truth.h"
+#include "drivers/sim/sheet.h"
+
+namespace veneer::sim {
+
+struct ScanTruth {
+  std::string capture;  // "capture-12"; the scan's device name is "twin:capture-12"
+  std::string sheet;    // empty: nothing lay on the glass
+  SheetFace face = SheetFace::kShow;
+  SheetPose glass_from_sheet;
+  double px_per_mm = 0;  // nominal
+  ScannerTruth scanner;
+
+  Vec2 scan_pixel(Vec2 sheet_mm) const;  // y down, centres at +0.5
+  Vec2 sheet_mm(Vec2 scan_pixel) const;
+};
+
+Status save_scan_truth(const ScanTruth& truth, const std::filesystem::path& file);
+Result<ScanTruth> load_scan_truth(const std::filesystem::path& file);
+
+}  // namespace veneer::sim

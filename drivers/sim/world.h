@@ -1,0 +1,119 @@
+// The physical truth of the simulated cell: sheets, where each lies, and everything ever burnt.
+//
+// Nothing outside the twin may know what is in here, save veneer-proof, which reads it from the state directory
+// (World::open with read_only, or load_sheet). The cell calibrates itself from pictures and burns, as in life.
+//
+// Layout of the state directory: truth/cell.json (device truth: axes, kerf, scanner, camera), truth/world.json (which
+// sheet lies where, counters), truth/sheets/NAME/{sheet.json, front.ppm, back.ppm, material.png, burns.jsonl,
+// pieces.json, piece-N.png}, truth/capture-N.json and truth/camera-N.json (one per picture taken),
+// captures/ (the pictures themselves). Files are written whole and renamed, burns.jsonl is appended to.
+//
+// Threading: World is thread-safe. A Sheet handed out by snapshot() is a private copy of what changes (shares what does
+// not).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "drivers/sim/cell_truth.h"
+#include "drivers/sim/grbl_controller/burn_sink.h"
+#include "drivers/sim/sheet.h"
+
+namespace veneer::sim {
+
+enum class Spot { kShelf, kScanner, kBed };
+
+// How a sheet lies on the scanner or the bed.
+struct Placement {
+  std::string sheet;
+  SheetFace face =
+      SheetFace::kShow;  // on the scanner the face that looks at the glass, on the bed the face that looks up
+  SheetPose pose;        // glass_from_sheet or bed_from_sheet
+  double height_mm = 0;  // bed only: of the sheet's under side above the bed
+};
+
+struct SheetSummary {
+  std::string name;
+  SheetKind kind = SheetKind::kPanel;
+  Spot where = Spot::kShelf;
+  SheetFace face = SheetFace::kShow;  // see Placement; meaningless on the shelf
+};
+
+struct PlacedSheet {
+  Placement placement;
+  std::shared_ptr<const Sheet> sheet;  // private copy of what changes
+};
+
+struct BurnSummary {
+  std::string sheet;
+  std::size_t strokes = 0, pieces = 0;
+  double through_mm = 0, engraved_mm = 0;  // lengths burnt
+};
+
+class World final : public BurnSink {
+ public:
+  // Loads what the directory holds, or starts an empty world there with the truth that the settings' seed draws.
+  // kStorage when the directory cannot be used. A state directory keeps the seed it was begun with.
+  static Result<std::unique_ptr<World>> open(const TwinSettings& settings, std::filesystem::path state_dir, Logger log);
+  ~World() override;
+
+  Status new_panel(const std::string& name, double width_mm, double height_mm,
+                   int strips);  // strips 0 = as many as fit
+  Status new_grid(const std::string& name);
+  Status new_board(const std::string& name, double width_mm, double height_mm);
+
+  // `part` is "whole", or which part of the face (upright, as the viewer sees it) lies on the glass: "left", "right".
+  // The pose is drawn from the seed. Lifts what lay there.
+  Status place(const std::string& sheet, Spot on, SheetFace face, const std::string& part, double height_mm);
+  Status lift(Spot from);
+  Status nudge();
+  Status place_at(const Placement& placement, Spot on);  // for tests: a pose of one's own
+
+  // BurnSink: adds the bed's travel, applies the axes (bed_from_commanded), then marks the sheet that lies on the bed.
+  void burn(const BurnSegment& commanded) override;
+  // Ends the stroke being burnt, so that it is in the log and on disk. Cheap; called now and then and before pictures.
+  void flush_burns();
+  // The axes stretch now by this much more (a fault).
+  void drift_axes(double scale);
+
+  const CellTruth& truth() const { return truth_; }
+  MachineAxes axes() const;
+  std::vector<SheetSummary> sheets() const;
+  std::vector<BurnSummary> burn_summary() const;
+  std::optional<PlacedSheet> snapshot(Spot spot);
+  Result<std::shared_ptr<const Sheet>> sheet(const std::string& name);
+  // Distinct, growing; survive a restart. `kind` is "capture" or "camera".
+  int next_picture(const std::string& kind);
+  const std::filesystem::path& state_dir() const { return state_dir_; }
+
+ private:
+  World(std::filesystem::path state_dir, Logger log);
+  struct OpenStroke;
+  Status add(std::shared_ptr<Sheet> sheet);
+  Status lift_locked(Spot from);
+  Status save_locked();
+  void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
+  void end_stroke_locked();
+
+  mutable std::mutex mutex_;
+  std::filesystem::path state_dir_;
+  Logger log_;
+  CellTruth truth_;
+  MachineAxes drift_;
+  std::map<std::string, std::shared_ptr<Sheet>> sheets_;
+  std::optional<Placement> on_scanner_, on_bed_;
+  std::unique_ptr<OpenStroke> stroke_;
+  std::map<std::string, int> pictures_;
+  int placements_ = 0, next_tag_ = 200;
+};
+
+}  // namespace veneer::sim
