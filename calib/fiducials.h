@@ -1,0 +1,45 @@
+// What marks a panel: tags on each face and through-holes, at frozen places in PanelFrame.
+//
+// Corners are in the detector's order (Tag::corners). A back tag's corners are where they lie as seen *through* the
+// panel from the show face, so there they run clockwise.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/geometry.h"
+
+namespace veneer::calib {
+
+enum class Face { kShow, kBack };
+constexpr Face other(Face face) { return face == Face::kShow ? Face::kBack : Face::kShow; }
+constexpr const char* to_string(Face face) { return face == Face::kShow ? "show" : "back"; }
+
+struct PanelTag {
+  int id = -1;
+  Face face = Face::kShow;
+  std::array<Point<PanelFrame>, 4> corners{};
+};
+
+struct PanelHole {
+  Point<PanelFrame> centre{};
+  Millimetres diameter{6};
+};
+
+struct PanelFiducials {
+  std::vector<PanelTag> tags;  // sorted by id
+  std::vector<PanelHole> holes;
+
+  const PanelTag* tag(int id) const {
+    for (const PanelTag& t : tags)
+      if (t.id == id) return &t;
+    return nullptr;
+  }
+  bool knows(Face face) const {
+    for (const PanelTag& t : tags)
+      if (t.face == face) return true;
+    return false;
+  }
+};
+
+}  // namespace veneer::calib

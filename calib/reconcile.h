@@ -1,0 +1,47 @@
+// Compares a new map of a panel with what the ledger believes is gone. Thread-safe.
+#pragma once
+
+#include <vector>
+
+#include "base/polygon_ops.h"
+#include "base/raster.h"
+#include "base/result.h"
+#include "calib/fiducials.h"
+
+namespace veneer::calib {
+
+enum class DifferenceKind {
+  kGoneNotBooked,  // wood is missing that the ledger holds for present
+  kBookedNotGone,  // the ledger booked wood as cut that is still in the panel
+};
+constexpr const char* to_string(DifferenceKind kind) {
+  return kind == DifferenceKind::kGoneNotBooked ? "gone_not_booked" : "booked_not_gone";
+}
+
+struct Difference {
+  DifferenceKind kind = DifferenceKind::kGoneNotBooked;
+  Point<PanelFrame> place{};  // a point of it, well inside
+  Box<PanelFrame> box;
+  SquareMillimetres area{0};
+};
+
+struct ReconcileOptions {
+  Millimetres tolerance{0.3};       // borders may differ by this
+  SquareMillimetres smallest{1.5};  // smaller differences are dust
+  Millimetres narrowest{0.5};       // thinner ones are noise at borders
+};
+
+struct Reconciliation {
+  std::vector<Difference> differences;  // largest first
+  SquareMillimetres gone{0};            // seen to be missing, within the sheet
+  Raster<PanelFrame> gone_mask;         // CV_8UC1, 255 = missing; 150 dpi
+};
+
+// `before` is the map the stock was made from and `now` the new one, both of the show face, in the same PanelFrame.
+// `booked_gone` is the union of what was cut and its kerf. Wood counts as gone where `now` shows the lid, or the shadow
+// at its rim, and `before` did not.
+Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
+                                 const Region<PanelFrame>& booked_gone, const PanelFiducials& fiducials,
+                                 const ReconcileOptions& options = {});
+
+}  // namespace veneer::calib
