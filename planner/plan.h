@@ -1,0 +1,117 @@
+// Planning: which piece of which panel rebuilds which patch of which artwork (paper, sections 3.2 and 3.3).
+//
+// make_plan is a pure function of its arguments: equal artworks, stock and options give equal plans, bit for bit, with
+// any number of threads. Re-entrant. Symbols of the paper: I_T = Artwork::picture, I_S = StockPanel::picture,
+// w_intens, w_edge, w_hist, n_rot = the options of like name; D (equation 4) = Piece::cost.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/frames.h"
+#include "base/ids.h"
+#include "base/raster.h"
+#include "base/result.h"
+#include "planner/stock.h"
+
+namespace veneer::planner {
+
+// A picture to rebuild in wood.
+struct Artwork {
+  std::string name;           // for people: usually the file's name
+  std::string letter;         // starts the marks of its pieces: "A", "B", ... unique within a plan
+  cv::Mat picture;            // CV_8UC3, BGR, upright, decoded (plan_files.h: load_picture)
+  Millimetres width, height;  // of the finished artwork; the picture is stretched to it, so keep its aspect
+};
+
+// The size that gives `picture` the shorter side `shorter`.
+struct ArtworkSize {
+  Millimetres width, height;
+};
+ArtworkSize artwork_size(const cv::Mat& picture, Millimetres shorter);
+// "A", "B", ... "Z", "AA", ...: the letter of the artwork with this index.
+std::string artwork_letter(std::size_t index);
+
+enum class Priority { kSaliency, kCentre };
+
+// Defaults are the paper's Table 1.
+struct PlanOptions {
+  Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
+  int rotations = 15;     // n_rot: turns by k * 360 / n_rot degrees
+  double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]; the first two not both 0
+  double dpi = 300;                                      // working resolution: panels and artworks are resampled to it
+  Millimetres kerf{
+      0.15};  // k, full width burnt away. Outlines keep 2k from each other and k from wood that is not free
+  Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
+  Priority priority = Priority::kSaliency;
+  std::uint64_t seed = 1;
+  int threads = 0;  // 0: as many as the machine has
+};
+
+struct Placement {
+  PanelId panel;
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;  // proper: show face to show face
+  Ring<PanelFrame> panel_outline;  // panel_from_artwork * artwork_outline: same vertices, same order; without kerf
+};
+
+struct Piece {
+  std::string mark;  // "A3-12": letter, row, column, both counted from 1 at the upper left; unique within the plan
+  std::size_t artwork = 0;
+  int row = 0, column = 0;             // counted from 0 at the upper left
+  Ring<ArtworkFrame> artwork_outline;  // counter-clockwise
+  std::optional<Placement> placement;  // none: no wood was left for it
+  double cost = 0;                     // CONTRACT.md, section 3; measured on what is placed; 0 when unfilled
+  std::int64_t pixels = 0;             // at the working resolution, centres inside the outline
+};
+
+struct PlanArtwork {
+  std::string name, letter;
+  Millimetres width, height;
+};
+
+struct PlanPanel {
+  PanelId id;
+  Millimetres width, height;
+  double dpi = 0;  // of the panel's picture
+};
+
+// Wall-clock seconds of the parts of make_plan; not part of what a plan is.
+struct PlanSeconds {
+  double features = 0, match = 0, refine = 0;
+};
+
+// Pieces in reading order: artwork by artwork, row by row.
+struct Plan {
+  std::vector<PlanArtwork> artworks;
+  std::vector<PlanPanel> panels;
+  std::vector<Piece> pieces;
+  double dpi = 0;
+  Millimetres kerf;
+  PlanSeconds seconds;
+};
+
+double cost_total(const Plan& plan);
+// Over the pixels of filled pieces; 0 when there are none.
+double cost_per_pixel(const Plan& plan);
+std::size_t unfilled(const Plan& plan);
+
+// Called on the thread that called make_plan, at most some ten times a second. `text` is one short phrase.
+using Progress = std::function<void(double fraction, std::string_view text)>;
+
+// Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
+// apart at the working resolution) and rotations, as an exhaustive search would find it; no wood twice. When wood runs
+// out the rest stays unfilled and the plan is still a success.
+//
+// kInvalidArgument: a picture, size, weight or panel is unusable, or a patch is larger than every panel.
+// kCancelled: within 100 ms of the stop request.
+Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
+                       const Progress& progress = {}, std::stop_token stop = {});
+
+}  // namespace veneer::planner

@@ -1,0 +1,39 @@
+// The files around a plan (CONTRACT.md, section 3). No function throws.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+// CV_8UC3 BGR, upright (EXIF orientation applied), alpha laid over white, 16 bit and grey converted.
+// kNotFound: no such file. kInvalidArgument: not a picture, or one that cannot be decoded.
+Result<cv::Mat> load_picture(const std::filesystem::path& path);
+// The same from bytes in memory (an upload); `name` stands in error messages.
+Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
+// CV_8UC1, 255 where the file is non-zero in any colour channel.
+Result<cv::Mat> load_mask(const std::filesystem::path& path);
+
+// plan.json as text, and back. Beyond the contract's fields it holds dpi, kerf_mm and each piece's panel_from_artwork.
+// Reading gives back an equal plan (without PlanSeconds).
+std::string plan_to_json(const Plan& plan);
+Result<Plan> plan_from_json(std::string_view text);
+Status write_plan(const Plan& plan, const std::filesystem::path& path);
+Result<Plan> read_plan(const std::filesystem::path& path);
+
+struct ReportSeconds {
+  double load = 0, total = 0;
+};
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads);
+
+// The pieces of one panel as a laser sees them from the back: x = panel width - x, millimetre units, layers `engrave`
+// (marks) and `cut` (the beam path: outlines grown by half the kerf).
+std::string cut_svg(const Plan& plan, const PlanPanel& panel);
+
+Status write_text(const std::string& text, const std::filesystem::path& path);
+
+}  // namespace veneer::planner
