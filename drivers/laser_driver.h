@@ -52,11 +52,17 @@ struct Aborted {
   std::vector<PieceId> suspect;
   bool position_lost = true;
 };
+// While no job ran the machine dropped out by itself: link lost, alarm, a reset nobody asked for. Nothing moves;
+// connect() when `connected` is false, then home(), before anything else.
+struct Fault {
+  Error error;
+  bool connected = false;
+};
 }  // namespace laser_event
 
 using LaserEvent = std::variant<laser_event::Connected, laser_event::Failed, laser_event::Homed, laser_event::Held,
                                 laser_event::Resumed, laser_event::StrokeExecuted, laser_event::PieceVerified,
-                                laser_event::Done, laser_event::Aborted>;
+                                laser_event::Done, laser_event::Aborted, laser_event::Fault>;
 
 // What the machine says of itself, last heard.
 struct LaserStatus {

@@ -1,0 +1,39 @@
+// What is engraved on the back of a piece: its mark in a single-line alphabet, over a baseline bar that tells 6 from 9.
+//
+// Everything is laid out in BedFrame, after bed_from_panel: a panel lies with its back up, so text that reads from left
+// to right in BedFrame, seen from above, reads right on the piece's back. Nothing here mirrors.
+// Pure functions; thread-safe.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/result.h"
+
+namespace veneer::planner {
+
+// Capitals, digits and '-'. The shapes keep apart what readers mix up: 0 carries a slash, 1 a flag and a foot, I has
+// two bars, 6 and 9 are bowls with open arms.
+bool has_glyph(char c);
+
+struct MarkOptions {
+  Millimetres height{2.4};      // of a capital, at most
+  Millimetres min_height{2.0};  // below it the mark is left out
+  Millimetres margin{0.8};      // from ink to the outline
+};
+
+struct Mark {
+  std::vector<Polyline<BedFrame>> strokes;  // the bar is the last one
+  Millimetres height;                       // of a capital, as fitted
+  Radians up;                               // direction of the text's up, counter-clockwise from +x
+};
+
+// `artwork_up` is where the artwork's up points in BedFrame, counter-clockwise from +x. The text's up is that
+// direction; only when the mark does not fit so is it turned by a quarter (left, right, then upside down).
+// kInvalidArgument for a character without a glyph; kRefused when the mark does not fit at the least height.
+Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
+                          const MarkOptions& options = {});
+
+}  // namespace veneer::planner
