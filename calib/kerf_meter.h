@@ -14,7 +14,7 @@
 
 namespace veneer::calib {
 
-// One straight through-cut, burnt in one pass at the cutting recipe; at least 10 mm long, 5 mm clear of other burns.
+// One straight through-cut, burnt in one pass at the cutting recipe; at least 10 mm long, 3 mm clear of other burns.
 struct KerfLine {
   Point<MachineFrame> from, to;
 };
