@@ -1,9 +1,9 @@
 // Finds the rings the laser burnt into a pale board, and knows which is which.
 //
-// The pattern: engraved circles on a lattice that spreads over most of the bed, all of one diameter. At least three are
-// anchors with a second, concentric ring of a clearly larger diameter, placed so that no turn maps the anchors on
-// themselves. Where the bed's origin lies is not known yet, so rings are found everywhere in the picture and matched as
-// a constellation: any shift, any turn, never mirrored.
+// The pattern: engraved circles on a lattice that spreads over most of the bed, most of one diameter, and at least
+// three "key" rings of a clearly larger diameter (1.5 times or more) placed so that no turn maps the pattern on itself.
+// Where the bed's origin lies is not known yet, so rings are found everywhere in the picture and matched as a
+// constellation: any shift, any turn, never mirrored.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -16,9 +16,8 @@
 namespace veneer::calib {
 
 struct PatternRing {
-  Point<MachineFrame> centre;      // as commanded
-  Millimetres diameter{4};         // of the middle of the burnt line
-  Millimetres anchor_diameter{0};  // of the second ring; 0 = this ring is no anchor
+  Point<MachineFrame> centre;  // as commanded
+  Millimetres diameter{4};     // of the middle of the burnt line
 };
 
 struct FoundRing {
