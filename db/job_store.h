@@ -72,7 +72,7 @@ struct JobRecord {
   std::string created_at;
   std::string target_file, preview_file, options_json;  // the plan itself: plan_json()
   std::map<PieceState, int> pieces;                     // how many pieces are in each state; absent = 0
-  int count(PieceState state_wanted) const;
+  int count(PieceState wanted) const;
 };
 
 // One loading of one panel: from the proven pose to the end of the motion.
@@ -107,12 +107,12 @@ class JobStore {
   // A run begins: planned, stopped or aborted -> running. kConflict when a run is on, or the panel has no piece of it.
   Result<RunId> start_run(JobId job, const PanelId& panel, const Isometry2<BedFrame, PanelFrame>& bed_from_panel,
                           Millimetres pose_rms, const std::string& at);
-  // reserved -> cutting, before the first stroke of the piece may burn.
+  // reserved -> cutting, before the first stroke that may cut the piece's wood is sent.
   Status mark_cutting(PieceId piece, const std::string& at);
   // cutting -> cut, on executed and verified motion.
   Status book_piece(PieceId piece, const std::string& at);
   // The run ends as intended; nothing may be `cutting` (kConflict). The job becomes complete when nothing is left to
-  // cut or to settle, stays running when another panel is to be loaded (`more`), and is stopped otherwise.
+  // cut or to settle, stays running when pieces are left and another panel is to be loaded (`more`), else is stopped.
   Status finish_run(RunId run, bool more, const std::string& at);
   // The run is broken off: whatever was `cutting` is suspect, as are `suspects` (pieces already booked stay cut), and
   // the job is aborted. `reason` is one sentence.

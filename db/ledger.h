@@ -46,6 +46,7 @@ struct AllocationRecord {
   AllocationState state = AllocationState::kReserved;
   Ring<PanelFrame> outline;
   Region<PanelFrame> area;
+  std::string reason;      // of wood written off; else empty
   std::string changed_at;  // when it entered this state
 };
 

@@ -63,7 +63,8 @@ class Panels {
   Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
              const std::vector<FiducialRecord>& fiducials);
   // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has).
-  Status add_scans(const std::vector<ScanRecord>& scans, const std::vector<FiducialRecord>& fiducials);
+  Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
+                   const std::vector<FiducialRecord>& fiducials);
   // A new version of map and mask. The frame, the size and the fiducials stay.
   Status set_map(const PanelId& panel, const std::string& map_file, const std::string& mask_file,
                  const std::string& map_hash);
@@ -72,7 +73,8 @@ class Panels {
   Result<std::vector<PanelRecord>> list();         // in order of id
   Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
   Result<std::vector<ScanRecord>> scans(const PanelId& panel);
-  // The panel that carries this tag on this face; kNotFound.
+  // The panel that carries this tag on this face (of several the youngest: a remnant keeps its parent's tags);
+  // kNotFound.
   Result<PanelId> panel_with_tag(int tag_id, PanelFace face);
 
  private:

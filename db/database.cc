@@ -1,0 +1,146 @@
+#include "db/database.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <system_error>
+
+#include "db/migrations.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr int kApplicationId = 0x564E4552;  // "VNER", so that another program's file is not taken for ours
+constexpr int kBusyMs = 5000;               // a reader's checkpoint may hold the writer up for a moment
+
+Error not_ours(const std::filesystem::path& file) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is a SQLite file of another program: check the path of the database", file.string())};
+}
+
+// Pragmas that hold for one connection only. Foreign keys are checked at the end of each statement.
+void prepare(SQLite::Database& connection) {
+  connection.exec("PRAGMA foreign_keys = ON");
+  connection.exec("PRAGMA synchronous = FULL");
+  register_functions(connection);
+}
+
+// The first line of a damaged page list, or nothing.
+Status check(SQLite::Database& connection, const char* pragma, const std::filesystem::path& file) {
+  const std::string verdict = connection.execAndGet(pragma).getString();
+  if (verdict == "ok") return Ok();
+  return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged ({}): put a backup in its place",
+                                                file.string(), verdict.substr(0, verdict.find('\n')))};
+}
+
+}  // namespace
+
+// flock() belongs to the open file, so that a second Database of this process is refused as well, and a process that
+// dies leaves nothing behind.
+struct Database::Lock {
+  explicit Lock(int descriptor) : fd(descriptor) {}
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  ~Lock() { ::close(fd); }
+  int fd;
+};
+
+Database::Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection)
+    : file_(std::move(file)), lock_(std::move(lock)), connection_(std::move(connection)) {}
+Database::Database(Database&&) noexcept = default;
+Database::~Database() = default;
+
+Database& Database::operator=(Database&& other) noexcept {
+  if (this == &other) return *this;
+  connection_ = nullptr;  // closed while the old lock is still held
+  file_ = std::move(other.file_);
+  lock_ = std::move(other.lock_);
+  connection_ = std::move(other.connection_);
+  return *this;
+}
+
+Result<Database> Database::open(const std::filesystem::path& file) {
+  std::error_code error;
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+  const std::string lock_file = file.string() + ".lock";
+  const int fd = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+  if (fd < 0)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("cannot write {}: check that its folder exists and is ours", lock_file)};
+  auto lock = std::make_unique<Lock>(fd);
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0)
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the database {} is in use: another veneerd is running; stop it first", file.string())};
+  try {
+    auto connection =
+        std::make_unique<SQLite::Database>(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyMs);
+    const bool fresh = connection->execAndGet("SELECT count(*) FROM sqlite_schema").getInt() == 0;
+    if (fresh)
+      connection->exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
+    else if (connection->execAndGet("PRAGMA application_id").getInt() != kApplicationId)
+      return not_ours(file);
+    if (Status sound = check(*connection, "PRAGMA quick_check(1)", file); !sound.ok()) return sound.error();
+    connection->exec("PRAGMA journal_mode = WAL");
+    prepare(*connection);
+    if (Status migrated = migrate(*connection, migrations()); !migrated.ok()) return migrated.error();
+    return Database(file, std::move(lock), std::move(connection));
+  } catch (const SQLite::Exception& thrown) {
+    return to_error(thrown, file.string());
+  }
+}
+
+Result<Database> Database::open_for_reading(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file))
+    return Error{ErrorCode::kNotFound, fmt::format("there is no database {}: start veneerd once", file.string())};
+  try {
+    auto connection = std::make_unique<SQLite::Database>(file.string(), SQLite::OPEN_READONLY, kBusyMs);
+    if (connection->execAndGet("PRAGMA application_id").getInt() != kApplicationId) return not_ours(file);
+    const int found = connection->execAndGet("PRAGMA user_version").getInt();
+    if (found != migrations().back().version)
+      return Error{
+          ErrorCode::kInvalidArgument,
+          fmt::format("the database {} has schema {}, this program reads schema {}: use programs of one version",
+                      file.string(), found, migrations().back().version)};
+    prepare(*connection);
+    return Database(file, nullptr, std::move(connection));
+  } catch (const SQLite::Exception& thrown) {
+    return to_error(thrown, file.string());
+  }
+}
+
+int Database::schema_version() const { return connection_->execAndGet("PRAGMA user_version").getInt(); }
+
+Status Database::check_integrity() {
+  return guarded(*this, [this](SQLite::Database& connection) -> Status {
+    if (Status sound = check(connection, "PRAGMA integrity_check", file_); !sound.ok()) return sound;
+    if (Status tree = check(connection, "SELECT rtreecheck('allocation_boxes')", file_); !tree.ok()) return tree;
+    SQLite::Statement keys(connection, "PRAGMA foreign_key_check");
+    if (keys.executeStep())
+      return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged (table {} points to a row that is not "
+                                                    "there): put a backup in its place",
+                                                    file_.string(), text(keys.getColumn(0)))};
+    const int missing = connection
+                            .execAndGet(
+                                "SELECT (SELECT count(*) FROM allocations WHERE state <> 'released') - "
+                                "(SELECT count(*) FROM allocation_boxes AS b JOIN allocations AS a "
+                                "ON a.id = b.id WHERE a.state <> 'released')")
+                            .getInt();
+    if (missing != 0)
+      return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged ({} allocations are not in the index): "
+                                                    "put a backup in its place",
+                                                    file_.string(), missing)};
+    return Ok();
+  });
+}
+
+Status Database::limit_pages_for_test(int pages) {
+  return guarded(*this, [pages](SQLite::Database& connection) -> Status {
+    connection.execAndGet(fmt::format("PRAGMA max_page_count = {}", pages)).getInt();
+    return Ok();
+  });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,179 @@
+// The reading half of JobStore.
+#include <fmt/format.h>
+
+#include "db/job_sql.h"
+#include "db/shapes.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr const char* kJobColumns =
+    "SELECT id, name, state, created_at, target_file, preview_file, options_json FROM jobs ";
+constexpr const char* kPieceColumns =
+    "SELECT p.id, p.job, p.mark, p.artwork_outline_um, p.panel, p.panel_outline_um, s.state, p.angle_rad, "
+    "p.shift_x_mm, p.shift_y_mm, p.improper FROM pieces AS p JOIN piece_states AS s ON s.piece = p.id ";
+
+PieceState piece_state_of(const std::string& name) {
+  for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
+                           PieceState::kScrap, PieceState::kReleased})
+    if (name == to_string(state)) return state;
+  return PieceState::kUnfilled;
+}
+
+JobRecord read_job(SQLite::Database& connection, SQLite::Statement& row) {
+  JobRecord job;
+  job.id = {row.getColumn(0).getInt64()};
+  job.name = text(row.getColumn(1));
+  job.state = job_state_of(text(row.getColumn(2)));
+  job.created_at = text(row.getColumn(3));
+  job.target_file = text(row.getColumn(4));
+  job.preview_file = text(row.getColumn(5));
+  job.options_json = text(row.getColumn(6));
+  SQLite::Statement counts(connection, "SELECT state, count(*) FROM piece_states WHERE job = ? GROUP BY state");
+  counts.bind(1, job.id.value);
+  while (counts.executeStep()) job.pieces[piece_state_of(text(counts.getColumn(0)))] = counts.getColumn(1).getInt();
+  return job;
+}
+
+PieceRecord read_piece_row(SQLite::Statement& row) {
+  PieceRecord piece;
+  piece.id = {row.getColumn(0).getInt64()};
+  piece.job = {row.getColumn(1).getInt64()};
+  piece.mark = text(row.getColumn(2));
+  const auto artwork = read_ring(text(row.getColumn(3)));
+  const auto panel = read_ring(text(row.getColumn(5)));
+  if (!artwork || !panel) throw damaged(fmt::format("piece {}", piece.id.value));
+  piece.artwork_outline = from_micro<ArtworkFrame>(*artwork);
+  if (auto id = text_or_null(row.getColumn(4))) piece.panel = PanelId{*id};
+  piece.panel_outline = from_micro<PanelFrame>(*panel);
+  piece.state = piece_state_of(text(row.getColumn(6)));
+  piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
+  return piece;
+}
+
+Error no_such_job(JobId job) {
+  return {ErrorCode::kNotFound, fmt::format("there is no job {}: see `veneerctl job list`", job.value)};
+}
+
+}  // namespace
+
+const char* to_string(JobState state) {
+  switch (state) {
+    case JobState::kPlanned:
+      return "planned";
+    case JobState::kRunning:
+      return "running";
+    case JobState::kStopped:
+      return "stopped";
+    case JobState::kAborted:
+      return "aborted";
+    case JobState::kComplete:
+      return "complete";
+    case JobState::kCancelled:
+      return "cancelled";
+  }
+  return "cancelled";
+}
+
+const char* to_string(PieceState state) {
+  switch (state) {
+    case PieceState::kUnfilled:
+      return "unfilled";
+    case PieceState::kReserved:
+      return "reserved";
+    case PieceState::kCutting:
+      return "cutting";
+    case PieceState::kCut:
+      return "cut";
+    case PieceState::kSuspect:
+      return "suspect";
+    case PieceState::kScrap:
+      return "scrap";
+    case PieceState::kReleased:
+      return "released";
+  }
+  return "unfilled";
+}
+
+int JobRecord::count(PieceState wanted) const {
+  const auto found = pieces.find(wanted);
+  return found == pieces.end() ? 0 : found->second;
+}
+
+JobState job_state_of(const std::string& name) {
+  for (const auto state :
+       {JobState::kPlanned, JobState::kRunning, JobState::kStopped, JobState::kAborted, JobState::kComplete})
+    if (name == to_string(state)) return state;
+  return JobState::kCancelled;  // the schema allows no seventh
+}
+
+Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece) {
+  SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE p.id = ?");
+  row.bind(1, piece.value);
+  if (row.executeStep()) return read_piece_row(row);
+  return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
+}
+
+Result<JobRecord> JobStore::find(JobId job) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<JobRecord> {
+    SQLite::Statement row(connection, std::string(kJobColumns) + "WHERE id = ?");
+    row.bind(1, job.value);
+    if (!row.executeStep()) return no_such_job(job);
+    return read_job(connection, row);
+  });
+}
+
+Result<std::vector<JobRecord>> JobStore::list() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
+    SQLite::Statement rows(connection, std::string(kJobColumns) + "ORDER BY id");
+    std::vector<JobRecord> out;
+    while (rows.executeStep()) out.push_back(read_job(connection, rows));
+    return out;
+  });
+}
+
+Result<std::string> JobStore::plan_json(JobId job) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
+    SQLite::Statement row(connection, "SELECT plan_json FROM jobs WHERE id = ?");
+    row.bind(1, job.value);
+    if (!row.executeStep()) return no_such_job(job);
+    return text(row.getColumn(0));
+  });
+}
+
+Result<std::vector<PieceRecord>> JobStore::pieces(JobId job) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceRecord>> {
+    SQLite::Statement rows(connection, std::string(kPieceColumns) + "WHERE p.job = ? ORDER BY p.ordinal");
+    rows.bind(1, job.value);
+    std::vector<PieceRecord> out;
+    while (rows.executeStep()) out.push_back(read_piece_row(rows));
+    return out;
+  });
+}
+
+Result<PieceRecord> JobStore::find_piece(PieceId piece) {
+  return guarded(*database_, [&](SQLite::Database& connection) { return read_piece(connection, piece); });
+}
+
+Result<std::vector<RunRecord>> JobStore::runs(JobId job) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<RunRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT id, panel, pose_rms_mm, started_at, ended_at, result, angle_rad, shift_x_mm, "
+                           "shift_y_mm, improper FROM runs WHERE job = ? ORDER BY id");
+    rows.bind(1, job.value);
+    std::vector<RunRecord> out;
+    while (rows.executeStep())
+      out.push_back({{rows.getColumn(0).getInt64()},
+                     job,
+                     {text(rows.getColumn(1))},
+                     read_isometry<BedFrame, PanelFrame>(rows, 6),
+                     Millimetres(rows.getColumn(2).getDouble()),
+                     text(rows.getColumn(3)),
+                     text_or_null(rows.getColumn(4)),
+                     text(rows.getColumn(5))});
+    return out;
+  });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,236 @@
+#include "db/panels.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <set>
+
+#include "db/shapes.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr const char* kPanelColumns =
+    "SELECT id, name, width_um, height_um, map_file, mask_file, map_hash, created_at, parent, root FROM panels ";
+
+PanelFace face_of(const std::string& name) { return name == "back" ? PanelFace::kBack : PanelFace::kShow; }
+FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
+std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
+Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
+
+PanelRecord read_panel(SQLite::Statement& row) {
+  PanelRecord panel;
+  panel.id = {text(row.getColumn(0))};
+  panel.name = text(row.getColumn(1));
+  panel.width = from_um(row.getColumn(2).getInt64());
+  panel.height = from_um(row.getColumn(3).getInt64());
+  panel.map_file = text(row.getColumn(4));
+  panel.mask_file = text(row.getColumn(5));
+  panel.map_hash = text(row.getColumn(6));
+  panel.created_at = text(row.getColumn(7));
+  if (auto parent = text_or_null(row.getColumn(8))) panel.parent = PanelId{*parent};
+  panel.root = {text(row.getColumn(9))};
+  return panel;
+}
+
+// The number in "P-0001"; 0 when the id is not such a name. The schema checks that number and name agree.
+std::int64_t number_of(const PanelId& id) {
+  std::int64_t number = 0;
+  const std::string& name = id.value;
+  if (name.size() < 3 || name.substr(0, 2) != "P-") return 0;
+  const auto [end, error] = std::from_chars(name.data() + 2, name.data() + name.size(), number);
+  return error == std::errc() && end == name.data() + name.size() ? number : 0;
+}
+
+void insert_scans(SQLite::Database& connection, const std::vector<ScanRecord>& scans) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, "
+                           "taken_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  for (const ScanRecord& scan : scans) {
+    insert.reset();
+    SQLite::bind(insert, scan.panel.value, to_string(scan.face), scan.device, scan.file, scan.sha256, scan.dpi);
+    scan.rms ? insert.bind(7, scan.rms->count()) : insert.bind(7);
+    scan.max ? insert.bind(8, scan.max->count()) : insert.bind(8);
+    insert.bind(9, scan.lattice);
+    insert.bind(10, scan.taken_at);
+    insert.exec();
+  }
+}
+
+// Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
+Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
+                        const std::vector<FiducialRecord>& fiducials) {
+  std::set<PanelFace> faces;
+  for (const auto& fiducial : fiducials) faces.insert(fiducial.face);
+  SQLite::Statement known(connection, "SELECT 1 FROM fiducials WHERE panel = ? AND face = ? LIMIT 1");
+  for (const PanelFace face : faces) {
+    known.reset();
+    SQLite::bind(known, panel.value, to_string(face));
+    if (known.executeStep())
+      return Error{ErrorCode::kConflict, fmt::format("the fiducials of panel {} on its {} face are frozen already: fit "
+                                                     "the scan to them",
+                                                     panel.value, to_string(face))};
+  }
+  SQLite::Statement insert(connection,
+                           "INSERT INTO fiducials (panel, face, kind, number, corners_um) VALUES (?, ?, ?, ?, ?)");
+  for (const auto& fiducial : fiducials) {
+    insert.reset();
+    SQLite::bind(insert, panel.value, to_string(fiducial.face), to_string(fiducial.kind), fiducial.tag_id,
+                 write_ring(to_micro(fiducial.corners)));
+    insert.exec();
+  }
+  return Ok();
+}
+
+Error no_such_panel(const PanelId& panel) {
+  return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
+}
+
+bool exists(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
+  row.bind(1, panel.value);
+  return row.executeStep();
+}
+
+}  // namespace
+
+const char* to_string(PanelFace face) { return face == PanelFace::kShow ? "show" : "back"; }
+const char* to_string(FiducialKind kind) { return kind == FiducialKind::kTag ? "tag" : "hole"; }
+
+Result<PanelId> Panels::next_panel_id() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<PanelId> {
+    SQLite::Statement row(connection,
+                          "SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name = 'panels'), 0) + 1");
+    row.executeStep();
+    return PanelId{fmt::format("P-{:04d}", row.getColumn(0).getInt64())};
+  });
+}
+
+Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
+                   const std::vector<FiducialRecord>& fiducials) {
+  const std::int64_t number = number_of(panel.id);
+  if (number <= 0)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("'{}' is no panel id: they look like P-0001", panel.id.value)};
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (exists(connection, panel.id))
+      return Error{ErrorCode::kConflict, fmt::format("panel {} exists already", panel.id.value)};
+    for (const auto& relative : {panel.parent.value_or(PanelId{}), panel.root})
+      if (!relative.value.empty() && relative != panel.id && !exists(connection, relative))
+        return no_such_panel(relative);
+    for (const auto& scan : scans)
+      if (scan.panel != panel.id)
+        return Error{ErrorCode::kInvalidArgument,
+                     fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
+    SQLite::Statement insert(
+        connection,
+        "INSERT INTO panels (number, id, name, width_um, height_um, map_file, mask_file, map_hash, "
+        "created_at, parent, root) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    SQLite::bind(insert, number, panel.id.value, panel.name, to_um(panel.width), to_um(panel.height), panel.map_file,
+                 panel.mask_file, panel.map_hash, panel.created_at);
+    panel.parent ? insert.bind(10, panel.parent->value) : insert.bind(10);
+    insert.bind(11, panel.root.value.empty() ? panel.id.value : panel.root.value);
+    insert.exec();
+    insert_scans(connection, scans);
+    return insert_fiducials(connection, panel.id, fiducials);
+  });
+}
+
+Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
+                         const std::vector<FiducialRecord>& fiducials) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!exists(connection, panel)) return no_such_panel(panel);
+    for (const auto& scan : scans)
+      if (scan.panel != panel)
+        return Error{ErrorCode::kInvalidArgument,
+                     fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.value)};
+    insert_scans(connection, scans);
+    return insert_fiducials(connection, panel, fiducials);
+  });
+}
+
+Status Panels::set_map(const PanelId& panel, const std::string& map_file, const std::string& mask_file,
+                       const std::string& map_hash) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement update(connection, "UPDATE panels SET map_file = ?, mask_file = ?, map_hash = ? WHERE id = ?");
+    SQLite::bind(update, map_file, mask_file, map_hash, panel.value);
+    if (update.exec() == 0) return no_such_panel(panel);
+    return Ok();
+  });
+}
+
+Result<PanelRecord> Panels::find(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelRecord> {
+    SQLite::Statement row(connection, std::string(kPanelColumns) + "WHERE id = ?");
+    row.bind(1, panel.value);
+    if (!row.executeStep()) return no_such_panel(panel);
+    return read_panel(row);
+  });
+}
+
+Result<std::vector<PanelRecord>> Panels::list() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PanelRecord>> {
+    SQLite::Statement rows(connection, std::string(kPanelColumns) + "ORDER BY number");
+    std::vector<PanelRecord> out;
+    while (rows.executeStep()) out.push_back(read_panel(rows));
+    return out;
+  });
+}
+
+Result<std::vector<FiducialRecord>> Panels::fiducials(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<FiducialRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT kind, number, face, corners_um FROM fiducials WHERE panel = ? "
+                           "ORDER BY face DESC, kind DESC, number");
+    rows.bind(1, panel.value);
+    std::vector<FiducialRecord> out;
+    while (rows.executeStep()) {
+      const auto corners = read_ring(text(rows.getColumn(3)));
+      if (!corners) throw damaged("a fiducial of panel " + panel.value);
+      out.push_back({kind_of(text(rows.getColumn(0))), rows.getColumn(1).getInt(), face_of(text(rows.getColumn(2))),
+                     from_micro<PanelFrame>(*corners)});
+    }
+    return out;
+  });
+}
+
+Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ScanRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT id, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, taken_at FROM scans "
+                           "WHERE panel = ? ORDER BY id");
+    rows.bind(1, panel.value);
+    std::vector<ScanRecord> out;
+    while (rows.executeStep()) {
+      ScanRecord& scan = out.emplace_back();
+      scan.id = {rows.getColumn(0).getInt64()};
+      scan.panel = panel;
+      scan.face = face_of(text(rows.getColumn(1)));
+      scan.device = text(rows.getColumn(2));
+      scan.file = text(rows.getColumn(3));
+      scan.sha256 = text(rows.getColumn(4));
+      scan.dpi = rows.getColumn(5).getDouble();
+      if (!rows.getColumn(6).isNull()) scan.rms = Millimetres(rows.getColumn(6).getDouble());
+      if (!rows.getColumn(7).isNull()) scan.max = Millimetres(rows.getColumn(7).getDouble());
+      scan.lattice = text(rows.getColumn(8));
+      scan.taken_at = text(rows.getColumn(9));
+    }
+    return out;
+  });
+}
+
+Result<PanelId> Panels::panel_with_tag(int tag_id, PanelFace face) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelId> {
+    // A remnant with a record of its own carries its parent's tags; the youngest record is what lies there today.
+    SQLite::Statement row(connection,
+                          "SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE f.kind = 'tag' AND "
+                          "f.number = ? AND f.face = ? ORDER BY p.number DESC LIMIT 1");
+    SQLite::bind(row, tag_id, to_string(face));
+    if (row.executeStep()) return PanelId{text(row.getColumn(0))};
+    return Error{ErrorCode::kNotFound, fmt::format("no known panel carries tag {} on its {} face: scan the panel first",
+                                                   tag_id, to_string(face))};
+  });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,96 @@
+#include "db/shapes.h"
+
+#include <charconv>
+#include <iterator>
+
+namespace veneer::db {
+namespace {
+
+void append_number(std::string& out, std::int64_t number) {
+  char digits[24];
+  const auto end = std::to_chars(std::begin(digits), std::end(digits), number).ptr;
+  out.append(std::begin(digits), end);
+}
+
+void append_ring(std::string& out, const MicroRing& ring) {
+  out += '[';
+  for (const auto& p : ring) {
+    if (out.back() != '[') out += ',';
+    out += '[';
+    append_number(out, p.x_um);
+    out += ',';
+    append_number(out, p.y_um);
+    out += ']';
+  }
+  out += ']';
+}
+
+class Reader {
+ public:
+  explicit Reader(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
+
+  bool done() const { return at_ == end_; }
+  bool take(char c) {
+    if (at_ == end_ || *at_ != c) return false;
+    ++at_;
+    return true;
+  }
+  bool number(std::int64_t& out) {
+    const auto [next, error] = std::from_chars(at_, end_, out);
+    at_ = next;
+    return error == std::errc();
+  }
+  // Calls `item` for each element between brackets.
+  template <class Item>
+  bool list(const Item& item) {
+    if (!take('[')) return false;
+    if (take(']')) return true;
+    do {
+      if (!item()) return false;
+    } while (take(','));
+    return take(']');
+  }
+  bool ring(MicroRing& out) {
+    return list([&] {
+      MicroPoint& p = out.emplace_back();
+      return take('[') && number(p.x_um) && take(',') && number(p.y_um) && take(']');
+    });
+  }
+
+ private:
+  const char* at_;
+  const char* end_;
+};
+
+}  // namespace
+
+std::string write_ring(const MicroRing& ring) {
+  std::string out;
+  append_ring(out, ring);
+  return out;
+}
+
+std::string write_area(const MicroArea& area) {
+  std::string out = "[";
+  for (std::size_t i = 0; i < area.rings.size(); ++i) {
+    if (i > 0) out += ',';
+    append_ring(out, area.rings[i]);
+  }
+  return out + ']';
+}
+
+std::optional<MicroRing> read_ring(std::string_view text) {
+  Reader reader(text);
+  MicroRing ring;
+  if (!reader.ring(ring) || !reader.done()) return std::nullopt;
+  return ring;
+}
+
+std::optional<MicroArea> read_area(std::string_view text) {
+  Reader reader(text);
+  MicroArea area;
+  if (!reader.list([&] { return reader.ring(area.rings.emplace_back()); }) || !reader.done()) return std::nullopt;
+  return area;
+}
+
+}  // namespace veneer::db

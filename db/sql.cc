@@ -1,0 +1,80 @@
+#include "db/sql.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+
+#include "base/polygon_ops.h"
+#include "db/shapes.h"
+
+namespace veneer::db {
+namespace {
+
+std::optional<MicroArea> area_of(sqlite3_value* value) {
+  const auto* bytes = static_cast<const char*>(sqlite3_value_blob(value));
+  if (bytes == nullptr) return std::nullopt;
+  return read_area({bytes, static_cast<std::size_t>(sqlite3_value_bytes(value))});
+}
+
+// veneer_box(area, i): min x, max x, min y, max y in micrometres for i = 0..3.
+void box_function(sqlite3_context* context, int, sqlite3_value** arguments) {
+  const auto area = area_of(arguments[0]);
+  const int which = sqlite3_value_int(arguments[1]);
+  if (!area || area->empty() || which < 0 || which > 3) {
+    sqlite3_result_error(context, "an allocation needs wood", -1);
+    return;
+  }
+  std::int64_t low = INT64_MAX, high = INT64_MIN;
+  for (const auto& ring : area->rings)
+    for (const auto& p : ring) {
+      const std::int64_t v = which < 2 ? p.x_um : p.y_um;
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
+  sqlite3_result_int64(context, which % 2 == 0 ? low : high);
+}
+
+void overlap_function(sqlite3_context* context, int, sqlite3_value** arguments) {
+  const auto a = area_of(arguments[0]), b = area_of(arguments[1]);
+  if (!a || !b) {
+    sqlite3_result_error(context, "the shape of an allocation cannot be read", -1);
+    return;
+  }
+  sqlite3_result_int(context, overlaps(Region<PanelFrame>(*a), Region<PanelFrame>(*b)) ? 1 : 0);
+}
+
+}  // namespace
+
+Error to_error(const SQLite::Exception& thrown, const std::string& file) {
+  switch (thrown.getErrorCode()) {
+    case SQLITE_FULL:
+      return {ErrorCode::kStorage,
+              fmt::format("the disk is full: nothing was written to {}; free some space and try again", file)};
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return {ErrorCode::kStorage,
+              fmt::format("the database {} is damaged ({}): put a backup in its place", file, thrown.what())};
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return {ErrorCode::kUnavailable, fmt::format("the database {} is busy: another program holds it", file)};
+    case SQLITE_READONLY:
+      return {ErrorCode::kStorage, fmt::format("the database {} cannot be written: check its permissions", file)};
+    case SQLITE_CANTOPEN:
+      return {ErrorCode::kStorage,
+              fmt::format("the database {} cannot be opened: check the path and its permissions", file)};
+    case SQLITE_CONSTRAINT:
+      return {ErrorCode::kConflict, fmt::format("the database refuses: {}", thrown.what())};
+    default:
+      return {ErrorCode::kStorage, fmt::format("the database {} failed: {}", file, thrown.what())};
+  }
+}
+
+void register_functions(SQLite::Database& connection) {
+  connection.createFunction("veneer_box", 2, true, nullptr, &box_function);
+  connection.createFunction("veneer_areas_overlap", 2, true, nullptr, &overlap_function);
+}
+
+SQLite::Exception damaged(const std::string& what) { return {what + " cannot be read", SQLITE_CORRUPT}; }
+
+}  // namespace veneer::db

@@ -1,0 +1,67 @@
+// What db's .cc files share: where SQLiteCpp's exceptions stop, and the SQL functions of the schema. Private to db.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/VariadicBind.h>
+
+#include <optional>
+#include <string>
+#include <type_traits>
+
+#include "base/frames.h"
+#include "base/result.h"
+#include "db/database.h"
+
+namespace veneer::db {
+
+// One sentence for what SQLite threw: a full disk, a damaged file, a broken rule of the schema.
+Error to_error(const SQLite::Exception& thrown, const std::string& file);
+
+// Reads. `body` takes the connection and returns a Result or Status.
+template <class Body>
+auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
+  try {
+    return body(database.connection());
+  } catch (const SQLite::Exception& thrown) {
+    return to_error(thrown, database.file().string());
+  }
+}
+
+// Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok.
+template <class Body>
+auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
+  return guarded(database, [&](SQLite::Database& connection) {
+    SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
+    auto result = body(connection);
+    if (result.ok()) transaction.commit();
+    return result;
+  });
+}
+
+// veneer_box and veneer_areas_overlap, which the triggers of the ledger call.
+void register_functions(SQLite::Database& connection);
+
+inline std::string text(const SQLite::Column& column) { return column.getString(); }
+inline std::optional<std::string> text_or_null(const SQLite::Column& column) {
+  if (column.isNull()) return std::nullopt;
+  return column.getString();
+}
+// A stored shape that cannot be read means that somebody else wrote the file.
+SQLite::Exception damaged(const std::string& what);
+
+// angle_rad, shift_x_mm, shift_y_mm, improper: four columns or parameters from `first` on.
+template <class To, class From>
+void bind_isometry(SQLite::Statement& statement, int first, const Isometry2<To, From>& map) {
+  statement.bind(first, map.angle().count());
+  statement.bind(first + 1, map.shift().x.count());
+  statement.bind(first + 2, map.shift().y.count());
+  statement.bind(first + 3, map.handedness() == Handedness::kImproper ? 1 : 0);
+}
+template <class To, class From>
+Isometry2<To, From> read_isometry(SQLite::Statement& row, int first) {
+  return {Radians(row.getColumn(first).getDouble()),
+          point<To>(row.getColumn(first + 1).getDouble(), row.getColumn(first + 2).getDouble()),
+          row.getColumn(first + 3).getInt() != 0 ? Handedness::kImproper : Handedness::kProper};
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,278 @@
+#include "db/job_store.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const Isometry2<BedFrame, PanelFrame> kPose(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper);
+
+// A job of three pieces on the first panel and one on the second; one patch has found no wood.
+class JobStoreTest : public ::testing::Test {
+ protected:
+  CellDatabase cell;
+  PanelId panel = cell.new_panel(), other = cell.new_panel();
+  JobStore jobs = cell.jobs();
+  JobId job = must(jobs.create(
+      job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 30, 10, 14),
+              square_piece("A3", panel, 50, 10, 14), square_piece("A4", other, 10, 10, 14), unfilled("A5")}),
+      kNow));
+  std::vector<PieceRecord> pieces = must(jobs.pieces(job));
+
+  static NewPiece unfilled(const std::string& mark) {
+    NewPiece piece = square_piece(mark, {}, 0, 0, 14);
+    piece.panel.reset();
+    piece.panel_outline.clear();
+    piece.allocation = {};
+    return piece;
+  }
+  RunId start(const PanelId& on) { return must(jobs.start_run(job, on, kPose, 0.04_mm, kNow)); }
+  void cut(int index) {
+    VENEER_ASSERT_OK(jobs.mark_cutting(pieces.at(index).id, kNow));
+    VENEER_ASSERT_OK(jobs.book_piece(pieces.at(index).id, kNow));
+  }
+  void cut_on_other() {
+    const RunId run = start(other);
+    cut(3);
+    VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  }
+  std::vector<PieceState> states() {
+    std::vector<PieceState> out;
+    for (const auto& piece : must(jobs.pieces(job))) out.push_back(piece.state);
+    return out;
+  }
+  JobState state() { return must(jobs.find(job)).state; }
+};
+
+TEST_F(JobStoreTest, RemembersThePlan) {
+  const JobRecord record = must(jobs.find(job));
+  EXPECT_EQ(record.name, "portrait");
+  EXPECT_EQ(record.state, JobState::kPlanned);
+  EXPECT_EQ(record.count(PieceState::kReserved), 4);
+  EXPECT_EQ(record.count(PieceState::kUnfilled), 1);
+  EXPECT_EQ(record.count(PieceState::kCut), 0);
+  EXPECT_EQ(must(jobs.plan_json(job)), "{\"schema_version\":1}");
+  ASSERT_EQ(pieces.size(), 5U);
+  EXPECT_EQ(pieces[1].mark, "A2");
+  EXPECT_EQ(pieces[1].panel_outline, square(30, 10, 14));
+  EXPECT_EQ(pieces[1].panel_from_artwork.shift(), point<PanelFrame>(30, 10));
+  EXPECT_EQ(pieces[3].panel, other);
+  EXPECT_FALSE(pieces[4].panel.has_value());
+  EXPECT_EQ(must(jobs.list()).size(), 1U);
+}
+
+TEST_F(JobStoreTest, PieceIdsAreGlobal) {
+  const JobId second = must(jobs.create(job_of({square_piece("A1", panel, 200, 10, 14)}), kNow));
+  EXPECT_GT(must(jobs.pieces(second))[0].id, pieces.back().id);
+  EXPECT_EQ(must(jobs.find_piece(pieces[2].id)).mark, "A3");
+}
+
+TEST_F(JobStoreTest, MarksAreUniqueWithinAJob) {
+  const auto twice =
+      jobs.create(job_of({square_piece("B1", panel, 100, 10, 14), square_piece("B1", panel, 130, 10, 14)}), kNow);
+  ASSERT_FALSE(twice.ok());
+  EXPECT_EQ(twice.error().code, ErrorCode::kConflict);
+}
+
+TEST_F(JobStoreTest, OutlinesHaveTheSameVertices) {
+  NewPiece piece = square_piece("B1", panel, 100, 10, 14);
+  piece.artwork_outline.pop_back();
+  EXPECT_FALSE(jobs.create(job_of({piece}), kNow).ok());
+}
+
+TEST_F(JobStoreTest, RunsPanelAfterPanelUntilComplete) {
+  const RunId first = start(panel);
+  EXPECT_EQ(state(), JobState::kRunning);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(first, true, kLater));
+  EXPECT_EQ(state(), JobState::kRunning);
+  const RunId second = start(other);
+  cut(3);
+  VENEER_ASSERT_OK(jobs.finish_run(second, true, kLater));
+  EXPECT_EQ(state(), JobState::kComplete);
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kCut, PieceState::kCut, PieceState::kCut,
+                                    PieceState::kUnfilled));
+  const auto runs = must(jobs.runs(job));
+  ASSERT_EQ(runs.size(), 2U);
+  EXPECT_EQ(runs[0].panel, panel);
+  EXPECT_EQ(runs[0].result, "done");
+  EXPECT_EQ(runs[0].ended_at, kLater);
+  EXPECT_DOUBLE_EQ(runs[0].bed_from_panel.angle().count(), kPose.angle().count());
+  EXPECT_EQ(runs[0].bed_from_panel.handedness(), Handedness::kImproper);
+  EXPECT_EQ(runs[0].pose_rms, 0.04_mm);
+}
+
+TEST_F(JobStoreTest, StopsAfterThisPieceAndGoesOnLater) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_EQ(must(jobs.runs(job))[0].result, "stopped");
+  start(panel);
+  EXPECT_EQ(state(), JobState::kRunning);
+  EXPECT_FALSE(jobs.mark_cutting(pieces[0].id, kLater).ok()) << "a piece is cut once";
+}
+
+TEST_F(JobStoreTest, AnAbortMakesTheCuttingPieceSuspect) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the laser stopped answering", kLater));
+  EXPECT_EQ(state(), JobState::kAborted);
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kSuspect, PieceState::kReserved,
+                                    PieceState::kReserved, PieceState::kUnfilled));
+  EXPECT_EQ(must(jobs.runs(job))[0].result, "the laser stopped answering");
+}
+
+TEST_F(JobStoreTest, AnAbortNamesSuspectsButNeverTakesBackWhatWasBooked) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  const std::vector<PieceId> suspects = {pieces[0].id, pieces[1].id, pieces[2].id};
+  VENEER_ASSERT_OK(jobs.abort_run(run, suspects, "position lost", kLater));
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kSuspect, PieceState::kSuspect, PieceState::kReserved,
+                                    PieceState::kUnfilled));
+}
+
+TEST_F(JobStoreTest, AnAbortWithAForeignPieceChangesNothing) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 200, 10, 14)}), kNow));
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  const std::vector<PieceId> suspects = {must(jobs.pieces(second))[0].id};
+  EXPECT_FALSE(jobs.abort_run(run, suspects, "?", kLater).ok());
+  EXPECT_EQ(state(), JobState::kRunning);
+  EXPECT_EQ(states()[0], PieceState::kCutting);
+}
+
+TEST_F(JobStoreTest, TheRemainingPiecesRunAfterAnAbort) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "power", kLater));
+  const RunId again = start(panel);
+  cut(2);
+  VENEER_ASSERT_OK(jobs.finish_run(again, true, kLater));
+  cut_on_other();
+  // The suspect piece still waits for an operator's eye.
+  EXPECT_EQ(state(), JobState::kStopped);
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater));
+  EXPECT_EQ(state(), JobState::kComplete);
+}
+
+TEST_F(JobStoreTest, SettlingNeedsASuspectPieceAndAVerdict) {
+  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kCut, kNow).ok());
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "power", kLater));
+  EXPECT_FALSE(jobs.settle(pieces[0].id, AllocationState::kReserved, kNow).ok());
+  VENEER_EXPECT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kNow));
+  EXPECT_EQ(state(), JobState::kAborted);
+}
+
+TEST_F(JobStoreTest, OneRunAtATime) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 200, 10, 14)}), kNow));
+  const RunId run = start(panel);
+  const auto refused = jobs.start_run(second, panel, kPose, 0.04_mm, kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(must(jobs.find(second)).state, JobState::kPlanned);
+  EXPECT_FALSE(jobs.cancel(job, kNow).ok());
+  EXPECT_FALSE(jobs.abort_job(job, kNow).ok());
+  VENEER_EXPECT_OK(jobs.abort_run(run, {}, "stop", kLater));
+  EXPECT_FALSE(jobs.abort_run(run, {}, "stop", kLater).ok()) << "a run ends once";
+}
+
+TEST_F(JobStoreTest, ARunNeedsSomethingToCutOnItsPanel) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  const auto again = jobs.start_run(job, panel, kPose, 0.04_mm, kLater);
+  ASSERT_FALSE(again.ok());
+  EXPECT_THAT(again.error().message, HasSubstr("nothing left to cut on panel P-0001"));
+  EXPECT_EQ(state(), JobState::kStopped);
+}
+
+TEST_F(JobStoreTest, ARunCannotFinishWhileAPieceIsBeingCut) {
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  const Status early = jobs.finish_run(run, false, kLater);
+  ASSERT_FALSE(early.ok());
+  EXPECT_THAT(early.error().message, HasSubstr("while a piece is being cut"));
+  EXPECT_EQ(state(), JobState::kRunning);
+  EXPECT_FALSE(must(jobs.runs(job))[0].ended_at.has_value());
+}
+
+TEST_F(JobStoreTest, AJobThatWaitsForAPanelCanBeStoppedOrAborted) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  VENEER_ASSERT_OK(jobs.stop_job(job, kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_FALSE(jobs.abort_job(job, kLater).ok());
+}
+
+TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kReleased, PieceState::kReleased,
+                                    PieceState::kReleased, PieceState::kUnfilled));
+  EXPECT_EQ(must(cell.ledger().live_allocations(panel)).size(), 1U);
+  const Status twice = jobs.cancel(job, kLater);
+  ASSERT_FALSE(twice.ok());
+  EXPECT_THAT(twice.error().message, HasSubstr("is cancelled: it cannot become cancelled"));
+}
+
+TEST_F(JobStoreTest, UnknownThingsAreNamed) {
+  const auto missing = jobs.find({77});
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(missing.error().message, HasSubstr("job 77"));
+  EXPECT_EQ(jobs.find_piece({99}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(jobs.mark_cutting({99}, kNow).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(jobs.start_run({77}, panel, kPose, 0.04_mm, kNow).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(jobs.cancel({77}, kNow).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(JobStoreTest, RecoveryMakesCuttingPiecesSuspectAndAbortsTheJob) {
+  start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  cell.reopen();
+  const Recovery found = must(jobs.recover(kLater));
+  EXPECT_THAT(found.suspects, ElementsAre(pieces[1].id));
+  EXPECT_THAT(found.aborted_jobs, ElementsAre(job));
+  EXPECT_EQ(state(), JobState::kAborted);
+  EXPECT_TRUE(must(jobs.runs(job))[0].ended_at.has_value());
+  const Recovery again = must(jobs.recover(kLater));
+  EXPECT_THAT(again.suspects, IsEmpty());
+  EXPECT_THAT(again.aborted_jobs, IsEmpty());
+}
+
+TEST_F(JobStoreTest, RecoveryCompletesAJobWhoseLastPieceWasBooked) {
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  start(other);
+  cut(3);
+  cell.reopen();
+  EXPECT_THAT(must(jobs.recover(kLater)).completed_jobs, ElementsAre(job));
+  EXPECT_EQ(state(), JobState::kComplete);
+}
+
+TEST_F(JobStoreTest, RecoveryLeavesAQuietDatabaseAlone) {
+  const Recovery found = must(jobs.recover(kLater));
+  EXPECT_THAT(found.suspects, IsEmpty());
+  EXPECT_EQ(state(), JobState::kPlanned);
+}
+
+}  // namespace
+}  // namespace veneer::db

@@ -1,0 +1,226 @@
+#include "db/ledger.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include <map>
+#include <set>
+
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::HasSubstr;
+
+class LedgerTest : public ::testing::Test {
+ protected:
+  CellDatabase cell;
+  PanelId panel = cell.new_panel();
+  SQLite::Database& sql() { return cell.database().connection(); }
+  int rows(const std::string& table) { return sql().execAndGet("SELECT count(*) FROM " + table).getInt(); }
+};
+
+TEST_F(LedgerTest, RefusesOverlappingWood) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  const auto second = cell.jobs().create(job_of({square_piece("B1", panel, 20, 20, 14)}), kNow);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(second.error().message, HasSubstr("piece B1"));
+  EXPECT_THAT(second.error().message, HasSubstr("P-0001"));
+  EXPECT_THAT(second.error().message, HasSubstr("plan again"));
+}
+
+TEST_F(LedgerTest, RefusesWoodInsideOtherWood) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 40)}), kNow));
+  EXPECT_FALSE(cell.jobs().create(job_of({square_piece("B1", panel, 20, 20, 4)}), kNow).ok());
+  EXPECT_FALSE(cell.jobs().create(job_of({square_piece("B1", panel, 0, 0, 100)}), kNow).ok());
+}
+
+TEST_F(LedgerTest, AllowsTouchingWood) {
+  // The areas [10 - k, 24 + k] and [24 + k, ...] share a border.
+  VENEER_EXPECT_OK(cell.jobs().create(
+      job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 24 + 2 * kKerf, 10, 14)}), kNow));
+  // One micrometre closer is an overlap.
+  EXPECT_FALSE(cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kKerf - 0.001, 14)}), kNow).ok());
+  VENEER_EXPECT_OK(cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kKerf, 14)}), kNow));
+}
+
+TEST_F(LedgerTest, AllowsTheSamePlaceOnAnotherPanel) {
+  const PanelId other = cell.new_panel();
+  VENEER_EXPECT_OK(
+      cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", other, 10, 10, 14)}), kNow));
+}
+
+TEST_F(LedgerTest, AllowsWoodWhoseBoxesOverlapButNotTheShapes) {
+  NewPiece lower = square_piece("A1", panel, 0, 0, 10), upper = square_piece("A2", panel, 0, 0, 10);
+  lower.panel_outline = {point<PanelFrame>(1, 1), point<PanelFrame>(9, 1), point<PanelFrame>(1, 9),
+                         point<PanelFrame>(1, 5)};
+  upper.panel_outline = {point<PanelFrame>(10, 2), point<PanelFrame>(10, 10), point<PanelFrame>(2, 10),
+                         point<PanelFrame>(6, 6)};
+  for (NewPiece* piece : {&lower, &upper}) piece->allocation = Region<PanelFrame>(piece->panel_outline);
+  VENEER_EXPECT_OK(cell.jobs().create(job_of({lower, upper}), kNow));
+}
+
+TEST_F(LedgerTest, RollsBackWholePlanWhenOnePieceIsTaken) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 200, 200, 14)}), kNow));
+  std::vector<NewPiece> pieces;
+  for (int i = 0; i < 10; ++i) pieces.push_back(square_piece(fmt::format("B{}", i), panel, 5 + 20 * i, 5, 14));
+  pieces.push_back(square_piece("B10", panel, 205, 205, 14));
+  const auto refused = cell.jobs().create(job_of(pieces), kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("B10"));
+  EXPECT_EQ(rows("jobs"), 1);
+  EXPECT_EQ(rows("pieces"), 1);
+  EXPECT_EQ(rows("allocations"), 1);
+  EXPECT_EQ(rows("allocation_boxes"), 1);
+}
+
+TEST_F(LedgerTest, RefusesAPlanThatOverlapsItself) {
+  EXPECT_FALSE(cell.jobs()
+                   .create(job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 12, 12, 14)}), kNow)
+                   .ok());
+}
+
+TEST_F(LedgerTest, RefusesWoodThatDoesNotHoldThePiece) {
+  NewPiece piece = square_piece("A1", panel, 10, 10, 14);
+  piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), -0.3_mm);
+  const auto refused = cell.jobs().create(job_of({piece}), kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(refused.error().message, HasSubstr("A1"));
+}
+
+TEST_F(LedgerTest, ReleasedWoodIsFreeAgain) {
+  const JobId job = must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  VENEER_ASSERT_OK(cell.jobs().cancel(job, kLater));
+  EXPECT_TRUE(must(cell.ledger().live_allocations(panel)).empty());
+  VENEER_EXPECT_OK(cell.jobs().create(job_of({square_piece("B1", panel, 12, 12, 14)}), kLater));
+  const auto all = must(cell.ledger().all_allocations(panel));
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].state, AllocationState::kReleased);
+  EXPECT_EQ(all[0].changed_at, kLater);
+  EXPECT_EQ(all[1].state, AllocationState::kReserved);
+}
+
+TEST_F(LedgerTest, ReturnsTheShapesItWasGiven) {
+  const NewPiece piece = square_piece("A1", panel, 10.123, 20.456, 14);
+  must(cell.jobs().create(job_of({piece}), kNow));
+  const auto live = must(cell.ledger().live_allocations(panel));
+  ASSERT_EQ(live.size(), 1U);
+  EXPECT_EQ(live[0].area.micro_area().rings, piece.allocation.micro_area().rings);
+  ASSERT_EQ(live[0].outline.size(), piece.panel_outline.size());
+  for (std::size_t i = 0; i < piece.panel_outline.size(); ++i)
+    EXPECT_LT(distance(live[0].outline[i], piece.panel_outline[i]), 0.0006_mm) << i;
+  EXPECT_EQ(live[0].panel, panel);
+}
+
+TEST_F(LedgerTest, WritesOffWoodWithoutAJob) {
+  VENEER_ASSERT_OK(cell.ledger().write_off(panel, Region<PanelFrame>(square(0, 0, 30)), "burnt pattern", kNow));
+  const auto live = must(cell.ledger().live_allocations(panel));
+  ASSERT_EQ(live.size(), 1U);
+  EXPECT_EQ(live[0].state, AllocationState::kScrap);
+  EXPECT_EQ(live[0].reason, "burnt pattern");
+  EXPECT_EQ(live[0].piece, PieceId{});
+  EXPECT_FALSE(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow).ok());
+  EXPECT_FALSE(cell.ledger().write_off(panel, {}, "nothing", kNow).ok());
+}
+
+TEST_F(LedgerTest, AConnectionWithoutTheOverlapFunctionCannotInsert) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  SQLite::Database bare(cell.file().string(), SQLite::OPEN_READWRITE);
+  EXPECT_THROW(bare.exec("INSERT INTO allocations (panel, state, outline_um, area_um, reason, changed_at) VALUES "
+                         "('P-0001', 'scrap', '[]', '[[[0,0],[9,0],[9,9]]]', '', '')"),
+               SQLite::Exception);
+}
+
+TEST_F(LedgerTest, TheWoodOfAnAllocationNeverChanges) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  EXPECT_THROW(sql().exec("UPDATE allocations SET area_um = '[[[0,0],[9,0],[9,9]]]'"), SQLite::Exception);
+  EXPECT_THROW(sql().exec("UPDATE allocations SET panel = 'P-0002'"), SQLite::Exception);
+  EXPECT_THROW(sql().exec("UPDATE pieces SET mark = 'Z'"), SQLite::Exception);
+}
+
+TEST_F(LedgerTest, AllocationsMustHaveWoodThatCanBeRead) {
+  for (const char* area : {"[]", "", "[[[0,0],[9,0],[9,9]]", "[[[0,0],[9,0],[9,9]]]x", "[[[0,0],[9]]]", "{}"})
+    EXPECT_THROW(sql().exec(fmt::format("INSERT INTO allocations (panel, state, outline_um, area_um, reason, "
+                                        "changed_at) VALUES ('P-0001', 'scrap', '[]', '{}', '', '')",
+                                        area)),
+                 SQLite::Exception)
+        << area;
+  EXPECT_EQ(rows("allocations"), 0);
+}
+
+// Every pair of states, with the run open that cutting needs.
+TEST_F(LedgerTest, StatesMoveOnlyAsAllowed) {
+  const std::vector<std::string> states = {"reserved", "cutting", "cut", "suspect", "scrap", "released"};
+  const std::set<std::pair<std::string, std::string>> allowed = {
+      {"reserved", "cutting"}, {"reserved", "released"}, {"cutting", "cut"},      {"cutting", "suspect"},
+      {"suspect", "cut"},      {"suspect", "scrap"},     {"suspect", "released"}, {"cut", "scrap"}};
+  const std::map<std::string, std::vector<std::string>> way = {{"reserved", {}},
+                                                               {"cutting", {"cutting"}},
+                                                               {"cut", {"cutting", "cut"}},
+                                                               {"suspect", {"cutting", "suspect"}},
+                                                               {"scrap", {"cutting", "suspect", "scrap"}},
+                                                               {"released", {"released"}}};
+  const JobId job = must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  must(cell.jobs().start_run(job, panel, {}, 0.05_mm, kNow));
+  for (const auto& from : states)
+    for (const auto& to : states) {
+      sql().exec("SAVEPOINT attempt");
+      for (const auto& step : way.at(from)) sql().exec("UPDATE allocations SET state = '" + step + "'");
+      bool moved = true;
+      try {
+        sql().exec("UPDATE allocations SET state = '" + to + "'");
+      } catch (const SQLite::Exception&) {
+        moved = false;
+      }
+      EXPECT_EQ(moved, allowed.count({from, to}) > 0) << from << " -> " << to;
+      sql().exec("ROLLBACK TO attempt; RELEASE attempt");
+    }
+}
+
+TEST_F(LedgerTest, NothingIsCutOutsideARunOnItsPanel) {
+  const PanelId other = cell.new_panel();
+  const JobId job = must(
+      cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", other, 10, 10, 14)}), kNow));
+  const auto pieces = must(cell.jobs().pieces(job));
+  const Status early = cell.jobs().mark_cutting(pieces[0].id, kNow);
+  ASSERT_FALSE(early.ok());
+  EXPECT_THAT(early.error().message, HasSubstr("only while its job runs"));
+  must(cell.jobs().start_run(job, panel, {}, 0.05_mm, kNow));
+  VENEER_EXPECT_OK(cell.jobs().mark_cutting(pieces[0].id, kNow));
+  EXPECT_FALSE(cell.jobs().mark_cutting(pieces[1].id, kNow).ok());
+}
+
+TEST_F(LedgerTest, DeletedRowsLeaveTheIndex) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  sql().exec("DELETE FROM allocations");
+  EXPECT_EQ(rows("allocation_boxes"), 0);
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(LedgerTest, AFullDiskLeavesEverythingTrue) {
+  const JobId first = must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  std::vector<NewPiece> pieces;
+  for (int i = 0; i < 400; ++i)
+    pieces.push_back(square_piece(fmt::format("B{}", i), panel, 40 + 5 * (i % 20), 5 + 5 * (i / 20), 4));
+  const int pages = sql().execAndGet("PRAGMA page_count").getInt();
+  for (const int more : {0, 1, 2, 5, 10, 20, 40}) {
+    VENEER_ASSERT_OK(cell.database().limit_pages_for_test(pages + more));
+    const auto refused = cell.jobs().create(job_of(pieces), kNow);
+    ASSERT_FALSE(refused.ok()) << more;
+    EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+    EXPECT_THAT(refused.error().message, HasSubstr("disk is full"));
+    EXPECT_EQ(rows("jobs"), 1);
+    EXPECT_EQ(rows("allocations"), 1);
+    VENEER_EXPECT_OK(cell.database().check_integrity());
+  }
+  // Booking needs no new page, and goes on.
+  VENEER_EXPECT_OK(cell.jobs().cancel(first, kLater));
+  VENEER_ASSERT_OK(cell.database().limit_pages_for_test(100000));
+  VENEER_EXPECT_OK(cell.jobs().create(job_of(pieces), kNow));
+}
+
+}  // namespace
+}  // namespace veneer::db
