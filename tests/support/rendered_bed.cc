@@ -14,24 +14,6 @@ namespace {
 constexpr double kRad = 3.14159265358979323846 / 180;
 using Vec3 = std::array<double, 3>;
 
-// Rows of the camera's axes in bed coordinates: right, down (in the picture), view.
-std::array<Vec3, 3> axes_of(const TrueCamera& c) {
-  const double a = c.tilt_deg * kRad, b = c.lean_deg * kRad, g = c.yaw_deg * kRad;
-  // Straight down: right = +x, down = -y, view = -z. Then turned about bed x by a and about bed y by b.
-  const auto turn = [&](Vec3 v) {
-    v = {v[0], std::cos(a) * v[1] - std::sin(a) * v[2], std::sin(a) * v[1] + std::cos(a) * v[2]};
-    return Vec3{std::cos(b) * v[0] + std::sin(b) * v[2], v[1], -std::sin(b) * v[0] + std::cos(b) * v[2]};
-  };
-  const Vec3 right = turn({1, 0, 0}), down = turn({0, -1, 0}), view = turn({0, 0, -1});
-  std::array<Vec3, 3> out{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    out[0][i] = std::cos(g) * right[i] + std::sin(g) * down[i];
-    out[1][i] = -std::sin(g) * right[i] + std::cos(g) * down[i];
-    out[2][i] = view[i];
-  }
-  return out;
-}
-
 std::array<double, 2> bend(const std::array<double, 5>& k, double x, double y) {
   const double r2 = x * x + y * y, radial = 1 + k[0] * r2 + k[1] * r2 * r2 + k[4] * r2 * r2 * r2;
   return {x * radial + 2 * k[2] * x * y + k[3] * (r2 + 2 * x * x),
@@ -85,7 +67,7 @@ struct Renderer {
 
   Renderer(const TrueCamera& c, const std::vector<SceneSheet>& s, const PictureOptions& o)
       : camera(c), sheets(s), options(o) {
-    const auto axes = axes_of(c);
+    const auto axes = c.axes();
     for (const auto& sheet : s) {
       placed.push_back({std::cos(sheet.lay.turn_deg * kRad), std::sin(sheet.lay.turn_deg * kRad)});
     }
@@ -141,17 +123,34 @@ struct Renderer {
 
 }  // namespace
 
+std::array<std::array<double, 3>, 3> TrueCamera::axes() const {
+  const double a = tilt_deg * kRad, b = lean_deg * kRad, g = yaw_deg * kRad;
+  // Straight down: right = +x, down = -y, view = -z. Then turned about bed x by a and about bed y by b.
+  const auto turn = [&](Vec3 v) {
+    v = {v[0], std::cos(a) * v[1] - std::sin(a) * v[2], std::sin(a) * v[1] + std::cos(a) * v[2]};
+    return Vec3{std::cos(b) * v[0] + std::sin(b) * v[2], v[1], -std::sin(b) * v[0] + std::cos(b) * v[2]};
+  };
+  const Vec3 right = turn({1, 0, 0}), down = turn({0, -1, 0}), view = turn({0, 0, -1});
+  std::array<Vec3, 3> out{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    out[0][i] = std::cos(g) * right[i] + std::sin(g) * down[i];
+    out[1][i] = -std::sin(g) * right[i] + std::cos(g) * down[i];
+    out[2][i] = view[i];
+  }
+  return out;
+}
+
 std::array<double, 2> TrueCamera::pixel_of(double x, double y, double z) const {
-  const auto axes = axes_of(*this);
+  const auto rows = axes();
   const Vec3 d{x - eye_x, y - eye_y, z - eye_z};
   std::array<double, 3> along{};
-  for (std::size_t i = 0; i < 3; ++i) along[i] = axes[i][0] * d[0] + axes[i][1] * d[1] + axes[i][2] * d[2];
+  for (std::size_t i = 0; i < 3; ++i) along[i] = rows[i][0] * d[0] + rows[i][1] * d[1] + rows[i][2] * d[2];
   const auto bent = bend(lens, along[0] / along[2], along[1] / along[2]);
   return {focal * bent[0] + cx, focal * aspect * bent[1] + cy};
 }
 
 std::array<double, 2> TrueCamera::bed_of(double px, double py, double z) const {
-  const Vec3 ray = ray_of(*this, axes_of(*this), px, py);
+  const Vec3 ray = ray_of(*this, axes(), px, py);
   const double along = (z - eye_z) / ray[2];
   return {eye_x + along * ray[0], eye_y + along * ray[1]};
 }

@@ -19,6 +19,8 @@ struct TrueCamera {
   double eye_x = 240, eye_y = 140, eye_z = 480;                   // over the bed
   double tilt_deg = 7, lean_deg = -4, yaw_deg = 2.5;              // about bed x, y, then about the axis of view
 
+  // Rows: the picture's right, down and the direction of view, in bed coordinates.
+  std::array<std::array<double, 3>, 3> axes() const;
   std::array<double, 2> pixel_of(double x, double y, double z) const;
   // Where the ray through a pixel meets z = height.
   std::array<double, 2> bed_of(double px, double py, double z) const;

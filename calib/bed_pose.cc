@@ -1,0 +1,212 @@
+#include "calib/bed_pose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "calib/point_fit.h"
+
+namespace veneer::calib {
+namespace {
+
+struct KnownTag {
+  const PanelCandidate* candidate = nullptr;
+  const PanelTag* tag = nullptr;
+};
+
+// The tags seen, sorted out by panel and face.
+struct Sorted {
+  std::map<std::pair<const PanelCandidate*, Face>, std::vector<std::pair<const Tag<CameraFrame>*, const PanelTag*>>>
+      groups;
+  std::vector<int> strange;  // of no candidate
+  std::vector<int> twice;
+};
+
+Sorted sort_out(std::span<const Tag<CameraFrame>> seen, std::span<const PanelCandidate> candidates) {
+  std::map<int, KnownTag> known;
+  for (const auto& candidate : candidates) {
+    for (const auto& tag : candidate.fiducials.tags) known[tag.id] = {&candidate, &tag};
+  }
+  Sorted out;
+  std::set<int> met;
+  for (const auto& tag : seen) {
+    if (!met.insert(tag.id).second) out.twice.push_back(tag.id);
+    const auto it = known.find(tag.id);
+    if (it == known.end()) {
+      out.strange.push_back(tag.id);
+    } else {
+      out.groups[{it->second.candidate, it->second.tag->face}].emplace_back(&tag, it->second.tag);
+    }
+  }
+  return out;
+}
+
+std::string list(const std::vector<int>& ids) {
+  std::string text;
+  for (std::size_t i = 0; i < ids.size() && i < 6; ++i) text += (i == 0 ? "" : ", ") + std::to_string(ids[i]);
+  return ids.size() > 6 ? text + ", ..." : text;
+}
+
+const char* face_words(Face face) { return face == Face::kShow ? "show face" : "back"; }
+
+Error refused(std::string sentence) { return {ErrorCode::kRefused, std::move(sentence)}; }
+
+// What lies on the bed must be one panel, seen on one face, and nothing else.
+Status one_panel_only(const Sorted& sorted, const BedPoseLimits& limits) {
+  if (!sorted.twice.empty()) {
+    return refused(
+        fmt::format("tag {} is seen twice on the bed: take off what does not belong to the panel", list(sorted.twice)));
+  }
+  if (sorted.groups.empty()) {
+    if (sorted.strange.empty()) {
+      return Error{ErrorCode::kNotFound,
+                   "the bed camera sees no tags: lay the panel on the bed, with light on it, and try again"};
+    }
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("the bed shows tags {} that belong to no known panel: scan this panel "
+                             "first, or lay the right one on the bed",
+                             list(sorted.strange))};
+  }
+  const auto& [first, first_tags] = *sorted.groups.begin();
+  for (const auto& [key, tags] : sorted.groups) {
+    if (key.first != first.first) {
+      return refused(fmt::format("tags of panels {} and {} are both on the bed: leave only one panel there",
+                                 first.first->panel.value, key.first->panel.value));
+    }
+    if (key.second != first.second) {
+      return refused(
+          fmt::format("tags of both faces of panel {} are seen at once: its registration is wrong, scan both "
+                      "faces again",
+                      first.first->panel.value));
+    }
+  }
+  // One strange tag may be a misread patch of wood; several are another sheet.
+  if (sorted.strange.size() > 1) {
+    return refused(fmt::format("beside panel {} the bed shows tags {} that do not belong to it: take them off the bed",
+                               first.first->panel.value, list(sorted.strange)));
+  }
+  if (static_cast<int>(first_tags.size()) < limits.min_tags) {
+    return refused(
+        fmt::format("only {} of panel {}'s tags are seen on its {}, {} are needed: clear what covers them and "
+                    "see that the whole panel lies in the picture",
+                    first_tags.size(), first.first->panel.value, face_words(first.second), limits.min_tags));
+  }
+  return Ok();
+}
+
+double spread_of(std::span<const Point<BedFrame>> points) {
+  double x = 0, y = 0, sum = 0;
+  for (const auto& p : points) x += p.x.count(), y += p.y.count();
+  x /= static_cast<double>(points.size()), y /= static_cast<double>(points.size());
+  for (const auto& p : points) sum += std::pow(p.x.count() - x, 2) + std::pow(p.y.count() - y, 2);
+  return std::sqrt(sum);
+}
+
+struct Corners {
+  std::vector<Point<BedFrame>> bed;
+  std::vector<Point<PanelFrame>> panel;
+  std::vector<int> tag;  // id, per corner
+};
+
+int worst_tag(const Corners& corners, const Isometry2<BedFrame, PanelFrame>& bed_from_panel) {
+  double worst = -1;
+  int id = -1;
+  for (std::size_t i = 0; i < corners.bed.size(); ++i) {
+    const double d = distance(bed_from_panel * corners.panel[i], corners.bed[i]).count();
+    if (d > worst) worst = d, id = corners.tag[i];
+  }
+  return id;
+}
+
+Status within_limits(const BedPose& pose, const Corners& corners, const BedPoseLimits& limits) {
+  if (std::abs(pose.scale - 1) > limits.max_scale_error) {
+    return refused(
+        fmt::format("panel {} looks {:.2f} % too {} for the height given: check its thickness, that it lies "
+                    "flat, and the camera's calibration",
+                    pose.panel.value, std::abs(pose.scale - 1) * 100, pose.scale > 1 ? "large" : "small"));
+  }
+  if (pose.rms > limits.max_rms || pose.max > limits.max_single) {
+    return refused(
+        fmt::format("panel {}'s tags fit to {:.2f} mm rms, {:.2f} mm at worst (tag {}); {:.2f} rms and {:.2f} "
+                    "are allowed: press the panel flat, check that tag, or calibrate the camera again",
+                    pose.panel.value, pose.rms.count(), pose.max.count(), worst_tag(corners, pose.bed_from_panel),
+                    limits.max_rms.count(), limits.max_single.count()));
+  }
+  if (pose.other_hand_rms < limits.min_other_hand_rms || pose.other_hand_rms < pose.rms * limits.min_hand_ratio) {
+    return refused(
+        fmt::format("the tags seen of panel {} do not tell which way up it lies ({:.2f} mm against {:.2f}): "
+                    "clear what covers the other tags",
+                    pose.panel.value, pose.rms.count(), pose.other_hand_rms.count()));
+  }
+  const bool back_up = pose.face_up == Face::kBack;
+  if (back_up != (pose.bed_from_panel.handedness() == Handedness::kImproper)) {
+    return refused(
+        fmt::format("panel {} shows the tags of its {}, but they lie the other way round: its registration is "
+                    "wrong, scan both faces again",
+                    pose.panel.value, face_words(pose.face_up)));
+  }
+  return Ok();
+}
+
+}  // namespace
+
+Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const CameraModel& model, Millimetres height,
+                             std::span<const PanelCandidate> candidates, const BedPoseLimits& limits) {
+  const Sorted sorted = sort_out(seen, candidates);
+  if (const Status one = one_panel_only(sorted, limits); !one.ok()) return one.error();
+
+  const auto& [key, tags] = *sorted.groups.begin();
+  BedPose pose;
+  pose.panel = key.first->panel, pose.face_up = key.second;
+  Corners corners;
+  for (const auto& [picture_tag, panel_tag] : tags) {
+    pose.tags.push_back(panel_tag->id);
+    for (std::size_t i = 0; i < 4; ++i) {
+      corners.bed.push_back(model.bed_from_camera(picture_tag->corners[i], height));
+      corners.panel.push_back(panel_tag->corners[i]);
+      corners.tag.push_back(panel_tag->id);
+    }
+  }
+  std::sort(pose.tags.begin(), pose.tags.end());
+
+  const std::span<const Point<BedFrame>> bed(corners.bed);
+  const std::span<const Point<PanelFrame>> panel(corners.panel);
+  const auto proper = fit_isometry<BedFrame, PanelFrame>(bed, panel, Handedness::kProper);
+  const auto improper = fit_isometry<BedFrame, PanelFrame>(bed, panel, Handedness::kImproper);
+  FitResidual best = residual_of(proper, bed, panel), other = residual_of(improper, bed, panel);
+  pose.bed_from_panel = proper;
+  if (other.rms < best.rms) std::swap(best, other), pose.bed_from_panel = improper;
+  pose.rms = Millimetres(best.rms), pose.max = Millimetres(best.max), pose.other_hand_rms = Millimetres(other.rms);
+  pose.scale = spread_of(bed) / spread_of(pose.bed_from_panel * corners.panel);
+  if (const Status good = within_limits(pose, corners, limits); !good.ok()) return good.error();
+  return pose;
+}
+
+Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
+                           std::span<const PanelCandidate> candidates, const BedPoseLimits& limits) {
+  const auto& camera = model.parameters();
+  if (picture.cols != camera.width_px || picture.rows != camera.height_px) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the bed camera gives {} x {} pixels, it was calibrated at {} x {}: set it back, or calibrate "
+                    "it again",
+                    picture.cols, picture.rows, camera.width_px, camera.height_px)};
+  }
+  return locate_panel(detect_tags<CameraFrame>(picture), model, height, candidates, limits);
+}
+
+Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up) {
+  if (pose.panel != wanted) {
+    return refused(fmt::format("panel {} lies on the bed, panel {} is wanted: change them, {} up", pose.panel.value,
+                               wanted.value, face_words(wanted_up)));
+  }
+  if (pose.face_up != wanted_up) {
+    return refused(fmt::format("panel {} lies with its {} up: turn it over, {} up", wanted.value,
+                               face_words(pose.face_up), face_words(wanted_up)));
+  }
+  return Ok();
+}
+
+}  // namespace veneer::calib

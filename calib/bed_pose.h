@@ -1,0 +1,64 @@
+// Which panel lies on the bed, which face looks up, and where: bed_from_panel, from the tags the bed camera sees.
+//
+// Nothing is assumed of the face: a proper and an improper isometry are both fitted, and the tags' layout must decide
+// clearly. A panel with its back up has an improper one. Height is the distance of the *upper face* from the bed (the
+// panel's thickness, plus what it lies on); a wrong one shows up as a scale and is refused.
+// Functions are pure and may run at the same time.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <span>
+#include <vector>
+
+#include "base/frames.h"
+#include "base/ids.h"
+#include "base/result.h"
+#include "calib/camera_model.h"
+#include "calib/fiducials.h"
+#include "calib/tag_detector.h"
+
+namespace veneer::calib {
+
+struct PanelCandidate {
+  PanelId panel;
+  PanelFiducials fiducials;
+};
+
+struct BedPose {
+  PanelId panel;
+  Face face_up = Face::kBack;
+  Isometry2<BedFrame, PanelFrame> bed_from_panel;  // its handedness is measured
+  Millimetres rms{0}, max{0};                      // over the tags' corners, on the bed
+  Millimetres other_hand_rms{0};                   // of the isometry of the other handedness: far worse
+  double scale = 1;                                // seen size over known size; the height's own check
+  std::vector<int> tags;                           // ids used, ascending
+};
+
+struct BedPoseLimits {
+  Millimetres max_rms{0.10};
+  Millimetres max_single{0.30};
+  int min_tags = 3;
+  double max_scale_error = 0.002;
+  // The other handedness must fit this much worse, and by this much in all.
+  double min_hand_ratio = 10;
+  Millimetres min_other_hand_rms{1};
+};
+
+// kNotFound: no tags of a known panel. kRefused: tags of several panels or both faces, strange tags among them, too
+// few, too large a residual, an undecided or contradicting handedness.
+Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const CameraModel& model, Millimetres height,
+                             std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
+
+// The same from a picture (BGR or grey, 8 bit), with the detector in between.
+Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
+                           std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
+
+// Whether what was found is what a job wants; the sentence says what to do with the panel.
+Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up);
+
+// The picture with what was found drawn in: the panel's outline, its tags, its name and face. `outline` is in
+// PanelFrame and may be empty. The picture given is not changed.
+cv::Mat draw_pose(const cv::Mat& picture, const CameraModel& model, Millimetres height, const BedPose& pose,
+                  const PanelFiducials& fiducials, std::span<const Point<PanelFrame>> outline);
+
+}  // namespace veneer::calib
