@@ -43,7 +43,7 @@ class ScannerModel {
   explicit ScannerModel(ScannerModelData data);
 
   Point<GlassFrame> glass_from_scan(const Point<ScanFrame>& p, ScanResolution nominal) const;
-  // Undoes glass_from_scan to 1e-6 mm (Newton).
+  // Undoes glass_from_scan to 1e-9 mm.
   Point<ScanFrame> scan_from_glass(const Point<GlassFrame>& p, ScanResolution nominal) const;
   const ScannerModelData& data() const { return data_; }
 
