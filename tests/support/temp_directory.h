@@ -1,4 +1,5 @@
-// A directory of its own for one test; gone with the test.
+// A directory of its own for one test; gone with the test. In memory where there is such a place, so that no test waits
+// for a disk.
 #pragma once
 
 #include <cstdlib>
@@ -11,7 +12,10 @@ namespace veneer::testing {
 class TempDirectory {
  public:
   TempDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "veneer-test-XXXXXX").string();
+    std::error_code ignored;
+    const bool in_memory = std::filesystem::is_directory("/dev/shm", ignored);
+    const std::filesystem::path parent = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
+    std::string name = (parent / "veneer-test-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) std::abort();
     path_ = name;
   }
