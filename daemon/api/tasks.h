@@ -18,6 +18,8 @@
 
 namespace veneer::daemon {
 
+struct TaskGate;
+
 enum class TaskState { kRunning, kDone, kFailed, kCancelled };
 const char* to_string(TaskState state);
 
@@ -34,7 +36,7 @@ struct TaskView {
 // {"id", "kind", "state", "progress", "text", "result" | "error": {"code", "message"}}
 nlohmann::json to_json(const TaskView& task);
 
-// The worker's end of a task. Copies speak of the same task. Thread-safe; safe to use after the registry is gone.
+// The worker's end of a task. Copies speak of the same task. Thread-safe; does nothing once the registry is gone.
 // The last copy dropped before the end was reported fails the task.
 class TaskReporter {
  public:
@@ -47,9 +49,10 @@ class TaskReporter {
   // done or fail, whichever the result says.
   void finish(Result<nlohmann::json> result) const;
 
+  struct Shared;  // what worker and registry both hold; opaque
+
  private:
   friend class TaskRegistry;
-  struct Shared;
   explicit TaskReporter(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
   std::shared_ptr<Shared> shared_;
 };
@@ -75,16 +78,16 @@ class TaskRegistry {
   Status cancel(std::int64_t id);
 
  private:
+  friend struct TaskReporter::Shared;
   struct Entry;
   void take(const std::shared_ptr<TaskReporter::Shared>& shared);
   void prune();
 
-  boost::asio::io_context& reactor_;
   const Clock& clock_;
   std::function<void(const TaskView&)> on_change_;
   std::int64_t last_id_ = 0;
   std::deque<std::unique_ptr<Entry>> entries_;
-  std::shared_ptr<TaskRegistry*> self_;  // emptied by the destructor, so that late reports find nobody
+  std::shared_ptr<TaskGate> gate_;  // what reporters post through; shut by the destructor
 };
 
 }  // namespace veneer::daemon

@@ -1,0 +1,215 @@
+#include "cli/api_client.h"
+
+#include <array>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/generic/stream_protocol.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/beast/core/basic_stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include "cli/json_read.h"
+
+namespace veneer::cli {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+namespace {
+
+constexpr const char* kPrefix = "/api/v1";
+
+ErrorCode code_from(std::string_view name) {
+  constexpr std::array kCodes = {ErrorCode::kInvalidArgument, ErrorCode::kNotFound,    ErrorCode::kConflict,
+                                 ErrorCode::kRefused,         ErrorCode::kUnavailable, ErrorCode::kTimeout,
+                                 ErrorCode::kDisconnected,    ErrorCode::kDeviceFault, ErrorCode::kCancelled,
+                                 ErrorCode::kStorage};
+  for (const ErrorCode code : kCodes) {
+    if (name == to_string(code)) return code;
+  }
+  if (name == "forbidden") return ErrorCode::kRefused;
+  if (name == "too_large" || name == "method_not_allowed") return ErrorCode::kInvalidArgument;
+  return ErrorCode::kInternal;
+}
+
+Error error_from(const nlohmann::json& body, const std::string& otherwise) {
+  const nlohmann::json& error = member(body, "error");
+  return Error{code_from(text_or(error, "code", "internal")), text_or(error, "message", otherwise)};
+}
+
+// One request on a connection of its own, run to its end or its deadline.
+class Exchange {
+ public:
+  Exchange(const ApiAddress& address, std::chrono::seconds timeout)
+      : address_(address), timeout_(timeout), stream_(loop_) {}
+
+  Result<ApiResponse> run(http::request<http::string_body> request) {
+    request_ = std::move(request);
+    parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // Beast 1.74 takes "none" for zero
+    stream_.expires_after(timeout_);
+    const auto begin = [this](error_code fault) { connected(fault); };
+    if (!address_.unix_path.empty()) {
+      if (address_.unix_path.size() >= 108) {
+        return Error{ErrorCode::kInvalidArgument, "the socket's path is too long: " + address_.unix_path};
+      }
+      stream_.async_connect(asio::local::stream_protocol::endpoint(address_.unix_path), begin);
+    } else {
+      error_code bad;
+      const auto ip = asio::ip::make_address(address_.host == "localhost" ? "127.0.0.1" : address_.host, bad);
+      if (bad) return Error{ErrorCode::kInvalidArgument, address_.host + " is not an address"};
+      stream_.async_connect(asio::ip::tcp::endpoint(ip, static_cast<unsigned short>(address_.port)), begin);
+    }
+    loop_.run();
+    if (failed_) return *failed_;
+    const auto& response = parser_.get();
+    return ApiResponse{static_cast<int>(response.result_int()), std::string(response[http::field::content_type]),
+                       response.body()};
+  }
+
+ private:
+  std::string where() const {
+    return address_.unix_path.empty() ? address_.host + ":" + std::to_string(address_.port) : address_.unix_path;
+  }
+
+  void connected(error_code fault) {
+    if (fault) {
+      const bool forbidden = fault == asio::error::access_denied;
+      failed_ = Error{ErrorCode::kUnavailable,
+                      forbidden ? "you may not use " + where() + ": ask for membership in the cell's operator group"
+                                : "veneerd does not answer at " + where() + ": start it, or give its --socket"};
+      return;
+    }
+    http::async_write(stream_, request_, [this](error_code write_fault, std::size_t) {
+      // A refusal may be on its way although the body was not taken.
+      if (write_fault) write_failed_ = true;
+      read();
+    });
+  }
+
+  void read() {
+    http::async_read(stream_, buffer_, parser_, [this](error_code fault, std::size_t) {
+      if (!fault) return;
+      const bool late = fault == boost::beast::error::timeout;
+      failed_ = late ? Error{ErrorCode::kTimeout, "veneerd at " + where() + " has not answered in " +
+                                                      std::to_string(timeout_.count()) + " s"}
+                     : Error{ErrorCode::kDisconnected, "veneerd at " + where() + " hung up" +
+                                                           (write_failed_ ? " while the request was being sent" : "")};
+    });
+  }
+
+  const ApiAddress& address_;
+  std::chrono::seconds timeout_;
+  asio::io_context loop_;
+  boost::beast::basic_stream<asio::generic::stream_protocol> stream_;
+  boost::beast::flat_buffer buffer_;
+  http::request<http::string_body> request_;
+  http::response_parser<http::string_body> parser_;
+  bool write_failed_ = false;
+  std::optional<Error> failed_;
+};
+
+}  // namespace
+
+Result<ApiResponse> ApiClient::raw(const std::string& method, const std::string& path, const std::string& body,
+                                   const std::string& content_type,
+                                   const std::vector<std::pair<std::string, std::string>>& headers) const {
+  http::request<http::string_body> request;
+  request.version(11);
+  request.method_string(method);
+  request.target(path);
+  request.set(http::field::host,
+              address_.unix_path.empty() ? address_.host + ":" + std::to_string(address_.port) : "localhost");
+  request.set(http::field::connection, "close");
+  if (!content_type.empty()) request.set(http::field::content_type, content_type);
+  for (const auto& [name, value] : headers) request.set(name, value);
+  request.body() = body;
+  request.prepare_payload();
+  return Exchange(address_, timeout_).run(std::move(request));
+}
+
+Result<nlohmann::json> ApiClient::request(const std::string& method, const std::string& target, const std::string& body,
+                                          const std::string& content_type) const {
+  const auto response = raw(method, kPrefix + target, body, content_type);
+  if (!response) return response.error();
+  nlohmann::json parsed = nlohmann::json::parse(response->body, nullptr, /*allow_exceptions=*/false);
+  if (response->status >= 400) {
+    return error_from(parsed, "veneerd answered with HTTP status " + std::to_string(response->status));
+  }
+  if (parsed.is_discarded()) return Error{ErrorCode::kInternal, "veneerd's answer to " + target + " is not JSON"};
+  return parsed;
+}
+
+Result<nlohmann::json> ApiClient::post(const std::string& target, const nlohmann::json& body) const {
+  return request("POST", target, body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+                 "application/json");
+}
+
+Result<std::string> ApiClient::get_bytes(const std::string& target) const {
+  auto response = raw("GET", kPrefix + target, "", "");
+  if (!response) return response.error();
+  if (response->status >= 400) {
+    return error_from(nlohmann::json::parse(response->body, nullptr, false),
+                      "veneerd answered with HTTP status " + std::to_string(response->status));
+  }
+  return std::move(response->body);
+}
+
+Result<nlohmann::json> ApiClient::wait_task(std::int64_t task, const OnProgress& on_progress) const {
+  const std::string target = "/tasks/" + std::to_string(task);
+  std::chrono::milliseconds pause(20);
+  bool cancelled = false;
+  while (true) {
+    const auto view = get(target);
+    if (!view) return view.error();
+    const std::string state = text_or(*view, "state", "");
+    const bool go_on = !on_progress || on_progress(*view);
+    if (state == "done") return member(*view, "result");
+    if (state == "failed" || state == "cancelled") return error_from(*view, "the work failed without saying why");
+    if (!go_on && !cancelled) {
+      cancelled = true;
+      // It may have ended meanwhile; the next look tells.
+      if (const auto asked = request("DELETE", target, "", ""); !asked && asked.error().code != ErrorCode::kConflict) {
+        return asked.error();
+      }
+    }
+    std::this_thread::sleep_for(pause);
+    pause = std::min(pause * 3 / 2, std::chrono::milliseconds(250));
+  }
+}
+
+Result<nlohmann::json> ApiClient::post_and_wait(const std::string& target, const nlohmann::json& body,
+                                                const OnProgress& on_progress) const {
+  const auto started = post(target, body);
+  if (!started) return started.error();
+  const std::int64_t task = whole_or(*started, "task", 0);
+  if (task == 0) return Error{ErrorCode::kInternal, "veneerd began no task for " + target};
+  return wait_task(task, on_progress);
+}
+
+std::string url_encode(std::string_view text) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                       c == '_' || c == '.' || c == '~';
+    if (plain) {
+      encoded += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      encoded += '%';
+      encoded += kHex[byte >> 4];
+      encoded += kHex[byte & 15U];
+    }
+  }
+  return encoded;
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,17 @@
+// The operator's page, embedded: it needs no build, no network and no files beside the daemon.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace veneer::console {
+
+struct PageFile {
+  std::string_view path;  // where the browser asks for it
+  std::string_view content_type;
+  std::string_view content;
+};
+
+std::span<const PageFile> page_files();
+
+}  // namespace veneer::console

@@ -1,0 +1,48 @@
+// Who a caller is: by the credentials of its process on the Unix socket, by its console session over TCP. And whether a
+// browser was sent here by a page of its own or by a foreign one.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/api/api_message.h"
+#include "daemon/api/console_links.h"
+
+namespace veneer::daemon {
+
+struct PeerCredentials {
+  unsigned uid = 0;
+  unsigned gid = 0;
+  std::vector<unsigned> groups;  // supplementary ones
+};
+
+// SO_PEERCRED and SO_PEERGROUPS of a connected Unix socket; nullopt when the kernel will not say.
+std::optional<PeerCredentials> peer_credentials(int socket);
+
+// Root and the daemon's own user are admin, members of `operator_gid` operators, everybody else a viewer.
+Caller caller_of_peer(const std::optional<PeerCredentials>& peer, unsigned own_uid,
+                      std::optional<unsigned> operator_gid);
+
+// What TCP requests say about themselves. Repeated headers are given joined, and so match nothing.
+struct BrowserHeaders {
+  std::string_view host;
+  std::optional<std::string_view> origin;
+  std::string_view cookie;
+};
+
+// Whether `host` names this machine's loopback and our port; anything else is a page of a foreign name that was pointed
+// at us (DNS rebinding).
+bool host_is_ours(std::string_view host, int port);
+
+// No Origin (not a browser), or the page that was served under this very host.
+bool origin_is_ours(const BrowserHeaders& headers);
+
+// Viewer, or operator with an open console session. A session counts for a request that changes something only when
+// the browser says which page sent it.
+Caller caller_over_tcp(const BrowserHeaders& headers, bool changes_something, const ConsoleLinks& links);
+
+inline constexpr std::string_view kSessionCookie = "veneer_session";
+
+}  // namespace veneer::daemon

@@ -1,0 +1,53 @@
+#include "daemon/api/console_links.h"
+
+#include <algorithm>
+
+#include "daemon/api/random_token.h"
+
+namespace veneer::daemon {
+
+void ConsoleLinks::forget_expired(std::vector<Secret>& secrets) const {
+  const TimePoint now = clock_.now();
+  std::erase_if(secrets, [now](const Secret& secret) { return secret.expires <= now; });
+}
+
+const ConsoleLinks::Secret* ConsoleLinks::find(const std::vector<Secret>& secrets, std::string_view value) {
+  const Secret* found = nullptr;
+  for (const Secret& secret : secrets) {  // all of them: the time taken tells nothing
+    if (equal_secrets(secret.value, value)) found = &secret;
+  }
+  return found;
+}
+
+Result<std::string> ConsoleLinks::new_link() {
+  auto token = random_token();
+  if (!token) return token.error();
+  forget_expired(links_);
+  if (links_.size() >= kMaxLinks) links_.erase(links_.begin());
+  links_.push_back({*token, clock_.now() + kLinkLife});
+  return *token;
+}
+
+Result<std::string> ConsoleLinks::redeem(std::string_view token) {
+  forget_expired(links_);
+  const Secret* link = find(links_, token);
+  if (!link) {
+    return Error{
+        ErrorCode::kRefused,
+        "this console link was used already or is older than five minutes: get a new one with `veneerctl console`"};
+  }
+  auto secret = random_token();
+  if (!secret) return secret.error();
+  links_.erase(links_.begin() + (link - links_.data()));
+  forget_expired(sessions_);
+  if (sessions_.size() >= kMaxSessions) sessions_.erase(sessions_.begin());
+  sessions_.push_back({*secret, clock_.now() + kSessionLife});
+  return *secret;
+}
+
+bool ConsoleLinks::session_is_open(std::string_view secret) const {
+  const Secret* session = find(sessions_, secret);
+  return session && session->expires > clock_.now();
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,41 @@
+#include "daemon/api/event_hub.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "daemon/api/event_client.h"
+
+namespace veneer::daemon {
+namespace {
+
+EventClient::Message message_of(const nlohmann::json& event) {
+  return std::make_shared<const std::string>(event.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+}  // namespace
+
+EventHub::EventHub(EventHubOptions options, Logger log) : options_(options), log_(std::move(log)) {}
+
+EventHub::~EventHub() { close(); }
+
+void EventHub::broadcast(const nlohmann::json& event) {
+  if (clients_.empty()) return;
+  const EventClient::Message message = message_of(event);
+  const auto everyone = clients_;  // a slow one leaves while we speak
+  for (const auto& client : everyone) client->send(message);
+}
+
+void EventHub::join(const std::shared_ptr<EventClient>& client) {
+  clients_.insert(client);
+  client->send(message_of({{"type", "hello"}, {"schema_version", 1}}));
+}
+
+void EventHub::close() {
+  closed_ = true;
+  const auto everyone = std::exchange(clients_, {});
+  for (const auto& client : everyone) {
+    client->drop(boost::beast::websocket::close_code::going_away, "the daemon is ending");
+  }
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,279 @@
+#include "daemon/api/http_connection.h"
+
+#include <atomic>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <limits>
+#include <utility>
+
+#include "daemon/api/event_client.h"
+
+namespace veneer::daemon {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+namespace {
+
+constexpr std::string_view kStopPath = "/api/v1/stop";
+constexpr std::string_view kEventsPath = "/api/v1/events";
+constexpr std::chrono::seconds kLinger{2};
+
+std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
+
+template <class Fields>
+BrowserHeaders browser_headers(const Fields& fields) {
+  const auto once = [&fields](http::field name) -> std::optional<std::string_view> {
+    if (fields.count(name) == 0) return std::nullopt;
+    if (fields.count(name) > 1) return "repeated";  // no host, no origin of ours
+    return std::string_view(fields[name]);
+  };
+  return {once(http::field::host).value_or(""), once(http::field::origin), once(http::field::cookie).value_or("")};
+}
+
+bool is_stop(const http::request<http::string_body>& request) {
+  return request.method() == http::verb::post && path_of(request.target()) == kStopPath;
+}
+
+std::string role_needed(const Caller& caller, Role role) {
+  const std::string needs = "this needs the " + std::string(to_string(role)) + " role: ";
+  if (caller.transport == TransportKind::kTcp) {
+    return needs + "open the link that `veneerctl console` prints in this browser";
+  }
+  return needs + caller.who + " is " + to_string(caller.role) + "; ask for membership in the cell's operator group";
+}
+
+}  // namespace
+
+// A handler's one way back. Whoever holds it last without having replied replies with 500.
+class ReplySlot {
+ public:
+  ReplySlot(std::weak_ptr<HttpConnection> connection, ApiStream::executor_type reactor, std::uint64_t number)
+      : connection_(std::move(connection)), reactor_(std::move(reactor)), number_(number) {}
+  ReplySlot(const ReplySlot&) = delete;
+  ReplySlot& operator=(const ReplySlot&) = delete;
+  ~ReplySlot() { send(ApiReply::error(Error{ErrorCode::kInternal, "the request was dropped: see the daemon's log"})); }
+
+  void send(ApiReply reply) {
+    if (sent_.exchange(true)) return;
+    asio::dispatch(reactor_, [connection = connection_, number = number_, reply = std::move(reply)]() mutable {
+      if (const auto alive = connection.lock()) alive->take_reply(number, std::move(reply));
+    });
+  }
+
+ private:
+  std::weak_ptr<HttpConnection> connection_;
+  ApiStream::executor_type reactor_;
+  std::uint64_t number_;
+  std::atomic<bool> sent_{false};
+};
+
+HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, std::optional<Caller> peer)
+    : shared_(std::move(shared)),
+      stream_(std::move(socket)),
+      reply_timer_(stream_.get_executor()),
+      peer_(std::move(peer)) {
+  step(Doing::kReading);
+}
+
+void HttpConnection::step(Doing doing) {
+  doing_ = doing;
+  last_activity_ = ++shared_->activity;
+}
+
+void HttpConnection::drop() {
+  awaiting_reply_ = false;
+  reply_timer_.cancel();
+  stream_.close();
+}
+
+void HttpConnection::gone() {
+  drop();
+  if (shared_->on_gone) shared_->on_gone(*this);
+}
+
+void HttpConnection::read_header() {
+  step(Doing::kReading);
+  ++request_number_;
+  parser_.emplace();
+  parser_->header_limit(static_cast<std::uint32_t>(shared_->options.max_header_bytes));
+  parser_->body_limit(std::numeric_limits<std::uint64_t>::max());  // lowered once we know who sends it where
+  stream_.expires_after(shared_->options.header_timeout);
+  http::async_read_header(stream_, buffer_, *parser_,
+                          [self = shared_from_this()](error_code fault, std::size_t) { self->on_header(fault); });
+}
+
+void HttpConnection::on_parse_fault(error_code fault) {
+  if (fault == http::error::header_limit) {
+    return answer(ApiReply::error(431, "too_large", "the request's header is too large"), true);
+  }
+  if (fault == http::error::body_limit) {
+    return answer(ApiReply::error(413, "too_large", "the request's body is too large"), true);
+  }
+  const bool malformed = fault.category() == http::make_error_code(http::error::bad_method).category() &&
+                         fault != http::error::end_of_stream && fault != http::error::partial_message;
+  if (malformed)
+    return answer(ApiReply::error(400, "invalid_argument", "this is not HTTP (" + fault.message() + ")"), true);
+  gone();
+}
+
+void HttpConnection::on_header(error_code fault) {
+  if (fault) return on_parse_fault(fault);
+  step(Doing::kReading);
+  const auto& request = parser_->get();
+  const bool changes_something = request.method() != http::verb::get;
+  const BrowserHeaders headers = browser_headers(request);
+  if (!peer_) {
+    if (auto refusal = refuse_foreign(headers, changes_something)) return answer(std::move(*refusal), true);
+  }
+  caller_ = peer_ ? *peer_ : caller_over_tcp(headers, changes_something, shared_->links);
+  if (is_stop(request)) {
+    shared_->log->warn("STOP from {}", caller_.who);
+    return answer(shared_->on_stop(caller_), !parser_->is_done());
+  }
+  if (request.method() == http::verb::get && path_of(request.target()) == kEventsPath) return upgrade();
+  route();
+}
+
+std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& headers, bool changes_something) const {
+  if (!host_is_ours(headers.host, shared_->tcp_port)) {
+    return ApiReply::error(
+        403, "forbidden",
+        "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(shared_->tcp_port) + "/console");
+  }
+  // The event stream is a GET that browsers let any page open.
+  const bool guarded = changes_something || path_of(parser_->get().target()) == kEventsPath;
+  if (guarded && !origin_is_ours(headers)) {
+    return ApiReply::error(403, "forbidden", "another web page sent this request: use the cell's own console");
+  }
+  return std::nullopt;
+}
+
+void HttpConnection::upgrade() {
+  if (!boost::beast::websocket::is_upgrade(parser_->get())) {
+    return answer(ApiReply::error(400, "invalid_argument", "this is the event stream: open it as a WebSocket"), true);
+  }
+  if (shared_->hub.full()) {
+    return answer(ApiReply::error(503, "unavailable", "too many listen to the event stream already"), true);
+  }
+  const auto client = std::make_shared<EventClient>(std::move(stream_), shared_->hub, shared_->log);
+  client->accept(parser_->release());
+  if (shared_->on_gone) shared_->on_gone(*this);
+}
+
+void HttpConnection::route() {
+  const auto& request = parser_->get();
+  match_ = shared_->router.match(std::string_view(request.method_string()), std::string_view(request.target()));
+  if (!match_.route) return answer(std::move(match_.refusal), !parser_->is_done());
+  if (caller_.role < match_.route->role) {
+    return answer(ApiReply::error(403, "forbidden", role_needed(caller_, match_.route->role)), !parser_->is_done());
+  }
+  const std::size_t max_body = match_.route->max_body;
+  const auto length = parser_->content_length();
+  if (length && *length > max_body) {
+    return answer(
+        ApiReply::error(413, "too_large", "the body is larger than " + std::to_string(max_body / 1024) + " KiB"), true);
+  }
+  parser_->body_limit(max_body);
+  if (request[http::field::expect] == "100-continue") return say_continue();
+  read_body();
+}
+
+void HttpConnection::say_continue() {
+  stream_.expires_after(shared_->options.write_timeout);
+  static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+  asio::async_write(stream_, asio::buffer(kContinue), [self = shared_from_this()](error_code fault, std::size_t) {
+    if (fault) return self->gone();
+    self->read_body();
+  });
+}
+
+void HttpConnection::read_body() {
+  if (parser_->is_done()) return handle();
+  stream_.expires_after(shared_->options.body_timeout);
+  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code fault, std::size_t) {
+    if (fault) return self->on_parse_fault(fault);
+    self->handle();
+  });
+}
+
+void HttpConnection::handle() {
+  step(Doing::kHandling);
+  stream_.expires_never();
+  auto& message = parser_->get();
+  ApiRequest request;
+  request.method = std::string(message.method_string());
+  request.path = std::string(path_of(message.target()));
+  request.path_params = std::move(match_.path_params);
+  request.query = std::move(match_.query);
+  request.content_type = std::string(message[http::field::content_type]);
+  request.body = std::move(message.body());
+  request.caller = caller_;
+
+  awaiting_reply_ = true;
+  reply_timer_.expires_after(shared_->options.reply_timeout);
+  reply_timer_.async_wait([self = shared_from_this(), number = request_number_](error_code fault) {
+    if (fault) return;
+    self->take_reply(number, ApiReply::error(Error{ErrorCode::kTimeout, "the daemon has no answer yet: ask again"}));
+  });
+  // Copied: the handler may bind further routes.
+  const Handler handler = match_.route->handler;
+  const auto slot = std::make_shared<ReplySlot>(weak_from_this(), stream_.get_executor(), request_number_);
+  handler(request, [slot](ApiReply reply) { slot->send(std::move(reply)); });
+}
+
+void HttpConnection::take_reply(std::uint64_t number, ApiReply reply) {
+  if (!awaiting_reply_ || number != request_number_) return;
+  awaiting_reply_ = false;
+  reply_timer_.cancel();
+  answer(std::move(reply));
+}
+
+void HttpConnection::answer(ApiReply reply, bool close_after) {
+  step(Doing::kWriting);
+  const bool known = parser_->is_header_done();
+  const auto& request = parser_->get();
+  response_.emplace();
+  response_->version(known ? request.version() : 11);
+  response_->result(static_cast<unsigned>(reply.status));
+  response_->set(http::field::server, "veneerd");
+  response_->set(http::field::cache_control, "no-store");
+  response_->set("X-Content-Type-Options", "nosniff");
+  response_->set("Cross-Origin-Resource-Policy", "same-origin");
+  if (!reply.content_type.empty()) response_->set(http::field::content_type, reply.content_type);
+  for (const auto& [name, value] : reply.headers) response_->set(name, value);
+  response_->body() = std::move(reply.body);
+  response_->keep_alive(known && request.keep_alive() && !close_after);
+  response_->prepare_payload();
+  stream_.expires_after(shared_->options.write_timeout);
+  http::async_write(stream_, *response_, [self = shared_from_this()](error_code fault, std::size_t) {
+    if (fault) return self->gone();
+    const bool last = self->response_->need_eof();
+    self->response_.reset();
+    if (last) return self->linger();
+    self->read_header();
+  });
+}
+
+// Closing with unread bytes would reset the connection, and the client might never see why it was refused.
+void HttpConnection::linger() {
+  step(Doing::kReading);
+  error_code ignored;
+  stream_.socket().shutdown(ApiSocket::shutdown_send, ignored);
+  stream_.expires_after(kLinger);
+  swallow();
+}
+
+void HttpConnection::swallow() {
+  buffer_.clear();
+  stream_.async_read_some(buffer_.prepare(16 * 1024), [self = shared_from_this()](error_code fault, std::size_t) {
+    if (fault) return self->gone();
+    self->swallow();
+  });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,85 @@
+// One HTTP connection: reads requests one after the other, asks who sends them, hands them to their handlers, writes
+// the replies. Bound to the reactor; kept alive by its ConnectionOwner and by its own work under way.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "daemon/api/access.h"
+#include "daemon/api/api_stream.h"
+#include "daemon/api/http_server.h"
+
+namespace veneer::daemon {
+
+class HttpConnection;
+
+// What all connections of a server share. Outlives them.
+struct ServerShared {
+  HttpServerOptions options;
+  const Router& router;
+  EventHub& hub;
+  const ConsoleLinks& links;
+  std::function<ApiReply(const Caller&)> on_stop;
+  Logger log;
+  int tcp_port = 0;
+  std::uint64_t activity = 0;  // counts every step any connection makes
+  std::function<void(const HttpConnection&)> on_gone;
+};
+
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  enum class Doing { kReading, kHandling, kWriting };
+
+  // `peer` is the caller over the Unix socket; nullopt over TCP, where each request says for itself.
+  HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, std::optional<Caller> peer);
+
+  void start() { read_header(); }
+  void drop();  // at once; a reply that comes later goes nowhere
+
+  Doing doing() const { return doing_; }
+  std::uint64_t last_activity() const { return last_activity_; }
+
+ private:
+  using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
+  using Response = boost::beast::http::response<boost::beast::http::string_body>;
+  friend class ReplySlot;
+
+  void step(Doing doing);
+  void read_header();
+  void on_header(boost::system::error_code fault);
+  void on_parse_fault(boost::system::error_code fault);
+  std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, bool changes_something) const;
+  void upgrade();
+  void route();
+  void say_continue();
+  void read_body();
+  void handle();
+  void take_reply(std::uint64_t number, ApiReply reply);
+  void answer(ApiReply reply, bool close_after = false);
+  void linger();
+  void swallow();
+  void gone();
+
+  std::shared_ptr<ServerShared> shared_;
+  ApiStream stream_;
+  boost::asio::steady_timer reply_timer_;
+  std::optional<Caller> peer_;
+  boost::beast::flat_buffer buffer_;
+  std::optional<RequestParser> parser_;
+  std::optional<Response> response_;
+  Caller caller_;
+  Router::Match match_;
+  Doing doing_ = Doing::kReading;
+  std::uint64_t last_activity_ = 0;
+  std::uint64_t request_number_ = 0;
+  bool awaiting_reply_ = false;
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,158 @@
+#include "daemon/api/http_server.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/steady_timer.hpp>
+#include <utility>
+#include <vector>
+
+#include "daemon/api/access.h"
+#include "daemon/api/http_connection.h"
+#include "daemon/api/listen.h"
+
+namespace veneer::daemon {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using asio::local::stream_protocol;
+using boost::system::error_code;
+
+class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
+ public:
+  Impl(asio::io_context& reactor, std::shared_ptr<ServerShared> shared)
+      : shared_(std::move(shared)), tcp_(reactor), unix_(reactor), retry_tcp_(reactor), retry_unix_(reactor) {}
+
+  Status listen(asio::io_context& reactor) {
+    const HttpServerOptions& options = shared_->options;
+    if (!options.listen.empty()) {
+      auto acceptor = listen_on_loopback(reactor, options.listen);
+      if (!acceptor) return acceptor.error();
+      tcp_ = std::move(*acceptor);
+      error_code fault;
+      shared_->tcp_port = tcp_.local_endpoint(fault).port();
+    }
+    if (!options.unix_path.empty()) {
+      auto acceptor = listen_on_socket(reactor, options.unix_path, options.operator_gid);
+      if (!acceptor) return acceptor.error();
+      unix_ = std::move(*acceptor);
+    }
+    return Ok();
+  }
+
+  void start() {
+    shared_->on_gone = [weak = weak_from_this()](const HttpConnection& connection) {
+      if (const auto self = weak.lock()) self->forget(connection);
+    };
+    if (tcp_.is_open()) accept_tcp();
+    if (unix_.is_open()) accept_unix();
+  }
+
+  void close() {
+    error_code ignored;
+    retry_tcp_.cancel();
+    retry_unix_.cancel();
+    tcp_.close(ignored);
+    if (unix_.is_open()) {
+      unix_.close(ignored);
+      std::error_code no_file;
+      std::filesystem::remove(shared_->options.unix_path, no_file);
+    }
+    for (auto* door : {&tcp_connections_, &unix_connections_}) {
+      const auto everyone = std::exchange(*door, {});
+      for (const auto& connection : everyone) connection->drop();
+    }
+  }
+
+  int tcp_port() const { return shared_->tcp_port; }
+  std::size_t connections() const { return tcp_connections_.size() + unix_connections_.size(); }
+
+ private:
+  using Connections = std::vector<std::shared_ptr<HttpConnection>>;
+
+  void accept_tcp() {
+    tcp_.async_accept([self = shared_from_this()](error_code fault, tcp::socket socket) {
+      if (!self->tcp_.is_open()) return;
+      if (fault) return self->retry(self->retry_tcp_, &Impl::accept_tcp);
+      error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      self->admit(self->tcp_connections_, ApiSocket(std::move(socket)), std::nullopt);
+      self->accept_tcp();
+    });
+  }
+
+  void accept_unix() {
+    unix_.async_accept([self = shared_from_this()](error_code fault, stream_protocol::socket socket) {
+      if (!self->unix_.is_open()) return;
+      if (fault) return self->retry(self->retry_unix_, &Impl::accept_unix);
+      const Caller peer =
+          caller_of_peer(peer_credentials(socket.native_handle()), geteuid(), self->shared_->options.operator_gid);
+      self->admit(self->unix_connections_, ApiSocket(std::move(socket)), peer);
+      self->accept_unix();
+    });
+  }
+
+  // Out of descriptors, most likely: they come back when connections end.
+  void retry(asio::steady_timer& timer, void (Impl::*accept)()) {
+    timer.expires_after(std::chrono::milliseconds(100));
+    timer.async_wait([self = shared_from_this(), accept](error_code fault) {
+      if (!fault) (self.get()->*accept)();
+    });
+  }
+
+  void admit(Connections& door, ApiSocket socket, std::optional<Caller> peer) {
+    if (door.size() >= shared_->options.max_connections) make_room(door);
+    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(peer));
+    door.push_back(connection);
+    connection->start();
+  }
+
+  // Whoever has been quiet for longest goes, requests in their handlers last: a crowd that holds connections open keeps
+  // nobody from pressing STOP.
+  static void make_room(Connections& door) {
+    const auto rank = [](const std::shared_ptr<HttpConnection>& c) {
+      return std::pair(c->doing() == HttpConnection::Doing::kHandling, c->last_activity());
+    };
+    const auto quietest = std::ranges::min_element(door, {}, rank);
+    (*quietest)->drop();
+    door.erase(quietest);
+  }
+
+  void forget(const HttpConnection& connection) {
+    for (auto* door : {&tcp_connections_, &unix_connections_}) {
+      std::erase_if(*door, [&](const auto& held) { return held.get() == &connection; });
+    }
+  }
+
+  std::shared_ptr<ServerShared> shared_;
+  tcp::acceptor tcp_;
+  stream_protocol::acceptor unix_;
+  asio::steady_timer retry_tcp_;
+  asio::steady_timer retry_unix_;
+  Connections tcp_connections_;
+  Connections unix_connections_;
+};
+
+HttpServer::HttpServer(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+HttpServer::~HttpServer() { close(); }
+
+Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, HttpServerOptions options,
+                                                     const Router& router, EventHub& hub, const ConsoleLinks& links,
+                                                     std::function<ApiReply(const Caller&)> on_stop, Logger log) {
+  auto shared = std::make_shared<ServerShared>(
+      ServerShared{std::move(options), router, hub, links, std::move(on_stop), std::move(log), 0, 0, {}});
+  auto impl = std::make_shared<Impl>(reactor, std::move(shared));
+  if (Status listening = impl->listen(reactor); !listening) {
+    impl->close();
+    return listening.error();
+  }
+  impl->start();
+  return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
+}
+
+int HttpServer::tcp_port() const { return impl_->tcp_port(); }
+std::size_t HttpServer::connections() const { return impl_->connections(); }
+void HttpServer::close() { impl_->close(); }
+
+}  // namespace veneer::daemon

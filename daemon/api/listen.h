@@ -1,0 +1,27 @@
+// Opening the two doors: the Unix socket and the loopback port.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace veneer::daemon {
+
+// "127.0.0.1:8765", "[::1]:8765", "localhost:8765". kInvalidArgument for anything that is not loopback.
+Result<boost::asio::ip::tcp::endpoint> parse_loopback(std::string_view listen);
+
+Result<boost::asio::ip::tcp::acceptor> listen_on_loopback(boost::asio::io_context& reactor, std::string_view listen);
+
+// Mode 0660, owned by `group` when given, at no moment more open than that. A socket that nobody answers at is
+// replaced; kConflict when somebody does.
+Result<boost::asio::local::stream_protocol::acceptor> listen_on_socket(boost::asio::io_context& reactor,
+                                                                       const std::filesystem::path& path,
+                                                                       std::optional<unsigned> group);
+
+}  // namespace veneer::daemon

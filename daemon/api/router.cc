@@ -1,0 +1,105 @@
+#include "daemon/api/router.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "daemon/api/url.h"
+
+namespace veneer::daemon {
+namespace {
+
+bool is_parameter(std::string_view segment) { return segment.size() > 2 && segment.front() == '{'; }
+
+std::vector<std::string> split_pattern(std::string_view pattern) {
+  std::vector<std::string> segments;
+  while (pattern.size() > 1) {
+    pattern.remove_prefix(1);
+    const std::size_t end = std::min(pattern.find('/'), pattern.size());
+    segments.emplace_back(pattern.substr(0, end));
+    pattern.remove_prefix(end);
+  }
+  return segments;
+}
+
+// How many literal segments agree; -1 when the path is another one.
+int agreement(const Router::Route& route, const std::vector<std::string>& path) {
+  if (route.segments.size() != path.size()) return -1;
+  int literals = 0;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (is_parameter(route.segments[i])) continue;
+    if (route.segments[i] != path[i]) return -1;
+    ++literals;
+  }
+  return literals;
+}
+
+ApiReply not_allowed(const std::vector<std::string>& methods) {
+  std::string allowed;
+  for (const std::string& method : methods) allowed += (allowed.empty() ? "" : ", ") + method;
+  ApiReply reply = ApiReply::error(405, "method_not_allowed", "this path answers " + allowed + " only");
+  reply.headers.emplace_back("Allow", allowed);
+  return reply;
+}
+
+}  // namespace
+
+void Router::bind(std::string_view operation_id, Handler handler) {
+  const ApiOperation* operation = find_operation(operation_id);
+  if (!operation) std::abort();
+  add(operation->method, operation->pattern, operation->role, std::move(handler), operation->max_body);
+}
+
+void Router::add(std::string_view method, std::string_view pattern, Role role, Handler handler, std::size_t max_body) {
+  const bool taken = std::ranges::any_of(
+      routes_, [&](const Route& route) { return route.method == method && route.pattern == pattern; });
+  if (taken || !handler) std::abort();
+  routes_.push_back(
+      {std::string(method), std::string(pattern), split_pattern(pattern), role, max_body, std::move(handler)});
+}
+
+Router::Match Router::match(std::string_view method, std::string_view target) const {
+  Match match;
+  std::optional<Target> parsed = parse_target(target);
+  if (!parsed) {
+    match.refusal = ApiReply::error(400, "invalid_argument", "the request's path or query cannot be read");
+    return match;
+  }
+  int best = -1;
+  std::vector<std::string> other_methods;
+  for (const Route& route : routes_) {
+    const int literals = agreement(route, parsed->segments);
+    if (literals < 0) continue;
+    if (route.method != method) {
+      other_methods.push_back(route.method);
+    } else if (literals > best) {
+      best = literals;
+      match.route = &route;
+    }
+  }
+  if (!match.route) {
+    match.refusal = other_methods.empty() ? ApiReply::error(404, "not_found", "nothing answers at this path")
+                                          : not_allowed(other_methods);
+    return match;
+  }
+  for (std::size_t i = 0; i < parsed->segments.size(); ++i) {
+    const std::string& segment = match.route->segments[i];
+    if (is_parameter(segment)) match.path_params[segment.substr(1, segment.size() - 2)] = parsed->segments[i];
+  }
+  match.query = std::move(parsed->query);
+  return match;
+}
+
+std::vector<std::string> Router::unbound() const {
+  std::vector<std::string> ids;
+  for (const ApiOperation& operation : api_operations()) {
+    // STOP and the event stream are answered by the server itself.
+    if (operation.id == "stop" || operation.id == "getEvents") continue;
+    const bool bound = std::ranges::any_of(routes_, [&](const Route& route) {
+      return route.method == operation.method && route.pattern == operation.pattern;
+    });
+    if (!bound) ids.emplace_back(operation.id);
+  }
+  return ids;
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,37 @@
+#include "daemon/api/task_routes.h"
+
+namespace veneer::daemon {
+namespace {
+
+void answer_task(TaskRegistry& tasks, std::int64_t id, const Reply& reply) {
+  const TaskView* task = tasks.find(id);
+  if (!task) {
+    reply(ApiReply::error(
+        Error{ErrorCode::kNotFound, "there is no task " + std::to_string(id) + ", or it is long over"}));
+    return;
+  }
+  reply(ApiReply::json(to_json(*task)));
+}
+
+}  // namespace
+
+void bind_task_routes(Router& router, TaskRegistry& tasks) {
+  router.bind("listTasks", [&tasks](const ApiRequest&, const Reply& reply) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const TaskView& task : tasks.list()) list.push_back(to_json(task));
+    reply(ApiReply::json({{"tasks", std::move(list)}}));
+  });
+  router.bind("getTask", [&tasks](const ApiRequest& request, const Reply& reply) {
+    const auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    answer_task(tasks, *id, reply);
+  });
+  router.bind("cancelTask", [&tasks](const ApiRequest& request, const Reply& reply) {
+    const auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    if (const Status cancelled = tasks.cancel(*id); !cancelled) return reply(ApiReply::error(cancelled.error()));
+    answer_task(tasks, *id, reply);
+  });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,221 @@
+#include "daemon/api/tasks.h"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <mutex>
+
+namespace veneer::daemon {
+
+const char* to_string(TaskState state) {
+  switch (state) {
+    case TaskState::kRunning:
+      return "running";
+    case TaskState::kDone:
+      return "done";
+    case TaskState::kFailed:
+      return "failed";
+    case TaskState::kCancelled:
+      return "cancelled";
+  }
+  return "failed";
+}
+
+nlohmann::json to_json(const TaskView& task) {
+  nlohmann::json json = {{"id", task.id},
+                         {"kind", task.kind},
+                         {"state", to_string(task.state)},
+                         {"progress", task.progress},
+                         {"text", task.text}};
+  if (task.state == TaskState::kDone) json["result"] = task.result;
+  if (task.error) json["error"] = {{"code", to_string(task.error->code)}, {"message", task.error->message}};
+  return json;
+}
+
+// The way from workers to the reactor. Once the registry has shut it, nothing is posted any more, so that the reactor
+// may go away while a worker still reports.
+struct TaskGate {
+  std::mutex mutex;
+  boost::asio::io_context* reactor = nullptr;  // guarded by mutex
+  TaskRegistry* registry = nullptr;            // reactor only
+};
+
+// What worker and registry both hold. Everything mutable is guarded by `mutex`; the registry takes it over on the
+// reactor, at most one posted take() being under way.
+struct TaskReporter::Shared : std::enable_shared_from_this<TaskReporter::Shared> {
+  Shared(std::shared_ptr<TaskGate> gate_in, std::int64_t id_in) : gate(std::move(gate_in)), id(id_in) {}
+
+  const std::shared_ptr<TaskGate> gate;
+  const std::int64_t id;
+  std::stop_source stop;
+
+  std::mutex mutex;
+  bool posted = false;
+  bool over = false;
+  double progress = 0;
+  std::string text;
+  std::optional<Result<nlohmann::json>> end;
+
+  void post_take() {
+    const std::lock_guard lock(gate->mutex);
+    if (!gate->reactor) return;
+    boost::asio::post(*gate->reactor, [self = shared_from_this()] {
+      if (self->gate->registry) self->gate->registry->take(self);
+    });
+  }
+  template <class Change>
+  void report(Change change) {
+    {
+      const std::lock_guard lock(mutex);
+      if (over) return;
+      change();
+      if (posted) return;
+      posted = true;
+    }
+    post_take();
+  }
+  void report_end(Result<nlohmann::json> how) {
+    report([&] {
+      end = std::move(how);
+      over = true;
+    });
+  }
+};
+
+namespace {
+
+// Ends the task when its last reporter goes away without having said how it ended.
+std::shared_ptr<void> make_guard(std::function<void()> on_last) {
+  return std::shared_ptr<void>(nullptr, [on_last = std::move(on_last)](void*) { on_last(); });
+}
+
+}  // namespace
+
+std::int64_t TaskReporter::id() const { return shared_->id; }
+std::stop_token TaskReporter::stop_token() const { return shared_->stop.get_token(); }
+
+void TaskReporter::progress(double fraction, std::string text) const {
+  shared_->report([&] {
+    shared_->progress = std::max(shared_->progress, std::clamp(fraction, 0.0, 1.0));
+    shared_->text = std::move(text);
+  });
+}
+
+void TaskReporter::done(nlohmann::json result) const { shared_->report_end(std::move(result)); }
+void TaskReporter::fail(Error error) const { shared_->report_end(std::move(error)); }
+void TaskReporter::finish(Result<nlohmann::json> result) const { shared_->report_end(std::move(result)); }
+
+struct TaskRegistry::Entry {
+  TaskView view;
+  std::stop_source stop;
+  TimePoint last_event;
+};
+
+TaskRegistry::TaskRegistry(boost::asio::io_context& reactor, const Clock& clock,
+                           std::function<void(const TaskView&)> on_change)
+    : clock_(clock), on_change_(std::move(on_change)), gate_(std::make_shared<TaskGate>()) {
+  gate_->reactor = &reactor;
+  gate_->registry = this;
+}
+
+TaskRegistry::~TaskRegistry() {
+  {
+    const std::lock_guard lock(gate_->mutex);
+    gate_->reactor = nullptr;
+  }
+  gate_->registry = nullptr;
+  for (const auto& entry : entries_) {
+    if (entry->view.state == TaskState::kRunning) entry->stop.request_stop();
+  }
+}
+
+TaskReporter TaskRegistry::start(std::string kind, std::string text) {
+  auto shared = std::make_shared<TaskReporter::Shared>(gate_, ++last_id_);
+  shared->text = text;
+  auto entry = std::make_unique<Entry>();
+  entry->view.id = shared->id;
+  entry->view.kind = std::move(kind);
+  entry->view.text = std::move(text);
+  entry->stop = shared->stop;
+  entry->last_event = clock_.now();
+  entries_.push_back(std::move(entry));
+  prune();
+  if (on_change_) on_change_(entries_.back()->view);
+
+  // The reporter's copies share a guard; posted take()s hold only what is inside it.
+  auto guard = make_guard([shared] {
+    shared->report_end(Error{ErrorCode::kInternal, "the work ended without saying how: see the daemon's log"});
+  });
+  return TaskReporter(std::shared_ptr<TaskReporter::Shared>(guard, shared.get()));
+}
+
+void TaskRegistry::take(const std::shared_ptr<TaskReporter::Shared>& shared) {
+  const auto found = std::ranges::find(entries_, shared->id, [](const auto& entry) { return entry->view.id; });
+  if (found == entries_.end()) return;
+  Entry& entry = **found;
+  TaskView& view = entry.view;
+  bool tell = false;
+  {
+    const std::lock_guard lock(shared->mutex);
+    shared->posted = false;
+    tell = shared->text != view.text || clock_.now() - entry.last_event >= kEventInterval;
+    view.progress = shared->progress;
+    view.text = shared->text;
+    if (shared->end) {
+      tell = true;
+      if (shared->end->ok()) {
+        view.state = TaskState::kDone;
+        view.progress = 1;
+        view.result = std::move(shared->end->value());
+      } else {
+        view.error = shared->end->error();
+        view.state = view.error->code == ErrorCode::kCancelled ? TaskState::kCancelled : TaskState::kFailed;
+      }
+      shared->end.reset();
+    }
+  }
+  if (!tell) return;
+  entry.last_event = clock_.now();
+  const TaskView told = view;  // on_change may start another task, which may prune this one
+  if (on_change_) on_change_(told);
+}
+
+void TaskRegistry::prune() {
+  while (entries_.size() > kKept) {
+    const auto over =
+        std::ranges::find_if(entries_, [](const auto& entry) { return entry->view.state != TaskState::kRunning; });
+    if (over == entries_.end()) return;
+    entries_.erase(over);
+  }
+}
+
+const TaskView* TaskRegistry::find(std::int64_t id) const {
+  const auto found = std::ranges::find(entries_, id, [](const auto& entry) { return entry->view.id; });
+  return found == entries_.end() ? nullptr : &(*found)->view;
+}
+
+std::vector<TaskView> TaskRegistry::list() const {
+  std::vector<TaskView> views;
+  views.reserve(entries_.size());
+  for (const auto& entry : entries_) views.push_back(entry->view);
+  return views;
+}
+
+std::vector<TaskView> TaskRegistry::running() const {
+  std::vector<TaskView> views = list();
+  std::erase_if(views, [](const TaskView& view) { return view.state != TaskState::kRunning; });
+  return views;
+}
+
+Status TaskRegistry::cancel(std::int64_t id) {
+  const auto found = std::ranges::find(entries_, id, [](const auto& entry) { return entry->view.id; });
+  if (found == entries_.end()) {
+    return Error{ErrorCode::kNotFound, "there is no task " + std::to_string(id) + ", or it is long over"};
+  }
+  if ((*found)->view.state != TaskState::kRunning) {
+    return Error{ErrorCode::kConflict, "task " + std::to_string(id) + " is over already"};
+  }
+  (*found)->stop.request_stop();
+  return Ok();
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,24 @@
+// Paths and queries of request targets.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace veneer::daemon {
+
+struct Target {
+  std::vector<std::string> segments;  // decoded; "/" has none
+  std::map<std::string, std::string> query;
+};
+
+// nullopt for a target that is not a path ("http://...", "*"), has an empty, "." or ".." segment, a broken escape, a
+// control character, or an encoded slash.
+std::optional<Target> parse_target(std::string_view target);
+
+// "%41b" -> "Ab"; with `plus_is_space` also '+' -> ' '. nullopt for a broken escape or a control character.
+std::optional<std::string> percent_decode(std::string_view text, bool plus_is_space);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,68 @@
+#include "daemon/api/watchdog.h"
+
+#include <systemd/sd-daemon.h>
+
+#include <algorithm>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <cstdint>
+
+namespace veneer::daemon {
+namespace {
+
+class ReactorTimer final : public OneShotTimer {
+ public:
+  explicit ReactorTimer(boost::asio::io_context& reactor) : timer_(reactor) {}
+  void after(Duration delay, std::function<void()> then) override {
+    timer_.expires_after(delay);
+    timer_.async_wait([then = std::move(then)](boost::system::error_code fault) {
+      if (!fault) then();
+    });
+  }
+  void cancel() override { timer_.cancel(); }
+
+ private:
+  boost::asio::steady_timer timer_;
+};
+
+}  // namespace
+
+SystemdNotifier::SystemdNotifier() {
+  std::uint64_t microseconds = 0;
+  if (sd_watchdog_enabled(/*unset_environment=*/0, &microseconds) > 0) {
+    period_ = std::chrono::microseconds(microseconds);
+  }
+}
+
+void SystemdNotifier::notify(const std::string& note) { sd_notify(/*unset_environment=*/0, note.c_str()); }
+
+std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reactor) {
+  return std::make_unique<ReactorTimer>(reactor);
+}
+
+Watchdog::Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer, std::function<bool()> healthy)
+    : notifier_(notifier), timer_(std::move(timer)), healthy_(std::move(healthy)) {}
+
+void Watchdog::ready() {
+  notifier_.notify("READY=1");
+  feed();
+}
+
+void Watchdog::feed() {
+  const Duration period = notifier_.watchdog_period();
+  if (period <= Duration::zero()) return;
+  if (!healthy_ || healthy_()) notifier_.notify("WATCHDOG=1");
+  timer_->after(period / 4, [this] { feed(); });
+}
+
+void Watchdog::status(const std::string& text) {
+  std::string line = text;
+  std::ranges::replace(line, '\n', ' ');  // a line break would begin another variable
+  if (line == status_) return;
+  status_ = line;
+  notifier_.notify("STATUS=" + line);
+}
+
+void Watchdog::stopping() { notifier_.notify("STOPPING=1"); }
+
+}  // namespace veneer::daemon

@@ -1,0 +1,144 @@
+// The event stream with real WebSocket clients.
+#include "daemon/api/event_hub.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket/stream.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/api_server.h"
+#include "tests/support/http_probe.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace websocket = boost::beast::websocket;
+using boost::system::error_code;
+using testing::ApiServer;
+using testing::HttpProbe;
+using tcp = boost::asio::ip::tcp;
+
+class Listener {
+ public:
+  explicit Listener(ApiServer& server, int receive_buffer = 0) : socket_(loop_) {
+    const tcp::endpoint door(boost::asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port()));
+    socket_.next_layer().open(door.protocol());
+    if (receive_buffer > 0) socket_.next_layer().set_option(tcp::socket::receive_buffer_size(receive_buffer));
+    socket_.next_layer().connect(door);
+    socket_.read_message_max(0);
+    socket_.handshake(server.host(), "/api/v1/events");
+  }
+  // Null when the stream has ended; reason() then says why.
+  nlohmann::json next() {
+    boost::beast::flat_buffer buffer;
+    error_code fault;
+    socket_.read(buffer, fault);
+    if (fault) return nullptr;
+    return nlohmann::json::parse(boost::beast::buffers_to_string(buffer.data()));
+  }
+  std::string reason() const { return std::string(socket_.reason().reason.c_str()); }
+  void go_away() { socket_.next_layer().close(); }
+  void say(const std::string& text) {
+    error_code ignored;
+    socket_.write(boost::asio::buffer(text), ignored);
+  }
+
+ private:
+  boost::asio::io_context loop_;
+  websocket::stream<tcp::socket> socket_;
+};
+
+TEST(EventHub, EveryClientGetsEveryEventInOrder) {
+  ApiServer server;
+  Listener first(server);
+  Listener second(server);
+  server.on_reactor([&] {
+    for (int i = 0; i < 50; ++i) server.hub().broadcast({{"type", "status"}, {"number", i}});
+  });
+  for (Listener* listener : {&first, &second}) {
+    EXPECT_EQ(listener->next()["type"], "hello");
+    for (int i = 0; i < 50; ++i) EXPECT_EQ(listener->next()["number"], i);
+  }
+}
+
+TEST(EventHub, AClientThatDoesNotReadIsDroppedWithAReasonAndDelaysNobody) {
+  EventHubOptions options;
+  options.max_queued_bytes = 256 * 1024;
+  ApiServer server({}, options);
+  Listener slow(server, 4096);
+  Listener quick(server);
+  EXPECT_EQ(quick.next()["type"], "hello");
+  const std::string filling(64 * 1024, 'x');
+  int sent = 0;
+  while (server.on_reactor([&] { return server.hub().clients(); }) == 2 && sent < 1000) {
+    server.on_reactor([&] { server.hub().broadcast({{"type", "log"}, {"text", filling}}); });
+    ++sent;
+    EXPECT_EQ(quick.next()["text"].get<std::string>().size(), filling.size());
+  }
+  EXPECT_EQ(server.on_reactor([&] { return server.hub().clients(); }), 1U);
+  server.on_reactor([&] { server.hub().broadcast({{"type", "status"}}); });
+  EXPECT_EQ(quick.next()["type"], "status");
+
+  int received = 0;
+  while (!slow.next().is_null()) ++received;
+  EXPECT_LT(received, sent);
+  EXPECT_NE(slow.reason().find("too slowly"), std::string::npos) << slow.reason();
+}
+
+TEST(EventHub, ClientsThatVanishAreForgotten) {
+  ApiServer server;
+  Listener listener(server);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  listener.go_away();
+  while (server.on_reactor([&] { return server.hub().clients(); }) > 0) {
+  }
+}
+
+TEST(EventHub, WhatClientsSayIsIgnoredUnlessItIsTooMuch) {
+  ApiServer server;
+  Listener listener(server);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  listener.say("{\"cmd\":\"start\"}");
+  server.on_reactor([&] { server.hub().broadcast({{"type", "status"}}); });
+  EXPECT_EQ(listener.next()["type"], "status");
+  listener.say(std::string(10'000, 'x'));
+  EXPECT_TRUE(listener.next().is_null());
+}
+
+TEST(EventHub, TooManyListenersAreTurnedAway) {
+  EventHubOptions options;
+  options.max_clients = 1;
+  ApiServer server({}, options);
+  Listener listener(server);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  auto probe = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(probe
+                .ask("GET /api/v1/events HTTP/1.1\r\nHost: " + server.host() +
+                     "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n")
+                .status,
+            503);
+}
+
+TEST(EventHub, ClosingSaysGoodbye) {
+  ApiServer server;
+  Listener listener(server);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  server.on_reactor([&] { server.hub().close(); });
+  EXPECT_TRUE(listener.next().is_null());
+  EXPECT_EQ(listener.reason(), "the daemon is ending");
+}
+
+TEST(EventHub, APlainRequestIsToldThatThisIsAWebSocket) {
+  ApiServer server;
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(probe.ask("GET /api/v1/events HTTP/1.1\r\nHost: x\r\n\r\n").status, 400);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

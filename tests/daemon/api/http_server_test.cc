@@ -1,0 +1,272 @@
+// The server against clients that are slow, hostile or broken, and STOP in the middle of it all.
+#include "daemon/api/http_server.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "daemon/api/listen.h"
+#include "tests/support/api_server.h"
+#include "tests/support/http_probe.h"
+
+namespace veneer::daemon {
+namespace {
+
+using testing::ApiServer;
+using testing::HttpProbe;
+
+const std::string kStatus = "GET /api/v1/status HTTP/1.1\r\nHost: x\r\n\r\n";
+
+std::string post(const std::string& path, const std::string& body) {
+  return "POST " + path + " HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
+}
+
+TEST(HttpServer, AnswersManyRequestsOnOneConnection) {
+  ApiServer server;
+  auto probe = HttpProbe::over_unix(server.socket());
+  for (int i = 0; i < 3; ++i) {
+    const auto answer = probe.ask(kStatus);
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_EQ(answer.header("Content-Type"), "application/json");
+    EXPECT_EQ(nlohmann::json::parse(answer.body)["schema_version"], 1);
+  }
+  // Pipelined: answered in order.
+  probe.send(kStatus + post("/api/v1/scans", "{}") + kStatus);
+  EXPECT_EQ(nlohmann::json::parse(probe.read().body)["operation"], "getStatus");
+  EXPECT_EQ(nlohmann::json::parse(probe.read().body)["operation"], "scan");
+  EXPECT_EQ(nlohmann::json::parse(probe.read().body)["operation"], "getStatus");
+}
+
+TEST(HttpServer, StopRunsWhileAHandlerHangsAndNobodyIsLoggedIn) {
+  std::vector<Reply> hanging;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&hanging](const ApiRequest&, Reply reply) { hanging.push_back(std::move(reply)); });
+  });
+  auto busy = HttpProbe::over_unix(server.socket());
+  busy.send(post("/api/v1/scans", "{}"));
+  auto stopper = HttpProbe::over_tcp(server.port());
+  const auto stopped =
+      stopper.ask("POST /api/v1/stop HTTP/1.1\r\nHost: " + server.host() + "\r\nContent-Length: 0\r\n\r\n");
+  EXPECT_EQ(stopped.status, 200);
+  EXPECT_EQ(server.stops(), 1);
+  while (server.on_reactor([&] { return hanging.empty(); })) {
+  }
+  server.on_reactor([&] { hanging.front()(ApiReply::json({{"late", true}})); });
+  EXPECT_EQ(nlohmann::json::parse(busy.read().body)["late"], true);
+  server.on_reactor([&] { hanging.clear(); });
+}
+
+TEST(HttpServer, StopDoesNotWaitForItsOwnBody) {
+  ApiServer server;
+  auto probe = HttpProbe::over_unix(server.socket());
+  const auto answer = probe.ask("POST /api/v1/stop HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000\r\n\r\n{");
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(server.stops(), 1);
+}
+
+TEST(HttpServer, StopGetsThroughACrowdThatHoldsEveryConnection) {
+  HttpServerOptions options;
+  options.max_connections = 8;
+  ApiServer server(options);
+  std::vector<HttpProbe> crowd;
+  for (int i = 0; i < 40; ++i) {
+    crowd.push_back(HttpProbe::over_tcp(server.port()));
+    crowd.back().send("POST /api/v1/jobs HTTP/1.1\r\nHost: ");
+  }
+  auto stopper = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(
+      stopper.ask("POST /api/v1/stop HTTP/1.1\r\nHost: " + server.host() + "\r\nContent-Length: 0\r\n\r\n").status,
+      200);
+  EXPECT_LE(server.on_reactor([&] { return server.server().connections(); }), 8U);
+  EXPECT_TRUE(crowd.front().hung_up());
+}
+
+TEST(HttpServer, RefusesBodiesBeforeTheyAreSent) {
+  ApiServer server;
+  auto small = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(small.ask("POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nContent-Length: 70000\r\n\r\n").status, 413);
+  auto large = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(large.ask("POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 70000000\r\n\r\n").status, 413);
+  // A viewer may not even begin.
+  auto viewer = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(
+      viewer.ask("POST /api/v1/jobs HTTP/1.1\r\nHost: " + server.host() + "\r\nContent-Length: 5000\r\n\r\n").status,
+      403);
+  // A length that is not told is counted.
+  auto chunked = HttpProbe::over_unix(server.socket());
+  chunked.send("POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
+  const std::string chunk = "4000\r\n" + std::string(0x4000, 'x') + "\r\n";
+  for (int i = 0; i < 6 && chunked.send(chunk); ++i) {
+  }
+  EXPECT_EQ(chunked.read().status, 413);
+}
+
+TEST(HttpServer, TakesAPictureAsLargeAsAllowed) {
+  ApiServer server;
+  const std::string picture(5'000'000, 'p');
+  auto probe = HttpProbe::over_unix(server.socket());
+  const auto answer = probe.ask(post("/api/v1/jobs?name=Grace%20H", picture));
+  EXPECT_EQ(answer.status, 200) << answer.body;
+  EXPECT_EQ(nlohmann::json::parse(answer.body)["bytes"], picture.size());
+}
+
+TEST(HttpServer, GreetsThoseWhoAskBeforeSending) {
+  ApiServer server;
+  auto probe = HttpProbe::over_unix(server.socket());
+  probe.send("POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\nContent-Length: 3\r\n\r\n");
+  EXPECT_EQ(probe.read().status, 100);
+  EXPECT_EQ(probe.ask("abc").status, 200);
+}
+
+TEST(HttpServer, MalformedRequestsGetAnAnswerAndTheDoor) {
+  ApiServer server;
+  const std::vector<std::pair<std::string, int>> cases = {
+      {"\x16\x03\x01\x02", 400},
+      {"GET /api/v1/status HTTP/9.9\r\n\r\n", 400},
+      {"GET  HTTP/1.1\r\nHost: x\r\n\r\n", 400},
+      {"POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nContent-Length: -1\r\n\r\n", 400},
+      {"POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nContent-Length: 4\r\nContent-Length: 5\r\n\r\n", 400},
+      {"POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nContent-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
+       400},
+      {"POST /api/v1/scans HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n", 400},
+      {"GET /" + std::string(20'000, 'a') + " HTTP/1.1\r\nHost: x\r\n\r\n", 431},
+      {"GET /api/v1/status HTTP/1.1\r\nHost: x\r\nX: " + std::string(20'000, 'a') + "\r\n\r\n", 431},
+  };
+  for (const auto& [bytes, status] : cases) {
+    auto probe = HttpProbe::over_unix(server.socket());
+    EXPECT_EQ(probe.ask(bytes).status, status) << bytes.substr(0, 80);
+    EXPECT_TRUE(probe.hung_up()) << bytes.substr(0, 80);
+  }
+  auto after = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(after.ask(kStatus).status, 200);
+}
+
+TEST(HttpServer, PathsThatCannotBeReadAreRefused) {
+  ApiServer server;
+  const std::vector<std::pair<std::string, int>> cases = {
+      {"http://evil/api/v1/status", 400}, {"*", 400},
+      {"/api/v1/panels/%zz", 400},        {"/api/v1/panels/..%2f..%2fetc", 400},
+      {"/api/v1/panels/../status", 400},  {"/api/v1/panels/a%00b", 400},
+      {"/api/v1//status", 400},           {"/api/v1/nothing", 404},
+      {"/api/v1/panels/P-1/nothing", 404}};
+  for (const auto& [target, status] : cases) {
+    auto probe = HttpProbe::over_unix(server.socket());
+    EXPECT_EQ(probe.ask("GET " + target + " HTTP/1.1\r\nHost: x\r\n\r\n").status, status) << target;
+  }
+  auto wrong = HttpProbe::over_unix(server.socket());
+  const auto answer = wrong.ask("DELETE /api/v1/jobs HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_EQ(answer.status, 405);
+  EXPECT_EQ(answer.header("Allow"), "POST, GET");
+}
+
+TEST(HttpServer, AHandlerThatForgetsToReplyIsAnsweredFor) {
+  ApiServer server({}, {}, [](Router& router) { router.bind("scan", [](const ApiRequest&, const Reply&) {}); });
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(probe.ask(post("/api/v1/scans", "")).status, 500);
+}
+
+TEST(HttpServer, AHandlerThatTakesTooLongIsAnsweredForAndItsReplyIsDropped) {
+  HttpServerOptions options;
+  options.reply_timeout = std::chrono::milliseconds(1);
+  std::vector<Reply> late;
+  ApiServer server(options, {}, [&](Router& router) {
+    router.bind("scan", [&late](const ApiRequest&, Reply reply) { late.push_back(std::move(reply)); });
+  });
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(probe.ask(post("/api/v1/scans", "")).status, 504);
+  server.on_reactor([&] { late.front()(ApiReply::json({{"late", true}})); });
+  EXPECT_EQ(nlohmann::json::parse(probe.ask(kStatus).body)["operation"], "getStatus");
+  server.on_reactor([&] { late.clear(); });
+}
+
+TEST(HttpServer, TakesRepliesFromOtherThreadsAndOnlyTheFirst) {
+  std::thread worker;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&worker](const ApiRequest&, Reply reply) {
+      worker = std::thread([reply = std::move(reply)] {
+        reply(ApiReply::json({{"first", true}}));
+        reply(ApiReply::json({{"second", true}}));
+      });
+    });
+  });
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_TRUE(nlohmann::json::parse(probe.ask(post("/api/v1/scans", "")).body).contains("first"));
+  EXPECT_EQ(nlohmann::json::parse(probe.ask(kStatus).body)["operation"], "getStatus");
+  worker.join();
+}
+
+TEST(HttpServer, ClientsThatGoAwayLeaveNothingBehind) {
+  std::vector<Reply> waiting;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&waiting](const ApiRequest&, Reply reply) { waiting.push_back(std::move(reply)); });
+  });
+  {
+    auto probe = HttpProbe::over_unix(server.socket());
+    probe.send(post("/api/v1/scans", ""));
+    while (server.on_reactor([&] { return waiting.empty(); })) {
+    }
+  }
+  server.on_reactor([&] {
+    waiting.front()(ApiReply::bytes(std::string(4'000'000, 'x'), "image/png"));
+    waiting.clear();
+  });
+  while (server.on_reactor([&] { return server.server().connections(); }) != 0) {
+  }
+}
+
+TEST(HttpServer, SlowClientsAreShownTheDoor) {
+  HttpServerOptions options;
+  options.header_timeout = std::chrono::milliseconds(1);
+  ApiServer server(options);
+  auto probe = HttpProbe::over_unix(server.socket());
+  probe.send("GET /api/v1/st");
+  EXPECT_TRUE(probe.hung_up());
+}
+
+TEST(HttpServer, TheSocketIsForOwnerAndGroupOnly) {
+  ApiServer server;
+  struct stat info {};
+  ASSERT_EQ(stat(server.socket().c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777U, 0660U);
+}
+
+TEST(Listen, OnlyLoopbackIsAccepted) {
+  for (const char* good : {"127.0.0.1:8765", "localhost:0", "[::1]:80", "127.1.2.3:1"}) {
+    EXPECT_TRUE(parse_loopback(good).ok()) << good;
+  }
+  for (const char* bad : {"0.0.0.0:8765", "[::]:8765", "192.168.1.5:80", "example.org:80", "127.0.0.1",
+                          "127.0.0.1:", "127.0.0.1:99999", "127.0.0.1:80x", ":80", ""}) {
+    const auto parsed = parse_loopback(bad);
+    ASSERT_FALSE(parsed.ok()) << bad;
+    EXPECT_EQ(parsed.error().code, ErrorCode::kInvalidArgument) << bad;
+  }
+}
+
+TEST(Listen, ADeadSocketIsReplacedAndALivingOneIsNot) {
+  ApiServer server;
+  boost::asio::io_context reactor;
+  const auto living = listen_on_socket(reactor, server.socket(), std::nullopt);
+  ASSERT_FALSE(living.ok());
+  EXPECT_EQ(living.error().code, ErrorCode::kConflict);
+
+  const auto dead = server.folder() / "dead.sock";
+  {
+    auto left = listen_on_socket(reactor, dead, std::nullopt);
+    ASSERT_TRUE(left.ok());
+  }
+  EXPECT_TRUE(std::filesystem::exists(dead));
+  EXPECT_TRUE(listen_on_socket(reactor, dead, std::nullopt).ok());
+
+  const auto file = server.folder() / "precious.txt";
+  std::ofstream(file) << "keep me";
+  EXPECT_FALSE(listen_on_socket(reactor, file, std::nullopt).ok());
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_FALSE(listen_on_socket(reactor, server.folder() / "no/such/folder.sock", std::nullopt).ok());
+  EXPECT_FALSE(listen_on_socket(reactor, server.folder() / std::string(120, 'x'), std::nullopt).ok());
+}
+
+}  // namespace
+}  // namespace veneer::daemon

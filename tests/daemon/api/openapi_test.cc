@@ -1,0 +1,114 @@
+// docs/openapi.json says what the route table does, and the console asks for nothing that is not in it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include "console/console_page.h"
+#include "daemon/api/route_table.h"
+#include "daemon/api/router.h"
+
+namespace veneer::daemon {
+namespace {
+
+nlohmann::json openapi() {
+  std::ifstream file(VENEER_OPENAPI);
+  return nlohmann::json::parse(file, nullptr, false);
+}
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::ranges::transform(result, result.begin(), [](unsigned char c) { return std::tolower(c); });
+  return result;
+}
+
+struct Described {
+  std::string method, path, role;
+  bool operator==(const Described&) const = default;
+};
+void PrintTo(const Described& d, std::ostream* out) { *out << d.method << ' ' << d.path << ' ' << d.role; }
+
+TEST(OpenApi, DescribesExactlyTheOperationsOfTheRouteTable) {
+  const nlohmann::json doc = openapi();
+  ASSERT_TRUE(doc.is_object());
+  EXPECT_EQ(doc["openapi"], "3.1.0");
+  std::map<std::string, Described> described;
+  for (const auto& [path, methods] : doc["paths"].items()) {
+    for (const auto& [method, operation] : methods.items()) {
+      described[operation["operationId"]] = {method, path, operation["x-role"]};
+    }
+  }
+  std::map<std::string, Described> bound;
+  for (const ApiOperation& operation : api_operations()) {
+    bound[std::string(operation.id)] = {lower(operation.method), std::string(operation.pattern),
+                                        to_string(operation.role)};
+  }
+  EXPECT_EQ(described, bound);
+}
+
+void collect_references(const nlohmann::json& node, std::set<std::string>& found) {
+  if (node.is_object()) {
+    if (node.contains("$ref")) found.insert(node["$ref"]);
+    for (const auto& [key, value] : node.items()) collect_references(value, found);
+  } else if (node.is_array()) {
+    for (const auto& value : node) collect_references(value, found);
+  }
+}
+
+TEST(OpenApi, EveryReferenceLeadsSomewhere) {
+  const nlohmann::json doc = openapi();
+  std::set<std::string> references;
+  collect_references(doc, references);
+  EXPECT_GT(references.size(), 10U);
+  for (const std::string& reference : references) {
+    ASSERT_TRUE(reference.starts_with("#/")) << reference;
+    EXPECT_TRUE(doc.contains(nlohmann::json::json_pointer(reference.substr(1)))) << reference;
+  }
+}
+
+TEST(OpenApi, DescribesEveryParameterOfItsPaths) {
+  const nlohmann::json doc = openapi();
+  for (const auto& [path, methods] : doc["paths"].items()) {
+    const auto open = path.find('{');
+    if (open == std::string::npos) continue;
+    const std::string name = path.substr(open + 1, path.find('}') - open - 1);
+    for (const auto& [method, operation] : methods.items()) {
+      const auto& parameters = operation["parameters"];
+      EXPECT_TRUE(std::any_of(
+          parameters.begin(), parameters.end(),
+          [&](const nlohmann::json& p) { return p["name"] == name && p["in"] == "path" && p["required"] == true; }))
+          << method << " " << path;
+    }
+  }
+}
+
+// In the script every path stands as "/api/v1/..." in quotes or a template, `${...}` in place of a parameter.
+TEST(Console, AsksOnlyForPathsOfTheApi) {
+  Router router;
+  for (const ApiOperation& operation : api_operations()) {
+    router.bind(operation.id, [](const ApiRequest&, const Reply&) {});
+  }
+  std::string script;
+  for (const console::PageFile& file : console::page_files()) script += file.content;
+  const std::regex quoted("[\"'`](/api/v1/[^\"'`?]*)");
+  std::set<std::string> paths;
+  for (std::sregex_iterator it(script.begin(), script.end(), quoted), end; it != end; ++it) {
+    paths.insert(std::regex_replace((*it)[1].str(), std::regex("\\$\\{[^}]*\\}"), "1"));
+  }
+  EXPECT_TRUE(paths.contains("/api/v1/stop"));
+  EXPECT_TRUE(paths.contains("/api/v1/events"));
+  for (const std::string& path : paths) {
+    const bool answered = router.match("GET", path).route || router.match("POST", path).route;
+    EXPECT_TRUE(answered) << path;
+  }
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,89 @@
+#include "daemon/api/router.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/url.h"
+
+namespace veneer::daemon {
+namespace {
+
+const Handler kNothing = [](const ApiRequest&, const Reply&) {};
+
+TEST(Router, FindsTheRouteAndItsParameters) {
+  Router router;
+  router.bind("startJob", kNothing);
+  const auto match = router.match("POST", "/api/v1/jobs/7/start?dry=1&name=Grace+Hopper%21");
+  ASSERT_NE(match.route, nullptr);
+  EXPECT_EQ(match.route->role, Role::kOperator);
+  EXPECT_EQ(match.path_params.at("id"), "7");
+  EXPECT_EQ(match.query.at("dry"), "1");
+  EXPECT_EQ(match.query.at("name"), "Grace Hopper!");
+}
+
+TEST(Router, PrefersTheLiteralOverTheParameter) {
+  Router router;
+  router.add("GET", "/a/{x}", Role::kViewer, kNothing);
+  router.add("GET", "/a/b", Role::kAdmin, kNothing);
+  EXPECT_EQ(router.match("GET", "/a/b").route->pattern, "/a/b");
+  EXPECT_EQ(router.match("GET", "/a/c").route->pattern, "/a/{x}");
+}
+
+TEST(Router, TellsWhichOperationsNobodyAnswers) {
+  Router router;
+  const auto before = router.unbound().size();
+  router.bind("getStatus", kNothing);
+  EXPECT_EQ(router.unbound().size(), before - 1);
+}
+
+TEST(Router, BindingTwiceOrTheUnknownIsABug) {
+  Router router;
+  router.bind("getStatus", kNothing);
+  EXPECT_DEATH(router.bind("getStatus", kNothing), "");
+  EXPECT_DEATH(router.bind("getCoffee", kNothing), "");
+}
+
+TEST(Url, DecodesWhatItMayAndRefusesTheRest) {
+  EXPECT_EQ(percent_decode("a%20b+c", false), "a b+c");
+  EXPECT_EQ(percent_decode("a%20b+c", true), "a b c");
+  EXPECT_EQ(percent_decode("%c3%a4", false), "\xc3\xa4");
+  for (const char* bad : {"%", "%4", "%4g", "%00", "%0a", "\n"}) EXPECT_EQ(percent_decode(bad, false), std::nullopt);
+  EXPECT_TRUE(parse_target("/")->segments.empty());
+  for (const char* bad : {"", "x", "//", "/a/", "/./a", "/a/..", "/a%2fb", "/a?x=%"}) {
+    EXPECT_FALSE(parse_target(bad).has_value()) << bad;
+  }
+  EXPECT_EQ(parse_target("/a?x&y=&&z=1=2")->query.at("z"), "1=2");
+}
+
+TEST(ApiMessage, ReadsBodiesAndNumbersOrSaysWhatIsWrong) {
+  ApiRequest request;
+  EXPECT_EQ(*request.json_body(), nlohmann::json::object());
+  request.body = R"({"more":true})";
+  EXPECT_EQ((*request.json_body())["more"], true);
+  for (const std::string& bad : {std::string("[1]"), std::string("{"), std::string("\xff"), std::string(1000, '[')}) {
+    request.body = bad;
+    EXPECT_EQ(request.json_body().error().code, ErrorCode::kInvalidArgument) << bad;
+  }
+  request.query = {{"size_mm", "120.5"}, {"patch_mm", "nan"}, {"seed", "12x"}};
+  EXPECT_EQ(*request.query_number("size_mm"), 120.5);
+  EXPECT_EQ(*request.query_number("absent"), std::nullopt);
+  EXPECT_FALSE(request.query_number("patch_mm").ok());
+  EXPECT_FALSE(request.query_number("seed").ok());
+}
+
+TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
+  const ApiReply reply = ApiReply::error(Error{ErrorCode::kRefused, "wrong panel on the bed: load P-2"});
+  EXPECT_EQ(reply.status, 422);
+  const auto body = nlohmann::json::parse(reply.body);
+  EXPECT_EQ(body["error"]["code"], "refused");
+  EXPECT_EQ(body["error"]["message"], "wrong panel on the bed: load P-2");
+  EXPECT_EQ(body["schema_version"], 1);
+}
+
+TEST(ApiMessage, TextThatIsNotUtf8DoesNotThrow) {
+  EXPECT_NE(ApiReply::json({{"name", "\xff\xfe"}}).body.find("name"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

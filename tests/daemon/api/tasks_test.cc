@@ -1,0 +1,171 @@
+#include "daemon/api/tasks.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/api/task_routes.h"
+
+namespace veneer::daemon {
+namespace {
+
+class Tasks : public ::testing::Test {
+ protected:
+  void run() {
+    reactor_.restart();
+    reactor_.run();
+  }
+  boost::asio::io_context reactor_;
+  ManualClock clock_;
+  std::vector<TaskView> events_;
+  std::unique_ptr<TaskRegistry> registry_ =
+      std::make_unique<TaskRegistry>(reactor_, clock_, [this](const TaskView& task) { events_.push_back(task); });
+};
+
+TEST_F(Tasks, GoFromStartOverProgressToTheirResult) {
+  const TaskReporter reporter = registry_->start("scan", "lowering the lid");
+  std::thread worker([&reporter] {
+    reporter.progress(0.5, "scanning");
+    reporter.done({{"panel", "P-1"}});
+  });
+  worker.join();
+  EXPECT_EQ(registry_->find(reporter.id())->state, TaskState::kRunning);  // only the reactor changes what is seen
+  run();
+  const TaskView* view = registry_->find(reporter.id());
+  EXPECT_EQ(view->state, TaskState::kDone);
+  EXPECT_EQ(view->progress, 1);
+  EXPECT_EQ(view->result["panel"], "P-1");
+  ASSERT_EQ(events_.size(), 2U);
+  EXPECT_EQ(events_[0].text, "lowering the lid");
+  EXPECT_EQ(to_json(events_[1])["state"], "done");
+}
+
+TEST_F(Tasks, AFloodOfProgressIsOneEventPerInterval) {
+  const TaskReporter reporter = registry_->start("plan", "matching");
+  for (int i = 0; i < 100'000; ++i) reporter.progress(i / 1e5, "matching");
+  EXPECT_LE(reactor_.poll(), 1U);
+  for (int i = 0; i < 10; ++i) {
+    reporter.progress(1, "matching");
+    run();
+  }
+  EXPECT_EQ(events_.size(), 1U);
+  clock_.advance(TaskRegistry::kEventInterval);
+  reporter.progress(1, "matching");
+  run();
+  EXPECT_EQ(events_.size(), 2U);
+  reporter.progress(1, "refining");  // new text is told at once
+  run();
+  EXPECT_EQ(events_.size(), 3U);
+}
+
+TEST_F(Tasks, ProgressNeverFallsAndStaysWithinBounds) {
+  const TaskReporter reporter = registry_->start("plan", "");
+  for (const auto& [said, seen] : {std::pair(0.6, 0.6), {0.2, 0.6}, {-1.0, 0.6}, {7.0, 1.0}}) {
+    reporter.progress(said, "");
+    run();
+    EXPECT_EQ(registry_->find(reporter.id())->progress, seen);
+  }
+}
+
+TEST_F(Tasks, ACancelledTaskEndsWhenItsWorkerSaysSo) {
+  const TaskReporter reporter = registry_->start("plan", "");
+  EXPECT_FALSE(reporter.stop_token().stop_requested());
+  EXPECT_TRUE(registry_->cancel(reporter.id()).ok());
+  EXPECT_TRUE(reporter.stop_token().stop_requested());
+  EXPECT_EQ(registry_->find(reporter.id())->state, TaskState::kRunning);
+  reporter.fail({ErrorCode::kCancelled, "cancelled"});
+  run();
+  EXPECT_EQ(registry_->find(reporter.id())->state, TaskState::kCancelled);
+  EXPECT_EQ(registry_->cancel(reporter.id()).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(registry_->cancel(99).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(Tasks, AWorkerThatVanishesFailsItsTask) {
+  std::int64_t id = 0;
+  {
+    const TaskReporter reporter = registry_->start("scan", "");
+    id = reporter.id();
+    const TaskReporter copy = reporter;
+    copy.progress(0.1, "scanning");
+  }
+  run();
+  EXPECT_EQ(registry_->find(id)->state, TaskState::kFailed);
+  EXPECT_EQ(registry_->find(id)->error->code, ErrorCode::kInternal);
+}
+
+TEST_F(Tasks, OnlyTheFirstEndCounts) {
+  const TaskReporter reporter = registry_->start("scan", "");
+  reporter.fail({ErrorCode::kUnavailable, "the scanner is off"});
+  reporter.done({});
+  reporter.progress(1, "late");
+  run();
+  EXPECT_EQ(registry_->find(reporter.id())->state, TaskState::kFailed);
+  EXPECT_EQ(registry_->find(reporter.id())->text, "");
+}
+
+TEST_F(Tasks, TheLastHundredAreKeptAndRunningOnesNeverForgotten) {
+  const TaskReporter running = registry_->start("first", "");
+  for (int i = 0; i < 300; ++i) {
+    registry_->start("short", "").done({});
+    run();
+  }
+  EXPECT_EQ(registry_->list().size(), TaskRegistry::kKept);
+  EXPECT_NE(registry_->find(running.id()), nullptr);
+  EXPECT_EQ(registry_->find(2), nullptr);
+  EXPECT_EQ(registry_->running().size(), 1U);
+}
+
+TEST_F(Tasks, ReportersOutliveTheirRegistry) {
+  const TaskReporter reporter = registry_->start("scan", "");
+  reporter.progress(0.5, "half");
+  registry_.reset();
+  EXPECT_TRUE(reporter.stop_token().stop_requested());
+  reporter.done({});
+  run();
+}
+
+TEST_F(Tasks, ManyThreadsMayReportAtOnce) {
+  std::vector<TaskReporter> reporters;
+  for (int i = 0; i < 8; ++i) reporters.push_back(registry_->start("work", ""));
+  std::vector<std::thread> threads;
+  threads.reserve(reporters.size());
+  for (const TaskReporter& reporter : reporters) {
+    threads.emplace_back([reporter] {
+      for (int i = 0; i < 1000; ++i) reporter.progress(i / 1000.0, std::to_string(i));
+      reporter.done({});
+    });
+  }
+  while (!registry_->running().empty()) {
+    reactor_.restart();
+    reactor_.poll();
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(Tasks, RoutesShowAndCancelThem) {
+  Router router;
+  bind_task_routes(router, *registry_);
+  const TaskReporter reporter = registry_->start("plan", "matching");
+  const auto ask = [&](const char* method, const std::string& target) {
+    const Router::Match match = router.match(method, target);
+    ApiReply answer = match.refusal;
+    if (!match.route) return answer;
+    ApiRequest request;
+    request.path_params = match.path_params;
+    match.route->handler(request, [&answer](ApiReply reply) { answer = std::move(reply); });
+    return answer;
+  };
+  EXPECT_EQ(nlohmann::json::parse(ask("GET", "/api/v1/tasks").body)["tasks"].size(), 1U);
+  EXPECT_EQ(nlohmann::json::parse(ask("GET", "/api/v1/tasks/1").body)["text"], "matching");
+  EXPECT_EQ(ask("GET", "/api/v1/tasks/7").status, 404);
+  EXPECT_EQ(ask("GET", "/api/v1/tasks/x").status, 400);
+  EXPECT_EQ(ask("GET", "/api/v1/tasks/-1").status, 400);
+  EXPECT_EQ(ask("DELETE", "/api/v1/tasks/1").status, 200);
+  EXPECT_TRUE(reporter.stop_token().stop_requested());
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,113 @@
+#include "daemon/api/watchdog.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+namespace veneer::daemon {
+namespace {
+
+using std::chrono::seconds;
+using ::testing::ElementsAre;
+
+struct NoteBook final : ServiceNotifier {
+  void notify(const std::string& note) override { notes.push_back(note); }
+  Duration watchdog_period() const override { return period; }
+  std::vector<std::string> notes;
+  Duration period = seconds(8);
+};
+
+// What the reactor would do, when told to.
+struct HandTimer final : OneShotTimer {
+  explicit HandTimer(HandTimer** self) { *self = this; }
+  void after(Duration delay, std::function<void()> then) override {
+    wait = delay;
+    pending = std::move(then);
+  }
+  void cancel() override { pending = nullptr; }
+  void fire() {
+    const auto then = std::exchange(pending, nullptr);
+    if (then) then();
+  }
+  Duration wait{0};
+  std::function<void()> pending;
+};
+
+class WatchdogTest : public ::testing::Test {
+ protected:
+  NoteBook book_;
+  HandTimer* timer_ = nullptr;
+  bool healthy_ = true;
+  Watchdog watchdog_{book_, std::make_unique<HandTimer>(&timer_), [this] { return healthy_; }};
+};
+
+TEST_F(WatchdogTest, IsFedAtAQuarterOfItsPeriodFromReadyOn) {
+  EXPECT_FALSE(timer_->pending);
+  watchdog_.ready();
+  EXPECT_EQ(timer_->wait, seconds(2));
+  timer_->fire();
+  EXPECT_THAT(book_.notes, ElementsAre("READY=1", "WATCHDOG=1", "WATCHDOG=1"));
+}
+
+TEST_F(WatchdogTest, StarvesWhileTheCellIsNotHealthy) {
+  watchdog_.ready();
+  healthy_ = false;
+  timer_->fire();
+  timer_->fire();
+  EXPECT_THAT(book_.notes, ElementsAre("READY=1", "WATCHDOG=1"));
+  healthy_ = true;
+  timer_->fire();
+  EXPECT_EQ(book_.notes.back(), "WATCHDOG=1");
+}
+
+TEST_F(WatchdogTest, NothingIsFedWhenNobodyWatches) {
+  book_.period = Duration(0);
+  watchdog_.ready();
+  EXPECT_FALSE(timer_->pending);
+  EXPECT_THAT(book_.notes, ElementsAre("READY=1"));
+}
+
+TEST_F(WatchdogTest, TheStatusIsOneLineToldOnce) {
+  watchdog_.status("Execute: piece A3-12\nWATCHDOG=trigger");
+  watchdog_.status("Execute: piece A3-12\nWATCHDOG=trigger");
+  watchdog_.stopping();
+  EXPECT_THAT(book_.notes, ElementsAre("STATUS=Execute: piece A3-12 WATCHDOG=trigger", "STOPPING=1"));
+}
+
+TEST(SystemdNotifier, SpeaksToTheManagersSocketAndKnowsItsPeriod) {
+  std::string folder = "/tmp/veneer-notify-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const std::string path = folder + "/notify";
+  const int manager = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(manager, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  setenv("NOTIFY_SOCKET", path.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
+  setenv("WATCHDOG_USEC", "20000000", 1);    // NOLINT(concurrency-mt-unsafe)
+
+  SystemdNotifier notifier;
+  EXPECT_EQ(notifier.watchdog_period(), seconds(20));
+  notifier.notify("READY=1");
+  std::string got(64, '\0');
+  got.resize(static_cast<std::size_t>(recv(manager, got.data(), got.size(), 0)));
+  EXPECT_EQ(got, "READY=1");
+
+  unsetenv("NOTIFY_SOCKET");  // NOLINT(concurrency-mt-unsafe)
+  unsetenv("WATCHDOG_USEC");  // NOLINT(concurrency-mt-unsafe)
+  SystemdNotifier nobody;
+  EXPECT_EQ(nobody.watchdog_period(), Duration(0));
+  nobody.notify("READY=1");
+  close(manager);
+  unlink(path.c_str());
+  rmdir(folder.c_str());
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,113 @@
+// The real API server on a temporary Unix socket and a free loopback port, its reactor on a thread of its own.
+#pragma once
+
+#include <unistd.h>
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <future>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "daemon/api/console_routes.h"
+#include "daemon/api/http_server.h"
+#include "daemon/api/task_routes.h"
+
+namespace veneer::testing {
+
+class ApiServer {
+ public:
+  // `bind` gets the router before the server opens; tasks and console routes are bound, and every other operation
+  // answers {"operation": its id, "bytes": of the body}.
+  explicit ApiServer(daemon::HttpServerOptions options = {}, daemon::EventHubOptions hub_options = {},
+                     const std::function<void(daemon::Router&)>& bind = {})
+      : folder_(make_folder()), hub_(hub_options, make_null_logger()) {
+    options.unix_path = folder_ / "api.sock";
+    options.listen = "127.0.0.1:0";
+    if (bind) bind(router_);
+    daemon::bind_task_routes(router_, tasks_);
+    daemon::bind_console_routes(router_, links_, [this] { return server_ ? server_->tcp_port() : 0; });
+    for (const std::string& id : router_.unbound()) {
+      router_.bind(id, [id](const daemon::ApiRequest& request, const daemon::Reply& reply) {
+        reply(daemon::ApiReply::json({{"operation", id}, {"bytes", request.body.size()}}));
+      });
+    }
+    auto opened = daemon::HttpServer::open(
+        reactor_, options, router_, hub_, links_,
+        [this](const daemon::Caller& caller) {
+          ++stops_;
+          return daemon::ApiReply::json({{"state", "Aborting"}, {"by", caller.who}});
+        },
+        make_null_logger());
+    if (!opened) std::abort();
+    server_ = std::move(*opened);
+    thread_ = std::thread([this] { reactor_.run(); });
+  }
+
+  ~ApiServer() {
+    on_reactor([this] {
+      hub_.close();
+      server_.reset();
+    });
+    work_.reset();
+    reactor_.stop();
+    thread_.join();
+    std::filesystem::remove_all(folder_);
+  }
+  ApiServer(const ApiServer&) = delete;
+  ApiServer& operator=(const ApiServer&) = delete;
+
+  // Runs `act` on the reactor and waits for it.
+  template <class Act>
+  std::invoke_result_t<Act> on_reactor(Act act) {
+    std::packaged_task<std::invoke_result_t<Act>()> task(std::move(act));
+    auto done = task.get_future();
+    boost::asio::post(reactor_, [&task] { task(); });
+    return done.get();
+  }
+
+  std::string socket() const { return (folder_ / "api.sock").string(); }
+  std::filesystem::path folder() const { return folder_; }
+  int port() const { return server_->tcp_port(); }
+  std::string host() const { return "127.0.0.1:" + std::to_string(port()); }
+  int stops() const { return stops_; }
+  daemon::EventHub& hub() { return hub_; }
+  daemon::TaskRegistry& tasks() { return tasks_; }
+  daemon::ConsoleLinks& links() { return links_; }
+  daemon::HttpServer& server() { return *server_; }
+  ManualClock& clock() { return clock_; }
+
+ private:
+  static std::filesystem::path make_folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "veneer-api-XXXXXX").string();
+    if (!mkdtemp(name.data())) std::abort();
+    return name;
+  }
+
+  std::filesystem::path folder_;
+  boost::asio::io_context reactor_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{reactor_.get_executor()};
+  ManualClock clock_;
+  daemon::Router router_;
+  daemon::EventHub hub_;
+  daemon::ConsoleLinks links_{clock_};
+  daemon::TaskRegistry tasks_{reactor_, clock_, [this](const daemon::TaskView& task) {
+                                hub_.broadcast({{"type", "task"}, {"task", daemon::to_json(task)}});
+                              }};
+  std::unique_ptr<daemon::HttpServer> server_;
+  std::atomic<int> stops_{0};
+  std::thread thread_;
+};
+
+}  // namespace veneer::testing
