@@ -1,0 +1,128 @@
+#include "calib/burnt_pattern.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/constellation.h"
+#include "calib/ring_finder.h"
+
+namespace veneer::calib {
+namespace {
+
+constexpr double kMinSeen = 0.6;      // of a circle's directions
+constexpr double kMaxScatter = 0.15;  // mm
+constexpr double kDiameterTolerance = 0.06;
+constexpr double kRivalShare = 0.9;
+
+// A ring's kind is its diameter in tenths of a millimetre.
+int kind_of(Millimetres diameter) { return static_cast<int>(std::lround(diameter.count() * 10)); }
+
+// The part of the bed the picture shows.
+Box<BedFrame> shown_area(const CameraModel& model, Millimetres height, const BurntPatternOptions& options) {
+  const auto& camera = model.parameters();
+  Box<BedFrame> area;
+  constexpr int kSteps = 16;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = static_cast<double>(camera.width_px) * i / kSteps;
+    const double y = static_cast<double>(camera.height_px) * i / kSteps;
+    area.add(model.bed_from_camera(point<CameraFrame>(x, 0), height));
+    area.add(model.bed_from_camera(point<CameraFrame>(x, camera.height_px), height));
+    area.add(model.bed_from_camera(point<CameraFrame>(0, y), height));
+    area.add(model.bed_from_camera(point<CameraFrame>(camera.width_px, y), height));
+  }
+  area.min.x = std::max(area.min.x, options.search_from_x), area.min.y = std::max(area.min.y, options.search_from_y);
+  area.max.x = std::min(area.max.x, options.search_to_x), area.max.y = std::min(area.max.y, options.search_to_y);
+  return area;
+}
+
+bool is_ring(const Circle& circle, Millimetres diameter) {
+  return circle.seen >= kMinSeen && circle.scatter.count() <= kMaxScatter &&
+         std::abs(circle.diameter / diameter - 1) <= kDiameterTolerance;
+}
+
+struct Seen {
+  std::vector<Star<BedFrame>> stars;
+  std::vector<Circle> circles;  // as stars
+};
+
+Seen see_rings(const cv::Mat& grey, const CameraModel& model, Millimetres height, const Box<BedFrame>& area,
+               const std::vector<Millimetres>& diameters) {
+  Seen seen;
+  for (const Millimetres diameter : diameters) {
+    for (const auto& place : propose_circles(grey, model, height, area, diameter)) {
+      const Circle circle = refine_circle(grey, model, height, place, diameter);
+      if (!is_ring(circle, diameter)) continue;
+      const bool known = std::any_of(seen.stars.begin(), seen.stars.end(), [&](const auto& star) {
+        return star.kind == kind_of(diameter) && distance(star.place, circle.centre) < diameter * 0.5;
+      });
+      if (known) continue;
+      seen.stars.push_back({circle.centre, kind_of(diameter)});
+      seen.circles.push_back(circle);
+    }
+  }
+  return seen;
+}
+
+std::vector<Millimetres> diameters_of(std::span<const PatternRing> pattern) {
+  std::vector<Millimetres> out;
+  for (const auto& ring : pattern) {
+    if (std::none_of(out.begin(), out.end(), [&](Millimetres d) { return kind_of(d) == kind_of(ring.diameter); })) {
+      out.push_back(ring.diameter);
+    }
+  }
+  return out;
+}
+
+Error too_few(int seen, std::size_t wanted) {
+  return {
+      ErrorCode::kNotFound,
+      fmt::format("{} of the {} burnt rings are seen on the bed: leave the board where it was burnt, light it evenly, "
+                  "and check the engraving is dark enough",
+                  seen, wanted)};
+}
+
+}  // namespace
+
+Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const CameraModel& model, Millimetres height,
+                                                  std::span<const PatternRing> pattern,
+                                                  const BurntPatternOptions& options) {
+  if (picture.empty() || picture.depth() != CV_8U || picture.cols != model.parameters().width_px ||
+      picture.rows != model.parameters().height_px) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "the picture of the burnt pattern is not of the size the camera was calibrated at: calibrate the camera "
+        "again"};
+  }
+  const auto diameters = diameters_of(pattern);
+  if (diameters.size() < 2) {
+    return Error{ErrorCode::kInvalidArgument, "a calibration pattern needs key rings of a second diameter"};
+  }
+  cv::Mat grey = picture;
+  if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+
+  const Seen seen = see_rings(grey, model, height, shown_area(model, height, options), diameters);
+  std::vector<Star<MachineFrame>> known;
+  known.reserve(pattern.size());
+  for (const auto& ring : pattern) known.push_back({ring.centre, kind_of(ring.diameter)});
+  const auto match = match_constellation<BedFrame, MachineFrame>(seen.stars, known, {});
+  if (!match) return too_few(static_cast<int>(seen.stars.size()), pattern.size());
+  if (match->votes < options.min_found * static_cast<double>(pattern.size())) {
+    return too_few(match->votes, pattern.size());
+  }
+  if (match->rival_score > kRivalShare * match->score) {
+    return Error{ErrorCode::kRefused,
+                 "the burnt pattern fits the picture in two ways: use a fresh board with one pattern on it"};
+  }
+  std::vector<FoundRing> found;
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    if (match->seen_of_known[k] < 0) continue;
+    const Circle& circle = seen.circles[static_cast<std::size_t>(match->seen_of_known[k])];
+    found.push_back({k, pattern[k].centre, circle.centre, circle.diameter, circle.scatter});
+  }
+  return found;
+}
+
+}  // namespace veneer::calib

@@ -1,0 +1,119 @@
+#include "calib/machine_axes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "calib/point_fit.h"
+
+namespace veneer::calib {
+namespace {
+
+using BedFromMachine = Affine2<BedFrame, MachineFrame>;
+
+struct Rings {
+  std::vector<Point<BedFrame>> bed;
+  std::vector<Point<MachineFrame>> commanded;
+
+  BedFromMachine fit() const { return fit_affine<BedFrame, MachineFrame>(bed, commanded); }
+  FitResidual residual(const BedFromMachine& map) const {
+    return residual_of(map, std::span<const Point<BedFrame>>(bed), std::span<const Point<MachineFrame>>(commanded));
+  }
+  // Takes out the ring that fits worst, if it lies far off the rest.
+  bool drop_worst(const BedFromMachine& map, double limit) {
+    std::size_t worst = 0;
+    double far = -1;
+    for (std::size_t i = 0; i < bed.size(); ++i) {
+      const double d = distance(map * commanded[i], bed[i]).count();
+      if (d > far) far = d, worst = i;
+    }
+    if (far <= limit) return false;
+    bed.erase(bed.begin() + static_cast<std::ptrdiff_t>(worst));
+    commanded.erase(commanded.begin() + static_cast<std::ptrdiff_t>(worst));
+    return true;
+  }
+};
+
+Millimetres leave_out(const Rings& rings) {
+  double sum = 0;
+  for (std::size_t i = 0; i < rings.bed.size(); ++i) {
+    Rings rest = rings;
+    rest.bed.erase(rest.bed.begin() + static_cast<std::ptrdiff_t>(i));
+    rest.commanded.erase(rest.commanded.begin() + static_cast<std::ptrdiff_t>(i));
+    sum += std::pow(distance(rest.fit() * rings.commanded[i], rings.bed[i]).count(), 2);
+  }
+  return Millimetres(std::sqrt(sum / static_cast<double>(rings.bed.size())));
+}
+
+// True when the rings span an area in which an affine map is well determined.
+bool well_spread(const Rings& rings) {
+  const auto box = bounds(rings.commanded);
+  return box.width() > Millimetres(80) && box.height() > Millimetres(80);
+}
+
+}  // namespace
+
+Result<MachineAxes> fit_machine_axes(std::span<const FoundRing> found, const CameraModel& provisional,
+                                     const MachineAxesLimits& limits) {
+  Rings rings;
+  for (const auto& ring : found) rings.bed.push_back(ring.centre), rings.commanded.push_back(ring.commanded);
+  if (static_cast<int>(rings.bed.size()) < limits.min_rings || !well_spread(rings)) {
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("{} burnt rings are too few or too close together to measure the laser's axes: burn at least "
+                    "{} over most of the bed",
+                    rings.bed.size(), limits.min_rings)};
+  }
+  MachineAxes axes;
+  BedFromMachine map = rings.fit();
+  FitResidual residual = rings.residual(map);
+  // A ring spoilt by a knot may go, a tenth of them at most; more is not an accident.
+  const int may_go = static_cast<int>(rings.bed.size()) / 10;
+  while (axes.dropped < may_go && rings.drop_worst(map, std::max(4 * residual.rms, 0.06))) {
+    ++axes.dropped;
+    map = rings.fit(), residual = rings.residual(map);
+  }
+  axes.rms = Millimetres(residual.rms), axes.max = Millimetres(residual.max);
+  axes.rings = static_cast<int>(rings.bed.size());
+  axes.leave_out_rms = leave_out(rings);
+
+  // The bed frame's origin and +x are the machine's.
+  const Eigen::Vector2d along_x = map.linear().col(0);
+  const double turn = -std::atan2(along_x.y(), along_x.x());
+  const Isometry2<BedFrame, BedFrame> rotate(Radians(turn), {});
+  const auto origin = rotate * point<BedFrame>(map.shift().x(), map.shift().y());
+  const Isometry2<BedFrame, BedFrame> bed_from_provisional(Radians(turn), {-origin.x, -origin.y});
+  const BedFromMachine anchored = bed_from_provisional.affine() * map;
+  Eigen::Matrix2d linear = anchored.linear();
+  linear(1, 0) = 0;
+  const BedFromMachine bed_from_machine(linear, Eigen::Vector2d::Zero());
+  axes.machine_from_bed = bed_from_machine.inverse();
+  axes.scale_x = linear.col(0).norm(), axes.scale_y = linear.col(1).norm();
+  axes.skew = Radians(std::atan2(linear(0, 1), linear(1, 1)));
+  axes.model = provisional.re_anchored(bed_from_provisional);
+
+  if (linear.determinant() <= 0) {
+    return Error{ErrorCode::kRefused,
+                 "the burnt pattern lies mirrored on the bed: an axis of the laser runs the wrong way, check $3"};
+  }
+  if (axes.rms > limits.max_rms || axes.max > limits.max_single) {
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the burnt rings fit the laser's axes to {:.3f} mm rms, {:.3f} mm at worst; {:.3f} and {:.3f} "
+                    "are allowed: check belts and the board lying flat, and burn the pattern again",
+                    axes.rms.count(), axes.max.count(), limits.max_rms.count(), limits.max_single.count())};
+  }
+  if (std::max(std::abs(axes.scale_x - 1), std::abs(axes.scale_y - 1)) > limits.max_scale_error ||
+      std::abs(axes.skew.count()) > limits.max_scale_error) {
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the laser moves {:.2f} % in x and {:.2f} % in y of what it is told: check its steps per mm "
+                    "($100, $101), the board's thickness entered and the camera's calibration",
+                    axes.scale_x * 100, axes.scale_y * 100)};
+  }
+  return axes;
+}
+
+}  // namespace veneer::calib
