@@ -31,6 +31,9 @@ function(veneer_add_program name)
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS})
 endfunction()
 
+# Every test with the label unit; what a sanitizer run builds.
+add_custom_target(veneer_unit_tests)
+
 function(veneer_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;DEPS;LABELS")
   add_executable(${name} ${arg_SOURCES})
@@ -41,6 +44,9 @@ function(veneer_add_test name)
   endif()
   if(NOT arg_LABELS)
     set(arg_LABELS unit)
+  endif()
+  if("unit" IN_LIST arg_LABELS)
+    add_dependencies(veneer_unit_tests ${name})
   endif()
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77

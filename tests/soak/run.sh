@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# usage: run.sh BUILD_DIR OUT.json [NAME]
+#
+# Campaigns longer than CI has time for, each with a fresh seed that is printed:
+#   properties   every test executable that draws its inputs, with 2000 cases per property
+#   demo         five demos
+# NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
+set -euo pipefail
+build=$1 out=$2 name=${3-}
+rows=()
+failed=0
+
+fresh_seed() { od -An -N3 -tu4 /dev/urandom | tr -d ' '; }
+
+# campaign NAME SEED COMMAND...
+campaign() {
+  [[ $1 == "$name"* ]] || return 0
+  local started=$SECONDS result=pass log
+  log=$(mktemp)
+  "${@:3}" >"$log" 2>&1 || { result=fail; failed=1; tail -30 "$log" >&2; }
+  rm -f "$log"
+  printf '%-44s seed %-9s %5d s  %s\n' "$1" "$2" $((SECONDS - started)) "$result"
+  rows+=("{\"name\":\"$1\",\"seed\":$2,\"seconds\":$((SECONDS - started)),\"result\":\"$result\"}")
+}
+
+# Only what links rapidcheck draws its inputs.
+for test in "$build"/tests/*_test; do
+  grep -q 'rapidcheck' "$test" || continue
+  seed=$(fresh_seed)
+  campaign "properties/$(basename "$test")" "$seed" env RC_PARAMS="seed=$seed max_success=2000" "$test"
+done
+for ((i = 0; i < 5; ++i)); do
+  seed=$(fresh_seed)
+  campaign "demo/$i" "$seed" "$build/bin/veneer-demo" --seed "$seed" --out "out/soak-$seed"
+done
+
+mkdir -p "$(dirname "$out")"
+(IFS=,; printf '{"schema_version":1,"campaigns":[%s]}\n' "${rows[*]}") >"$out"
+exit $failed

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# usage: check_install.sh BUILD_DIR     installs into a prefix of its own and looks at what came out of it
+set -euo pipefail
+build=$1
+prefix=$(mktemp -d)
+trap 'rm -rf "$prefix"' EXIT
+fail() { echo "install: $*" >&2; exit 1; }
+
+cmake --install "$build" --prefix "$prefix" >/dev/null
+for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-twin.service lib/sysusers.d/veneerd.conf \
+  lib/udev/rules.d/70-veneerd.rules etc/veneerd/veneerd.toml share/doc/veneerd/LICENSE; do
+  [[ -f $prefix/$file ]] || fail "$file is missing"
+done
+if grep -n '@[a-z]*@' "$prefix"/lib/systemd/system/*; then fail "a unit holds a path that was not filled in"; fi
+
+# Every path of the prefix that a unit names must be there.
+paths=$(grep -ohE "$prefix/[^ ]+" "$prefix"/lib/systemd/system/*.service | sort -u)
+for path in $paths; do
+  # The programs are there as soon as this build makes them.
+  [[ $path == */bin/* && ! -e $build/bin/$(basename "$path") ]] && continue
+  [[ $path == */README.md && ! -e $(dirname "$0")/../../README.md ]] && continue
+  [[ -e $path ]] || fail "a unit names $path, which is not installed"
+done
+for unit in veneerd veneer-twin; do
+  grep -q "ExecStart=$prefix/bin/$unit --config $prefix/etc/veneerd/veneerd.toml" \
+    "$prefix/lib/systemd/system/$unit.service" || fail "$unit.service starts something else"
+done
+
+# What the units and the configuration say of each other's folders.
+toml=$prefix/etc/veneerd/veneerd.toml
+for name in $(sed -n 's/^\(State\|Runtime\)Directory=//p' "$prefix"/lib/systemd/system/*.service | sort -u); do
+  grep -qE "\"/(run|var/lib)/$name[/\"]" "$toml" || fail "the configuration uses nothing of $name"
+done
+socket=$(sed -n 's/^socket = "\(.*\)"$/\1/p' "$toml")
+grep -q -- "--socket $socket\$" "$prefix/lib/systemd/system/veneer-twin.service" || fail "the twin listens elsewhere"
+
+# A second installation keeps an operator's configuration.
+echo '# mine' >>"$toml"
+cmake --install "$build" --prefix "$prefix" >/dev/null
+tail -1 "$toml" | grep -q '# mine' || fail "the configuration was overwritten"
+
+# Packages stage below DESTDIR; with /usr the configuration is /etc's.
+DESTDIR="$prefix/stage" cmake --install "$build" --prefix /usr >/dev/null
+[[ -f $prefix/stage/etc/veneerd/veneerd.toml ]] || fail "with /usr the configuration belongs to /etc"
+grep -q '^ExecStart=/usr/bin/veneerd --config /etc/veneerd/veneerd.toml$' \
+  "$prefix/stage/usr/lib/systemd/system/veneerd.service" || fail "with /usr the unit starts something else"
+
+if [[ -x $prefix/bin/veneerd ]]; then
+  "$prefix/bin/veneerd" --config "$prefix/stage/etc/veneerd/veneerd.toml" --check-config >/dev/null ||
+    fail "veneerd refuses its own configuration"
+fi
