@@ -32,7 +32,6 @@ struct TwinSettings {
     double width_mm = 320, height_mm = 300;
     double warp_mm = 0.10, wobble_mm = 0.025, scale_error = 0.003;
     double psf_px = 0.6, noise = 1.6, dust = 1.0, uneven_light = 0.04;
-    double seconds = 2.0;  // device time of a scan at 300 dpi
   } scanner;
   struct Camera {
     int width_px = 4000, height_px = 3000;
@@ -59,6 +58,7 @@ struct ScannerTruth {
   };
   Wave wobble_xx, wobble_xy, wobble_yx, wobble_yy;  // wobble_xy: error of x as a function of y
   double psf_px = 0.6, noise = 1.6, dust = 1.0, uneven_light = 0.04;
+  std::uint64_t light_seed = 0;
 
   // True glass mm of what the scanner shows at nominal mm (pixel / nominal px_per_mm, y up).
   Vec2 glass_from_nominal(Vec2 nominal) const;
@@ -73,6 +73,7 @@ struct CameraTruth {
   std::array<double, 9> rotation{};  // row-major, camera_from_bed
   std::array<double, 3> position{};  // mm in the bed frame (z up)
   double noise = 2.0, uneven_light = 0.15;
+  std::uint64_t light_seed = 0;
 
   Vec2 pixel(Vec2 bed_mm, double z_mm) const;  // pixel centres at +0.5
   Vec2 bed_at(Vec2 pixel, double z_mm) const;  // exact inverse, by iteration

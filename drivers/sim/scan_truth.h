@@ -17,8 +17,8 @@ struct ScanTruth {
   double px_per_mm = 0;  // nominal
   ScannerTruth scanner;
 
-  Vec2 scan_pixel(Vec2 sheet_mm) const;  // y down, centres at +0.5
-  Vec2 sheet_mm(Vec2 scan_pixel) const;
+  Vec2 scan_pixel(Vec2 on_sheet) const;  // sheet mm -> scan pixels, y down, centres at +0.5
+  Vec2 sheet_mm(Vec2 pixel) const;       // the exact inverse
 };
 
 Status save_scan_truth(const ScanTruth& truth, const std::filesystem::path& file);

@@ -79,6 +79,7 @@ struct Sheet {
   std::vector<SpeciesZone> zones;
   std::vector<TrueBurn> burns;
   std::vector<TruePiece> pieces;
+  bool cut_since_lifted = false;  // there may be loose pieces lying in place
 
   Vec2 pixel(Vec2 mm) const { return {mm.x * px_per_mm, (height_mm - mm.y) * px_per_mm}; }
   Vec2 mm(Vec2 px) const { return {px.x / px_per_mm, height_mm - px.y / px_per_mm}; }

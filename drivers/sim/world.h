@@ -1,7 +1,7 @@
 // The physical truth of the simulated cell: sheets, where each lies, and everything ever burnt.
 //
 // Nothing outside the twin may know what is in here, save veneer-proof, which reads it from the state directory
-// (World::open with read_only, or load_sheet). The cell calibrates itself from pictures and burns, as in life.
+// with load_sheet, load_cell_truth and load_scan_truth. The cell calibrates itself from pictures and burns, as in life.
 //
 // Layout of the state directory: truth/cell.json (device truth: axes, kerf, scanner, camera), truth/world.json (which
 // sheet lies where, counters), truth/sheets/NAME/{sheet.json, front.ppm, back.ppm, material.png, burns.jsonl,
@@ -71,8 +71,8 @@ class World final : public BurnSink {
   Status new_grid(const std::string& name);
   Status new_board(const std::string& name, double width_mm, double height_mm);
 
-  // `part` is "whole", or which part of the face (upright, as the viewer sees it) lies on the glass: "left", "right".
-  // The pose is drawn from the seed. Lifts what lay there.
+  // `part` is "whole", or which part of the face (upright, as the viewer sees it) lies on the glass: "left", "right",
+  // "bottom", "top". The pose is drawn from the seed. Lifts what lay there.
   Status place(const std::string& sheet, Spot on, SheetFace face, const std::string& part, double height_mm);
   Status lift(Spot from);
   Status nudge();
@@ -98,11 +98,17 @@ class World final : public BurnSink {
  private:
   World(std::filesystem::path state_dir, Logger log);
   struct OpenStroke;
+  Status load();
+  std::filesystem::path sheet_dir(const std::string& name) const;
+  Status check_new(const std::string& name) const;
   Status add(std::shared_ptr<Sheet> sheet);
+  Result<std::shared_ptr<Sheet>> find_locked(const std::string& name) const;
+  Status place_locked(const Placement& placement, Spot on);
   Status lift_locked(Spot from);
   Status save_locked();
   void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
   void end_stroke_locked();
+  static std::shared_ptr<const Sheet> copy_of(const Sheet& sheet);
 
   mutable std::mutex mutex_;
   std::filesystem::path state_dir_;

@@ -1,0 +1,167 @@
+#include "drivers/sim/camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "drivers/sim/coarse_map.h"
+#include "drivers/sim/light.h"
+#include "drivers/sim/noise.h"
+
+namespace veneer::sim {
+namespace {
+
+constexpr int kStripRows = 100;
+constexpr double kSurround = 70;  // mm of floor drawn around the bed
+constexpr double kBedPx = 5;      // pixels per mm of the drawn bed
+
+// Distance of a point to the walls of a honeycomb of hexagons `pitch` mm apart, in mm.
+double honeycomb_wall(double x, double y, double pitch) {
+  const double row = pitch * std::sqrt(3.0) / 2;
+  double nearest = 1e9, second = 1e9;
+  const int r0 = static_cast<int>(std::floor(y / row));
+  for (int r = r0; r <= r0 + 1; ++r) {
+    const double shift = (r & 1) != 0 ? pitch / 2 : 0;
+    const double c0 = std::floor((x - shift) / pitch);
+    for (double c = c0; c <= c0 + 1; ++c) {
+      const double d = std::hypot(x - shift - c * pitch, y - r * row);
+      if (d < nearest)
+        second = nearest, nearest = d;
+      else if (d < second)
+        second = d;
+    }
+  }
+  return (second - nearest) / 2;
+}
+
+// The bed from above: dark honeycomb in an aluminium frame, on a dark floor.
+cv::Mat draw_bed(const TwinSettings::Bed& bed, Random& random) {
+  const cv::Size size(static_cast<int>((bed.width_mm + 2 * kSurround) * kBedPx),
+                      static_cast<int>((bed.height_mm + 2 * kSurround) * kBedPx));
+  const cv::Mat grime = noise_field(random, size, 60 * kBedPx, 60 * kBedPx),
+                brush = noise_field(random, size, 12 * kBedPx, 0.5 * kBedPx);
+  cv::Mat out(size, CV_8UC3);
+  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
+    for (int r = range.start; r < range.end; ++r) {
+      for (int c = 0; c < size.width; ++c) {
+        const double x = (c + 0.5) / kBedPx - kSurround, y = bed.height_mm + kSurround - (r + 0.5) / kBedPx;
+        const double outside = std::max({-x, -y, x - bed.width_mm, y - bed.height_mm});
+        double grey = 30;
+        if (outside < 4) {
+          const double wall = honeycomb_wall(x, y, 6.4);
+          grey = 24 + 44 * std::clamp(1.1 - wall / 0.32, 0.0, 1.0) + 6 * grime.at<float>(r, c);
+        } else if (outside < 24) {
+          grey = 118 + 9 * brush.at<float>(r, c) - 34 * std::exp(-(outside - 4) / 1.5);
+        }
+        out.at<cv::Vec3b>(r, c) = {cv::saturate_cast<unsigned char>(grey * 1.03),
+                                   cv::saturate_cast<unsigned char>(grey),
+                                   cv::saturate_cast<unsigned char>(grey * 0.97)};
+      }
+    }
+  });
+  return out;
+}
+
+// The sheet's face at half its resolution, which is still finer than the camera's.
+struct HalfFace {
+  cv::Mat colour, cover;
+  double px_per_mm = 0;
+};
+
+HalfFace half_face(const Sheet& sheet, SheetFace face) {
+  HalfFace out;
+  // Whole pixels only, so that half a pixel of the raster stays exactly half.
+  const cv::Rect even(0, 0, sheet.material.cols & ~1, sheet.material.rows & ~1);
+  const cv::Size half(even.width / 2, even.height / 2);
+  cv::Mat engraved;
+  cv::resize(sheet.face(face)(even), out.colour, half, 0, 0, cv::INTER_AREA);
+  cv::resize(sheet.material(even), out.cover, half, 0, 0, cv::INTER_AREA);
+  cv::resize(sheet.engraved(face)(even), engraved, half, 0, 0, cv::INTER_AREA);
+  cv::parallel_for_(cv::Range(0, half.height), [&](const cv::Range& range) {
+    for (int r = range.start; r < range.end; ++r) {
+      for (int c = 0; c < half.width; ++c) {
+        const unsigned char e = engraved.at<unsigned char>(r, c);
+        if (e == 0) continue;
+        auto& pixel = out.colour.at<cv::Vec3b>(r, c);
+        const cv::Vec3f burnt = burnt_colour(pixel, e);
+        pixel = {static_cast<unsigned char>(burnt[0]), static_cast<unsigned char>(burnt[1]),
+                 static_cast<unsigned char>(burnt[2])};
+      }
+    }
+  });
+  out.px_per_mm = sheet.px_per_mm / 2;
+  return out;
+}
+
+void lay_over(cv::Mat& strip, const HalfFace& face, const cv::Mat& map) {
+  cv::Mat colour, cover;
+  cv::remap(face.colour, colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(face.cover, cover, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  for (int r = 0; r < strip.rows; ++r) {
+    const auto* wood = colour.ptr<cv::Vec3b>(r);
+    const auto* cov = cover.ptr<unsigned char>(r);
+    auto* out = strip.ptr<cv::Vec3b>(r);
+    for (int c = 0; c < strip.cols; ++c) {
+      if (cov[c] == 255) out[c] = wood[c];
+      if (cov[c] == 0 || cov[c] == 255) continue;
+      for (int k = 0; k < 3; ++k) {
+        // What shows through a slit or hole lies in the dark.
+        out[c][k] = static_cast<unsigned char>((wood[c][k] * cov[c] + out[c][k] * 0.6 * (255 - cov[c])) / 255);
+      }
+    }
+  }
+}
+
+// Lamps at the sides, a lens that darkens its corners.
+std::vector<float> falloff(int count, double amount, Random& random) {
+  const double centre = 0.5 + random.spread(0.12), lean = random.spread(0.5);
+  std::vector<float> out(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    const double t = static_cast<double>(i) / count - centre;
+    out[static_cast<std::size_t>(i)] = static_cast<float>(1 - amount * (2.2 * t * t + lean * t));
+  }
+  return out;
+}
+
+}  // namespace
+
+cv::Mat render_camera(const CameraTruth& camera, const TwinSettings::Bed& bed, const BedView& view,
+                      std::uint64_t seed) {
+  const cv::Size size(camera.width_px, camera.height_px);
+  Random fixed(camera.light_seed, "bed"), random(seed, "camera");
+  const cv::Mat ground = draw_bed(bed, fixed);
+  const CoarseMap ground_map(size, 8, [&](Vec2 p) {
+    const Vec2 at = camera.bed_at(p, 0);
+    return Vec2{(at.x + kSurround) * kBedPx, (bed.height_mm + kSurround - at.y) * kBedPx};
+  });
+  HalfFace face;
+  std::unique_ptr<CoarseMap> face_map;
+  if (view.sheet != nullptr) {
+    face = half_face(*view.sheet, view.face_up);
+    face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) {
+      const Vec2 at = view.bed_from_sheet.back_to_sheet(camera.bed_at(p, view.face_height_mm));
+      return view.sheet->pixel(at) * 0.5;
+    });
+  }
+  cv::Mat picture(size, CV_8UC3);
+  const int strips = (size.height + kStripRows - 1) / kStripRows;
+  cv::parallel_for_(
+      cv::Range(0, strips),
+      [&](const cv::Range& range) {
+        for (int i = range.start; i < range.end; ++i) {
+          const int first = i * kStripRows, rows = std::min(kStripRows, size.height - first);
+          cv::Mat strip = picture.rowRange(first, first + rows);
+          cv::remap(ground, strip, ground_map.rows(first, rows), cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+          if (face_map) lay_over(strip, face, face_map->rows(first, rows));
+        }
+      },
+      strips);
+  cv::GaussianBlur(picture, picture, cv::Size(), 0.7);
+  const auto columns = falloff(size.width, camera.uneven_light, fixed),
+             rows = falloff(size.height, camera.uneven_light, fixed);
+  light_and_noise(picture, columns, rows, camera.noise, random);
+  return picture;
+}
+
+}  // namespace veneer::sim

@@ -1,0 +1,149 @@
+#include "drivers/sim/scanner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "drivers/sim/coarse_map.h"
+#include "drivers/sim/light.h"
+#include "drivers/sim/noise.h"
+
+namespace veneer::sim {
+namespace {
+
+constexpr int kStripRows = 96;
+const cv::Vec3f kLid(234, 237, 238);
+
+// How much the sheet shades the lid behind it: 0 far away, up to 1 deep inside a narrow slit. One pixel per half mm.
+struct LidShade {
+  cv::Mat shade;
+  double px_per_mm;
+};
+
+LidShade shade_of(const Sheet& sheet) {
+  LidShade out{{}, 2};
+  cv::Mat small;
+  const double factor = out.px_per_mm / sheet.px_per_mm;
+  cv::resize(sheet.material, small, cv::Size(), factor, factor, cv::INTER_AREA);
+  cv::copyMakeBorder(small, small, 8, 8, 8, 8, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::GaussianBlur(small, out.shade, cv::Size(), 0.9 * out.px_per_mm);
+  return out;
+}
+
+void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, SheetFace face, const LidShade& lid) {
+  cv::Mat colour, cover, engraved, shade, shade_map(map.size(), CV_32FC2);
+  cv::remap(sheet.face(face), colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(sheet.material, cover, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::remap(sheet.engraved(face), engraved, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  const auto factor = static_cast<float>(lid.px_per_mm / sheet.px_per_mm);
+  for (int r = 0; r < map.rows; ++r) {
+    const auto* from = map.ptr<cv::Vec2f>(r);
+    const auto* wood = colour.ptr<cv::Vec3b>(r);
+    const auto *cov = cover.ptr<unsigned char>(r), *eng = engraved.ptr<unsigned char>(r);
+    auto* out = strip.ptr<cv::Vec3b>(r);
+    for (int c = 0; c < map.cols; ++c) {
+      if (cov[c] == 255 && eng[c] == 0) {
+        out[c] = wood[c];
+        continue;
+      }
+      cv::Vec3f seen = kLid;
+      if (cov[c] < 255) {
+        const int x = std::clamp(static_cast<int>(from[c][0] * factor) + 8, 0, lid.shade.cols - 1);
+        const int y = std::clamp(static_cast<int>(from[c][1] * factor) + 8, 0, lid.shade.rows - 1);
+        seen *= 1 - 0.22F * static_cast<float>(lid.shade.at<unsigned char>(y, x)) / 255.0F;
+      }
+      const float a = static_cast<float>(cov[c]) / 255.0F;
+      const cv::Vec3f value = burnt_colour(wood[c], eng[c]) * a + seen * (1 - a);
+      out[c] = {static_cast<unsigned char>(value[0]), static_cast<unsigned char>(value[1]),
+                static_cast<unsigned char>(value[2])};
+    }
+  }
+}
+
+// Specks and hairs between sheet and glass.
+void add_dust(cv::Mat& picture, double px_per_mm, double amount, Random& random) {
+  const auto specks = static_cast<int>(60 * amount), hairs = static_cast<int>(4 * amount);
+  constexpr int kShift = 4;
+  const auto fixed = [](double v) { return static_cast<int>(v * (1 << kShift)); };
+  const auto colour = [&] {
+    const double grey = random.uniform() < 0.6 ? random.uniform(60, 110) : random.uniform(185, 225);
+    return cv::Scalar(grey - 4, grey, grey + 3);
+  };
+  for (int i = 0; i < specks; ++i) {
+    const cv::Point centre(fixed(random.uniform(0, picture.cols)), fixed(random.uniform(0, picture.rows)));
+    const double radius = random.uniform(0.02, 0.09) * px_per_mm;
+    cv::circle(picture, centre, fixed(radius), colour(), cv::FILLED, cv::LINE_AA, kShift);
+  }
+  for (int i = 0; i < hairs; ++i) {
+    double x = random.uniform(0, picture.cols), y = random.uniform(0, picture.rows), way = random.uniform(0, 6.28);
+    const double bend = random.spread(0.25), step = 0.35 * px_per_mm;
+    const cv::Scalar shade = colour();
+    for (int k = 0; k < 8; ++k) {
+      const double nx = x + step * std::cos(way), ny = y + step * std::sin(way);
+      cv::line(picture, {fixed(x), fixed(y)}, {fixed(nx), fixed(ny)}, shade, 1, cv::LINE_AA, kShift);
+      x = nx, y = ny, way += bend;
+    }
+  }
+}
+
+std::vector<float> uneven(int count, double amount, double px_per_mm, bool falls_off, Random& random) {
+  LineNoise slow(random, 8), fine(random, static_cast<int>(count / px_per_mm / 3) + 2);
+  std::vector<float> out(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    const double t = static_cast<double>(i) / count, side = 2 * t - 1;
+    const double fall = falls_off ? amount * side * side * side * side : 0;
+    out[static_cast<std::size_t>(i)] =
+        static_cast<float>(1 + 0.35 * amount * slow.at(t * 6) + 0.12 * amount * fine.at(i / px_per_mm / 3) - fall);
+  }
+  return out;
+}
+
+}  // namespace
+
+cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t seed) {
+  const ScannerTruth& device = truth.scanner;
+  // A coarse scan is averaged down from a finer one, as the device's own electronics do.
+  const int fold = truth.px_per_mm < 9 ? 2 : 1;
+  const double px = truth.px_per_mm * fold;
+  const cv::Size size(static_cast<int>(std::lround(device.width_mm * truth.px_per_mm)) * fold,
+                      static_cast<int>(std::lround(device.height_mm * truth.px_per_mm)) * fold);
+  cv::Mat picture(size, CV_8UC3, cv::Scalar(kLid[0], kLid[1], kLid[2]));
+  if (sheet != nullptr) {
+    const LidShade lid = shade_of(*sheet);
+    ScanTruth fine = truth;
+    fine.px_per_mm = px;
+    const CoarseMap map(size, 8, [&](Vec2 p) { return sheet->pixel(fine.sheet_mm(p)); });
+    const int strips = (size.height + kStripRows - 1) / kStripRows;
+    cv::parallel_for_(
+        cv::Range(0, strips),
+        [&](const cv::Range& range) {
+          for (int i = range.start; i < range.end; ++i) {
+            const int first = i * kStripRows, rows = std::min(kStripRows, size.height - first);
+            cv::Mat strip = picture.rowRange(first, first + rows);
+            image_strip(strip, map.rows(first, rows), *sheet, truth.face, lid);
+          }
+        },
+        strips);
+  }
+  Random random(seed, "scan");
+  if (fold > 1) cv::resize(picture, picture, cv::Size(size.width / fold, size.height / fold), 0, 0, cv::INTER_AREA);
+  add_dust(picture, truth.px_per_mm, device.dust, random);
+  if (device.psf_px > 0.05) cv::GaussianBlur(picture, picture, cv::Size(), device.psf_px);
+  Random lamp(device.light_seed, "lamp");
+  const auto columns = uneven(picture.cols, device.uneven_light, truth.px_per_mm, true, lamp);
+  const auto rows = uneven(picture.rows, device.uneven_light, truth.px_per_mm, false, lamp);
+  light_and_noise(picture, columns, rows, device.noise, random);
+  return picture;
+}
+
+Vec2 ScanTruth::scan_pixel(Vec2 on_sheet) const {
+  const Vec2 nominal = scanner.nominal_from_glass(glass_from_sheet.place(on_sheet));
+  return {nominal.x * px_per_mm, (scanner.height_mm - nominal.y) * px_per_mm};
+}
+
+Vec2 ScanTruth::sheet_mm(Vec2 pixel) const {
+  const Vec2 nominal{pixel.x / px_per_mm, scanner.height_mm - pixel.y / px_per_mm};
+  return glass_from_sheet.back_to_sheet(scanner.glass_from_nominal(nominal));
+}
+
+}  // namespace veneer::sim
