@@ -1,0 +1,63 @@
+// The one thread that owns the database connection and all writes.
+//
+// call() waits and belongs to workers; async() belongs to the reactor: `work` runs on the database thread, `then` back on
+// the reactor with its result.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "daemon/worker.h"
+#include "db/audit.h"
+#include "db/certificates.h"
+#include "db/database.h"
+#include "db/job_store.h"
+#include "db/ledger.h"
+#include "db/panels.h"
+
+namespace veneer::daemon {
+
+// What a piece of work on the database thread may touch.
+struct Repositories {
+  explicit Repositories(db::Database& database)
+      : panels(database), ledger(database), jobs(database), certificates(database), audit(database) {}
+  db::Panels panels;
+  db::Ledger ledger;
+  db::JobStore jobs;
+  db::Certificates certificates;
+  db::Audit audit;
+};
+
+class DatabaseThread {
+ public:
+  // Opens the file on its own thread; fails as db::Database::open does.
+  static Result<std::unique_ptr<DatabaseThread>> open(const std::filesystem::path& file, boost::asio::io_context& reactor);
+
+  template <class F>
+  auto call(F work) {
+    return worker_.call([&] { return work(*repositories_); });
+  }
+  template <class F, class Then>
+  void async(F work, Then then) {
+    worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {
+      boost::asio::post(reactor_, [result = work(*repositories_), then = std::move(then)]() mutable {
+        then(std::move(result));
+      });
+    });
+  }
+
+  explicit DatabaseThread(boost::asio::io_context& reactor) : reactor_(reactor), worker_("database") {}
+  ~DatabaseThread();
+
+ private:
+  boost::asio::io_context& reactor_;
+  // Both live and die on the worker.
+  std::optional<db::Database> database_;
+  std::optional<Repositories> repositories_;
+  Worker worker_;
+};
+
+}  // namespace veneer::daemon

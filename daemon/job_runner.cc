@@ -1,0 +1,533 @@
+#include "daemon/job_runner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/clock.h"
+
+namespace veneer::daemon {
+
+// One panel of the job being cut, from the proven pose to the last booked piece.
+struct JobRunner::Run {
+  db::RunId id;
+  PanelId panel;
+  std::vector<PieceBurn> burns;
+  std::size_t next = 0;           // index of the piece to burn next
+  bool noted = false;             // the piece `next` is `cutting` in the database, but no stroke of it was sent yet
+  bool burning = false;           // the laser has the piece next - 1
+  bool hold_wanted = false;       // asked between two pieces: hold before the next one
+  bool stop_after_piece = false;  // asked by the operator
+  double seconds_left() const {
+    double sum = 0;
+    for (std::size_t i = next; i < burns.size(); ++i) sum += burns[i].seconds;
+    return sum;
+  }
+};
+
+JobRunner::JobRunner(boost::asio::io_context& reactor, LaserDriver& laser, DatabaseThread& database, RunSupport& support,
+                     Logger log, std::function<void()> on_change)
+    : reactor_(reactor),
+      laser_(laser),
+      database_(database),
+      support_(support),
+      log_(std::move(log)),
+      on_change_(std::move(on_change)),
+      epoch_(std::make_shared<std::int64_t>(0)) {}
+
+JobRunner::~JobRunner() {
+  *epoch_ = -1;
+  if (laser_connected_) laser_.abort();
+}
+
+template <class F>
+auto JobRunner::while_current(F then) {
+  return [epoch = epoch_, at = *epoch_, then = std::move(then)](auto&& result) mutable {
+    if (*epoch == at) then(std::forward<decltype(result)>(result));
+  };
+}
+
+void JobRunner::begin(const db::Recovery& recovery) {
+  if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
+  view_.state = CellState::kAborted;
+  view_.reason = fmt::format(
+      "the cell stopped in the middle of job {}: {} piece(s) are suspect; look at the panel, then Clear and Reset",
+      recovery.aborted_jobs.empty() ? 0 : recovery.aborted_jobs.front().value, recovery.suspects.size());
+}
+
+void JobRunner::enter(CellState state, std::string reason) {
+  log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
+  view_.state = state;
+  view_.reason = std::move(reason);
+  if (state != CellState::kSuspended) view_.load.reset(), seen_.reset();
+  on_change_();
+}
+
+Status JobRunner::refuse(CellCommand command) const {
+  return Error{ErrorCode::kConflict, fmt::format("{} is not possible while the cell is {}{}", to_string(command),
+                                                 to_string(view_.state), [&] {
+                                                   switch (view_.state) {
+                                                     case CellState::kAborted: return ": Clear it first, then Reset";
+                                                     case CellState::kStopped: return ": Reset it first";
+                                                     case CellState::kComplete: return ": Reset it first";
+                                                     case CellState::kHeld: return ": Unhold, Stop or Abort";
+                                                     case CellState::kSuspended: return ": Unsuspend, Stop or Abort";
+                                                     default: return "";
+                                                   }
+                                                 }())};
+}
+
+void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
+  database_.async(
+      [entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](Repositories& r) { return r.audit.append(entry); },
+      [log = log_](const Status& written) {
+        if (!written) log->error("the audit log could not be written: {}", written.error().message);
+      });
+}
+
+void JobRunner::answer(const Status& status) {
+  if (pending_) std::exchange(pending_, nullptr)(status);
+}
+
+bool JobRunner::laser_busy() const { return pattern_reply_ || (run_ && run_->burning); }
+
+// ---- Commands ----------------------------------------------------------------------------------------------------
+
+void JobRunner::command(CellCommand command, const std::string& who, Reply reply) {
+  if (command == CellCommand::kAbort) {
+    abort(fmt::format("STOP by {}", who));
+    audit(who, "cell.abort");
+    return reply(Ok());
+  }
+  if (!after(view_.state, command)) return reply(refuse(command));
+  audit(who, fmt::format("cell.{}", to_string(command)));
+  switch (command) {
+    case CellCommand::kReset: return reset(std::move(reply));
+    case CellCommand::kHold: return hold(std::move(reply));
+    case CellCommand::kUnhold: return unhold(std::move(reply));
+    case CellCommand::kUnsuspend: return unsuspend(std::move(reply));
+    case CellCommand::kStop: return stop(std::move(reply));
+    case CellCommand::kClear: return clear(std::move(reply));
+    default: return reply(refuse(command));  // Start names a job; Suspend and Complete come from the work itself
+  }
+}
+
+void JobRunner::reset(Reply reply) {
+  enter(CellState::kResetting, "homing the laser");
+  view_.job.reset();
+  pending_ = std::move(reply);
+  if (laser_connected_)
+    laser_.home();
+  else
+    laser_.connect([this, epoch = epoch_](const LaserEvent& event) {
+      if (*epoch >= 0) on_laser(event);
+    });
+}
+
+void JobRunner::clear(Reply reply) {
+  enter(CellState::kClearing);
+  enter(CellState::kStopped, "Reset homes the laser");
+  reply(Ok());
+}
+
+void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
+  if (!after(view_.state, CellCommand::kStart)) return reply(refuse(CellCommand::kStart));
+  if (const Status ready = support_.calibrated(); !ready) return reply(ready.error());
+  audit(who, "job.start", std::to_string(job.value));
+  enter(CellState::kStarting);
+  pending_ = std::move(reply);
+  struct Loaded {
+    db::JobRecord record;
+    std::vector<db::PieceRecord> pieces;
+  };
+  const auto load = [job](Repositories& r) -> Result<Loaded> {
+    auto record = r.jobs.find(job);
+    if (!record) return record.error();
+    auto pieces = r.jobs.pieces(job);
+    if (!pieces) return pieces.error();
+    return Loaded{std::move(*record), std::move(*pieces)};
+  };
+  database_.async(load, while_current([this, job](Result<Loaded> loaded) {
+                    if (!loaded) {
+                      enter(CellState::kIdle);
+                      return answer(loaded.error());
+                    }
+                    to_cut_.clear();
+                    for (auto& piece : loaded->pieces)
+                      if (piece.state == db::PieceState::kReserved) to_cut_.push_back(std::move(piece));
+                    if (to_cut_.empty()) {
+                      enter(CellState::kIdle);
+                      return answer(
+                          Error{ErrorCode::kConflict, fmt::format("job {} has no piece left to cut", job.value)});
+                    }
+                    std::stable_sort(to_cut_.begin(), to_cut_.end(),
+                                     [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
+                    view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
+                    refresh_job([this] {
+                      enter(CellState::kSuspending);
+                      await_panel();
+                      answer(Ok());
+                    });
+                  }));
+}
+
+void JobRunner::hold(Reply reply) {
+  enter(CellState::kHolding);
+  if (laser_busy()) {
+    pending_ = std::move(reply);
+    return laser_.hold();
+  }
+  // Between two pieces: the next one waits.
+  if (run_) run_->hold_wanted = true;
+  enter(CellState::kHeld, "held between two pieces");
+  reply(Ok());
+}
+
+void JobRunner::unhold(Reply reply) {
+  enter(CellState::kUnholding);
+  if (laser_busy()) {
+    pending_ = std::move(reply);
+    return laser_.resume();
+  }
+  enter(CellState::kExecute);
+  reply(Ok());
+  if (run_ && std::exchange(run_->hold_wanted, false)) next_piece();
+}
+
+void JobRunner::stop(Reply reply) {
+  const CellState from = view_.state;
+  if (from == CellState::kExecute && run_) {
+    run_->stop_after_piece = true;
+    enter(CellState::kStopping, "finishing the piece that is being cut");
+    return reply(Ok());
+  }
+  // A piece that was begun cannot be finished without motion, and a run that is being prepared may be in the database
+  // already: both end as an abort.
+  if (laser_busy() || (run_ && run_->noted) || from == CellState::kUnsuspending || from == CellState::kResetting) {
+    abort("stopped by the operator");
+    return reply(Ok());
+  }
+  enter(CellState::kStopping);
+  answer(Error{ErrorCode::kCancelled, "stopped by the operator"});
+  if (run_) {
+    run_->stop_after_piece = true;
+    end_run();
+  } else {
+    ++*epoch_;
+    looking_ = false;
+    stop_waiting_job();
+    enter(CellState::kStopped);
+  }
+  reply(Ok());
+}
+
+void JobRunner::stop_after_piece(const std::string& who, Reply reply) {
+  if (!run_ || view_.state != CellState::kExecute)
+    return reply(Error{ErrorCode::kConflict, "no piece is being cut: nothing to stop after"});
+  audit(who, "cell.stop-after-piece");
+  run_->stop_after_piece = true;
+  view_.reason = "stopping after this piece";
+  on_change_();
+  reply(Ok());
+}
+
+void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply) {
+  if (view_.state != CellState::kIdle) return reply(refuse(CellCommand::kStart));
+  audit(who, "laser.pattern");
+  pattern_reply_ = std::move(reply);
+  enter(CellState::kExecute, "burning the calibration pattern");
+  laser_.start(std::move(strokes));
+}
+
+void JobRunner::abort(const std::string& reason) noexcept {
+  laser_.abort();
+  break_off(reason, {});
+}
+
+// ---- Loading a panel ---------------------------------------------------------------------------------------------
+
+void JobRunner::await_panel() {
+  const db::PieceRecord& first = to_cut_.front();
+  enter(CellState::kSuspended);
+  view_.load = LoadView{*first.panel, first.panel->value, false, Millimetres(0),
+                        fmt::format("lay panel {} on the bed, back face up", first.panel->value)};
+  on_change_();
+  look_again();
+}
+
+void JobRunner::look_again() {
+  if (view_.state != CellState::kSuspended || looking_) return;
+  looking_ = true;
+  support_.look([this, epoch = epoch_](Result<ProvenPose> look) {
+    if (*epoch < 0) return;
+    looking_ = false;
+    if (view_.state == CellState::kSuspended && view_.load) saw(std::move(look));
+  });
+}
+
+void JobRunner::saw(Result<ProvenPose> look) {
+  LoadView& load = *view_.load;
+  const LoadView before = load;
+  load.found = false;
+  seen_.reset();
+  if (!look) {
+    load.sentence = fmt::format("lay panel {} on the bed, back face up ({})", load.panel.value, look.error().message);
+  } else if (look->panel != load.panel) {
+    load.sentence = fmt::format("panel {} is on the bed, but {} is wanted: take it off and lay {} back face up",
+                                look->panel.value, load.panel.value, load.panel.value);
+  } else if (!look->back_up || look->bed_from_panel.handedness() != Handedness::kImproper) {
+    load.sentence = fmt::format("panel {} lies with its show face up: turn it over, pieces are cut from the back",
+                                load.panel.value);
+  } else {
+    load.found = true;
+    load.rms = look->rms;
+    load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm: close the lid and press Unsuspend",
+                                load.panel.value, look->rms.count());
+    seen_ = std::move(*look);
+  }
+  if (before.found != load.found || before.sentence != load.sentence) on_change_();
+}
+
+void JobRunner::unsuspend(Reply reply) {
+  if (!seen_) return reply(Error{ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"});
+  const ProvenPose shown = *seen_;
+  enter(CellState::kUnsuspending, "proving the pose once more");
+  pending_ = std::move(reply);
+  support_.look(while_current([this, shown](Result<ProvenPose> look) {
+    const auto back_to_waiting = [&](const std::string& why) {
+      await_panel();
+      answer(Error{ErrorCode::kRefused, why});
+    };
+    if (!look) return back_to_waiting(look.error().message);
+    if (look->panel != shown.panel || !look->back_up || look->bed_from_panel.handedness() != Handedness::kImproper)
+      return back_to_waiting("another sheet is on the bed than the one that was shown: check it and press Unsuspend");
+    const auto corner = point<PanelFrame>(300, 200);  // far from the origin, so that a turn shows as well
+    const Millimetres moved =
+        std::max(distance(look->bed_from_panel * Point<PanelFrame>{}, shown.bed_from_panel * Point<PanelFrame>{}),
+                 distance(look->bed_from_panel * corner, shown.bed_from_panel * corner));
+    if (moved > Millimetres(0.3))
+      return back_to_waiting(fmt::format("the panel moved by {:.1f} mm since it was shown: check it and press Unsuspend",
+                                         moved.count()));
+    begin_run(*look);
+  }));
+}
+
+// ---- Cutting -----------------------------------------------------------------------------------------------------
+
+void JobRunner::begin_run(const ProvenPose& pose) {
+  std::vector<db::PieceRecord> pieces;
+  for (const auto& piece : to_cut_)
+    if (piece.panel == pose.panel) pieces.push_back(piece);
+  support_.prepare(pose, std::move(pieces), while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
+                     if (burns) return run_prepared(pose, std::move(*burns));
+                     await_panel();
+                     answer(burns.error());
+                   }));
+}
+
+void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burns) {
+  database_.async(
+      [job = view_.job->id, pose](Repositories& r) {
+        return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp());
+      },
+      [this, epoch = epoch_, at = *epoch_, panel = pose.panel, burns = std::move(burns)](Result<db::RunId> run) mutable {
+        if (*epoch < 0) return;
+        if (*epoch != at) {  // broken off meanwhile: nothing of it was cut
+          if (run)
+            database_.async(
+                [id = *run](Repositories& r) {
+                  return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp());
+                },
+                [](const Status&) {});
+          return;
+        }
+        if (!run) {
+          await_panel();
+          return answer(run.error());
+        }
+        run_ = std::make_unique<Run>();
+        run_->id = *run;
+        run_->panel = panel;
+        run_->burns = std::move(burns);
+        enter(CellState::kExecute);
+        answer(Ok());
+        next_piece();
+      });
+}
+
+void JobRunner::next_piece() {
+  if (run_->hold_wanted) return;  // unhold() comes back here
+  if (run_->noted) return burn_noted_piece();
+  if (run_->next == run_->burns.size() || run_->stop_after_piece) return end_run();
+  const PieceId piece = run_->burns[run_->next].piece;
+  database_.async([piece](Repositories& r) { return r.jobs.mark_cutting(piece, utc_timestamp()); },
+                  while_current([this](const Status& marked) {
+                    if (!marked)
+                      return abort(fmt::format("the next piece could not be noted ({}): nothing of it was cut",
+                                               marked.error().message));
+                    run_->noted = true;
+                    if (!run_->hold_wanted) burn_noted_piece();
+                  }));
+}
+
+void JobRunner::burn_noted_piece() {
+  PieceBurn& burn = run_->burns[run_->next++];
+  run_->noted = false;
+  run_->burning = true;
+  view_.job->current_piece = burn.mark;
+  view_.job->eta_seconds = run_->seconds_left() + burn.seconds;
+  on_change_();
+  laser_.start(std::move(burn.strokes));
+}
+
+void JobRunner::piece_verified() {
+  const PieceId piece = run_->burns[run_->next - 1].piece;
+  run_->burning = false;
+  database_.async([piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
+                  while_current([this, piece](const Status& booked) {
+                    if (!booked)
+                      return abort(fmt::format("a cut piece could not be booked ({}): make room on the disk, then Clear",
+                                               booked.error().message));
+                    std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
+                    ++view_.job->cut;
+                    view_.job->current_piece.clear();
+                    on_change_();
+                    next_piece();
+                  }));
+}
+
+void JobRunner::end_run() {
+  const bool stopped = run_->stop_after_piece && run_->next < run_->burns.size();
+  const bool more = !stopped && !to_cut_.empty();
+  if (!stopped) enter(more ? CellState::kSuspending : CellState::kCompleting);
+  database_.async(
+      [run = run_->id, more](Repositories& r) { return r.jobs.finish_run(run, more, utc_timestamp()); },
+      while_current([this, stopped, more](const Status& finished) {
+        if (!finished) return abort(fmt::format("the run could not be closed: {}", finished.error().message));
+        run_.reset();
+        refresh_job([this, stopped, more] {
+          if (stopped) return enter(CellState::kStopped, "stopped after a piece; Reset, then Start goes on with the rest");
+          if (more) return await_panel();
+          enter(CellState::kComplete, fmt::format("job {} is cut", view_.job ? view_.job->id.value : 0));
+        });
+      }));
+}
+
+// Everything that was going on ends here, with the beam already off.
+void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspects) {
+  if (!after(view_.state, CellCommand::kAbort)) return;
+  ++*epoch_;
+  looking_ = false;
+  enter(CellState::kAborting, reason);
+  const Error why{ErrorCode::kCancelled, reason};
+  answer(why);
+  if (pattern_reply_) std::exchange(pattern_reply_, nullptr)(why);
+  const auto finish = [this, reason](const Status& written) {
+    if (!written) log_->error("the end of the run could not be written: {}", written.error().message);
+    run_.reset();
+    refresh_job([this, reason] { enter(CellState::kAborted, reason); });
+  };
+  if (run_) {
+    database_.async(
+        [run = run_->id, suspects = std::move(suspects), reason](Repositories& r) {
+          return r.jobs.abort_run(run, suspects, reason, utc_timestamp());
+        },
+        while_current(finish));
+  } else if (view_.job && !to_cut_.empty()) {
+    database_.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
+                    while_current([finish](const Status&) { finish(Ok()); }));  // a planned job stays planned
+  } else {
+    enter(CellState::kAborted, reason);
+  }
+}
+
+void JobRunner::stop_waiting_job() {
+  if (!view_.job) return;
+  database_.async([job = view_.job->id](Repositories& r) { return r.jobs.stop_job(job, utc_timestamp()); },
+                  // A job that never ran stays planned, which the store says by refusing; that is no fault.
+                  [log = log_](const Status& ended) {
+                    if (!ended) log->debug("{}", ended.error().message);
+                  });
+}
+
+void JobRunner::refresh_job(std::function<void()> then) {
+  if (!view_.job) return then();
+  database_.async([job = view_.job->id](Repositories& r) { return r.jobs.find(job); },
+                  while_current([this, then = std::move(then)](Result<db::JobRecord> record) {
+                    if (record && view_.job) {
+                      JobView& job = *view_.job;
+                      job.pieces = 0;
+                      for (const auto& [state, count] : record->pieces)
+                        if (state != db::PieceState::kUnfilled && state != db::PieceState::kReleased)
+                          job.pieces += count;
+                      job.cut = record->count(db::PieceState::kCut);
+                      job.suspect = record->count(db::PieceState::kSuspect);
+                      job.current_piece.clear();
+                      job.eta_seconds = 0;
+                    }
+                    then();
+                  }));
+}
+
+// ---- The laser ---------------------------------------------------------------------------------------------------
+
+void JobRunner::on_laser(const LaserEvent& event) {
+  using namespace laser_event;
+  if (std::holds_alternative<Connected>(event)) {
+    laser_connected_ = true;
+    if (view_.state == CellState::kResetting) laser_.home();
+  } else if (const auto* failed = std::get_if<Failed>(&event)) {
+    on_failed(failed->error);
+  } else if (std::holds_alternative<Homed>(event)) {
+    if (view_.state != CellState::kResetting) return;
+    enter(CellState::kIdle);
+    answer(Ok());
+  } else if (std::holds_alternative<Held>(event)) {
+    on_held();
+  } else if (std::holds_alternative<Resumed>(event)) {
+    on_resumed();
+  } else if (std::holds_alternative<Done>(event)) {
+    on_done();
+  } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
+    if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
+    break_off(aborted->error.message, aborted->suspect);
+  }
+}
+
+void JobRunner::on_failed(const Error& error) {
+  if (error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kDisconnected ||
+      error.code == ErrorCode::kTimeout)
+    laser_connected_ = false;
+  answer(error);
+  if (pattern_reply_) {
+    std::exchange(pattern_reply_, nullptr)(error);
+    return enter(CellState::kIdle, error.message);
+  }
+  break_off(error.message, {});
+}
+
+void JobRunner::on_held() {
+  if (view_.state != CellState::kHolding && view_.state != CellState::kExecute && view_.state != CellState::kStopping)
+    return;
+  const bool asked = view_.state == CellState::kHolding;
+  enter(CellState::kHeld, asked ? "held by the operator" : "held by the machine: check the lid, then Unhold");
+  answer(Ok());
+}
+
+void JobRunner::on_resumed() {
+  if (view_.state != CellState::kUnholding) return;
+  enter(CellState::kExecute);
+  answer(Ok());
+}
+
+void JobRunner::on_done() {
+  if (pattern_reply_) {
+    enter(CellState::kCompleting);
+    enter(CellState::kComplete, "the pattern is burnt");
+    return std::exchange(pattern_reply_, nullptr)(Ok());
+  }
+  if (run_ && run_->burning) piece_verified();
+}
+
+}  // namespace veneer::daemon
