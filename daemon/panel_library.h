@@ -1,0 +1,60 @@
+// Panels as files and records: raw scans, veneer maps and masks in the data folder, and the way between the database's
+// records and what calib and the planner speak of.
+//
+// Files are named by their content hash, written whole (temporary file, fsync, rename) and never changed. Any thread but
+// the reactor: these functions read and write megabytes.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "base/raster.h"
+#include "base/result.h"
+#include "calib/fiducials.h"
+#include "calib/registration.h"
+#include "daemon/database_thread.h"
+#include "planner/stock.h"
+
+namespace veneer::daemon {
+
+class PanelLibrary {
+ public:
+  explicit PanelLibrary(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
+
+  struct Stored {
+    std::string file;  // relative to the data folder
+    std::string sha256;
+  };
+  // Lossless, below `folder` ("scans", "panels/P-0001").
+  Result<Stored> store_picture(const cv::Mat& picture, const std::string& folder, const std::string& prefix) const;
+  Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
+  Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
+  Result<std::string> load_bytes(const std::string& file) const;
+  const std::filesystem::path& data_dir() const { return data_dir_; }
+
+  Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
+  Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
+
+ private:
+  std::filesystem::path data_dir_;
+};
+
+// The resolution of every stored veneer map.
+inline constexpr ScanResolution kMapResolution = ScanResolution::from_dpi(300);
+
+calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records);
+// Those of one face; holes count to the show face.
+std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducials, calib::Face face);
+
+// Mask minus live allocations grown by `margin`; never too generous: a pixel that an allocation touches is not free.
+Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
+                             Millimetres margin);
+
+// The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood marked,
+// with a legend. At most `width_px` wide.
+cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask,
+                   const std::vector<db::AllocationRecord>& live, int width_px);
+
+}  // namespace veneer::daemon
