@@ -1,0 +1,172 @@
+#include "daemon/calibration_service.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/clock.h"
+#include "calib/burnt_pattern.h"
+#include "calib/kerf_meter.h"
+#include "calib/machine_axes.h"
+#include "daemon/calibration.h"
+
+namespace veneer::daemon {
+
+CalibrationService::CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database,
+                                       const Config& config, Logger log)
+    : scanner_(scanner), camera_(camera), database_(database), config_(config), log_(std::move(log)) {}
+
+Result<CertificateId> CalibrationService::issue(db::CertificateKind kind, Millimetres rms, const std::string& payload) {
+  db::CertificateRecord record;
+  record.kind = kind;
+  record.issued_at = utc_timestamp();
+  record.expires_at = utc_timestamp(std::chrono::hours(24) * config_.panel.calibration_days);
+  record.rms = rms;
+  record.payload = payload;
+  auto id = database_.call([&](Repositories& r) { return r.certificates.issue(record); });
+  if (id) log_->info("certificate {} issued: {}, rms {:.4f} mm", id->value, db::to_string(kind), rms.count());
+  return id;
+}
+
+Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProgress& progress,
+                                                       const std::stop_token& stop) {
+  progress(0.02, "scanning the AprilGrid sheet");
+  auto image = scanner_.scan(ScanResolution::from_dpi(config_.scanner.dpi),
+                             [&](double f) { progress(0.02 + 0.5 * f, "scanning the AprilGrid sheet"); }, stop);
+  if (!image) return image.error();
+  progress(0.55, "looking for tags");
+  auto seen = calib::grid_scan(image->pixels, image->nominal);
+  if (seen.tags.empty())
+    return Error{ErrorCode::kRefused, "the AprilGrid sheet is not on the glass: lay it there, print down, and try again"};
+  grid_scans_.push_back(std::move(seen));
+  CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
+  if (more) return outcome;
+  progress(0.7, "fitting the scanner's map");
+  const auto scans = std::exchange(grid_scans_, {});
+  auto fit = calib::fit_scanner_model(scans);
+  if (!fit) return fit.error();
+  outcome.rms = fit->rms;
+  outcome.payload = to_payload(*fit).dump();
+  auto id = issue(db::CertificateKind::kScanner, fit->rms, outcome.payload);
+  if (!id) return id.error();
+  outcome.certificate = *id;
+  return outcome;
+}
+
+Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress) {
+  progress(0.05, "photographing the AprilGrid sheet");
+  auto picture = camera_.capture();
+  if (!picture) return picture.error();
+  progress(0.4, "looking for tags");
+  auto view = calib::grid_view(*picture, height);
+  if (view.tags.empty())
+    return Error{ErrorCode::kRefused,
+                 "the AprilGrid sheet is not seen on the bed: lay it there, print up, light the bed and try again"};
+  grid_views_.push_back(std::move(view));
+  picture_width_ = picture->cols;
+  picture_height_ = picture->rows;
+  CalibrationOutcome outcome{"camera", grid_views_.size(), {}, {}, "{}"};
+  if (more) return outcome;
+  progress(0.6, "fitting lens and place");
+  const auto views = std::exchange(grid_views_, {});
+  auto fit = calib::fit_camera_model(views, picture_width_, picture_height_);
+  if (!fit) return fit.error();
+  outcome.rms = fit->rms;
+  outcome.payload = to_payload(*fit).dump();
+  auto id = issue(db::CertificateKind::kCamera, fit->rms, outcome.payload);
+  if (!id) return id.error();
+  outcome.certificate = *id;
+  return outcome;
+}
+
+Result<planner::Pattern> CalibrationService::pattern(const Box<MachineFrame>& travel) const {
+  constexpr Millimetres kInset{40};
+  planner::PatternOptions options;
+  options.area.add({travel.min.x + kInset, travel.min.y + kInset});
+  options.area.add({travel.max.x - kInset, travel.max.y - kInset});
+  return planner::make_pattern(options);
+}
+
+Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel) const {
+  auto made = pattern(travel);
+  if (!made) return made.error();
+  {
+    const std::lock_guard lock(travel_mutex_);
+    travel_ = travel;
+  }
+  LaserJob job;
+  for (auto& stroke : planner::pattern_strokes(*made)) {
+    Stroke& s = job.strokes.emplace_back();
+    s.role = StrokeRole::kPattern;
+    s.path = std::move(stroke.path);
+    s.speed = stroke.through ? config_.recipe.cut_speed : config_.recipe.engrave_speed;
+    s.power = stroke.through ? config_.recipe.cut_power : config_.recipe.engrave_power;
+  }
+  return job;
+}
+
+Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const TaskProgress& progress) {
+  progress(0.7, "photographing the pattern");
+  auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
+  if (!calibration) return calibration.error();
+  if (!calibration->camera)
+    return Error{ErrorCode::kRefused,
+                 "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
+  Box<MachineFrame> travel;
+  {
+    const std::lock_guard lock(travel_mutex_);
+    travel = travel_;
+  }
+  auto burnt = pattern(travel);
+  if (!burnt) return burnt.error();
+  std::vector<calib::PatternRing> rings;
+  for (const auto& ring : burnt->rings) rings.push_back({ring.centre, ring.diameter});
+  auto picture = camera_.capture();
+  if (!picture) return picture.error();
+  progress(0.8, "finding the burnt rings");
+  auto found = calib::find_burnt_pattern(*picture, *calibration->camera, height, rings);
+  if (!found) return found.error();
+  auto fit = calib::fit_machine_axes(*found, *calibration->camera);
+  if (!fit) return fit.error();
+  CalibrationOutcome outcome{"axes", 1, {}, fit->rms, to_payload(*fit, calibration->camera_certificate).dump()};
+  auto id = issue(db::CertificateKind::kAxes, fit->rms, outcome.payload);
+  if (!id) return id.error();
+  outcome.certificate = *id;
+  return outcome;
+}
+
+Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress, const std::stop_token& stop) {
+  auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
+  if (!calibration) return calibration.error();
+  if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
+  Box<MachineFrame> travel;
+  {
+    const std::lock_guard lock(travel_mutex_);
+    travel = travel_;
+  }
+  if (travel.empty())
+    return Error{ErrorCode::kRefused, "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
+  auto burnt = pattern(travel);
+  if (!burnt) return burnt.error();
+  progress(0.02, "scanning the burnt board");
+  auto image = scanner_.scan(ScanResolution::from_dpi(config_.scanner.dpi),
+                             [&](double f) { progress(0.02 + 0.6 * f, "scanning the burnt board"); }, stop);
+  if (!image) return image.error();
+  progress(0.7, "measuring the kerf");
+  std::vector<calib::KerfLine> lines;
+  for (const auto& line : burnt->kerf_lines) lines.push_back({line.from, line.to});
+  // The true resolution: how many pixels the scanner really has for a millimetre in the middle of the glass.
+  const double cx = image->pixels.cols / 2.0, cy = image->pixels.rows / 2.0;
+  const auto a = calibration->scanner->glass_from_scan(point<ScanFrame>(cx - 500, cy - 500), image->nominal);
+  const auto b = calibration->scanner->glass_from_scan(point<ScanFrame>(cx + 500, cy + 500), image->nominal);
+  const ScanResolution resolution{std::hypot(1000.0, 1000.0) / distance(a, b).count()};
+  auto measured = calib::measure_kerf(image->pixels, resolution, lines);
+  if (!measured) return measured.error();
+  CalibrationOutcome outcome{"kerf", 1, {}, measured->spread, to_payload(*measured).dump()};
+  auto id = issue(db::CertificateKind::kKerf, measured->spread, outcome.payload);
+  if (!id) return id.error();
+  outcome.certificate = *id;
+  return outcome;
+}
+
+}  // namespace veneer::daemon

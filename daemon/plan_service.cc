@@ -1,0 +1,162 @@
+#include "daemon/plan_service.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "base/clock.h"
+#include "base/hash.h"
+#include "daemon/calibration.h"
+#include "planner/plan_files.h"
+#include "planner/preview.h"
+
+namespace veneer::daemon {
+namespace {
+
+nlohmann::json options_json(const JobRequest& request) {
+  const auto& o = request.options;
+  return {{"size_mm", request.size.count()},
+          {"patch_mm", o.patch.count()},
+          {"rotations", o.rotations},
+          {"w_intensity", o.w_intensity},
+          {"w_edge", o.w_edge},
+          {"w_hist", o.w_hist},
+          {"dpi", o.dpi},
+          {"kerf_mm", o.kerf.count()},
+          {"position_margin_mm", o.position_margin.count()},
+          {"seed", o.seed}};
+}
+
+std::vector<db::NewPiece> pieces_of(const planner::Plan& plan) {
+  std::vector<db::NewPiece> out;
+  for (const auto& piece : plan.pieces) {
+    db::NewPiece& p = out.emplace_back();
+    p.mark = piece.mark;
+    p.artwork_outline = piece.artwork_outline;
+    if (!piece.placement) continue;
+    p.panel = piece.placement->panel;
+    p.panel_outline = piece.placement->panel_outline;
+    p.panel_from_artwork = piece.placement->panel_from_artwork;
+    p.allocation = offset(Region<PanelFrame>(piece.placement->panel_outline), plan.kerf);
+  }
+  return out;
+}
+
+Error too_little_wood(const planner::Plan& plan, std::size_t unfilled) {
+  double area = 0;
+  for (const auto& piece : plan.pieces)
+    if (!piece.placement) area += std::abs(signed_area(piece.artwork_outline));
+  return {ErrorCode::kRefused,
+          fmt::format("the free wood does not fill the picture: {} of {} patches ({:.0f} cm2) found no place; scan more "
+                      "panels, or make the picture or its patches smaller",
+                      unfilled, plan.pieces.size(), area / 100)};
+}
+
+}  // namespace
+
+PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, Millimetres position_margin, Logger log)
+    : database_(database), library_(library), position_margin_(position_margin), log_(std::move(log)) {}
+
+Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vector<PanelId>& wanted) {
+  struct Held {
+    db::PanelRecord panel;
+    std::vector<db::AllocationRecord> live;
+  };
+  auto held = database_.call([&](Repositories& r) -> Result<std::vector<Held>> {
+    auto panels = r.panels.list();
+    if (!panels) return panels.error();
+    for (const auto& id : wanted)
+      if (std::none_of(panels->begin(), panels->end(), [&](const auto& p) { return p.id == id; }))
+        return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", id.value)};
+    std::vector<Held> out;
+    for (auto& panel : *panels) {
+      if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
+      auto live = r.ledger.live_allocations(panel.id);
+      if (!live) return live.error();
+      out.push_back({std::move(panel), std::move(*live)});
+    }
+    return out;
+  });
+  if (!held) return held.error();
+  if (held->empty())
+    return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
+  std::vector<planner::StockPanel> stock;
+  for (const auto& [panel, live] : *held) {
+    auto map = library_.load_map(panel);
+    if (!map) return map.error();
+    auto mask = library_.load_mask(panel);
+    if (!mask) return mask.error();
+    // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
+    stock.push_back({panel.id, *map, free_wood(*mask, live, position_margin_)});
+  }
+  return stock;
+}
+
+Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
+                                         const std::stop_token& stop) {
+  progress(0, "reading the picture");
+  auto picture = planner::decode_picture(request.picture, request.name);
+  if (!picture) return picture.error();
+  auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
+  if (!calibration) return calibration.error();
+  if (!calibration->kerf)
+    return Error{ErrorCode::kRefused,
+                 "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
+  progress(0.02, "reading the stock");
+  auto stock = load_stock(request.panels);
+  if (!stock) return stock.error();
+
+  planner::Artwork artwork;
+  artwork.name = request.name;
+  artwork.letter = planner::artwork_letter(0);
+  const auto size = planner::artwork_size(*picture, request.size);
+  artwork.picture = std::move(*picture);
+  artwork.width = size.width;
+  artwork.height = size.height;
+  planner::PlanOptions options = request.options;
+  options.kerf = *calibration->kerf;
+  auto plan = planner::make_plan(
+      {&artwork, 1}, *stock, options,
+      [&](double f, std::string_view text) { progress(0.05 + 0.83 * f, std::string(text)); }, stop);
+  if (!plan) return plan.error();
+  const std::size_t unfilled = planner::unfilled(*plan);
+  if (unfilled > 0) return too_little_wood(*plan, unfilled);
+
+  progress(0.9, "drawing the preview");
+  auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(options.dpi));
+  if (!preview) return preview.error();
+  auto preview_file = library_.store_picture(preview->pixels, "previews", "preview");
+  if (!preview_file) return preview_file.error();
+  const auto hash = sha256_hex(std::as_bytes(std::span(request.picture)));
+  auto target_file = library_.store_bytes(request.picture, "targets", hash.substr(0, 16));
+  if (!target_file) return target_file.error();
+
+  progress(0.95, "reserving the wood");
+  db::NewJob job;
+  job.name = request.name;
+  job.target_file = target_file->file;
+  job.preview_file = preview_file->file;
+  job.plan_json = planner::plan_to_json(*plan);
+  JobRequest used = request;
+  used.options = options;
+  used.options.position_margin = position_margin_;
+  job.options_json = options_json(used).dump();
+  job.pieces = pieces_of(*plan);
+  auto id = database_.call([&](Repositories& r) { return r.jobs.create(job, utc_timestamp()); });
+  if (!id) return id.error();
+
+  JobOutcome outcome;
+  outcome.job = *id;
+  outcome.pieces = plan->pieces.size();
+  outcome.cost_per_pixel = planner::cost_per_pixel(*plan);
+  std::map<PanelId, std::size_t> count;
+  for (const auto& piece : plan->pieces)
+    if (piece.placement) ++count[piece.placement->panel];
+  outcome.panels.assign(count.begin(), count.end());
+  log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
+  return outcome;
+}
+
+}  // namespace veneer::daemon

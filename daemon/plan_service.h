@@ -1,0 +1,53 @@
+// From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
+// one transaction.
+//
+// Threading: make_job() blocks and is called on the planner's worker only.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/database_thread.h"
+#include "daemon/panel_library.h"
+#include "daemon/scan_service.h"
+#include "planner/plan.h"
+
+namespace veneer::daemon {
+
+struct JobRequest {
+  std::string name;
+  std::string picture;  // the file's bytes
+  Millimetres size{360};
+  planner::PlanOptions options;  // kerf and position margin are the cell's own
+  std::vector<PanelId> panels;   // empty = all in stock
+};
+
+struct JobOutcome {
+  JobId job;
+  std::size_t pieces = 0, unfilled = 0;
+  double cost_per_pixel = 0;
+  std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
+  std::string warning;                                  // "" = none
+};
+
+class PlanService {
+ public:
+  PlanService(DatabaseThread& database, const PanelLibrary& library, Millimetres position_margin, Logger log);
+
+  // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says what is missing.
+  Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+
+ private:
+  Result<std::vector<planner::StockPanel>> load_stock(const std::vector<PanelId>& wanted);
+
+  DatabaseThread& database_;
+  const PanelLibrary& library_;
+  Millimetres position_margin_;
+  Logger log_;
+};
+
+}  // namespace veneer::daemon
