@@ -10,6 +10,7 @@
 
 #include "base/frames.h"
 #include "base/result.h"
+#include "calib/camera_fit.h"
 #include "calib/camera_model.h"
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"

@@ -12,6 +12,7 @@
 
 #include "base/log.h"
 #include "base/result.h"
+#include "calib/camera_fit.h"
 #include "calib/camera_model.h"
 #include "calib/scanner_model.h"
 #include "daemon/config.h"

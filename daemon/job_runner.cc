@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/calibration.h"
 
 namespace veneer::daemon {
 
@@ -133,7 +134,6 @@ void JobRunner::clear(Reply reply) {
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
   if (!after(view_.state, CellCommand::kStart)) return reply(refuse(CellCommand::kStart));
-  if (const Status ready = support_.calibrated(); !ready) return reply(ready.error());
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
   pending_ = std::move(reply);
@@ -142,6 +142,9 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
     std::vector<db::PieceRecord> pieces;
   };
   const auto load = [job](Repositories& r) -> Result<Loaded> {
+    auto calibration = load_calibration(r, utc_timestamp());
+    if (!calibration) return calibration.error();
+    if (const Status ready = require_cutting(*calibration); !ready) return ready.error();
     auto record = r.jobs.find(job);
     if (!record) return record.error();
     auto pieces = r.jobs.pieces(job);
@@ -474,8 +477,9 @@ void JobRunner::refresh_job(std::function<void()> then) {
 
 void JobRunner::on_laser(const LaserEvent& event) {
   using namespace laser_event;
-  if (std::holds_alternative<Connected>(event)) {
+  if (const auto* connected = std::get_if<Connected>(&event)) {
     laser_connected_ = true;
+    limits_ = connected->limits;
     if (view_.state == CellState::kResetting) laser_.home();
   } else if (const auto* failed = std::get_if<Failed>(&event)) {
     on_failed(failed->error);

@@ -55,8 +55,6 @@ class RunSupport {
   // Toolpaths of these pieces for this pose, off the reactor; the reply comes on the reactor.
   virtual void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
                        std::function<void(Result<std::vector<PieceBurn>>)> reply) = 0;
-  // Whether every certificate a run needs is in force; the sentence says which is not.
-  virtual Status calibrated() = 0;
 };
 
 // Which panel is to be loaded, and what the camera sees.
@@ -106,6 +104,8 @@ class JobRunner {
   void abort(const std::string& reason) noexcept;
 
   const CellView& view() const { return view_; }
+  // Of the laser, since it was connected last; empty travel before.
+  const LaserLimits& limits() const { return limits_; }
   // Looks at the bed once more while Suspended; called by a timer of the owner, does nothing in other states.
   void look_again();
 
@@ -155,6 +155,7 @@ class JobRunner {
 
   CellView view_;
   bool laser_connected_ = false;
+  LaserLimits limits_;
   bool looking_ = false;
   std::optional<ProvenPose> seen_;           // the last look, when it proved the wanted panel
   std::vector<db::PieceRecord> to_cut_;      // the job's reserved pieces, panel by panel

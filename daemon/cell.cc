@@ -1,0 +1,128 @@
+#include "daemon/cell.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace veneer::daemon {
+
+using nlohmann::json;
+
+Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices parts, const Clock& real_clock,
+           Logger logger)
+    : reactor(io),
+      config(configuration),
+      log(std::move(logger)),
+      hub({}, log),
+      tasks(io, real_clock, [this](const TaskView& task) { hub.broadcast({{"type", "task"}, {"task", to_json(task)}}); }),
+      devices(std::move(parts)),
+      library(config.store.data_dir),
+      look_timer_(io) {}
+
+Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
+                                         const Clock& real_clock, Logger log) {
+  auto cell = std::unique_ptr<Cell>(new Cell(reactor, config, std::move(devices), real_clock, std::move(log)));
+  auto database = DatabaseThread::open(config.store.data_dir / "veneerd.db", reactor);
+  if (!database) return database.error();
+  cell->database = std::move(*database);
+  auto recovery = cell->database->call([](Repositories& r) { return r.jobs.recover(utc_timestamp()); });
+  if (!recovery) return recovery.error();
+
+  Cell& c = *cell;
+  c.scanner_worker = std::make_unique<Worker>("scanner");
+  c.camera_worker = std::make_unique<Worker>("camera");
+  c.planner_worker = std::make_unique<Worker>("planner", 10);
+  c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.library, config.scanner.dpi, c.log);
+  c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config,
+                                                        c.log);
+  c.plans = std::make_unique<PlanService>(*c.database, c.library, config.panel.position_margin, c.log);
+  c.bed = std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log,
+                                       [&c] { c.hub.broadcast({{"type", "bed"}}); });
+  c.runner = std::make_unique<JobRunner>(reactor, *c.devices.laser, *c.database, *c.bed, c.log,
+                                         [&c] { c.broadcast_status(); });
+  c.runner->begin(*recovery);
+  c.refresh_counts();
+  c.look_at_bed_regularly();
+  return cell;
+}
+
+Cell::~Cell() {
+  // Work that is still going on ends first; what it posts to the reactor is never run.
+  for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
+  scanner_worker.reset();
+  planner_worker.reset();
+  camera_worker.reset();
+  runner.reset();
+}
+
+void Cell::refresh_counts() {
+  struct Counts {
+    int panels = 0;
+    std::optional<Calibration> calibration;
+  };
+  database->async(
+      [](Repositories& r) {
+        Counts counts;
+        if (auto list = r.panels.list()) counts.panels = static_cast<int>(list->size());
+        if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
+        return counts;
+      },
+      [this](Counts counts) {
+        panels = counts.panels;
+        calibration = std::move(counts.calibration);
+        broadcast_status();
+      });
+}
+
+void Cell::look_at_bed_regularly() {
+  look_timer_.expires_after(std::chrono::milliseconds(500));
+  look_timer_.async_wait([this](const boost::system::error_code& cancelled) {
+    if (cancelled) return;
+    runner->look_again();
+    look_at_bed_regularly();
+  });
+}
+
+json Cell::status() const {
+  const CellView& view = runner->view();
+  const LaserStatus laser = devices.laser->status();
+  json out = {{"schema_version", 1}, {"state", to_string(view.state)}, {"reason", view.reason}, {"panels", panels}};
+  out["laser"] = {{"connected", laser.connected}, {"state", laser.state},       {"beam_on", laser.beam_on},
+                  {"homed", laser.homed},         {"firmware", laser.firmware}, {"position_mm", nullptr}};
+  if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
+  out["lid"] = !laser.connected ? "unknown" : laser.state.rfind("Door", 0) == 0 ? "open" : "closed";
+  out["job"] = nullptr;
+  if (view.job) {
+    const JobView& job = *view.job;
+    out["job"] = {{"id", job.id.value},
+                  {"name", job.name},
+                  {"state", to_string(view.state)},
+                  {"pieces", job.pieces},
+                  {"cut", job.cut},
+                  {"suspect", job.suspect},
+                  {"current_piece", job.current_piece.empty() ? json() : json(job.current_piece)},
+                  {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
+  }
+  out["load"] = nullptr;
+  if (view.load)
+    out["load"] = {{"panel", view.load->panel.value},
+                   {"face_up", "back"},
+                   {"found", view.load->found},
+                   {"rms_mm", view.load->found ? json(view.load->rms.count()) : json()},
+                   {"sentence", view.load->sentence}};
+  const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
+  out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
+                        {"camera", word(calibration && calibration->camera)},
+                        {"axes", word(calibration && calibration->bed)},
+                        {"kerf", word(calibration && calibration->kerf)}};
+  out["tasks"] = json::array();
+  for (const auto& task : tasks.list())
+    if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));
+  return out;
+}
+
+void Cell::broadcast_status() {
+  if (runner) hub.broadcast({{"type", "status"}, {"status", status()}});
+}
+
+}  // namespace veneer::daemon

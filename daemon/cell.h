@@ -1,0 +1,74 @@
+// The whole cell, wired: devices, workers, database, services, the unit's state machine. What the API's routes act on.
+//
+// Bound to the reactor, except where a service says otherwise. Built by wiring.cc.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <memory>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "daemon/api/event_hub.h"
+#include "daemon/api/tasks.h"
+#include "daemon/bed_watcher.h"
+#include "daemon/calibration_service.h"
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/job_runner.h"
+#include "daemon/panel_library.h"
+#include "daemon/plan_service.h"
+#include "daemon/scan_service.h"
+#include "drivers/camera_driver.h"
+#include "drivers/laser_driver.h"
+#include "drivers/scanner_driver.h"
+
+namespace veneer::daemon {
+
+struct Devices {
+  std::unique_ptr<ScannerDriver> scanner;
+  std::unique_ptr<CameraDriver> camera;
+  std::unique_ptr<LaserDriver> laser;
+};
+
+class Cell {
+ public:
+  // Opens the database and recovers what a crash left behind. Nothing moves.
+  static Result<std::unique_ptr<Cell>> open(boost::asio::io_context& reactor, const Config& config, Devices devices,
+                                            const Clock& real_clock, Logger log);
+  ~Cell();
+  Cell(const Cell&) = delete;
+  Cell& operator=(const Cell&) = delete;
+
+  nlohmann::json status() const;
+  void broadcast_status();
+
+  boost::asio::io_context& reactor;
+  const Config config;
+  Logger log;
+  EventHub hub;
+  TaskRegistry tasks;
+  Devices devices;
+  PanelLibrary library;
+  std::unique_ptr<DatabaseThread> database;
+  std::unique_ptr<ScanService> scans;
+  std::unique_ptr<CalibrationService> calibrations;
+  std::unique_ptr<PlanService> plans;
+  std::unique_ptr<BedWatcher> bed;
+  std::unique_ptr<JobRunner> runner;
+  // Counted for the status without asking the database each time; refreshed by refresh_counts().
+  int panels = 0;
+  std::optional<Calibration> calibration;
+  void refresh_counts();
+
+  // Last, so that they finish their work before what it uses is gone.
+  std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
+
+ private:
+  Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
+  void look_at_bed_regularly();
+
+  boost::asio::steady_timer look_timer_;
+};
+
+}  // namespace veneer::daemon
