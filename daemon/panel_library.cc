@@ -112,6 +112,22 @@ Result<Raster<PanelFrame>> PanelLibrary::load_mask(const db::PanelRecord& panel)
   return Raster<PanelFrame>{*pixels, kMapResolution, {}};
 }
 
+Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {
+  {
+    const std::lock_guard lock(areas_mutex_);
+    if (const auto known = areas_.find(panel.mask_file); known != areas_.end()) return known->second;
+  }
+  auto mask = load_mask(panel);
+  if (!mask) return mask.error();
+  const std::lock_guard lock(areas_mutex_);
+  return areas_[panel.mask_file] = wood_area(*mask);
+}
+
+SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
+  const double pixel = 1 / mask.resolution.px_per_mm;
+  return SquareMillimetres(cv::countNonZero(mask.pixels) * pixel * pixel);
+}
+
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records) {
   calib::PanelFiducials out;
   for (const auto& record : records) {

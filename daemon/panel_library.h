@@ -6,6 +6,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -36,9 +38,13 @@ class PanelLibrary {
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
   Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
+  // Of the mask; counted once for each mask file.
+  Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
 
  private:
   std::filesystem::path data_dir_;
+  mutable std::mutex areas_mutex_;
+  mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
 };
 
 // The resolution of every stored veneer map.
@@ -47,6 +53,8 @@ inline constexpr ScanResolution kMapResolution = ScanResolution::from_dpi(300);
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records);
 // Those of one face; holes count to the show face.
 std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducials, calib::Face face);
+
+SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
 
 // Mask minus live allocations grown by `margin`; never too generous: a pixel that an allocation touches is not free.
 Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,

@@ -4,7 +4,6 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
@@ -13,11 +12,6 @@
 
 namespace veneer::daemon {
 namespace {
-
-SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
-  const double pixel = 1 / mask.resolution.px_per_mm;
-  return SquareMillimetres(cv::countNonZero(mask.pixels) * pixel * pixel);
-}
 
 db::PanelFace to_db(calib::Face face) { return face == calib::Face::kShow ? db::PanelFace::kShow : db::PanelFace::kBack; }
 

@@ -1,0 +1,155 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "daemon/cell_json.h"
+#include "daemon/cell_routes.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
+  JobRequest job;
+  job.name = request.query_value("name").value_or("picture");
+  job.picture = request.body;
+  if (job.picture.empty())
+    return Error{ErrorCode::kInvalidArgument, "the picture is missing: send the file as the request's body"};
+  auto& o = job.options;
+  o.threads = cell.config.planner_threads;
+  o.dpi = 100;  // finds the same places as 300 dpi for pieces of a centimetre, and nine times faster
+  double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1;
+  const std::pair<const char*, double*> numbers[] = {
+      {"size_mm", &size},          {"patch_mm", &patch}, {"rotations", &rotations},
+      {"w_intensity", &o.w_intensity}, {"w_edge", &o.w_edge}, {"w_hist", &o.w_hist},
+      {"dpi", &o.dpi},             {"seed", &seed}};
+  for (const auto& [name, out] : numbers) {
+    auto value = request.query_number(name);
+    if (!value) return value.error();
+    if (*value) *out = **value;
+  }
+  if (!(size > 0) || !(patch > 0) || !(rotations >= 1) || !(o.dpi >= 25) || !(seed >= 0))
+    return Error{ErrorCode::kInvalidArgument,
+                 "size_mm and patch_mm must be positive, rotations at least 1, dpi at least 25, seed not negative"};
+  job.size = Millimetres(size);
+  o.patch = Millimetres(patch);
+  o.rotations = static_cast<int>(rotations);
+  o.seed = static_cast<std::uint64_t>(seed);
+  if (auto panels = request.query_value("panels")) {
+    std::stringstream list(*panels);
+    for (std::string id; std::getline(list, id, ',');)
+      if (!id.empty()) job.panels.push_back(PanelId{id});
+  }
+  return job;
+}
+
+void new_job(Cell& cell, const ApiRequest& request, const Reply& reply) {
+  auto job = read_request(cell, request);
+  if (!job) return reply(ApiReply::error(job.error()));
+  auto task = cell.tasks.start("plan", "waiting for the planner");
+  reply(ApiReply::task(task.id()));
+  cell.planner_worker->post([&cell, task, job = std::move(*job)] {
+    auto outcome = cell.plans->make_job(job, [&](double f, const std::string& text) { task.progress(f, text); },
+                                        task.stop_token());
+    if (outcome)
+      boost::asio::post(cell.reactor,
+                        [&cell, id = outcome->job.value] { cell.hub.broadcast({{"type", "job"}, {"job", id}}); });
+    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+  });
+}
+
+Result<json> job_json(Repositories& r, JobId id) {
+  auto job = r.jobs.find(id);
+  if (!job) return job.error();
+  auto pieces = r.jobs.pieces(id);
+  if (!pieces) return pieces.error();
+  auto runs = r.jobs.runs(id);
+  if (!runs) return runs.error();
+  json out = to_json(*job);
+  std::map<std::string, std::pair<int, int>> panels;
+  Box<ArtworkFrame> box;
+  for (const auto& piece : *pieces) {
+    for (const auto& p : piece.artwork_outline) box.add(p);
+    if (!piece.panel) continue;
+    ++panels[piece.panel->value].first;
+    if (piece.state == db::PieceState::kCut) ++panels[piece.panel->value].second;
+  }
+  out["width_mm"] = box.empty() ? 0 : box.max.x.count();
+  out["height_mm"] = box.empty() ? 0 : box.max.y.count();
+  out["panels"] = json::array();
+  for (const auto& [panel, count] : panels)
+    out["panels"].push_back({{"panel", panel}, {"pieces", count.first}, {"cut", count.second}});
+  out["runs"] = json::array();
+  for (const auto& run : *runs) out["runs"].push_back(to_json(run));
+  return out;
+}
+
+// Asks the database about the job named in the path.
+template <class F>
+void about_job(Cell& cell, const ApiRequest& request, const Reply& reply, F work) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  cell.database->async([work, job = JobId{*id}](Repositories& r) { return work(r, job); },
+                       [reply](const Result<ApiReply>& made) { reply(made ? *made : ApiReply::error(made.error())); });
+}
+
+Result<ApiReply> as_reply(const Result<json>& value) {
+  if (!value) return value.error();
+  return ApiReply::json(*value);
+}
+
+}  // namespace
+
+void bind_job_routes(Router& router, Cell& cell) {
+  router.bind("newJob", [&cell](const ApiRequest& request, const Reply& reply) { new_job(cell, request, reply); });
+  router.bind("listJobs", [&cell](const ApiRequest&, const Reply& reply) {
+    cell.database->async([](Repositories& r) { return r.jobs.list(); },
+                         [reply](const Result<std::vector<db::JobRecord>>& list) {
+                           if (!list) return reply(ApiReply::error(list.error()));
+                           json out = {{"jobs", json::array()}};
+                           for (const auto& job : *list) out["jobs"].push_back(to_json(job));
+                           reply(ApiReply::json(out));
+                         });
+  });
+  router.bind("getJob", [&cell](const ApiRequest& request, const Reply& reply) {
+    about_job(cell, request, reply, [](Repositories& r, JobId id) { return as_reply(job_json(r, id)); });
+  });
+  router.bind("getJobPieces", [&cell](const ApiRequest& request, const Reply& reply) {
+    about_job(cell, request, reply, [](Repositories& r, JobId id) -> Result<ApiReply> {
+      auto pieces = r.jobs.pieces(id);
+      if (!pieces) return pieces.error();
+      json out = {{"job", id.value}, {"pieces", json::array()}};
+      for (const auto& piece : *pieces) out["pieces"].push_back(to_json(piece));
+      return ApiReply::json(out);
+    });
+  });
+  router.bind("getJobPlan", [&cell](const ApiRequest& request, const Reply& reply) {
+    about_job(cell, request, reply, [](Repositories& r, JobId id) -> Result<ApiReply> {
+      auto plan = r.jobs.plan_json(id);
+      if (!plan) return plan.error();
+      return ApiReply::bytes(*plan, "application/json");
+    });
+  });
+  router.bind("getJobPreview", [&cell](const ApiRequest& request, const Reply& reply) {
+    about_job(cell, request, reply, [&cell](Repositories& r, JobId id) -> Result<ApiReply> {
+      auto job = r.jobs.find(id);
+      if (!job) return job.error();
+      auto bytes = cell.library.load_bytes(job->preview_file);
+      if (!bytes) return bytes.error();
+      return ApiReply::bytes(std::move(*bytes), "image/png");
+    });
+  });
+  router.bind("startJob", [&cell](const ApiRequest& request, const Reply& reply) {
+    auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    cell.runner->start_job(JobId{*id}, request.caller.who, [&cell, reply](const Status& started) {
+      if (!started) return reply(ApiReply::error(started.error()));
+      reply(ApiReply::json({{"state", to_string(cell.runner->view().state)}, {"reason", cell.runner->view().reason}}));
+    });
+  });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,18 @@
+// From a configuration to devices: the only place that names concrete drivers.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+
+#include "base/clock.h"
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/cell.h"
+#include "daemon/config.h"
+
+namespace veneer::daemon {
+
+// Nothing is opened or moved yet. `device_clock` and `reactor` outlive the devices.
+Result<Devices> make_devices(const Config& config, const Clock& device_clock, boost::asio::io_context& reactor,
+                             const Logger& log);
+
+}  // namespace veneer::daemon
