@@ -215,7 +215,7 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const calib::Regis
   // Back tags are frozen once; a later look at the back adds its scans only.
   std::vector<db::FiducialRecord> fiducials;
   if (!known.fiducials.knows(calib::Face::kBack)) fiducials = to_records(registration.fiducials, calib::Face::kBack);
-  const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(*scans, fiducials); });
+  const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(id, *scans, fiducials); });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
@@ -257,7 +257,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
   auto scans = store_scans(panel.id, calib::Face::kShow, registration);
   if (!scans) return scans.error();
   const Status written = database_.call([&](Repositories& r) -> Status {
-    if (const Status added = r.panels.add_scans(*scans, {}); !added) return added;
+    if (const Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
     return r.panels.set_map(panel.id, map_file->file, mask_file->file, map_file->sha256);
   });
   if (!written) return written.error();

@@ -28,10 +28,9 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   const std::string port = simulated ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port;
   auto link = make_transport(port, reactor);
   if (!link) return link.error();
-  grbl::GrblOptions options;
-  // Links live in real time; when device time runs faster, their patience must grow with it.
-  if (simulated) options.link_time_scale = config.sim.time_scale;
-  devices.laser = std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log, options);
+  devices.laser =
+      std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log,
+                                        grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1));
   return devices;
 }
 
