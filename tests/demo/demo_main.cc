@@ -1,0 +1,120 @@
+// ./dev demo: the whole cell on the desk, from calibration to two finished jobs, proven by the twin's own truth.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/demo/figures.h"
+#include "tests/demo/story.h"
+
+namespace {
+
+using namespace veneer;
+using namespace veneer::tests;
+namespace fs = std::filesystem;
+
+class Teller final : public Narrator {
+ public:
+  void progress(const std::string& stage, double fraction, const std::string& text) override {
+    if (!tty_) return;
+    constexpr int kWidth = 24;
+    const int full = static_cast<int>(fraction * kWidth);
+    std::printf("\r\033[K%-20s [%s%s] %s", stage.c_str(), std::string(static_cast<std::size_t>(full), '#').c_str(),
+                std::string(static_cast<std::size_t>(kWidth - full), '.').c_str(), text.c_str());
+    std::fflush(stdout);
+  }
+  void done(const std::string& stage, const std::string& text, double seconds) override {
+    std::printf("%s%-20s %s  (%.1f s)\n", tty_ ? "\r\033[K" : "", stage.c_str(), text.c_str(), seconds);
+    std::fflush(stdout);
+  }
+
+ private:
+  bool tty_ = isatty(STDOUT_FILENO) != 0;
+};
+
+struct Arguments {
+  fs::path out = "out";
+  std::uint64_t seed = 1;
+  fs::path picture = "/usr/share/matplotlib/mpl-data/sample_data/grace_hopper.jpg";
+  double time_scale = 40;
+};
+
+// The second picture: the face alone, cut out of the first one's middle, smaller.
+Result<fs::path> second_picture(const fs::path& first, const fs::path& out) {
+  const cv::Mat whole = cv::imread(first.string());
+  if (whole.empty())
+    return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: install python-matplotlib-data or name "
+                                                   "another with --picture", first.string())};
+  const int w = whole.cols, h = whole.rows;
+  const cv::Rect face(w * 28 / 100, h * 12 / 100, w * 44 / 100, h * 44 / 100);
+  const fs::path file = out / "second-target.png";
+  if (!cv::imwrite(file.string(), whole(face)))
+    return Error{ErrorCode::kStorage, fmt::format("cannot write {}", file.string())};
+  return file;
+}
+
+Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_dir) {
+  if (const Status s = story.calibrate(); !s) return s;
+  for (const StoryPanel& panel : {StoryPanel{"large", 420, 280}, StoryPanel{"small", 290, 210}})
+    if (const Status s = story.scan_panel(panel); !s) return s;
+  auto second = second_picture(arguments.picture, arguments.out);
+  if (!second) return second.error();
+  const StoryJob jobs[] = {{arguments.picture, "portrait", 192, 12}, {*second, "second picture", 72, 12}};
+  for (const auto& job : jobs) {
+    if (const Status s = story.plan(job); !s) return s;
+    if (const Status s = story.cut(story.jobs().back()); !s) return s;
+    if (const Status s = story.reconcile(story.jobs().back()); !s) return s;
+  }
+  if (const Status s = story.save_pictures(); !s) return s;
+  return story.prove(bin_dir);
+}
+
+int run(const Arguments& arguments) {
+  const fs::path bin_dir = fs::read_symlink("/proc/self/exe").parent_path();
+  std::error_code ignored;
+  fs::create_directories(arguments.out, ignored);
+  fs::remove_all(arguments.out / "cell", ignored);
+  std::printf("demo, seed %llu, into %s\n", static_cast<unsigned long long>(arguments.seed), arguments.out.c_str());
+  auto cell = SimulatedCell::start({arguments.out / "cell", bin_dir, arguments.seed, arguments.time_scale});
+  if (!cell) {
+    std::fprintf(stderr, "demo: %s\n", cell.error().message.c_str());
+    return 1;
+  }
+  Teller teller;
+  Story story(**cell, arguments.out, teller);
+  const Status told = tell_all(story, arguments, bin_dir);
+  story.report()["schema_version"] = 1;
+  story.report()["seed"] = arguments.seed;
+  std::ofstream(arguments.out / "report.json") << story.report().dump(2) << '\n';
+  if (!told) {
+    std::fprintf(stderr, "demo (seed %llu): %s\n", static_cast<unsigned long long>(arguments.seed),
+                 told.error().message.c_str());
+    return 1;
+  }
+  const auto red = red_figures(story.report());
+  for (const auto& figure : red) std::fprintf(stderr, "demo (seed %llu): %s\n",
+                                              static_cast<unsigned long long>(arguments.seed), figure.c_str());
+  std::printf("%s; pictures and report.json are in %s\n", red.empty() ? "every figure holds" : "figures were missed",
+              arguments.out.c_str());
+  return red.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{"the whole cell on the desk: scan, plan, cut and prove", "veneer-demo"};
+  app.add_option("--out", arguments.out, "where pictures and report.json go");
+  app.add_option("--seed", arguments.seed, "draws wood, layout, poses, warp and noise");
+  app.add_option("--picture", arguments.picture, "what the first job rebuilds");
+  app.add_option("--time-scale", arguments.time_scale, "device time per real time")->check(CLI::Range(1.0, 1000.0));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  return run(arguments);
+}

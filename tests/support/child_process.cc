@@ -1,0 +1,103 @@
+#include "tests/support/child_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <utility>
+
+namespace veneer::tests {
+namespace {
+
+[[noreturn]] void become(const std::vector<std::string>& command, const std::map<std::string, std::string>& environment,
+                         int output) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  dup2(output, STDOUT_FILENO);
+  dup2(output, STDERR_FILENO);
+  const int nothing = open("/dev/null", O_RDONLY);
+  dup2(nothing, STDIN_FILENO);
+  for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
+  std::vector<char*> arguments;
+  for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  execv(arguments[0], arguments.data());
+  dprintf(STDERR_FILENO, "cannot start %s\n", arguments[0]);
+  _exit(127);
+}
+
+int status_of(int raw) { return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw); }
+
+}  // namespace
+
+Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command, const std::filesystem::path& log,
+                                         const std::map<std::string, std::string>& environment) {
+  const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (output < 0) return Error{ErrorCode::kStorage, fmt::format("cannot write {}", log.string())};
+  const pid_t pid = fork();
+  if (pid == 0) become(command, environment, output);
+  close(output);
+  if (pid < 0) return Error{ErrorCode::kInternal, "cannot start another process"};
+  return ChildProcess(pid);
+}
+
+ChildProcess& ChildProcess::operator=(ChildProcess&& o) noexcept {
+  if (this != &o) {
+    if (pid_ > 0) kill();
+    pid_ = std::exchange(o.pid_, 0);
+  }
+  return *this;
+}
+
+ChildProcess::~ChildProcess() {
+  if (pid_ > 0) kill();
+}
+
+bool ChildProcess::running() {
+  if (pid_ <= 0) return false;
+  siginfo_t info{};
+  return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+}
+
+void ChildProcess::signal(int number) const {
+  if (pid_ > 0) ::kill(pid_, number);
+}
+
+int ChildProcess::wait() {
+  if (pid_ <= 0) return -1;
+  int raw = 0;
+  waitpid(std::exchange(pid_, 0), &raw, 0);
+  return status_of(raw);
+}
+
+int ChildProcess::terminate() {
+  signal(SIGTERM);
+  return wait();
+}
+
+int ChildProcess::kill() {
+  signal(SIGKILL);
+  return wait();
+}
+
+Finished run_program(const std::vector<std::string>& command) {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) return {-1, "no pipe"};
+  const pid_t pid = fork();
+  if (pid == 0) become(command, {}, ends[1]);
+  close(ends[1]);
+  Finished out;
+  std::array<char, 4096> buffer{};
+  for (ssize_t n = 0; (n = read(ends[0], buffer.data(), buffer.size())) > 0;)
+    out.output.append(buffer.data(), static_cast<std::size_t>(n));
+  close(ends[0]);
+  int raw = 0;
+  waitpid(pid, &raw, 0);
+  out.status = status_of(raw);
+  return out;
+}
+
+}  // namespace veneer::tests

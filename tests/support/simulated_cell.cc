@@ -1,0 +1,104 @@
+#include "tests/support/simulated_cell.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <fstream>
+#include <thread>
+
+namespace veneer::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// Until `ready` says so or `process` is gone. Processes have no other way to say that they listen; the pause only bounds
+// how often they are asked.
+template <class Ready>
+Status await(ChildProcess& process, const std::string& name, const fs::path& log, Ready ready) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!ready()) {
+    if (!process.running())
+      return Error{ErrorCode::kUnavailable, fmt::format("{} ended at once: see {}", name, log.string())};
+    if (std::chrono::steady_clock::now() > end)
+      return Error{ErrorCode::kTimeout, fmt::format("{} does not answer: see {}", name, log.string())};
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return Ok();
+}
+
+}  // namespace
+
+SimulatedCell::SimulatedCell(SimulatedCellOptions options) : options_(std::move(options)) {}
+
+SimulatedCell::~SimulatedCell() {
+  if (daemon_ && daemon_->running()) daemon_->terminate();
+  if (twin_process_ && twin_process_->running()) twin_process_->terminate();
+  std::error_code ignored;
+  fs::remove_all(socket_dir_, ignored);
+}
+
+Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellOptions& options) {
+  auto cell = std::unique_ptr<SimulatedCell>(new SimulatedCell(options));
+  std::error_code failed;
+  fs::create_directories(cell->data_dir(), failed);
+  fs::create_directories(cell->twin_dir(), failed);
+  std::string pattern = (fs::temp_directory_path() / "veneer-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) return Error{ErrorCode::kStorage, "cannot make a folder for the sockets"};
+  cell->socket_dir_ = pattern;
+  if (const Status written = cell->write_configs(); !written) return written.error();
+  if (const Status started = cell->start_twin(); !started) return started.error();
+  if (const Status started = cell->start_daemon(); !started) return started.error();
+  return cell;
+}
+
+Status SimulatedCell::write_configs() const {
+  std::ofstream twin(options_.dir / "veneer-twin.toml");
+  twin << fmt::format("[twin]\nseed = {}\ntime_scale = {}\n", options_.seed, options_.time_scale);
+  std::ofstream daemon(config_file());
+  daemon << fmt::format(
+      "[laser]\nkind = \"sim\"\n[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"
+      "[sim]\nsocket = \"{}\"\nlaser = \"{}\"\ntime_scale = {}\n"
+      "[api]\nunix = \"{}\"\nlisten = \"127.0.0.1:0\"\n[store]\ndata_dir = \"{}\"\n",
+      twin_socket().string(), (fs::absolute(twin_dir()) / "laser").string(), options_.time_scale, api_socket().string(),
+      fs::absolute(data_dir()).string());
+  if (twin.flush() && daemon.flush()) return Ok();
+  return Error{ErrorCode::kStorage, fmt::format("cannot write into {}", options_.dir.string())};
+}
+
+Status SimulatedCell::start_twin() {
+  const fs::path log = options_.dir / "veneer-twin.log";
+  auto process = ChildProcess::start({(options_.bin_dir / "veneer-twin").string(), "--config",
+                                      (options_.dir / "veneer-twin.toml").string(), "--state-dir", twin_dir().string(),
+                                      "--socket", twin_socket().string()},
+                                     log);
+  if (!process) return process.error();
+  twin_process_.emplace(std::move(*process));
+  twin_.emplace(twin_socket().string(), std::chrono::seconds(120));
+  return await(*twin_process_, "veneer-twin", log, [this] { return twin({{"cmd", "status"}}).ok(); });
+}
+
+Status SimulatedCell::start_daemon() {
+  const fs::path log = options_.dir / "veneerd.log";
+  auto process = ChildProcess::start(
+      {(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);
+  if (!process) return process.error();
+  daemon_.emplace(std::move(*process));
+  api_.emplace(cli::ApiAddress{api_socket().string(), "", 0}, std::chrono::seconds(120));
+  return await(*daemon_, "veneerd", log, [this] { return api_->get("/status").ok(); });
+}
+
+Result<json> SimulatedCell::wait_status(const std::function<bool(const json&)>& good,
+                                        std::chrono::seconds patience) const {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    auto status = api_->get("/status");
+    if (!status || good(*status)) return status;
+    if (std::chrono::steady_clock::now() > end)
+      return Error{ErrorCode::kTimeout, fmt::format("the cell stayed {}: {}", status->value("state", ""),
+                                                    status->value("reason", ""))};
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+}  // namespace veneer::tests
