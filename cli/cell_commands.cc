@@ -1,0 +1,56 @@
+// status, the commands to the cell, STOP, the console link.
+#include <array>
+
+#include "cli/command_context.h"
+#include "cli/json_read.h"
+#include "cli/render.h"
+
+namespace veneer::cli {
+namespace {
+
+struct CellCommand {
+  const char* name;
+  const char* help;
+};
+
+constexpr std::array kCellCommands = {
+    CellCommand{"hold", "Pause, with the position kept"},
+    CellCommand{"unhold", "Go on after a hold"},
+    CellCommand{"unsuspend", "The panel on the bed is checked: go on"},
+    CellCommand{"abort", "Stop at once, beam off; pieces being cut become suspect"},
+    CellCommand{"clear", "After an abort, when its cause is gone"},
+    CellCommand{"reset", "Home the laser, find the tags again, become idle"},
+    CellCommand{"stop-after-piece", "Finish the piece being cut, then stop"},
+};
+
+void add_command(CLI::App& parent, CommandContext& context, const std::string& name, const std::string& help) {
+  parent.add_subcommand(name, help)->callback([&context, name] {
+    context.finish(context.run_task(context.client().post("/commands/" + name)), render_state);
+  });
+}
+
+}  // namespace
+
+void add_unit_commands(CLI::App& parent, CommandContext& context) {
+  for (const CellCommand& command : kCellCommands) add_command(parent, context, command.name, command.help);
+}
+
+void add_job_stop(CLI::App& job, CommandContext& context) {
+  add_command(job, context, "stop", "End the run in order (`veneerctl stop` is STOP, at once)");
+}
+
+void add_cell_commands(CLI::App& app, CommandContext& context) {
+  app.add_subcommand("status", "The cell at a glance")->callback([&context] {
+    context.finish(context.client().get("/status"), render_status);
+  });
+  app.add_subcommand("stop", "STOP: beam off and abort, at once")->callback([&context] {
+    context.finish(context.client().post("/stop"), render_state);
+  });
+  app.add_subcommand("console", "A one-time link that lets a browser operate the cell")->callback([&context] {
+    context.finish(context.client().post("/console-links"),
+                   [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });
+  });
+  add_unit_commands(app, context);
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,81 @@
+#include "cli/command_context.h"
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+#include "cli/json_read.h"
+#include "cli/progress.h"
+
+namespace veneer::cli {
+
+ApiClient CommandContext::client() const {
+  const std::size_t colon = socket.rfind(':');
+  int port = 0;
+  if (socket.find('/') == std::string::npos && colon != std::string::npos &&
+      std::from_chars(socket.data() + colon + 1, socket.data() + socket.size(), port).ec == std::errc()) {
+    return ApiClient(ApiAddress{"", socket.substr(0, colon), port});
+  }
+  return ApiClient(ApiAddress{socket, "", 0});
+}
+
+void fail(const Error& error) {
+  std::cerr << "veneerctl: " << error.message << std::endl;
+  throw CLI::RuntimeError(1);
+}
+
+void CommandContext::finish(const Result<nlohmann::json>& outcome, const Render& render) const {
+  const auto print = [](nlohmann::json value) {
+    if (!value.is_object()) value = {{"value", std::move(value)}};
+    if (!value.contains("schema_version")) value["schema_version"] = 1;
+    std::cout << value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
+  };
+  if (!outcome) {
+    const Error& error = outcome.error();
+    if (json) print({{"error", {{"code", to_string(error.code)}, {"message", error.message}}}});
+    fail(error);
+  }
+  if (json) return print(*outcome);
+  std::cout << render(*outcome) << std::flush;
+}
+
+Result<nlohmann::json> CommandContext::run_task(const Result<nlohmann::json>& started) const {
+  if (!started) return started.error();
+  const std::int64_t task = whole_or(*started, "task", 0);
+  if (task == 0) return started;  // it was short work and is done
+  const InterruptGuard interrupt;
+  Progress progress(std::cerr, Progress::style_of_stderr());
+  return client().wait_task(task, [&](const nlohmann::json& view) {
+    progress.show(number_or(view, "progress", 0), text_or(view, "text", ""));
+    return !InterruptGuard::interrupted();
+  });
+}
+
+Result<std::string> read_file(const std::string& path) {
+  std::error_code fault;
+  if (std::filesystem::is_directory(path, fault)) {
+    return Error{ErrorCode::kInvalidArgument, path + " is a folder: give a file"};
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    const bool there = std::filesystem::exists(path, fault);
+    return Error{there ? ErrorCode::kInvalidArgument : ErrorCode::kNotFound,
+                 there ? path + " cannot be read: check its permissions" : "there is no file " + path};
+  }
+  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, path + " is empty"};
+  return bytes;
+}
+
+Status write_file(const std::string& path, const std::string& bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (!file) return Error{ErrorCode::kStorage, "cannot write " + path};
+  return Ok();
+}
+
+}  // namespace veneer::cli

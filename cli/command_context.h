@@ -1,0 +1,46 @@
+// What every command of veneerctl shares: where the daemon is, how to speak to its user, how to end.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/result.h"
+#include "cli/api_client.h"
+
+namespace veneer::cli {
+
+struct CommandContext {
+  std::string socket = "/run/veneerd/veneerd.sock";  // a path, or HOST:PORT
+  std::string twin_socket = "/run/veneer-twin/twin.sock";
+  bool json = false;
+
+  ApiClient client() const;
+
+  using Render = std::function<std::string(const nlohmann::json&)>;
+  // Prints the value (as JSON with "schema_version" under --json, else as `render` words it), or the error's sentence
+  // on stderr. Ends the command with exit status 1 when it failed.
+  void finish(const Result<nlohmann::json>& outcome, const Render& render) const;
+  // Posts long work, shows its progress until it is over, lets Ctrl-C cancel it.
+  Result<nlohmann::json> run_task(const Result<nlohmann::json>& started) const;
+};
+
+// The sentence on stderr; never returns.
+[[noreturn]] void fail(const Error& error);
+
+// A file for the API, kNotFound or kInvalidArgument in words when it cannot be read.
+Result<std::string> read_file(const std::string& path);
+Status write_file(const std::string& path, const std::string& bytes);
+
+// hold, unhold, unsuspend, abort, clear, reset, stop-after-piece: at the top and below `job`.
+void add_unit_commands(CLI::App& parent, CommandContext& context);
+void add_job_stop(CLI::App& job, CommandContext& context);
+
+// Each adds its commands to the program.
+void add_cell_commands(CLI::App& app, CommandContext& context);   // status, stop, hold, ..., console
+void add_panel_commands(CLI::App& app, CommandContext& context);  // panel scan|list|show, calibrate, certificates
+void add_job_commands(CLI::App& app, CommandContext& context);    // job new|list|show|start|hold|..., task
+void add_sim_commands(CLI::App& app, CommandContext& context);    // sim ...
+
+}  // namespace veneer::cli

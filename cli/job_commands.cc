@@ -1,0 +1,156 @@
+// job new|list|show|start|pieces and the commands to the cell under its name; task list|show|cancel.
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "cli/command_context.h"
+#include "cli/json_read.h"
+#include "cli/render.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string content_type_of(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (extension == ".png") return "image/png";
+  if (extension == ".jpg" || extension == ".jpeg") return "image/jpeg";
+  return "application/octet-stream";
+}
+
+// The planner's parameters go into the query under their own names, '-' as '_'.
+struct NewJob {
+  std::string picture;
+  std::string name;
+  std::string panels;
+  std::vector<std::pair<const char*, std::optional<double>>> numbers = {
+      {"size_mm", {}},     {"patch_mm", {}}, {"rotations", {}}, {"seed", {}}, {"max_panels", {}},
+      {"w_intensity", {}}, {"w_edge", {}},   {"w_hist", {}},    {"dpi", {}},
+  };
+
+  std::string query() const {
+    const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
+    std::string text = "?name=" + url_encode(title);
+    if (!panels.empty()) text += "&panels=" + url_encode(panels);
+    for (const auto& [key, value] : numbers) {
+      if (value) text += std::string("&") + key + "=" + json(*value).dump();
+    }
+    return text;
+  }
+};
+
+const char* help_of(std::string_view key) {
+  if (key == "size_mm") return "Shorter side of the picture";
+  if (key == "patch_mm") return "Side of the smallest patch";
+  if (key == "rotations") return "Rotations tried for each patch";
+  if (key == "seed") return "Equal inputs and seed give equal plans";
+  if (key == "max_panels") return "Use no more than this many panels";
+  if (key == "w_intensity") return "Weight of the grey value";
+  if (key == "w_edge") return "Weight of edges";
+  if (key == "w_hist") return "Strength of histogram matching";
+  return "Working resolution";
+}
+
+bool is_whole(std::string_view key) { return key == "rotations" || key == "seed" || key == "max_panels"; }
+
+std::string render_new_job(const json& result) {
+  const auto id = whole_or(result, "job", 0);
+  std::string text = "Job " + std::to_string(id) +
+                     " is planned and its wood reserved. Start it with `veneerctl job start " + std::to_string(id) +
+                     "`.\n";
+  if (const std::string warning = text_or(result, "warning", ""); !warning.empty())
+    text += "Warning: " + warning + "\n";
+  return text;
+}
+
+void add_new(CLI::App& job, CommandContext& context) {
+  const auto options = std::make_shared<NewJob>();
+  CLI::App* command = job.add_subcommand("new", "Plan a picture from free stock and reserve its wood");
+  command->add_option("PICTURE", options->picture, "The picture file")->required();
+  command->add_option("--name", options->name, "The job's name [the file's]");
+  command->add_option("--panels", options->panels, "Only these panels, separated by commas");
+  for (auto& [key, value] : options->numbers) {
+    std::string flag = std::string("--") + key;
+    for (char& c : flag) c = c == '_' ? '-' : c;
+    CLI::Option* option = command->add_option(flag, value, help_of(key));
+    if (is_whole(key)) option->check(CLI::TypeValidator<std::uint32_t>("UINT"));
+  }
+  command->callback([options, &context] {
+    const auto picture = read_file(options->picture);
+    if (!picture) return context.finish(picture.error(), render_new_job);
+    const auto started =
+        context.client().request("POST", "/jobs" + options->query(), *picture, content_type_of(options->picture));
+    context.finish(context.run_task(started), render_new_job);
+  });
+}
+
+CLI::App* add_with_number(CLI::App& parent, const char* name, const char* help, const char* what,
+                          const std::shared_ptr<std::int64_t>& id) {
+  CLI::App* command = parent.add_subcommand(name, help);
+  command->add_option(what, *id, "Its number")->required()->check(CLI::PositiveNumber);
+  return command;
+}
+
+void add_show(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto preview = std::make_shared<std::string>();
+  const auto plan = std::make_shared<std::string>();
+  CLI::App* show = add_with_number(job, "show", "One job", "JOB", id);
+  show->add_option("--preview", *preview, "Save the assembled picture as planned (PNG)");
+  show->add_option("--plan", *plan, "Save the plan (JSON)");
+  show->callback([id, preview, plan, &context] {
+    const std::string target = "/jobs/" + std::to_string(*id);
+    const auto view = context.client().get(target);
+    for (const auto& [file, part] : {std::pair(*preview, "/preview.png"), std::pair(*plan, "/plan.json")}) {
+      if (!view || file.empty()) continue;
+      const auto bytes = context.client().get_bytes(target + part);
+      if (!bytes) fail(bytes.error());
+      if (Status written = write_file(file, *bytes); !written) fail(written.error());
+    }
+    context.finish(view, render_job);
+  });
+}
+
+void add_task_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* task = app.add_subcommand("task", "Long work");
+  task->require_subcommand(1);
+  task->add_subcommand("list", "Running and recent tasks")->callback([&context] {
+    context.finish(context.client().get("/tasks"), render_tasks);
+  });
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto one = [](const json& view) { return render_task(view) + "\n"; };
+  add_with_number(*task, "show", "One task", "TASK", id)->callback([id, one, &context] {
+    context.finish(context.client().get("/tasks/" + std::to_string(*id)), one);
+  });
+  add_with_number(*task, "cancel", "Cancel a task", "TASK", id)->callback([id, one, &context] {
+    context.finish(context.client().request("DELETE", "/tasks/" + std::to_string(*id), "", ""), one);
+  });
+}
+
+}  // namespace
+
+void add_job_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* job = app.add_subcommand("job", "Jobs");
+  job->require_subcommand(1);
+  add_new(*job, context);
+  job->add_subcommand("list", "All jobs")->callback([&context] {
+    context.finish(context.client().get("/jobs"), render_jobs);
+  });
+  add_show(*job, context);
+  const auto id = std::make_shared<std::int64_t>(0);
+  add_with_number(*job, "pieces", "The job's pieces", "JOB", id)->callback([id, &context] {
+    context.finish(context.client().get("/jobs/" + std::to_string(*id) + "/pieces"), render_plain);
+  });
+  const auto to_start = std::make_shared<std::int64_t>(0);
+  add_with_number(*job, "start", "Start the job's remaining pieces", "JOB", to_start)->callback([to_start, &context] {
+    context.finish(context.run_task(context.client().post("/jobs/" + std::to_string(*to_start) + "/start")),
+                   render_state);
+  });
+  add_unit_commands(*job, context);
+  add_job_stop(*job, context);
+  add_task_commands(app, context);
+}
+
+}  // namespace veneer::cli

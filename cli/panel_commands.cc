@@ -1,0 +1,103 @@
+// panel scan|list|show|ledger, calibrate, certificates.
+#include <memory>
+
+#include "cli/command_context.h"
+#include "cli/render.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+void add_scan(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string face = "show";
+    std::string panel;
+    bool more = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* scan = panel.add_subcommand("scan", "Scan what lies on the glass");
+  scan->add_option("--face", options->face, "The face that looks at the glass")->check(CLI::IsMember({"show", "back"}));
+  scan->add_option("--panel", options->panel, "A known panel: adds its other face, or compares it with the ledger");
+  scan->add_flag("--more", options->more, "Further parts of the same panel follow");
+  scan->callback([options, &context] {
+    json body = {{"face", options->face}, {"more", options->more}};
+    if (!options->panel.empty()) body["panel"] = options->panel;
+    context.finish(context.run_task(context.client().post("/scans", body)), render_scan_result);
+  });
+}
+
+void save_picture(const CommandContext& context, const std::string& target, const std::string& file) {
+  if (file.empty()) return;
+  const auto picture = context.client().get_bytes(target);
+  if (!picture) fail(picture.error());
+  if (Status written = write_file(file, *picture); !written) fail(written.error());
+}
+
+void add_show(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, map, stock;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* show = panel.add_subcommand("show", "One panel");
+  show->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+  show->add_option("--map", options->map, "Save the veneer map (PNG)");
+  show->add_option("--stock", options->stock, "Save the picture of free, reserved and cut wood (PNG)");
+  show->callback([options, &context] {
+    const std::string target = "/panels/" + url_encode(options->id);
+    const auto view = context.client().get(target);
+    if (view) {
+      save_picture(context, target + "/map.png", options->map);
+      save_picture(context, target + "/stock.png", options->stock);
+    }
+    context.finish(view, render_panel);
+  });
+}
+
+void add_calibrate(CLI::App& app, CommandContext& context) {
+  struct Options {
+    std::string device;
+    bool more = false;
+    double height_mm = 0;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* calibrate = app.add_subcommand("calibrate", "Calibrate a device from pictures or a burnt pattern");
+  calibrate->add_option("DEVICE", options->device, "scanner, camera, laser or kerf")
+      ->required()
+      ->check(CLI::IsMember({"scanner", "camera", "laser", "kerf"}));
+  calibrate->add_flag("--more", options->more, "Further pictures follow");
+  CLI::Option* height =
+      calibrate->add_option("--height-mm", options->height_mm, "Height of the sheet's printed face above the bed");
+  calibrate->callback([options, height, &context] {
+    json body = {{"more", options->more}};
+    if (height->count() > 0) body["height_mm"] = options->height_mm;
+    context.finish(context.run_task(context.client().post("/calibration/" + options->device, body)), render_plain);
+  });
+}
+
+}  // namespace
+
+void add_panel_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* panel = app.add_subcommand("panel", "Panels and remnants");
+  panel->require_subcommand(1);
+  add_scan(*panel, context);
+  panel->add_subcommand("list", "All panels")->callback([&context] {
+    context.finish(context.client().get("/panels"), render_panels);
+  });
+  add_show(*panel, context);
+  for (const char* part : {"registration", "ledger"}) {
+    const auto id = std::make_shared<std::string>();
+    const bool ledger = std::string_view(part) == "ledger";
+    CLI::App* command = panel->add_subcommand(part, ledger ? "Every allocation of its wood" : "How well its scans fit");
+    command->add_option("PANEL", *id, "Its name")->required();
+    command->callback([id, part, &context] {
+      context.finish(context.client().get("/panels/" + url_encode(*id) + "/" + part), render_plain);
+    });
+  }
+  add_calibrate(app, context);
+  app.add_subcommand("certificates", "Calibrations and until when they hold")->callback([&context] {
+    context.finish(context.client().get("/certificates"), render_certificates);
+  });
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,297 @@
+#include "cli/render.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "cli/json_read.h"
+#include "cli/progress.h"
+#include "cli/text_table.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string line(const std::string& label, const std::string& text) {
+  return text.empty() ? "" : fmt::format("{:<12} {}\n", label, text);
+}
+
+std::string square_cm(const json& object, const char* key) {
+  const json& value = member(object, key);
+  return value.is_number() ? fmt::format("{:.0f} cm2", value.get<double>() / 100) : "";
+}
+
+std::string millimetres(const json& object, const char* key, int digits) {
+  const json& value = member(object, key);
+  return value.is_number() ? fmt::format("{:.{}f} mm", value.get<double>(), digits) : "";
+}
+
+std::string size_of(const json& object) {
+  if (!member(object, "width_mm").is_number() || !member(object, "height_mm").is_number()) return "";
+  return fmt::format("{:.0f} x {:.0f} mm", number_or(object, "width_mm", 0), number_or(object, "height_mm", 0));
+}
+
+std::string duration_words(double seconds) {
+  const auto whole = static_cast<long>(std::llround(seconds));
+  if (whole < 90) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min", (whole + 30) / 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* between) {
+  std::string text;
+  for (const std::string& part : parts) {
+    if (part.empty()) continue;
+    text += (text.empty() ? "" : between) + part;
+  }
+  return text;
+}
+
+std::string names_of(const json& list) {
+  std::string text;
+  if (!list.is_array()) return text;
+  for (const json& item : list)
+    text += (text.empty() ? "" : ", ") + (item.is_string() ? item.get<std::string>() : item.dump());
+  return text;
+}
+
+std::string laser_words(const json& laser) {
+  if (!flag_or(laser, "connected", false)) return "NOT CONNECTED: check its power and its cable";
+  std::vector<std::string> parts = {"connected", text_or(laser, "state", "")};
+  if (member(laser, "homed").is_boolean()) parts.emplace_back(flag_or(laser, "homed", false) ? "homed" : "not homed");
+  const json& position = member(laser, "position_mm");
+  if (position.is_array() && position.size() == 2 && position[0].is_number() && position[1].is_number()) {
+    parts.push_back(fmt::format("at {:.1f}, {:.1f} mm", position[0].get<double>(), position[1].get<double>()));
+  }
+  if (member(laser, "beam_on").is_boolean())
+    parts.emplace_back(flag_or(laser, "beam_on", false) ? "BEAM ON" : "beam off");
+  parts.push_back(text_or(laser, "firmware", ""));
+  return joined(parts, ", ");
+}
+
+std::string job_words(const json& job) {
+  const auto pieces = whole_or(job, "pieces", 0);
+  const auto cut = whole_or(job, "cut", 0);
+  std::vector<std::string> parts = {
+      fmt::format("{} \"{}\" ({})", whole_or(job, "id", 0), text_or(job, "name", ""), text_or(job, "state", "")),
+      fmt::format("{} of {} pieces cut", cut, pieces)};
+  if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0)
+    parts.push_back(fmt::format("{} SUSPECT", suspect));
+  if (const std::string piece = text_or(job, "current_piece", ""); !piece.empty()) parts.push_back("now " + piece);
+  if (member(job, "eta_s").is_number())
+    parts.push_back("about " + duration_words(number_or(job, "eta_s", 0)) + " left");
+  return joined(parts, ", ");
+}
+
+std::string load_words(const json& load) {
+  const bool found = flag_or(load, "found", false);
+  const std::string fit = millimetres(load, "rms_mm", 3);
+  return joined({fmt::format("{}, {} up: {}{}", text_or(load, "panel", "?"), text_or(load, "face_up", "?"),
+                             found ? "found" : "NOT FOUND YET", found && !fit.empty() ? " (" + fit + ")" : ""),
+                 text_or(load, "sentence", "")},
+                "; ");
+}
+
+std::string calibration_words(const json& calibration) {
+  if (!calibration.is_object()) return "";
+  std::vector<std::string> parts;
+  for (const char* device : {"scanner", "camera", "axes", "kerf"}) {
+    const std::string state = text_or(calibration, device, "");
+    if (state.empty()) continue;
+    parts.push_back(std::string(device) + " " +
+                    (state == "valid"     ? state
+                     : state == "missing" ? "MISSING"
+                                          : "EXPIRED"));
+  }
+  return joined(parts, ", ");
+}
+
+}  // namespace
+
+std::string render_status(const json& status) {
+  std::string text = text_or(status, "state", "unknown") + "\n";
+  if (const std::string reason = text_or(status, "reason", ""); !reason.empty()) text += "  " + reason + "\n";
+  text += "\n";
+  const json& job = member(status, "job");
+  text += line("Job", job.is_object() ? job_words(job) : "none");
+  if (const auto pieces = whole_or(job, "pieces", 0); pieces > 0) {
+    text += line("", progress_line(static_cast<double>(whole_or(job, "cut", 0)) / static_cast<double>(pieces), "", 40));
+  }
+  const json& load = member(status, "load");
+  if (load.is_object()) text += line("On the bed", load_words(load));
+  text += line("Laser", laser_words(member(status, "laser")));
+  const std::string lid = text_or(status, "lid", "");
+  text += line("Lid", lid == "open" ? "OPEN" : lid);
+  text += line("Stock",
+               fmt::format("{} panel{}", whole_or(status, "panels", 0), whole_or(status, "panels", 0) == 1 ? "" : "s"));
+  text += line("Calibration", calibration_words(member(status, "calibration")));
+  const json& tasks = member(status, "tasks");
+  if (tasks.is_array()) {
+    for (const json& task : tasks) {
+      if (text_or(task, "state", "") == "running") text += line("Task", render_task(task).substr(0, 200));
+    }
+  }
+  while (text.ends_with("\n\n")) text.pop_back();
+  return text;
+}
+
+std::string render_panels(const json& reply) {
+  const json& panels = member(reply, "panels");
+  if (!panels.is_array() || panels.empty())
+    return "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
+  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM", "STATE"});
+  for (const json& panel : panels) {
+    table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
+               square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
+               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", ""), text_or(panel, "state", "")});
+  }
+  return table.str();
+}
+
+std::string render_panel(const json& panel) {
+  std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
+  text += line("Name", text_or(panel, "name", ""));
+  text += line("State", text_or(panel, "state", ""));
+  text += line("Size", joined({size_of(panel), millimetres(panel, "thickness_mm", 1)}, " x "));
+  text += line("Usable", square_cm(panel, "usable_mm2"));
+  text += line("Free", square_cm(panel, "free_mm2"));
+  text += line("Reserved", square_cm(panel, "reserved_mm2"));
+  text += line("Cut", square_cm(panel, "cut_mm2"));
+  text += line("Faces", names_of(member(panel, "faces")));
+  text += line("Fit", millimetres(panel, "rms_mm", 3));
+  text += line("Remnant of", text_or(panel, "parent", ""));
+  text += line("Since", text_or(panel, "created", ""));
+  return text;
+}
+
+std::string render_registration(const json& registration) {
+  return line("Registered", joined({"RMS " + millimetres(registration, "rms_mm", 3),
+                                    "worst " + millimetres(registration, "max_mm", 3)},
+                                   ", "));
+}
+
+std::string render_scan_result(const json& result) {
+  std::string text;
+  const std::string panel = text_or(result, "panel", "");
+  if (panel.empty())
+    return "Scanned. Lay the next part on the glass and scan again; leave --more out for the last one.\n";
+  text += "Panel " + panel + "\n";
+  const json& registration = member(result, "registration");
+  if (registration.is_object() && member(registration, "rms_mm").is_number()) text += render_registration(registration);
+  const json& differences = member(result, "differences");
+  if (differences.is_array()) {
+    text += line("Ledger", differences.empty() ? "agrees with the wood"
+                                               : fmt::format("{} DIFFERENCES from the wood", differences.size()));
+    for (const json& difference : differences) {
+      text += line("", text_or(difference, "sentence", difference.dump()));
+    }
+  }
+  return text;
+}
+
+std::string render_certificates(const json& reply) {
+  const json& list = member(reply, "certificates");
+  if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
+  TextTable table({">NO", "DEVICE", "KIND", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES"});
+  for (const json& certificate : list) {
+    table.add({std::to_string(whole_or(certificate, "id", 0)), text_or(certificate, "device", ""),
+               text_or(certificate, "kind", ""), text_or(certificate, "state", ""),
+               millimetres(certificate, "rms_mm", 3), millimetres(certificate, "max_mm", 3),
+               text_or(certificate, "issued", ""), text_or(certificate, "expires", "")});
+  }
+  return table.str();
+}
+
+std::string render_jobs(const json& reply) {
+  const json& jobs = member(reply, "jobs");
+  if (!jobs.is_array() || jobs.empty()) return "No jobs yet. Plan one with `veneerctl job new PICTURE`.\n";
+  TextTable table({">JOB", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
+  for (const json& job : jobs) {
+    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""), text_or(job, "state", ""),
+               std::to_string(whole_or(job, "pieces", 0)), std::to_string(whole_or(job, "cut", 0)),
+               std::to_string(whole_or(job, "suspect", 0)), text_or(job, "created", "")});
+  }
+  return table.str();
+}
+
+std::string render_job(const json& job) {
+  const auto pieces = whole_or(job, "pieces", 0);
+  const auto cut = whole_or(job, "cut", 0);
+  std::string text = fmt::format("Job {} \"{}\"\n", whole_or(job, "id", 0), text_or(job, "name", ""));
+  text += line("State", text_or(job, "state", ""));
+  if (pieces > 0) {
+    text += line("Cut", progress_line(static_cast<double>(cut) / static_cast<double>(pieces),
+                                      fmt::format("{} of {} pieces", cut, pieces), 80));
+  }
+  if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0) {
+    text += line("Suspect", fmt::format("{}: look at these pieces before you use them", suspect));
+  }
+  text += line(
+      "Picture",
+      joined({size_of(job), member(job, "patch_mm").is_number() ? "patches of " + millimetres(job, "patch_mm", 1) : ""},
+             ", "));
+  text += line("Created", text_or(job, "created", ""));
+  const json& panels = member(job, "panels");
+  if (panels.is_array() && !panels.empty()) {
+    TextTable table({"  PANEL", ">PIECES", ">CUT"});
+    for (const json& panel : panels) {
+      table.add({"  " + text_or(panel, "panel", "?"), std::to_string(whole_or(panel, "pieces", 0)),
+                 std::to_string(whole_or(panel, "cut", 0))});
+    }
+    text += table.str();
+  }
+  return text;
+}
+
+std::string render_task(const json& task) {
+  std::string text =
+      fmt::format("{} {} {}", whole_or(task, "id", 0), text_or(task, "kind", ""), text_or(task, "state", ""));
+  if (text_or(task, "state", "") == "running") text += fmt::format(" {:.0f} %", 100 * number_or(task, "progress", 0));
+  const std::string why = text_or(member(task, "error"), "message", text_or(task, "text", ""));
+  return text + (why.empty() ? "" : ": " + why);
+}
+
+std::string render_tasks(const json& reply) {
+  const json& tasks = member(reply, "tasks");
+  if (!tasks.is_array() || tasks.empty()) return "No tasks.\n";
+  std::string text;
+  for (const json& task : tasks) text += render_task(task) + "\n";
+  return text;
+}
+
+std::string render_state(const json& taken) {
+  std::string text = text_or(taken, "state", "");
+  if (const std::string reason = text_or(taken, "reason", ""); !reason.empty()) text += ": " + reason;
+  return text.empty() ? "" : text + "\n";
+}
+
+std::string render_twin(const json& status) {
+  std::string text;
+  const json& sheets = member(status, "sheets");
+  TextTable table({"SHEET", "KIND", "WHERE", "FACE UP"});
+  if (sheets.is_array()) {
+    for (const json& sheet : sheets) {
+      table.add({text_or(sheet, "name", "?"), text_or(sheet, "kind", ""), text_or(sheet, "where", ""),
+                 text_or(sheet, "face_up", "")});
+    }
+  }
+  text += table.str();
+  json rest = status;
+  for (const char* shown : {"sheets", "ok", "schema_version"}) rest.erase(shown);
+  return text + render_plain(rest);
+}
+
+std::string render_plain(const json& result) {
+  if (!result.is_object()) return result.is_null() ? "" : result.dump() + "\n";
+  std::string text;
+  for (const auto& [key, value] : result.items()) {
+    if (key == "ok" || key == "schema_version") continue;
+    text += line(key, value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  return text;
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,23 @@
+// The daemon's JSON in an operator's words. Pure; what is missing is left out, never invented.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace veneer::cli {
+
+std::string render_status(const nlohmann::json& status);
+std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
+std::string render_panel(const nlohmann::json& panel);
+std::string render_registration(const nlohmann::json& registration);
+std::string render_scan_result(const nlohmann::json& result);
+std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
+std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
+std::string render_job(const nlohmann::json& job);
+std::string render_tasks(const nlohmann::json& reply);  // {"tasks": [...]}
+std::string render_task(const nlohmann::json& task);
+std::string render_state(const nlohmann::json& taken);   // the answer to a command
+std::string render_twin(const nlohmann::json& status);   // sim status
+std::string render_plain(const nlohmann::json& result);  // whatever it is: "key: value" lines
+
+}  // namespace veneer::cli

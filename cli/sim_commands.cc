@@ -1,0 +1,128 @@
+// sim ...: the hands and the wood of the simulated cell. The one thing that speaks to the twin and not to the daemon.
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "cli/command_context.h"
+#include "cli/render.h"
+#include "cli/twin_client.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+void call(const CommandContext& context, const std::string& cmd, const json& arguments,
+          const CommandContext::Render& render = render_plain) {
+  context.finish(TwinClient(context.twin_socket).call(cmd, arguments), render);
+}
+
+void add_new_sheets(CLI::App& sim, CommandContext& context) {
+  struct Sheet {
+    std::string name;
+    double width_mm = 420;
+    double height_mm = 280;
+    std::optional<int> strips;
+  };
+  for (const char* kind : {"new-panel", "new-board", "new-grid"}) {
+    const auto sheet = std::make_shared<Sheet>();
+    const std::string cmd = kind;
+    CLI::App* command = sim.add_subcommand(cmd, cmd == "new-panel"   ? "Make a panel of veneer strips"
+                                                : cmd == "new-board" ? "Make a plain board for burnt patterns"
+                                                                     : "Print an AprilGrid sheet");
+    command->add_option("NAME", sheet->name, "What to call it")->required();
+    if (cmd != "new-grid") {
+      command->add_option("--width-mm", sheet->width_mm, "Width")->check(CLI::PositiveNumber);
+      command->add_option("--height-mm", sheet->height_mm, "Height")->check(CLI::PositiveNumber);
+    }
+    if (cmd == "new-panel") command->add_option("--strips", sheet->strips, "Veneer strips")->check(CLI::PositiveNumber);
+    command->callback([sheet, cmd, &context] {
+      json arguments = {{"name", sheet->name}};
+      if (cmd != "new-grid") {
+        arguments["width_mm"] = sheet->width_mm;
+        arguments["height_mm"] = sheet->height_mm;
+      }
+      if (sheet->strips) arguments["strips"] = *sheet->strips;
+      call(context, cmd, arguments);
+    });
+  }
+}
+
+void add_place(CLI::App& sim, CommandContext& context) {
+  struct Place {
+    std::string sheet, on, face = "show", part;
+    std::optional<double> height_mm;
+  };
+  const auto place = std::make_shared<Place>();
+  CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
+  command->add_option("SHEET", place->sheet, "Its name")->required();
+  command->add_option("--on", place->on, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
+  command->add_option("--face", place->face, "Scanner: the face at the glass; bed: the face that looks up")
+      ->check(CLI::IsMember({"show", "back"}));
+  command->add_option("--part", place->part, "Which part of it lies on the glass (whole, left, right, ...)");
+  command->add_option("--height-mm", place->height_mm, "On blocks of this height");
+  command->callback([place, &context] {
+    json arguments = {{"sheet", place->sheet}, {"on", place->on}, {"face", place->face}};
+    if (!place->part.empty()) arguments["part"] = place->part;
+    if (place->height_mm) arguments["height_mm"] = *place->height_mm;
+    call(context, "place", arguments);
+  });
+}
+
+// "drop_ok:3" or "drop_ok 3"; numbers and booleans are sent as such.
+json fault_arguments(std::string name, std::string value) {
+  if (const std::size_t colon = name.find(':'); value.empty() && colon != std::string::npos) {
+    value = name.substr(colon + 1);
+    name.resize(colon);
+  }
+  json arguments = {{"name", name}};
+  if (value.empty()) return arguments;
+  json parsed = json::parse(value, nullptr, /*allow_exceptions=*/false);
+  arguments["value"] = parsed.is_discarded() ? json(value) : std::move(parsed);
+  return arguments;
+}
+
+void add_faults(CLI::App& sim, CommandContext& context) {
+  const auto name = std::make_shared<std::string>();
+  const auto value = std::make_shared<std::string>();
+  CLI::App* fault = sim.add_subcommand("fault", "Break something: scanner_dead, laser_unplug, drop_ok 3, ...");
+  fault->add_option("NAME", *name, "Which fault")->required();
+  fault->add_option("VALUE", *value, "Its value");
+  fault->callback([name, value, &context] { call(context, "fault", fault_arguments(*name, *value)); });
+
+  const auto lid = std::make_shared<std::string>();
+  CLI::App* lid_command = sim.add_subcommand("lid", "Open or close the lid");
+  lid_command->add_option("STATE", *lid, "open or closed")->required()->check(CLI::IsMember({"open", "closed"}));
+  lid_command->callback([lid, &context] { call(context, "lid", {{"open", *lid == "open"}}); });
+
+  const auto power = std::make_shared<std::string>();
+  CLI::App* power_command = sim.add_subcommand("power", "Switch the laser's power");
+  power_command->add_option("STATE", *power, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
+  power_command->callback([power, &context] { call(context, "power", {{"laser", *power == "on"}}); });
+}
+
+}  // namespace
+
+void add_sim_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* sim = app.add_subcommand("sim", "The simulated cell: its sheets, its hands, its faults");
+  sim->require_subcommand(1);
+  sim->add_option("--twin", context.twin_socket, "The twin's socket")->envname("VENEER_TWIN_SOCKET");
+  sim->add_subcommand("status", "Sheets and where they are")->callback([&context] {
+    call(context, "status", json::object(), render_twin);
+  });
+  add_new_sheets(*sim, context);
+  add_place(*sim, context);
+  const auto from = std::make_shared<std::string>();
+  CLI::App* lift = sim->add_subcommand("lift", "Put away what lies on the scanner or the bed");
+  lift->add_option("FROM", *from, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
+  lift->callback([from, &context] { call(context, "lift", {{"from", *from}}); });
+  sim->add_subcommand("nudge", "Move the sheet on the bed a little")->callback([&context] {
+    call(context, "nudge", json::object());
+  });
+  sim->add_subcommand("burn-log", "What has been burnt, in short")->callback([&context] {
+    call(context, "burn-log", json::object());
+  });
+  add_faults(*sim, context);
+}
+
+}  // namespace veneer::cli
