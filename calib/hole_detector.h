@@ -14,7 +14,7 @@ namespace veneer::calib {
 
 struct Hole {
   Point<ScanFrame> centre{};
-  Pixels diameter{0};
+  Pixels diameter{0};   // of the ring where the brightness changes most; a shaded rim makes it a little small
   Pixels rim_rms{0};    // how far the rim strays from the circle
   double rim_seen = 0;  // fraction of the rim that fits
 };
@@ -22,7 +22,7 @@ struct Hole {
 struct HoleOptions {
   Millimetres diameter{6};
   double diameter_tolerance = 0.10;
-  Millimetres max_rim_rms{0.12};
+  Millimetres max_rim_rms{0.06};
   double min_rim_seen = 0.7;
 };
 

@@ -175,8 +175,8 @@ Panel sample_panel(double width, double height, std::uint64_t seed) {
   for (int k = 0; k < 5; ++k) {
     p.tags.push_back(
         {200 + k, Face::kShow, places[k][0] + jitter(k), places[k][1] + jitter(k + 10), 4 * jitter(k + 20)});
-    p.tags.push_back({220 + k, Face::kBack, width - places[k][0] - 9 + jitter(k + 30), places[k][1] + jitter(k + 40),
-                      4 * jitter(k + 50)});
+    p.tags.push_back({220 + k, Face::kBack, std::clamp(width - places[k][0] - 9, 13.0, width - 13) + jitter(k + 30),
+                      places[k][1] + jitter(k + 40), 4 * jitter(k + 50)});
   }
   // Clear of the tags of either face.
   p.holes = {{width * 0.33, 7}, {width - 6, height * 0.42}, {width * 0.62, height - 6}, {7, height * 0.5}};
