@@ -2,38 +2,16 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+
+#include "calib/probe.h"
 
 namespace veneer::calib {
 namespace {
 
 constexpr int kRays = 120;
 constexpr double kSearchPxPerMm = 4;  // resolution at which bright spots are looked for
-
-// The darkest channel: the lid is bright in all of them, wood and plywood are not.
-cv::Mat darkest_channel(const cv::Mat& picture) {
-  if (picture.channels() == 1) return picture;
-  std::array<cv::Mat, 3> channels;
-  cv::split(picture, channels.data());
-  cv::Mat darkest;
-  cv::min(channels[0], channels[1], darkest);
-  cv::min(darkest, channels[2], darkest);
-  return darkest;
-}
-
-// The grey level that all but `fraction` of the pixels stay below.
-double top_level(const cv::Mat& grey, double fraction) {
-  std::array<int, 256> counts{};
-  for (int r = 0; r < grey.rows; ++r)
-    for (int c = 0; c < grey.cols; ++c) ++counts[grey.at<std::uint8_t>(r, c)];
-  double left = fraction * static_cast<double>(grey.total());
-  int level = 255;
-  for (; level > 0 && left >= counts[static_cast<std::size_t>(level)]; --level)
-    left -= counts[static_cast<std::size_t>(level)];
-  return level;
-}
 
 // Bright round spots of about the wanted size, in full-resolution pixels.
 std::vector<Eigen::Vector2d> bright_spots(const cv::Mat& small, double scale, double diameter_px, double white) {
@@ -55,15 +33,6 @@ std::vector<Eigen::Vector2d> bright_spots(const cv::Mat& small, double scale, do
     }
   }
   return spots;
-}
-
-double level_at(const cv::Mat& grey, const Eigen::Vector2d& p) {
-  const double x = std::clamp(p.x() - 0.5, 0.0, grey.cols - 1.001), y = std::clamp(p.y() - 0.5, 0.0, grey.rows - 1.001);
-  const int c = static_cast<int>(x), r = static_cast<int>(y);
-  const double fx = x - c, fy = y - r;
-  const auto* upper = grey.ptr<std::uint8_t>(r) + c;
-  const auto* lower = grey.ptr<std::uint8_t>(r + 1) + c;
-  return (1 - fy) * ((1 - fx) * upper[0] + fx * upper[1]) + fy * ((1 - fx) * lower[0] + fx * lower[1]);
 }
 
 // Grey levels around a centre: one row per ray, one column per half pixel of radius.
@@ -94,9 +63,10 @@ Radial look_around(const cv::Mat& grey, const Eigen::Vector2d& centre, double fr
   const auto count = static_cast<Eigen::Index>((to - from) / around.step) + 1;
   around.levels.resize(kRays, count);
   for (int ray = 0; ray < kRays; ++ray)
-    for (Eigen::Index k = 0; k < count; ++k)
-      around.levels(ray, k) =
-          level_at(grey, centre + ray_direction(ray) * (from + around.step * static_cast<double>(k)));
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::Vector2d at = centre + ray_direction(ray) * (from + around.step * static_cast<double>(k));
+      around.levels(ray, k) = level_at(grey, at.x(), at.y());
+    }
   return around;
 }
 

@@ -12,6 +12,8 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "calib/probe.h"
+
 namespace veneer::calib {
 namespace {
 
@@ -39,16 +41,6 @@ using Vec = Eigen::Vector2d;
 struct EdgeLine {
   Vec at, along;
 };
-
-// Bilinear; `p` counts pixel centres at +0.5. Outside the picture the nearest pixel counts.
-double level_at(const cv::Mat& grey, const Vec& p) {
-  const double x = std::clamp(p.x() - 0.5, 0.0, grey.cols - 1.001), y = std::clamp(p.y() - 0.5, 0.0, grey.rows - 1.001);
-  const int c = static_cast<int>(x), r = static_cast<int>(y);
-  const double fx = x - c, fy = y - r;
-  const auto* upper = grey.ptr<std::uint8_t>(r) + c;
-  const auto* lower = grey.ptr<std::uint8_t>(r + 1) + c;
-  return (1 - fy) * ((1 - fx) * upper[0] + fx * upper[1]) + fy * ((1 - fx) * lower[0] + fx * lower[1]);
-}
 
 // Total least squares through the points, those farther than three times the scatter dropped.
 std::optional<EdgeLine> fit_line(std::vector<Vec> points) {
@@ -83,7 +75,10 @@ std::optional<EdgeLine> refine_edge(const cv::Mat& grey, const Vec& from, const 
   for (int i = 0; i < places; ++i) {
     const Vec middle = from + along * (length * (0.06 + 0.88 * (i + 0.5) / places));
     std::vector<double>& profile = profiles.emplace_back();
-    for (int k = -half; k <= half; ++k) profile.push_back(level_at(grey, middle + outwards * (k * step)));
+    for (int k = -half; k <= half; ++k) {
+      const Vec at = middle + outwards * (k * step);
+      profile.push_back(level_at(grey, at.x(), at.y()));
+    }
     black += (profile[0] + profile[1]) / 2 / places;
     white += (profile[profile.size() - 1] + profile[profile.size() - 2]) / 2 / places;
   }

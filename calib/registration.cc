@@ -1,0 +1,323 @@
+#include "calib/registration.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/hole_tie.h"
+#include "calib/point_fit.h"
+#include "calib/sheet_outline.h"
+#include "calib/tile_join.h"
+
+namespace veneer::calib {
+namespace {
+
+std::string list_of(const std::vector<int>& ids) {
+  std::string out;
+  for (std::size_t i = 0; i < ids.size() && i < 4; ++i) out += (i == 0 ? "" : ", ") + std::to_string(ids[i]);
+  return ids.size() > 4 ? out + ", ..." : out;
+}
+
+Error refused(std::string message) { return {ErrorCode::kRefused, std::move(message)}; }
+
+std::vector<int> seen_ids(std::span<const TileView> tiles) {
+  std::set<int> ids;
+  for (const TileView& tile : tiles)
+    for (const auto& tag : tile.tags) ids.insert(tag.id);
+  return {ids.begin(), ids.end()};
+}
+
+// What every scan must satisfy before anything is fitted.
+Status check_tags(std::span<const TileView> tiles, const ScannerModel& scanner, const RegistrationOptions& options) {
+  if (tiles.empty()) return Error{ErrorCode::kInvalidArgument, "no scan was given to register"};
+  for (const TileView& tile : tiles) {
+    if (tile.tags.empty())
+      return Error{ErrorCode::kNotFound, fmt::format("no fiducials found on {}: lay the panel with its tags on the "
+                                                     "glass and scan again",
+                                                     tile.name)};
+    for (std::size_t i = 0; i < tile.tags.size(); ++i) {
+      const int id = tile.tags[i].id;
+      if (options.foreign_tags.contains(id))
+        return refused(fmt::format("tag {} on {} belongs to another sheet: lay only the wanted panel on the glass", id,
+                                   tile.name));
+      if (i > 0 && tile.tags[i - 1].id == id)
+        return refused(fmt::format("tag {} is seen twice on {}: remove the copy", id, tile.name));
+    }
+    const auto corners = corners_on_glass(tile, scanner);
+    for (const auto& tag : tile.tags) {
+      double side = 0;
+      for (int i = 0; i < 4; ++i)
+        side += distance(corners.at(tag.id * 4 + i), corners.at(tag.id * 4 + (i + 1) % 4)).count() / 4;
+      if (std::abs(side / options.tag_size.count() - 1) > options.tag_size_tolerance)
+        return refused(
+            fmt::format("tag {} on {} measures {:.2f} mm instead of {:.2f}: check the scan's resolution "
+                        "and the printed tags",
+                        tag.id, tile.name, side, options.tag_size.count()));
+    }
+  }
+  const std::size_t found = seen_ids(tiles).size();
+  if (found < options.min_tags)
+    return refused(fmt::format("{} shows {} of at least {} tags: lay the panel fully on the glass and scan again",
+                               tiles[0].name, found, options.min_tags));
+  return Ok();
+}
+
+Status check_residual(const Registration& found, const RegistrationOptions& options, const std::string& what) {
+  if (!found.rms || (*found.rms <= options.max_rms && *found.max <= options.max_single)) return Ok();
+  return refused(
+      fmt::format("{} by {:.3f} mm rms, {:.3f} mm at worst ({:.2f} and {:.2f} are allowed): clean the "
+                  "glass, lay the panel flat and scan again, or calibrate the scanner",
+                  what, found.rms->count(), found.max->count(), options.max_rms.count(), options.max_single.count()));
+}
+
+// The tags' common upward direction, in JoinedFrame; the scan's own when they do not agree.
+void upward(const Join& join, double& x, double& y) {
+  double sum_x = 0, sum_y = 0, n = 0;
+  for (const auto& [key, corner] : join.corners) {
+    if (key % 4 != 0) continue;
+    const Point<JoinedFrame>& above = join.corners.at(key + 3);
+    const double length = distance(corner, above).count();
+    sum_x += (above.x - corner.x).count() / length, sum_y += (above.y - corner.y).count() / length, n += 1;
+  }
+  const bool agree = n > 0 && std::hypot(sum_x, sum_y) > 0.6 * n;
+  x = agree ? sum_x : 0, y = agree ? sum_y : 1;
+}
+
+template <class Map>
+std::vector<PanelTag> tags_of(const Join& join, const Map& panel_from_joined, Face face) {
+  std::vector<PanelTag> tags;
+  for (const auto& [key, corner] : join.corners) {
+    if (key % 4 == 0) tags.push_back({key / 4, face, {}});
+    tags.back().corners[static_cast<std::size_t>(key % 4)] = panel_from_joined * corner;
+  }
+  return tags;
+}
+
+void sort_by_id(std::vector<PanelTag>& tags) {
+  std::sort(tags.begin(), tags.end(), [](const PanelTag& a, const PanelTag& b) { return a.id < b.id; });
+}
+
+Box<PanelFrame> sheet_box(std::span<const TileView> tiles, const std::vector<ScanMap>& maps) {
+  Box<PanelFrame> box;
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (const auto& p : tiles[t].outline) box.add(maps[t] * p);
+  return box;
+}
+
+// A first look at the back: its tiles are joined by their own tags, then tied to the panel by the holes.
+Result<Registration> tie_back(std::span<const TileView> tiles, const PanelFiducials& known, const ScannerModel& scanner,
+                              const RegistrationOptions& options) {
+  auto join = join_tiles(tiles, scanner);
+  if (!join) return join.error();
+  if (join->rms && (*join->rms > options.max_rms || *join->max > options.max_single)) {
+    Registration disagreeing;
+    disagreeing.rms = join->rms, disagreeing.max = join->max;
+    return check_residual(disagreeing, options, "the back's tiles disagree").error();
+  }
+  std::vector<Point<PanelFrame>> frozen;
+  std::vector<Point<JoinedFrame>> seen;
+  for (const PanelHole& hole : known.holes) frozen.push_back(hole.centre);
+  for (const auto& hole : join->holes) seen.push_back(hole.centre);
+  const auto tie = match_holes<PanelFrame, JoinedFrame>(frozen, seen, {.min_points = options.min_holes});
+  if (!tie) {
+    if (tie.error().code == ErrorCode::kRefused)
+      return refused(
+          "the panel's through-holes look alike when turned or mirrored, so the faces cannot be tied: "
+          "drill one more hole off the symmetry and scan both faces again");
+    return refused(
+        fmt::format("{} through-holes are seen on the back and {} on the show face, but fewer than {} match: "
+                    "check that this is the back of the panel, and that its holes are free",
+                    seen.size(), frozen.size(), options.min_holes));
+  }
+  if (tie->to_from.handedness() != Handedness::kImproper)
+    return refused("the holes lie as on the show face, not mirrored: lay the panel with its back on the glass");
+
+  Registration out;
+  out.rms = Millimetres(tie->residual.rms), out.max = Millimetres(tie->residual.max);
+  if (auto status = check_residual(out, options, "the holes of the two faces disagree"); !status) return status.error();
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    out.tiles.emplace_back(tie->to_from * join->tiles[t], scanner, tiles[t].nominal);
+  out.fiducials = known;
+  for (PanelTag& tag : tags_of(*join, tie->to_from, Face::kBack)) out.fiducials.tags.push_back(tag);
+  sort_by_id(out.fiducials.tags);
+  out.sheet = sheet_box(tiles, out.tiles);
+  return out;
+}
+
+struct TileFit {
+  ScanMap map;
+  double sum_of_squares = 0, max = 0;
+  std::size_t points = 0;
+};
+
+// One tile on the frozen fiducials of its face: tag corners, and holes near where they should be.
+Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& known, const ScannerModel& scanner) {
+  std::vector<Point<PanelFrame>> to;
+  std::vector<Point<GlassFrame>> from;
+  std::size_t tags = 0;
+  const auto corners = corners_on_glass(tile, scanner);
+  for (const auto& tag : tile.tags) {
+    const PanelTag* frozen = known.tag(tag.id);
+    if (frozen == nullptr || frozen->face != face) continue;
+    ++tags;
+    for (int i = 0; i < 4; ++i) {
+      to.push_back(frozen->corners[static_cast<std::size_t>(i)]);
+      from.push_back(corners.at(tag.id * 4 + i));
+    }
+  }
+  if (tags < 2)
+    return refused(fmt::format("{} shows {} of the panel's tags, two are needed: lay more of the panel on the glass",
+                               tile.name, tags));
+  const auto fit = [&](Handedness hand) { return fit_isometry<PanelFrame, GlassFrame>(to, from, hand); };
+  const auto rms = [&](const auto& map) {
+    return residual_of(map, std::span<const Point<PanelFrame>>(to), std::span<const Point<GlassFrame>>(from)).rms;
+  };
+  const auto proper = fit(Handedness::kProper), improper = fit(Handedness::kImproper);
+  const auto& measured = rms(proper) <= rms(improper) ? proper : improper;
+  if ((measured.handedness() == Handedness::kImproper) != (face == Face::kBack))
+    return refused(fmt::format("the tags on {} lie mirrored to what the {} face must show: scan the panel's {} face",
+                               tile.name, to_string(face), to_string(face)));
+  const auto with_tags = measured;
+  for (const Hole& hole : tile.holes) {
+    const Point<GlassFrame> seen = scanner.glass_from_scan(hole.centre, tile.nominal);
+    for (const PanelHole& frozen : known.holes)
+      if (distance(with_tags * seen, frozen.centre).count() < 0.4) to.push_back(frozen.centre), from.push_back(seen);
+  }
+  const auto pose = fit(measured.handedness());
+  TileFit out{ScanMap(pose, scanner, tile.nominal)};
+  out.points = to.size();
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const double d = distance(pose * from[i], to[i]).count();
+    out.sum_of_squares += d * d, out.max = std::max(out.max, d);
+  }
+  return out;
+}
+
+// Whether the scan shows the panel, and the face that was asked for.
+Status check_face(std::span<const TileView> tiles, Face face, const PanelFiducials& known) {
+  std::vector<int> other_face, strangers;
+  std::size_t right = 0;
+  for (const int id : seen_ids(tiles)) {
+    const PanelTag* tag = known.tag(id);
+    if (tag == nullptr) {
+      strangers.push_back(id);
+    } else if (tag->face == face) {
+      ++right;
+    } else {
+      other_face.push_back(id);
+    }
+  }
+  if (!other_face.empty())
+    return refused(
+        fmt::format("the panel's {} face lies on the glass (tag {}), the {} face is wanted: turn the panel "
+                    "over",
+                    to_string(other(face)), list_of(other_face), to_string(face)));
+  if (!known.knows(face)) return Ok();
+  if (right == 0)
+    return refused(
+        fmt::format("another panel lies on the glass (tags {}): lay the wanted panel on it", list_of(strangers)));
+  if (!strangers.empty())
+    return refused(fmt::format("tag {} does not belong to this panel's {} face: lay only this panel on the glass",
+                               list_of(strangers), to_string(face)));
+  return Ok();
+}
+
+}  // namespace
+
+ScanMap::ScanMap(const Isometry2<PanelFrame, GlassFrame>& panel_from_glass, ScannerModel scanner,
+                 ScanResolution nominal)
+    : panel_from_glass_(panel_from_glass),
+      glass_from_panel_(panel_from_glass.inverse()),
+      scanner_(std::move(scanner)),
+      nominal_(nominal) {}
+
+Point<PanelFrame> ScanMap::operator*(const Point<ScanFrame>& p) const {
+  return panel_from_glass_ * scanner_.glass_from_scan(p, nominal_);
+}
+
+Point<ScanFrame> ScanMap::inverse(const Point<PanelFrame>& p) const {
+  return scanner_.scan_from_glass(glass_from_panel_ * p, nominal_);
+}
+
+TileView view_tile(const cv::Mat& picture, ScanResolution nominal, const std::string& name,
+                   const HoleOptions& hole_options) {
+  TileView view;
+  view.name = name;
+  // At 300 dpi a 14 mm tag is 165 px wide: it is found four times coarser, and refined at full resolution.
+  view.tags = detect_tags<ScanFrame>(picture, {.decimate = nominal.dpi() > 200 ? 4.0 : 2.0});
+  view.nominal = nominal;
+  view.width_px = picture.cols, view.height_px = picture.rows;
+  for (Hole& hole : detect_holes(picture, nominal, hole_options)) {
+    // White cells inside a tag may look round.
+    const bool in_tag = std::any_of(view.tags.begin(), view.tags.end(), [&](const Tag<ScanFrame>& tag) {
+      return distance(tag.centre, hole.centre) < 0.75 * distance(tag.corners[0], tag.corners[1]);
+    });
+    if (!in_tag) view.holes.push_back(hole);
+  }
+  view.outline = find_outline(picture, nominal);
+  return view;
+}
+
+Result<Registration> register_first_scan(std::span<const TileView> tiles, const ScannerModel& scanner,
+                                         const RegistrationOptions& options) {
+  if (auto status = check_tags(tiles, scanner, options); !status) return status.error();
+  auto join = join_tiles(tiles, scanner);
+  if (!join) return join.error();
+
+  Registration out;
+  out.rms = join->rms, out.max = join->max;
+  if (auto status = check_residual(out, options, fmt::format("the tiles disagree, most at tag {},", join->worst_tag));
+      !status)
+    return status.error();
+
+  std::vector<Point<JoinedFrame>> border;
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (const auto& p : tiles[t].outline)
+      border.push_back(join->tiles[t] * scanner.glass_from_scan(p, tiles[t].nominal));
+  if (border.size() < 8)
+    return Error{ErrorCode::kNotFound, fmt::format("no sheet is seen on {}: lay the panel on the glass, close the lid "
+                                                   "and scan again",
+                                                   tiles[0].name)};
+  double up_x = 0, up_y = 1;
+  upward(*join, up_x, up_y);
+  const SheetRectangle sheet = fit_rectangle(border, up_x, up_y);
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    out.tiles.emplace_back(sheet.panel_from_joined * join->tiles[t], scanner, tiles[t].nominal);
+  out.fiducials.tags = tags_of(*join, sheet.panel_from_joined, Face::kShow);
+  for (const auto& hole : join->holes)
+    out.fiducials.holes.push_back({sheet.panel_from_joined * hole.centre, hole.diameter});
+  out.sheet.add(point<PanelFrame>(0, 0));
+  out.sheet.add({sheet.width, sheet.height});
+  return out;
+}
+
+Result<Registration> register_scan(std::span<const TileView> tiles, Face face, const PanelFiducials& known,
+                                   const ScannerModel& scanner, const RegistrationOptions& options) {
+  if (auto status = check_tags(tiles, scanner, options); !status) return status.error();
+  if (auto status = check_face(tiles, face, known); !status) return status.error();
+  if (!known.knows(face)) {
+    if (face == Face::kShow)
+      return Error{ErrorCode::kInvalidArgument, "the panel's show face was never scanned: scan it first"};
+    return tie_back(tiles, known, scanner, options);
+  }
+  Registration out;
+  double sum = 0, max = 0;
+  std::size_t points = 0;
+  for (const TileView& tile : tiles) {
+    auto fit = fit_tile(tile, face, known, scanner);
+    if (!fit) return fit.error();
+    sum += fit->sum_of_squares, max = std::max(max, fit->max), points += fit->points;
+    out.tiles.push_back(std::move(fit->map));
+  }
+  out.rms = Millimetres(std::sqrt(sum / static_cast<double>(points)));
+  out.max = Millimetres(max);
+  if (auto status = check_residual(out, options, "the scan misses the panel's known fiducials"); !status)
+    return status.error();
+  out.fiducials = known;
+  out.sheet = sheet_box(tiles, out.tiles);
+  return out;
+}
+
+}  // namespace veneer::calib
