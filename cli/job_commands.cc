@@ -1,4 +1,6 @@
 // job new|list|show|start|pieces and the commands to the cell under its name; task list|show|cancel.
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -35,7 +37,7 @@ struct NewJob {
     std::string text = "?name=" + url_encode(title);
     if (!panels.empty()) text += "&panels=" + url_encode(panels);
     for (const auto& [key, value] : numbers) {
-      if (value) text += std::string("&") + key + "=" + json(*value).dump();
+      if (value) text += fmt::format("&{}={}", key, *value);
     }
     return text;
   }
@@ -141,7 +143,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   add_show(*job, context);
   const auto id = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "pieces", "The job's pieces", "JOB", id)->callback([id, &context] {
-    context.finish(context.client().get("/jobs/" + std::to_string(*id) + "/pieces"), render_plain);
+    context.finish(context.client().get("/jobs/" + std::to_string(*id) + "/pieces"), render_pieces);
   });
   const auto to_start = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "start", "Start the job's remaining pieces", "JOB", to_start)->callback([to_start, &context] {

@@ -90,8 +90,9 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
     const bool ledger = std::string_view(part) == "ledger";
     CLI::App* command = panel->add_subcommand(part, ledger ? "Every allocation of its wood" : "How well its scans fit");
     command->add_option("PANEL", *id, "Its name")->required();
-    command->callback([id, part, &context] {
-      context.finish(context.client().get("/panels/" + url_encode(*id) + "/" + part), render_plain);
+    command->callback([id, part, ledger, &context] {
+      context.finish(context.client().get("/panels/" + url_encode(*id) + "/" + part),
+                     ledger ? render_ledger : render_registration);
     });
   }
   add_calibrate(app, context);

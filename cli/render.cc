@@ -246,6 +246,30 @@ std::string render_job(const json& job) {
   return text;
 }
 
+std::string render_pieces(const json& reply) {
+  TextTable table({">ID", "MARK", ">ROW", ">COLUMN", "PANEL", "STATE"});
+  const json& pieces = member(reply, "pieces");
+  if (!pieces.is_array()) return "";
+  for (const json& piece : pieces) {
+    table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""),
+               std::to_string(whole_or(piece, "row", 0)), std::to_string(whole_or(piece, "col", 0)),
+               text_or(piece, "panel", ""), text_or(piece, "state", "")});
+  }
+  return table.str();
+}
+
+std::string render_ledger(const json& reply) {
+  TextTable table({">PIECE", "MARK", ">JOB", ">AREA", "STATE"});
+  const json& allocations = member(reply, "allocations");
+  if (!allocations.is_array()) return "";
+  for (const json& allocation : allocations) {
+    table.add({std::to_string(whole_or(allocation, "piece", 0)), text_or(allocation, "mark", ""),
+               std::to_string(whole_or(allocation, "job", 0)),
+               fmt::format("{:.1f} mm2", number_or(allocation, "area_mm2", 0)), text_or(allocation, "state", "")});
+  }
+  return table.str();
+}
+
 std::string render_task(const json& task) {
   std::string text =
       fmt::format("{} {} {}", whole_or(task, "id", 0), text_or(task, "kind", ""), text_or(task, "state", ""));
@@ -279,7 +303,7 @@ std::string render_twin(const json& status) {
     }
   }
   text += table.str();
-  json rest = status;
+  json rest = status.is_object() ? status : json::object();
   for (const char* shown : {"sheets", "ok", "schema_version"}) rest.erase(shown);
   return text + render_plain(rest);
 }

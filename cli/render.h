@@ -14,7 +14,9 @@ std::string render_scan_result(const nlohmann::json& result);
 std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
 std::string render_job(const nlohmann::json& job);
-std::string render_tasks(const nlohmann::json& reply);  // {"tasks": [...]}
+std::string render_pieces(const nlohmann::json& reply);  // {"pieces": [...]}
+std::string render_ledger(const nlohmann::json& reply);  // {"allocations": [...]}
+std::string render_tasks(const nlohmann::json& reply);   // {"tasks": [...]}
 std::string render_task(const nlohmann::json& task);
 std::string render_state(const nlohmann::json& taken);   // the answer to a command
 std::string render_twin(const nlohmann::json& status);   // sim status

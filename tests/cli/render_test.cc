@@ -1,0 +1,154 @@
+#include "cli/render.h"
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "cli/progress.h"
+#include "cli/text_table.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+TEST(Render, TheStatusReadsLikeASentenceAndAFewFacts) {
+  const json status = {
+      {"state", "Execute"},
+      {"reason", "Cutting Grace Hopper."},
+      {"laser",
+       {{"connected", true}, {"state", "Run"}, {"position_mm", {10.04, 20}}, {"beam_on", true}, {"homed", true}}},
+      {"lid", "closed"},
+      {"job",
+       {{"id", 3},
+        {"name", "Grace Hopper"},
+        {"state", "running"},
+        {"pieces", 306},
+        {"cut", 142},
+        {"suspect", 1},
+        {"current_piece", "A3-12"},
+        {"eta_s", 731}}},
+      {"load", {{"panel", "P-0002"}, {"face_up", "back"}, {"found", true}, {"rms_mm", 0.031}, {"sentence", ""}}},
+      {"panels", 4},
+      {"calibration", {{"scanner", "valid"}, {"camera", "valid"}, {"axes", "expired"}, {"kerf", "missing"}}},
+      {"tasks", json::array()}};
+  EXPECT_EQ(
+      render_status(status),
+      "Execute\n"
+      "  Cutting Grace Hopper.\n"
+      "\n"
+      "Job          3 \"Grace Hopper\" (running), 142 of 306 pieces cut, 1 SUSPECT, now A3-12, about 12 min left\n"
+      "             [###########-------------]  46 %\n"
+      "On the bed   P-0002, back up: found (0.031 mm)\n"
+      "Laser        connected, Run, homed, at 10.0, 20.0 mm, BEAM ON\n"
+      "Lid          closed\n"
+      "Stock        4 panels\n"
+      "Calibration  scanner valid, camera valid, axes EXPIRED, kerf MISSING\n");
+}
+
+TEST(Render, WhatIsMissingIsLeftOut) {
+  EXPECT_EQ(render_status({{"state", "Stopped"}, {"laser", {{"connected", false}}}, {"job", nullptr}, {"panels", 1}}),
+            "Stopped\n\n"
+            "Job          none\n"
+            "Laser        NOT CONNECTED: check its power and its cable\n"
+            "Stock        1 panel\n");
+}
+
+TEST(Render, NothingOfAnotherTypeThrows) {
+  for (const json& odd :
+       {json(nullptr), json(3), json::array({1}), json{{"panels", 7}, {"jobs", "x"}, {"tasks", {1, "a"}}},
+        json{{"laser", 3}, {"job", {{"pieces", "many"}}}, {"load", "x"}, {"state", 1}}}) {
+    for (const auto render :
+         {render_status, render_panels, render_panel, render_registration, render_scan_result, render_certificates,
+          render_jobs, render_job, render_tasks, render_task, render_state, render_twin, render_plain, render_pieces}) {
+      render(odd);
+    }
+  }
+}
+
+TEST(Render, PanelsLineUp) {
+  const json reply = {
+      {"panels",
+       {{{"id", "P-0001"},
+         {"width_mm", 420.2},
+         {"height_mm", 280},
+         {"free_mm2", 81200},
+         {"reserved_mm2", 0},
+         {"cut_mm2", 1250},
+         {"faces", {"show", "back"}},
+         {"rms_mm", 0.0312},
+         {"state", "in stock"}},
+        {{"id", "P-2"}, {"width_mm", 90}, {"height_mm", 80}, {"free_mm2", 5000}, {"parent", "P-0001"}}}}};
+  EXPECT_EQ(render_panels(reply),
+            "PANEL           SIZE     FREE  RESERVED     CUT  FACES            FIT  FROM    STATE\n"
+            "P-0001  420 x 280 mm  812 cm2     0 cm2  12 cm2  show, back  0.031 mm          in stock\n"
+            "P-2       90 x 80 mm   50 cm2                                          P-0001\n");
+}
+
+TEST(Render, AnEmptyShelfTellsWhatToDo) {
+  EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
+  EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);
+}
+
+TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
+  const json job = {
+      {"id", 3},
+      {"name", "Grace"},
+      {"state", "running"},
+      {"pieces", 300},
+      {"cut", 150},
+      {"suspect", 2},
+      {"width_mm", 200},
+      {"height_mm", 250},
+      {"patch_mm", 12},
+      {"panels",
+       {{{"panel", "P-0001"}, {"pieces", 200}, {"cut", 150}}, {{"panel", "P-2"}, {"pieces", 100}, {"cut", 0}}}}};
+  EXPECT_EQ(render_job(job),
+            "Job 3 \"Grace\"\n"
+            "State        running\n"
+            "Cut          [############------------]  50 %  150 of 300 pieces\n"
+            "Suspect      2: look at these pieces before you use them\n"
+            "Picture      200 x 250 mm, patches of 12.0 mm\n"
+            "  PANEL   PIECES  CUT\n"
+            "  P-0001     200  150\n"
+            "  P-2        100    0\n");
+}
+
+TEST(Progress, ALineFitsItsTerminal) {
+  EXPECT_EQ(progress_line(0.495, "matching patches", 80), "[###########-------------]  49 %  matching patches");
+  EXPECT_EQ(progress_line(7, "", 40), "[########################] 100 %");
+  for (int columns = 1; columns < 90; ++columns) {
+    const std::string line = progress_line(0.5, std::string(200, 'x'), columns);
+    EXPECT_LE(line.size(), std::max<std::size_t>(static_cast<std::size_t>(columns), 32U)) << columns;
+  }
+  EXPECT_EQ(width_of(progress_line(
+                0.5, "\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4", 43)),
+            42U);
+}
+
+TEST(Progress, PlainOutputIsOneLinePerChangeOfText) {
+  std::ostringstream out;
+  {
+    Progress progress(out, Progress::Style::kPlain);
+    progress.show(0, "scanning");
+    progress.show(0.5, "scanning");
+    progress.show(0.9, "stitching");
+    progress.show(1, "");
+  }
+  EXPECT_EQ(out.str(), "scanning\nstitching\n");
+}
+
+TEST(Progress, ATerminalsLineIsWrittenOverAndWipedAtTheEnd) {
+  std::ostringstream out;
+  {
+    Progress progress(out, Progress::Style::kTerminal);
+    progress.show(0.5, "scanning");
+    progress.show(0.5, "scanning");
+  }
+  EXPECT_EQ(out.str().find('\n'), std::string::npos);
+  EXPECT_TRUE(out.str().ends_with("\r\033[K"));
+  EXPECT_EQ(out.str().find("scanning"), out.str().rfind("scanning"));
+}
+
+}  // namespace
+}  // namespace veneer::cli

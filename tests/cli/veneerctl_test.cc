@@ -1,0 +1,223 @@
+// The program itself: what it prints where, and its exit status.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/support/api_server.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using testing::ApiServer;
+
+struct Outcome {
+  int status = -1;
+  std::string out, err;
+};
+
+class Veneerctl {
+ public:
+  explicit Veneerctl(std::vector<std::string> arguments) {
+    int out[2];
+    int err[2];
+    if (pipe(out) != 0 || pipe(err) != 0) std::abort();
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(out[1], STDOUT_FILENO);
+      dup2(err[1], STDERR_FILENO);
+      for (const int fd : {out[0], out[1], err[0], err[1]}) close(fd);
+      std::vector<char*> argv = {const_cast<char*>("veneerctl")};
+      for (std::string& argument : arguments) argv.push_back(argument.data());
+      argv.push_back(nullptr);
+      execv(VENEERCTL, argv.data());
+      _exit(127);
+    }
+    close(out[1]);
+    close(err[1]);
+    out_ = out[0];
+    err_ = err[0];
+  }
+  Veneerctl(const Veneerctl&) = delete;
+  Veneerctl& operator=(const Veneerctl&) = delete;
+  ~Veneerctl() { finish(); }
+
+  void interrupt() const { kill(pid_, SIGINT); }
+  Outcome finish() {
+    if (pid_ < 0) return outcome_;
+    outcome_.out = read_all(out_);
+    outcome_.err = read_all(err_);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    outcome_.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return outcome_;
+  }
+
+ private:
+  static std::string read_all(int fd) {
+    std::string all;
+    char chunk[4096];
+    for (ssize_t got = 0; (got = read(fd, chunk, sizeof chunk)) > 0;) all.append(chunk, static_cast<std::size_t>(got));
+    close(fd);
+    return all;
+  }
+  pid_t pid_ = -1;
+  int out_ = -1;
+  int err_ = -1;
+  Outcome outcome_;
+};
+
+Outcome veneerctl(std::vector<std::string> arguments) { return Veneerctl(std::move(arguments)).finish(); }
+
+Outcome ask(const ApiServer& server, std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {"--socket", server.socket()});
+  return veneerctl(std::move(arguments));
+}
+
+TEST(Veneerctl, UnusableArgumentsAreStatusTwo) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                    {"dance"},
+                                                    {"job"},
+                                                    {"job", "new"},
+                                                    {"job", "start", "x"},
+                                                    {"job", "start", "0"},
+                                                    {"panel", "scan", "--face", "edge"},
+                                                    {"calibrate", "moon"},
+                                                    {"sim", "place", "oak"},
+                                                    {"job", "new", "x", "--seed", "1.5"}}) {
+    const Outcome outcome = veneerctl(arguments);
+    EXPECT_EQ(outcome.status, 2) << (arguments.empty() ? "" : arguments.back());
+    EXPECT_FALSE(outcome.err.empty());
+    EXPECT_EQ(outcome.out, "");
+  }
+  EXPECT_EQ(veneerctl({"--help"}).status, 0);
+}
+
+TEST(Veneerctl, WithoutADaemonItSaysSoInOneSentence) {
+  const Outcome outcome = veneerctl({"--socket", "/nowhere/veneerd.sock", "status"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err,
+            "veneerctl: veneerd does not answer at /nowhere/veneerd.sock: start it, or give its --socket\n");
+}
+
+TEST(Veneerctl, StatusIsForPeopleAndWithJsonForScripts) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("getStatus", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"state", "Idle"},
+                            {"reason", "Ready."},
+                            {"panels", 2},
+                            {"job", nullptr},
+                            {"laser", {{"connected", true}}}}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"status"}).out.substr(0, 15), "Idle\n  Ready.\n\n");
+  const json status = json::parse(ask(server, {"status", "--json"}).out);
+  EXPECT_EQ(status["schema_version"], 1);
+  EXPECT_EQ(status["state"], "Idle");
+  EXPECT_EQ(json::parse(veneerctl({"--socket", server.host(), "--json", "status"}).out)["panels"], 2);
+}
+
+TEST(Veneerctl, CommandsGoWhereTheyBelong) {
+  std::vector<std::string> taken;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("command", [&](const ApiRequest& request, const Reply& reply) {
+      taken.push_back(request.path_param("command"));
+      reply(ApiReply::json({{"state", "Held"}, {"reason", "Held by uid 0."}}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"hold"}).out, "Held: Held by uid 0.\n");
+  for (const char* command : {"hold", "unhold", "unsuspend", "stop", "abort", "clear", "reset", "stop-after-piece"}) {
+    EXPECT_EQ(ask(server, {"job", command}).status, 0) << command;
+  }
+  EXPECT_EQ(taken, (std::vector<std::string>{"hold", "hold", "unhold", "unsuspend", "stop", "abort", "clear", "reset",
+                                             "stop-after-piece"}));
+  EXPECT_EQ(server.stops(), 0);
+  EXPECT_EQ(ask(server, {"stop"}).status, 0);
+  EXPECT_EQ(server.stops(), 1);
+}
+
+TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
+  std::optional<TaskReporter> work;
+  std::map<std::string, std::string> query;
+  std::string body;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
+      query = request.query;
+      body = request.body;
+      work = running->tasks().start("plan", "matching patches");
+      work->done({{"job", 7}});
+      reply(ApiReply::task(work->id()));
+    });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "grace hopper.png").string();
+  std::ofstream(picture) << "a picture";
+  const Outcome outcome = ask(server, {"job", "new", picture, "--size-mm", "120.5", "--rotations", "15"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("veneerctl job start 7"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.err, "matching patches\n");
+  EXPECT_EQ(body, "a picture");
+  EXPECT_EQ(query["name"], "grace hopper");
+  EXPECT_EQ(query["size_mm"], "120.5");
+  EXPECT_EQ(query["rotations"], "15");
+}
+
+TEST(Veneerctl, AMissingPictureIsNamed) {
+  ApiServer server;
+  const Outcome outcome = ask(server, {"job", "new", "/nowhere/grace.jpg", "--json"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "veneerctl: there is no file /nowhere/grace.jpg\n");
+  EXPECT_EQ(json::parse(outcome.out)["error"]["code"], "not_found");
+}
+
+TEST(Veneerctl, AFailedTaskIsItsSentence) {
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("scan", "");
+      work.fail({ErrorCode::kUnavailable, "the scanner does not answer: switch it on"});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const Outcome outcome = ask(server, {"panel", "scan"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "veneerctl: the scanner does not answer: switch it on\n");
+}
+
+TEST(Veneerctl, CtrlCCancelsTheTask) {
+  std::promise<void> started;
+  int looks = 0;
+  std::optional<TaskReporter> work;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&](const ApiRequest&, const Reply& reply) {
+      work = running->tasks().start("scan", "scanning");
+      reply(ApiReply::task(work->id()));
+    });
+    // The first look at the task is the sign that the program has begun to wait, and minds Ctrl-C.
+    router.add("GET", "/api/v1/tasks/1", Role::kViewer, [&](const ApiRequest&, const Reply& reply) {
+      if (++looks == 1) started.set_value();
+      if (work->stop_token().stop_requested()) work->fail({ErrorCode::kCancelled, "the scan was cancelled"});
+      reply(ApiReply::json(to_json(*running->tasks().find(1))));
+    });
+  });
+  running = &server;
+  Veneerctl program({"--socket", server.socket(), "panel", "scan"});
+  started.get_future().wait();
+  program.interrupt();
+  const Outcome outcome = program.finish();
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "scanning\nveneerctl: the scan was cancelled\n");
+}
+
+}  // namespace
+}  // namespace veneer::daemon
