@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -226,7 +227,18 @@ Status World::place_locked(const Placement& placement, Spot on) {
   }
   (on == Spot::kScanner ? on_scanner_ : on_bed_) = placement;
   ++placements_;
+  if (on == Spot::kBed)
+    if (Status s = log_load_locked(false); !s.ok()) return s;
   return save_locked();
+}
+
+Status World::log_load_locked(bool nudged) {
+  const json line = {{"sheet", on_bed_->sheet}, {"nudge", nudged}, {"pose", sim::to_json(on_bed_->pose)}};
+  const fs::path file = state_dir_ / "truth" / "bed_loads.jsonl";
+  std::ofstream out(file, std::ios::app | std::ios::binary);
+  out << line.dump() << "\n" << std::flush;
+  if (!out) return Error{ErrorCode::kStorage, fmt::format("cannot append to {}", file.string())};
+  return Ok();
 }
 
 Status World::lift(Spot from) {
@@ -258,6 +270,7 @@ Status World::nudge() {
   Random random(truth_.settings.seed, "nudge", static_cast<std::uint64_t>(placements_++));
   on_bed_->pose.angle_rad += random.error(0.008);
   on_bed_->pose.shift = on_bed_->pose.shift + Vec2{random.error(3), random.error(3)};
+  if (Status s = log_load_locked(true); !s.ok()) return s;
   return save_locked();
 }
 

@@ -5,8 +5,9 @@
 //
 // Layout of the state directory: truth/cell.json (device truth: axes, kerf, scanner, camera), truth/world.json (which
 // sheet lies where, counters), truth/sheets/NAME/{sheet.json, front.ppm, back.ppm, material.png, burns.jsonl,
-// pieces.json, piece-N.png}, truth/capture-N.json and truth/camera-N.json (one per picture taken),
-// captures/ (the pictures themselves). Files are written whole and renamed, burns.jsonl is appended to.
+// pieces.json, piece-N.png}, truth/bed_loads.jsonl (every pose a sheet ever had on the bed), truth/capture-N.json and
+// truth/camera-N.json (one per picture taken), captures/ (the pictures themselves). Files are written whole and
+// renamed, the .jsonl files are appended to.
 //
 // Threading: World is thread-safe. A Sheet handed out by snapshot() is a private copy of what changes (shares what does
 // not).
@@ -105,6 +106,7 @@ class World final : public BurnSink {
   Result<std::shared_ptr<Sheet>> find_locked(const std::string& name) const;
   Status place_locked(const Placement& placement, Spot on);
   Status lift_locked(Spot from);
+  Status log_load_locked(bool nudged);
   Status save_locked();
   void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
   void end_stroke_locked();
