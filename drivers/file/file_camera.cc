@@ -1,0 +1,17 @@
+#include "drivers/file/file_camera.h"
+
+#include <utility>
+
+namespace veneer {
+
+FileCamera::FileCamera(std::string device) : pictures_(std::move(device)) {}
+
+Result<cv::Mat> FileCamera::capture() {
+  auto picture = pictures_.next();
+  if (!picture.ok()) return picture.error();
+  return std::move(picture->pixels);
+}
+
+std::string FileCamera::device() const { return "file:" + pictures_.pattern(); }
+
+}  // namespace veneer

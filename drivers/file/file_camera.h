@@ -1,0 +1,22 @@
+// Pictures from disk as a camera: each capture gives the next one, read at that moment.
+//
+// Contract and threading: drivers/camera_driver.h.
+#pragma once
+
+#include "drivers/camera_driver.h"
+#include "drivers/file/picture_source.h"
+
+namespace veneer {
+
+class FileCamera final : public CameraDriver {
+ public:
+  explicit FileCamera(std::string device);  // as PictureSource takes it
+
+  Result<cv::Mat> capture() override;
+  std::string device() const override;
+
+ private:
+  PictureSource pictures_;
+};
+
+}  // namespace veneer

@@ -1,0 +1,34 @@
+// Names pictures on disk by one string and hands them out in turn, in the order of their names, round and round.
+//
+// The string is a picture, a folder (all pictures in it), or a pattern with * and ? in its last part. The disk is
+// looked at anew for every picture, so files may come and go. Not thread-safe.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace veneer {
+
+struct NamedPicture {
+  cv::Mat pixels;  // BGR, 8 bit
+  std::filesystem::path file;
+};
+
+class PictureSource {
+ public:
+  explicit PictureSource(std::string pattern);
+
+  // kUnavailable when nothing matches, kInvalidArgument for a file that is no picture.
+  Result<NamedPicture> next();
+  const std::string& pattern() const { return pattern_; }
+
+ private:
+  std::string pattern_;
+  std::filesystem::path last_;
+};
+
+}  // namespace veneer

@@ -1,0 +1,204 @@
+#include "drivers/grbl/gcode.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+
+namespace veneer::grbl {
+namespace {
+
+// "0.5", "-12.345", "3": micrometres as millimetres without idle zeros.
+std::string mm_word(char axis, std::int64_t um) {
+  const std::int64_t whole = std::abs(um) / 1000, part = std::abs(um) % 1000;
+  std::string text = fmt::format("{}{}{}", axis, um < 0 ? "-" : "", whole);
+  if (part != 0) {
+    text += fmt::format(".{:03d}", part);
+    text.erase(text.find_last_not_of('0') + 1);
+  }
+  return text;
+}
+
+// Speed and acceleration along a direction, under the axes' own limits.
+struct Along {
+  double length_mm, speed, acceleration;
+};
+
+Along along(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings) {
+  const double dx = std::abs(static_cast<double>(to.x_um - from.x_um)) / 1000;
+  const double dy = std::abs(static_cast<double>(to.y_um - from.y_um)) / 1000;
+  Along a{std::hypot(dx, dy), speed_mm_s, 1e9};
+  if (a.length_mm <= 0) return a;
+  const auto limit = [&](double share, const Axis& axis) {
+    if (share <= 0) return;
+    a.speed = std::min(a.speed, axis.max_rate_mm_s / share);
+    a.acceleration = std::min(a.acceleration, axis.acceleration_mm_s2 / share);
+  };
+  limit(dx / a.length_mm, settings.x);
+  limit(dy / a.length_mm, settings.y);
+  return a;
+}
+
+double duration_s(const Along& a) {
+  const double ramp = a.speed / a.acceleration;
+  return a.length_mm >= a.speed * ramp ? a.length_mm / a.speed + ramp : 2 * std::sqrt(a.length_mm / a.acceleration);
+}
+
+// The longest distance that takes no longer than `time_s` from standstill to standstill.
+double reach_mm(const Along& a, double time_s) {
+  const double ramp = a.speed / a.acceleration;
+  return time_s >= 2 * ramp ? a.speed * (time_s - ramp) : a.acceleration * time_s * time_s / 4;
+}
+
+class GroupWriter {
+ public:
+  GroupWriter(WirePoint at, const MachineSettings& settings, double longest_move_s)
+      : at_(at), settings_(settings), longest_move_s_(longest_move_s) {}
+
+  void modal(const char* text) { lines_.push_back({std::string(text) + "\n", LineKind::kModal, at_, at_}); }
+  void dwell() { lines_.push_back({"G4P0.01\n", LineKind::kDwell, at_, at_}); }
+
+  void stroke(const Stroke& stroke, std::size_t index) {
+    std::vector<WirePoint> path;
+    path.reserve(stroke.path.size());
+    for (const auto& p : stroke.path) path.push_back(settings_.to_wire(p));
+    travel_to(path.front());
+    absolute_ = false;
+    feed_ = static_cast<int>(std::max(1L, std::lround(stroke.speed.count() * 60)));
+    power_ = static_cast<int>(std::lround(stroke.power.count() * settings_.max_power));
+    if (stroke.power.count() > 0) power_ = std::max(power_, 1);
+    speed_mm_s_ = feed_ / 60.0;
+    stroke_ = index;
+    set_modes_ = true;
+    for (int pass = 0; pass < stroke.passes; ++pass) {
+      for (std::size_t i = 1; i < path.size(); ++i) burn_to(path[i]);
+      // An open path is burnt back and forth.
+      if (path.front() != path.back()) std::reverse(path.begin(), path.end());
+    }
+    const auto last = std::find_if(lines_.rbegin(), lines_.rend(), [](const GcodeLine& l) { return l.moves(); });
+    if (last != lines_.rend()) last->ends_stroke = true;
+  }
+
+  std::vector<GcodeLine> take() { return std::move(lines_); }
+
+ private:
+  void travel_to(WirePoint to) {
+    move(to, std::hypot(settings_.x.max_rate_mm_s, settings_.y.max_rate_mm_s), [&](WirePoint from, WirePoint next) {
+      lines_.push_back({absolute_ ? "G53G0" + mm_word('X', next.x_um) + mm_word('Y', next.y_um) + "S0\n"
+                                  : "G0" + axis_words(from, next) + "S0\n",
+                        LineKind::kTravel, from, next});
+    });
+  }
+
+  void burn_to(WirePoint to) {
+    move(to, speed_mm_s_, [&](WirePoint from, WirePoint next) {
+      const std::string words = axis_words(from, next);
+      lines_.push_back(
+          {set_modes_ ? fmt::format("G1{}F{}S{}\n", words, feed_, power_) : words + "\n", LineKind::kBurn, from, next});
+      lines_.back().stroke = stroke_;
+    });
+  }
+
+  template <class AddLine>
+  void move(WirePoint to, double speed_mm_s, AddLine add_line) {
+    const WirePoint from = at_;
+    if (from == to) return;
+    const Along whole = along(from, to, speed_mm_s, settings_);
+    const auto parts = static_cast<std::int64_t>(std::ceil(whole.length_mm / reach_mm(whole, longest_move_s_)));
+    for (std::int64_t i = 1; i <= parts; ++i) {
+      const WirePoint next{from.x_um + (to.x_um - from.x_um) * i / parts,
+                           from.y_um + (to.y_um - from.y_um) * i / parts};
+      if (next == at_) continue;
+      add_line(at_, next);
+      GcodeLine& line = lines_.back();
+      line.from = at_;
+      line.to = next;
+      line.longest_s = stop_to_stop_s(at_, next, speed_mm_s, settings_);
+      at_ = next;
+      if (line.kind == LineKind::kBurn && set_modes_) {
+        set_modes_ = false;
+        lines_.push_back({"$G\n", LineKind::kEcho, at_, at_, 0, stroke_, false, feed_, power_});
+      }
+    }
+  }
+
+  WirePoint at_;
+  const MachineSettings& settings_;
+  double longest_move_s_;
+  std::vector<GcodeLine> lines_;
+  int feed_ = 0, power_ = 0;
+  double speed_mm_s_ = 0;
+  std::size_t stroke_ = 0;
+  bool set_modes_ = false;
+  bool absolute_ = true;
+};
+
+Status check_stroke(const Stroke& stroke, std::size_t index, const MachineSettings& settings) {
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("stroke {} of the job {}", index, what)};
+  };
+  if (stroke.path.size() < 2) return refuse("has fewer than two points");
+  if (stroke.passes < 1 || stroke.passes > 100) return refuse("has an impossible number of passes");
+  if (!(stroke.power.count() >= 0 && stroke.power.count() <= 1)) return refuse("has a power outside 0 to 100 %");
+  const double fastest = std::min(settings.x.max_rate_mm_s, settings.y.max_rate_mm_s);
+  if (!(stroke.speed.count() > 0 && stroke.speed.count() <= fastest))
+    return refuse(fmt::format("has a speed outside 0 to {:.0f} mm/s, the slower axis's limit", fastest));
+  const Box<MachineFrame> travel = settings.travel();
+  bool moves = false;
+  for (const auto& p : stroke.path) {
+    const bool finite = std::isfinite(p.x.count()) && std::isfinite(p.y.count());
+    if (!finite || !travel.contains(p))
+      return refuse(
+          fmt::format("leaves the machine's travel at ({:.2f}, {:.2f}) mm: x is {:.1f} to {:.1f}, y is {:.1f} "
+                      "to {:.1f}; lay the panel nearer to the middle of the bed",
+                      p.x.count(), p.y.count(), travel.min.x.count(), travel.max.x.count(), travel.min.y.count(),
+                      travel.max.y.count()));
+    moves = moves || settings.to_wire(p) != settings.to_wire(stroke.path.front());
+  }
+  return moves ? Ok() : refuse("has no length");
+}
+
+}  // namespace
+
+std::string axis_words(WirePoint from, WirePoint to) {
+  std::string words;
+  if (to.x_um != from.x_um) words += mm_word('X', to.x_um - from.x_um);
+  if (to.y_um != from.y_um) words += mm_word('Y', to.y_um - from.y_um);
+  return words;
+}
+
+double stop_to_stop_s(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings) {
+  const Along a = along(from, to, speed_mm_s, settings);
+  return a.length_mm <= 0 ? 0 : duration_s(a);
+}
+
+std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t first, WirePoint at,
+                                   const MachineSettings& settings, double longest_move_s) {
+  GroupWriter writer(at, settings, longest_move_s);
+  writer.modal("G0G17G21G91G94");
+  // M4: power follows the true speed and is zero at rest, so the beam dies with the bytes.
+  writer.modal("G0M4S0");
+  for (std::size_t i = 0; i < strokes.size(); ++i) writer.stroke(strokes[i], first + i);
+  writer.modal("G0M5S0");
+  writer.modal("M9");
+  writer.dwell();
+  return writer.take();
+}
+
+Status check_job(const LaserJob& job, const MachineSettings& settings) {
+  if (job.strokes.empty()) return Error{ErrorCode::kInvalidArgument, "the job has no strokes"};
+  std::set<PieceId> finished;
+  for (std::size_t i = 0; i < job.strokes.size(); ++i) {
+    if (const Status status = check_stroke(job.strokes[i], i, settings); !status.ok()) return status;
+    const PieceId piece = job.strokes[i].piece;
+    if (i > 0 && piece != job.strokes[i - 1].piece) finished.insert(job.strokes[i - 1].piece);
+    if (piece != PieceId{} && finished.contains(piece))
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the strokes of piece {} are not adjacent in the job", piece.value)};
+  }
+  return Ok();
+}
+
+}  // namespace veneer::grbl

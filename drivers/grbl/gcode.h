@@ -1,0 +1,55 @@
+// Writes strokes as GRBL lines: relative moves in whole micrometres, cut into pieces of bounded duration.
+//
+// Every absolute place is rounded once and moves are differences of rounded places, so rounding does not add up and a
+// digit lost on the wire shifts all that follows: it shows when the machine's position is compared at the end of the
+// piece. Only the dark way to a piece is absolute (G53), so that the controller's own single-precision sums start
+// afresh. Dark moves carry S0, so that even a G0 that arrives as G1 burns nothing. Each stroke's first burning line
+// sets feed and power and is followed by $G, whose answer shows what the controller understood. Pure functions;
+// thread-safe.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/grbl/settings.h"
+#include "drivers/laser_job.h"
+
+namespace veneer::grbl {
+
+enum class LineKind {
+  kModal,   // sets a mode, moves nothing
+  kTravel,  // moves dark
+  kBurn,    // moves with the beam on
+  kEcho,    // $G: asks what the controller understood
+  kDwell,   // answered only when all motion before it has ended
+};
+
+struct GcodeLine {
+  std::string text;  // with its newline
+  LineKind kind = LineKind::kModal;
+  WirePoint from, to;      // of a motion
+  double longest_s = 0;    // of a motion: from standstill to standstill, so never shorter than the true duration
+  std::size_t stroke = 0;  // of a burning motion: index into the job's strokes
+  bool ends_stroke = false;
+  int feed = 0, power = 0;  // of an echo: what must come back
+
+  bool moves() const { return kind == LineKind::kTravel || kind == LineKind::kBurn; }
+};
+
+// All strokes of one piece, from the machine's place `at`, ending with the beam off and a dwell. `first` is the index
+// of the first of them in the job. No motion lasts longer than `longest_move_s`.
+std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t first, WirePoint at,
+                                   const MachineSettings& settings, double longest_move_s);
+
+// "X12.3Y-0.004": the axes that move.
+std::string axis_words(WirePoint from, WirePoint to);
+
+// Time a straight motion takes from standstill to standstill.
+double stop_to_stop_s(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings);
+
+// Checks the job whole, before any byte of it is sent: places, speeds, powers, order. The sentence names the stroke.
+Status check_job(const LaserJob& job, const MachineSettings& settings);
+
+}  // namespace veneer::grbl

@@ -1,0 +1,557 @@
+#include "drivers/grbl/grbl_core.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace veneer::grbl {
+namespace {
+
+constexpr char kSoftReset = '\x18';
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+}  // namespace
+
+GrblOptions GrblOptions::for_time_scale(double scale) {
+  GrblOptions options;
+  if (!(scale > 1)) return options;
+  for (Duration* limit : {&options.connect_timeout, &options.banner_wait, &options.poll_timeout,
+                          &options.silence_timeout, &options.lost_reply_timeout, &options.hold_timeout,
+                          &options.resume_timeout, &options.stop_timeout, &options.stall_timeout})
+    *limit = Duration(std::llround(static_cast<double>(limit->count()) * scale));
+  return options;
+}
+
+GrblCore::GrblCore(const GrblOptions& options) : options_(options) {}
+
+// ---- commands
+
+void GrblCore::connect(TimePoint now) {
+  now_ = now;
+  reader_.clear();
+  settings_reader_ = {};
+  last_report_.reset();
+  position_.reset();
+  work_offset_.reset();
+  homed_ = home_wanted_ = false;
+  run_.reset();
+  enter(Phase::kConnecting);
+  connect_step_ = ConnectStep::kWake;
+  deadline_ = now + options_.connect_timeout;
+  // Stops whatever a former host left running, and throws away half a line it left in the buffer.
+  reset_machine();
+}
+
+void GrblCore::home(TimePoint now) {
+  now_ = now;
+  if (phase_ == Phase::kClosed || phase_ == Phase::kConnecting)
+    return fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"});
+  if (phase_ == Phase::kHoming) return;
+  if (job_running()) return fail({ErrorCode::kConflict, "a job is running: stop it before homing the laser"});
+  if (!settings_.homing)
+    return fail({ErrorCode::kRefused, "the laser has homing switched off; set $22=1, the cell needs its corner"});
+  if (phase_ == Phase::kResetting) {
+    // The banner that ends the reset is still awaited.
+    home_wanted_ = true;
+    if (now_ - phase_begin_ > options_.banner_wait) reset_machine();  // it was lost: ask for another
+    deadline_ = now_ + options_.banner_wait;
+    return;
+  }
+  begin_homing();
+}
+
+void GrblCore::start(LaserJob job, TimePoint now) {
+  now_ = now;
+  if (phase_ == Phase::kClosed || phase_ == Phase::kConnecting)
+    return fail({ErrorCode::kUnavailable, "the laser is not connected"});
+  if (phase_ != Phase::kReady) return fail({ErrorCode::kConflict, "the laser is busy"});
+  if (!homed_ || !position_ || !last_report_)
+    return fail({ErrorCode::kRefused, "the laser does not know its position: home it first"});
+  if (last_report_->state != "Idle")
+    return fail(
+        {ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", last_report_->state,
+                                          last_report_->is("Door") ? "close the lid" : "clear it and home it first")});
+  if (const Status checked = check_job(job, settings_); !checked.ok()) return fail(checked.error());
+  const WirePoint at{std::llround((*position_)[0] * 1000), std::llround((*position_)[1] * 1000)};
+  run_.emplace(std::move(job), settings_, options_, at);
+  hold_ = Hold::kNone;
+  off_path_ = idle_reports_ = 0;
+  last_progress_ = now_;
+  enter(Phase::kJob);
+  pump();
+}
+
+void GrblCore::hold(TimePoint now) {
+  now_ = now;
+  if (phase_ != Phase::kJob || hold_ == Hold::kRequested || hold_ == Hold::kHeld) return;
+  hold_ = Hold::kRequested;
+  output_.bytes += '!';
+  deadline_ = now_ + options_.hold_timeout;
+  next_poll_ = std::min(next_poll_, now_);
+}
+
+void GrblCore::resume(TimePoint now) {
+  now_ = now;
+  if (phase_ != Phase::kJob || hold_ != Hold::kHeld) return;
+  if (last_report_ && last_report_->is("Door") && last_report_->state != "Door:0") {
+    // The lid is open: the controller would ignore the byte, the machine stays held.
+    events_.emplace_back(laser_event::Held{});
+    return;
+  }
+  hold_ = Hold::kResuming;
+  output_.bytes += '~';
+  deadline_ = now_ + options_.resume_timeout;
+  // An answer on its way still tells of the hold.
+  poll_.reset();
+  next_poll_ = now_ + options_.fast_poll_period / 2;
+}
+
+void GrblCore::stop_after_piece() {
+  if (run_) run_->stop_after_piece();
+}
+
+void GrblCore::abort(TimePoint now) {
+  now_ = now;
+  const Error cancelled{ErrorCode::kCancelled, "the laser was stopped by command"};
+  switch (phase_) {
+    case Phase::kClosed:
+      return;
+    case Phase::kJob: {
+      const bool stands_still = hold_ == Hold::kHeld;
+      reset_machine();
+      return end_job(cancelled, !stands_still);
+    }
+    case Phase::kStopping:
+      reset_machine();
+      return end_job(stop_error_, true);
+    case Phase::kConnecting:
+    case Phase::kHoming:
+      homed_ = false;
+      reset_machine();
+      fail(cancelled);
+      output_.close = phase_ == Phase::kConnecting;
+      return enter(phase_ == Phase::kConnecting ? Phase::kClosed : Phase::kResetting);
+    case Phase::kReady:
+    case Phase::kResetting:
+      reset_machine();
+      return enter(Phase::kResetting);
+  }
+}
+
+// ---- what comes in
+
+void GrblCore::receive(std::string_view bytes, TimePoint now) {
+  now_ = now;
+  reader_.feed(bytes, [this](std::string_view line) {
+    if (phase_ != Phase::kClosed) handle(parse_reply(line));
+  });
+  pump();
+}
+
+void GrblCore::handle(const Reply& reply) {
+  std::visit(Overloaded{
+                 [&](const Acknowledged&) { on_answer(std::nullopt); },
+                 [&](const Refused& refused) { on_answer(refused.number); },
+                 [&](const AlarmRaised& alarm) { on_alarm(alarm.number); },
+                 [&](const Banner& banner) { on_banner(banner); },
+                 [&](const StatusReport& report) { on_report(report); },
+                 [&](const SettingLine& setting) { settings_reader_.setting(setting); },
+                 [&](const BuildOptions& build) { settings_reader_.options(build); },
+                 [&](const BuildVersion& version) { settings_reader_.version(version); },
+                 [&](const ParserState& state) { on_parser_state(state); },
+                 [](const Message&) {},
+                 // Noise. If it was an answer, the missing answer will be noticed.
+                 [](const UnknownReply&) {},
+             },
+             reply);
+}
+
+void GrblCore::on_answer(std::optional<int> error_number) {
+  if (outstanding_.empty()) {
+    if (phase_ == Phase::kJob)
+      emergency({ErrorCode::kDeviceFault, "the laser controller answered more lines than it was sent"});
+    return;
+  }
+  const Outstanding answered = std::move(outstanding_.front());
+  outstanding_.pop_front();
+  if (!window_.acknowledged().ok()) return emergency({ErrorCode::kInternal, "the send window lost count"});
+  idle_since_.reset();
+  last_progress_ = now_;
+  if (phase_ == Phase::kConnecting) return on_connect_answer(error_number);
+  if (phase_ == Phase::kHoming) return on_homing_answer(error_number);
+  if (phase_ != Phase::kJob) return;
+  if (error_number) {
+    std::string text = answered.line.text;
+    text.pop_back();
+    return stop_softly(
+        {ErrorCode::kDeviceFault, fmt::format("the laser controller refused line {} \"{}\" with {}", answered.number,
+                                              text, describe_error(*error_number, settings_.family))});
+  }
+  run_->acknowledged(answered.line);
+  if (answered.line.kind == LineKind::kEcho && !std::exchange(echo_seen_, false))
+    stop_softly({ErrorCode::kDeviceFault,
+                 fmt::format("the laser controller did not tell how it understood stroke {}", answered.line.stroke)});
+}
+
+void GrblCore::on_alarm(int number) {
+  const Error error{ErrorCode::kDeviceFault,
+                    fmt::format("the laser stopped with {}", describe_alarm(number, settings_.family))};
+  switch (phase_) {
+    case Phase::kClosed:
+    case Phase::kConnecting:
+    case Phase::kResetting:
+      return;  // ALARM:3 answers a reset in motion
+    case Phase::kJob:
+      return emergency(error);
+    case Phase::kStopping:
+      reset_machine();
+      return end_job(stop_error_, true);
+    case Phase::kHoming:
+      reset_machine();
+      fail(error);
+      return enter(Phase::kResetting);
+    case Phase::kReady:
+      // After a hard limit GRBL answers nothing until it is reset.
+      reset_machine();
+      drop_out(error, true);
+      return enter(Phase::kResetting);
+  }
+}
+
+void GrblCore::on_banner(const Banner& banner) {
+  const Error error{ErrorCode::kDeviceFault,
+                    "the laser controller was reset, by itself or by a hand: check its power, then home it"};
+  window_.clear();
+  outstanding_.clear();
+  switch (phase_) {
+    case Phase::kClosed:
+      return;
+    case Phase::kConnecting:
+      settings_reader_.banner(banner);
+      return connect_step(ConnectStep::kBuildInfo);
+    case Phase::kResetting:
+      enter(Phase::kReady);
+      if (std::exchange(home_wanted_, false)) begin_homing();
+      return;
+    case Phase::kReady:
+      return drop_out(error, true);
+    case Phase::kHoming:
+      homed_ = false;
+      fail(error);
+      return enter(Phase::kReady);
+    case Phase::kJob:
+      return emergency(error);
+    case Phase::kStopping:
+      reset_machine();
+      return end_job(stop_error_, true);
+  }
+}
+
+void GrblCore::on_report(const StatusReport& report) {
+  const std::optional<Poll> poll = std::exchange(poll_, std::nullopt);
+  polls_lost_ = 0;
+  silent_since_.reset();
+  if (report.work_offset) work_offset_ = report.work_offset;
+  const auto before = position_;
+  if (report.machine_position) {
+    position_ = report.machine_position;
+  } else if (report.work_position && work_offset_) {
+    position_ = {(*report.work_position)[0] + (*work_offset_)[0], (*report.work_position)[1] + (*work_offset_)[1]};
+  }
+  if (position_ != before) last_progress_ = now_;
+  last_report_ = report;
+  switch (phase_) {
+    case Phase::kClosed:
+      return;
+    case Phase::kConnecting:
+      if (connect_step_ == ConnectStep::kWake && now_ - phase_begin_ >= options_.banner_wait)
+        return connect_step(ConnectStep::kBuildInfo);
+      if (connect_step_ == ConnectStep::kStatus && position_) finish_connect();
+      return;
+    case Phase::kHoming:
+      if (homing_answered_) finish_homing();
+      return;
+    case Phase::kReady:
+      if (homed_ && report.is("Alarm")) {
+        reset_machine();
+        drop_out({ErrorCode::kDeviceFault, "the laser went into alarm: clear what stopped it, then home it"}, true);
+        enter(Phase::kResetting);
+      }
+      return;
+    case Phase::kResetting:
+      return;
+    case Phase::kJob:
+      return on_job_report(report, poll);
+    case Phase::kStopping:
+      if (report.is("Idle") || report.state == "Hold:0" || report.state == "Hold" || report.state == "Door:0" ||
+          report.state == "Door:1") {
+        reset_machine();
+        end_job(stop_error_, false);
+      }
+      return;
+  }
+}
+
+void GrblCore::link_lost(const Error& error, TimePoint now) {
+  now_ = now;
+  if (phase_ == Phase::kClosed) return;
+  const Phase phase = phase_;
+  if (job_running()) {
+    end_job(phase == Phase::kStopping ? stop_error_ : error, true);
+  } else if (phase == Phase::kConnecting || phase == Phase::kHoming || home_wanted_) {
+    fail(error);
+  } else {
+    drop_out(error, false);
+  }
+  homed_ = home_wanted_ = false;
+  enter(Phase::kClosed);
+}
+
+// ---- time
+
+void GrblCore::tick(TimePoint now) {
+  now_ = now;
+  if (phase_ == Phase::kClosed) return;
+  if (deadline_ && now_ >= *deadline_) {
+    deadline_.reset();
+    on_deadline();
+  }
+  poll_if_due();
+  if (phase_ == Phase::kJob) check_progress();
+  pump();
+}
+
+void GrblCore::on_deadline() {
+  switch (phase_) {
+    case Phase::kConnecting:
+      fail({ErrorCode::kTimeout,
+            "no GRBL controller answers on the laser's port: check power, cable and the port in the configuration"});
+      reset_machine();
+      output_.close = true;
+      return enter(Phase::kClosed);
+    case Phase::kHoming:
+      homed_ = false;
+      reset_machine();
+      fail({ErrorCode::kTimeout, "the laser did not finish homing in time"});
+      return enter(Phase::kResetting);
+    case Phase::kResetting:
+      if (std::exchange(home_wanted_, false))
+        fail({ErrorCode::kTimeout, "the laser controller does not come back from its reset: switch it off and on"});
+      return;
+    case Phase::kStopping:
+      reset_machine();
+      return end_job(stop_error_, true);
+    case Phase::kJob:
+      if (hold_ == Hold::kRequested)
+        return emergency({ErrorCode::kDeviceFault, "the laser did not stand still with the beam off after a hold"});
+      if (hold_ == Hold::kResuming) {
+        hold_ = Hold::kHeld;
+        events_.emplace_back(laser_event::Held{});
+      }
+      return;
+    case Phase::kClosed:
+    case Phase::kReady:
+      return;
+  }
+}
+
+void GrblCore::on_silence() {
+  const Error error{ErrorCode::kDisconnected, "the laser controller stopped answering"};
+  if (phase_ == Phase::kConnecting) return;  // it may still be booting; the connect deadline rules
+  // The link may be dead, but if it is not, this stops the machine.
+  reset_machine();
+  link_lost(error, now_);
+  output_.close = true;
+}
+
+bool GrblCore::polling() const {
+  // Stock GRBL answers nothing while it homes.
+  return phase_ != Phase::kClosed && (phase_ != Phase::kHoming || homing_answered_);
+}
+
+Duration GrblCore::poll_period() const {
+  if (phase_ == Phase::kReady) return options_.rest_poll_period;
+  const bool awaiting = phase_ != Phase::kJob || hold_ == Hold::kRequested || hold_ == Hold::kResuming ||
+                        (run_ && run_->all_sent() && outstanding_.empty());
+  return awaiting ? options_.fast_poll_period : options_.poll_period;
+}
+
+void GrblCore::poll_if_due() {
+  if (!polling()) return;
+  if (poll_ && now_ - poll_->at >= options_.poll_timeout) {
+    if (!silent_since_) silent_since_ = poll_->at;
+    poll_.reset();
+    ++polls_lost_;
+  }
+  const bool silent = silent_since_ && now_ - *silent_since_ >= options_.silence_timeout;
+  if (silent || polls_lost_ >= options_.polls_unanswered) {
+    polls_lost_ = 0;
+    silent_since_.reset();
+    on_silence();
+    if (phase_ == Phase::kClosed) return;
+  }
+  if (poll_ || now_ < next_poll_) return;
+  output_.bytes += '?';
+  poll_ = Poll{now_, outstanding_.empty(), lines_sent_};
+  next_poll_ = now_ + poll_period();
+}
+
+TimePoint GrblCore::next_deadline() const {
+  if (phase_ == Phase::kClosed) return TimePoint::max();
+  TimePoint next = deadline_.value_or(TimePoint::max());
+  if (polling()) next = std::min(next, poll_ ? poll_->at + options_.poll_timeout : next_poll_);
+  if (silent_since_) next = std::min(next, *silent_since_ + options_.silence_timeout);
+  if (phase_ == Phase::kJob && hold_ == Hold::kNone) {
+    if (idle_since_) next = std::min(next, *idle_since_ + options_.lost_reply_timeout);
+    next = std::min(next, last_progress_ + options_.stall_timeout);
+  }
+  return next;
+}
+
+// ---- getting ready
+
+void GrblCore::enter(Phase phase) {
+  phase_ = phase;
+  phase_begin_ = now_;
+  deadline_.reset();
+  idle_since_.reset();
+  if (phase == Phase::kClosed) {
+    poll_.reset();
+    polls_lost_ = 0;
+    silent_since_.reset();
+    window_.clear();
+    outstanding_.clear();
+    last_report_.reset();
+    run_.reset();
+    return;
+  }
+  next_poll_ = now_;
+}
+
+void GrblCore::reset_machine() {
+  output_.urgent = kSoftReset;
+  output_.bytes.clear();
+  window_.clear();
+  outstanding_.clear();
+  poll_.reset();
+  next_poll_ = now_ + options_.fast_poll_period;
+}
+
+void GrblCore::connect_step(ConnectStep step) {
+  connect_step_ = step;
+  switch (step) {
+    case ConnectStep::kWake:
+      return;
+    case ConnectStep::kBuildInfo:
+      return send_text("$I\n");
+    case ConnectStep::kSettings:
+      return send_text("$$\n");
+    case ConnectStep::kParserState:
+      echo_seen_ = false;
+      return send_text("$G\n");
+    case ConnectStep::kStatus:
+      poll_.reset();
+      next_poll_ = now_;
+      return;
+  }
+}
+
+void GrblCore::on_connect_answer(std::optional<int> error_number) {
+  switch (connect_step_) {
+    case ConnectStep::kBuildInfo:
+      return connect_step(ConnectStep::kSettings);  // without $I: stock sizes
+    case ConnectStep::kSettings:
+      return connect_step(ConnectStep::kParserState);
+    case ConnectStep::kParserState:
+      if (error_number || !echo_seen_) {
+        fail({ErrorCode::kRefused, "the laser controller does not tell its modes ($G), so it cannot be supervised"});
+        output_.close = true;
+        return enter(Phase::kClosed);
+      }
+      return connect_step(ConnectStep::kStatus);
+    case ConnectStep::kWake:
+    case ConnectStep::kStatus:
+      return;
+  }
+}
+
+void GrblCore::finish_connect() {
+  auto settings = settings_reader_.finish();
+  if (!settings.ok()) {
+    fail(settings.error());
+    output_.close = true;
+    return enter(Phase::kClosed);
+  }
+  settings_ = std::move(settings).value();
+  window_ = SendWindow(settings_.receive_bytes);
+  enter(Phase::kReady);
+  events_.emplace_back(laser_event::Connected{{settings_.travel(), settings_.firmware}});
+}
+
+void GrblCore::begin_homing() {
+  homed_ = homing_answered_ = false;
+  enter(Phase::kHoming);
+  poll_.reset();
+  deadline_ = now_ + options_.homing_timeout;
+  send_text("$H\n");
+}
+
+void GrblCore::on_homing_answer(std::optional<int> error_number) {
+  if (error_number) {
+    fail({ErrorCode::kDeviceFault,
+          fmt::format("the laser refused to home with {}", describe_error(*error_number, settings_.family))});
+    return enter(Phase::kReady);
+  }
+  homing_answered_ = true;
+  next_poll_ = now_;
+}
+
+void GrblCore::finish_homing() {
+  if (!last_report_->is("Idle") || !position_) return;  // the homing deadline bounds the wait
+  enter(Phase::kReady);
+  const double tolerance = 0.05 + 1 / std::min(settings_.x.steps_per_mm, settings_.y.steps_per_mm);
+  if (std::abs((*position_)[0] - settings_.x.home_mm) > tolerance ||
+      std::abs((*position_)[1] - settings_.y.home_mm) > tolerance)
+    return fail(
+        {ErrorCode::kRefused,
+         fmt::format("after homing the laser says it is at ({:.3f}, {:.3f}), but its settings $23, $27 and $130 "
+                     "put the corner at ({:.3f}, {:.3f}): check them",
+                     (*position_)[0], (*position_)[1], settings_.x.home_mm, settings_.y.home_mm)});
+  homed_ = true;
+  events_.emplace_back(laser_event::Homed{});
+}
+
+void GrblCore::fail(Error error) { events_.emplace_back(laser_event::Failed{std::move(error)}); }
+
+void GrblCore::drop_out(Error error, bool connected) {
+  homed_ = false;
+  events_.emplace_back(laser_event::Fault{std::move(error), connected});
+}
+
+// ---- what goes out
+
+GrblOutput GrblCore::take_output() { return std::exchange(output_, {}); }
+
+std::vector<LaserEvent> GrblCore::take_events() { return std::exchange(events_, {}); }
+
+LaserStatus GrblCore::status() const {
+  LaserStatus status;
+  status.connected = phase_ != Phase::kClosed && phase_ != Phase::kConnecting;
+  if (!status.connected) return status;
+  if (last_report_) status.state = last_report_->state;
+  if (position_) status.position = settings_.from_wire((*position_)[0], (*position_)[1]);
+  status.beam_on = last_report_ && last_report_->power.value_or(0) > 0;
+  status.homed = homed_;
+  status.firmware = settings_.firmware;
+  return status;
+}
+
+}  // namespace veneer::grbl

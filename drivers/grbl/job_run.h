@@ -1,0 +1,58 @@
+// One job on its way through the controller: which line comes next, what is done, what would be suspect.
+//
+// The job goes in groups, one per piece: its lines are written when the group before is verified. Pure; not
+// thread-safe.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "drivers/grbl/gcode.h"
+#include "drivers/grbl/grbl_options.h"
+#include "drivers/grbl/motion_queue.h"
+#include "drivers/laser_job.h"
+
+namespace veneer::grbl {
+
+class JobRun {
+ public:
+  // `job` has passed check_job(). The machine stands at `at`.
+  JobRun(LaserJob job, const MachineSettings& settings, const GrblOptions& options, WirePoint at);
+
+  // The next line, or null when the lines of the group are all out or the next one would queue too much motion.
+  const GcodeLine* next() const;
+  void sent();  // the line next() gave
+  void acknowledged(const GcodeLine& line);
+  bool all_sent() const { return next_ >= lines_.size(); }
+
+  MotionQueue& motion() { return motion_; }
+  const MotionQueue& motion() const { return motion_; }
+
+  // Lines of the group are sent, answered, executed and the position agrees. Goes on to the next group, if there is one
+  // and it is wanted. Gives the piece that is now verified.
+  std::optional<PieceId> verified();
+  bool finished() const { return finished_; }
+
+  void stop_after_piece() { stop_after_piece_ = true; }
+  bool stopped_early() const { return stopped_early_; }
+  // Begun to burn and not verified.
+  std::vector<PieceId> suspect() const;
+
+ private:
+  void write_next_group();
+
+  LaserJob job_;
+  MachineSettings settings_;
+  GrblOptions options_;
+  MotionQueue motion_;
+  std::size_t group_begin_ = 0, group_end_ = 0;  // strokes of the group under way
+  std::vector<GcodeLine> lines_;
+  std::size_t next_ = 0;
+  bool burning_begun_ = false;
+  bool stop_after_piece_ = false;
+  bool finished_ = false;
+  bool stopped_early_ = false;
+};
+
+}  // namespace veneer::grbl

@@ -1,0 +1,78 @@
+#include "drivers/grbl/motion_queue.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace veneer::grbl {
+namespace {
+
+double distance_to_segment_mm(double x, double y, WirePoint from, WirePoint to) {
+  const double ax = static_cast<double>(from.x_um) / 1000, ay = static_cast<double>(from.y_um) / 1000;
+  const double bx = static_cast<double>(to.x_um) / 1000 - ax, by = static_cast<double>(to.y_um) / 1000 - ay;
+  const double squared = bx * bx + by * by;
+  const double t = squared > 0 ? std::clamp(((x - ax) * bx + (y - ay) * by) / squared, 0.0, 1.0) : 0;
+  return std::hypot(x - ax - t * bx, y - ay - t * by);
+}
+
+}  // namespace
+
+void MotionQueue::start_at(WirePoint at) {
+  moves_.clear();
+  executed_.clear();
+  acknowledged_ = 0;
+  queued_s_ = 0;
+  begin_ = end_ = at;
+}
+
+bool MotionQueue::fits(const GcodeLine& line) const {
+  return queued_s_ + line.longest_s <= limits_.longest_s - limits_.hidden_s;
+}
+
+void MotionQueue::sent(const GcodeLine& line) {
+  moves_.push_back({line.from, line.to, line.longest_s, std::nullopt, false});
+  if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
+  queued_s_ += line.longest_s;
+  end_ = line.to;
+}
+
+void MotionQueue::acknowledged() {
+  if (acknowledged_ >= moves_.size()) return;
+  ++acknowledged_;
+  // The planner holds at most so many motions; the ones before have left it.
+  if (acknowledged_ > limits_.planner_blocks) release(moves_[acknowledged_ - limits_.planner_blocks - 1]);
+}
+
+void MotionQueue::release(Move& move) {
+  if (std::exchange(move.released, true)) return;
+  queued_s_ = std::max(0.0, queued_s_ - move.longest_s);
+}
+
+void MotionQueue::pop_front() {
+  Move& move = moves_.front();
+  release(move);
+  begin_ = move.to;
+  if (move.ends_stroke) executed_.push_back(*move.ends_stroke);
+  moves_.pop_front();
+  if (acknowledged_ > 0) --acknowledged_;
+  // Sums of decimals do not come back to zero by themselves.
+  if (moves_.empty()) queued_s_ = 0;
+}
+
+bool MotionQueue::reported(double x_mm, double y_mm) {
+  if (moves_.empty()) return distance_to_segment_mm(x_mm, y_mm, begin_, begin_) <= limits_.tolerance_mm;
+  const auto here = std::find_if(moves_.begin(), moves_.end(), [&](const Move& move) {
+    return distance_to_segment_mm(x_mm, y_mm, move.from, move.to) <= limits_.tolerance_mm;
+  });
+  if (here == moves_.end()) return false;
+  for (auto passed = here - moves_.begin(); passed > 0; --passed) pop_front();
+  return true;
+}
+
+void MotionQueue::all_executed() {
+  while (!moves_.empty()) pop_front();
+}
+
+std::vector<std::size_t> MotionQueue::take_executed() { return std::exchange(executed_, {}); }
+
+}  // namespace veneer::grbl

@@ -1,0 +1,73 @@
+// What motion the controller may still hold, and what it has surely executed.
+//
+// Two questions, two answers:
+//  - How long would the machine still move if the link died now? The sum of the longest durations of all motions sent
+//  and
+//    not known to be done. A motion is known to be done when a reported position lies in a later one, when the machine
+//    is idle with every line answered, or when so many later motions were acknowledged that the planner has let it go.
+//    Each duration is from standstill to standstill, so the sum is never too small.
+//  - Which strokes are burnt? Those before the place the machine itself reports, and all when it has drained.
+//    Acknowledgements say nothing about that.
+// Where the path crosses itself the earliest place that fits the reported position counts: too little is believed
+// done, never too much.
+//
+// Pure; not thread-safe.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "drivers/grbl/gcode.h"
+
+namespace veneer::grbl {
+
+struct MotionQueueLimits {
+  double longest_s = 1.0;
+  // What the controller has taken out of its planner but not yet stepped: GRBL's segment buffer holds up to 6 x 10 ms.
+  double hidden_s = 0.1;
+  std::size_t planner_blocks = 15;
+  double tolerance_mm = 0.05;  // of a reported position to the path
+};
+
+class MotionQueue {
+ public:
+  explicit MotionQueue(const MotionQueueLimits& limits) : limits_(limits) {}
+
+  // The machine stands here, nothing is queued.
+  void start_at(WirePoint at);
+  bool fits(const GcodeLine& line) const;
+  void sent(const GcodeLine& line);
+  // The oldest unanswered motion was accepted into the planner.
+  void acknowledged();
+  // False when the place is on no motion that can be under way. Nothing is concluded then.
+  bool reported(double x_mm, double y_mm);
+  // The machine stands still and every line was answered.
+  void all_executed();
+
+  double queued_s() const { return queued_s_; }
+  WirePoint end() const { return end_; }  // where the last motion sent leads to
+  bool empty() const { return moves_.empty(); }
+  // Strokes executed since the last call, in order.
+  std::vector<std::size_t> take_executed();
+
+ private:
+  struct Move {
+    WirePoint from, to;
+    double longest_s = 0;
+    std::optional<std::size_t> ends_stroke;
+    bool released = false;  // no longer counted in queued_s_
+  };
+  void release(Move& move);
+  void pop_front();
+
+  MotionQueueLimits limits_;
+  std::deque<Move> moves_;        // sent, not surely executed
+  std::size_t acknowledged_ = 0;  // how many of moves_, from the front
+  double queued_s_ = 0;
+  WirePoint begin_, end_;
+  std::vector<std::size_t> executed_;
+};
+
+}  // namespace veneer::grbl

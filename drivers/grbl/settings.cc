@@ -1,0 +1,112 @@
+#include "drivers/grbl/settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+namespace veneer::grbl {
+namespace {
+
+// The settings' numbers in GRBL 1.1; +0 is x, +1 is y.
+enum : int {
+  kReportInches = 13,
+  kHomingEnable = 22,
+  kHomingDirections = 23,
+  kHomingPullOff = 27,
+  kMaxPower = 30,
+  kLaserMode = 32,
+  kStepsPerMm = 100,
+  kMaxRate = 110,
+  kAcceleration = 120,
+  kTravel = 130,
+};
+
+// Stock GRBL keeps machine coordinates in [-travel, 0] whichever corner is home; firmware built with
+// HOMING_FORCE_SET_ORIGIN (letter Z) has its zero at home instead.
+void place_axis(Axis& axis, bool home_at_minimum, bool zero_at_home, double pull_off) {
+  if (zero_at_home) {
+    axis.origin_mm = home_at_minimum ? 0 : -axis.travel_mm;
+    axis.home_mm = 0;
+    return;
+  }
+  axis.origin_mm = -axis.travel_mm;
+  axis.home_mm = home_at_minimum ? -axis.travel_mm + pull_off : -pull_off;
+}
+
+void keep_off_switch(const Axis& axis, double pull_off, Millimetres& low, Millimetres& high) {
+  low = Millimetres(0);
+  high = Millimetres(axis.travel_mm);
+  const double home = axis.home_mm - axis.origin_mm;
+  if (home <= pull_off) low = Millimetres(home);
+  if (home >= axis.travel_mm - pull_off) high = Millimetres(home);
+}
+
+}  // namespace
+
+Box<MachineFrame> MachineSettings::travel() const {
+  Box<MachineFrame> box;
+  keep_off_switch(x, pull_off_mm, box.min.x, box.max.x);
+  keep_off_switch(y, pull_off_mm, box.min.y, box.max.y);
+  return box;
+}
+
+WirePoint MachineSettings::to_wire(const Point<MachineFrame>& p) const {
+  return {std::llround((p.x.count() + x.origin_mm) * 1000), std::llround((p.y.count() + y.origin_mm) * 1000)};
+}
+
+Point<MachineFrame> MachineSettings::from_wire(double x_mm, double y_mm) const {
+  return point<MachineFrame>(x_mm - x.origin_mm, y_mm - y.origin_mm);
+}
+
+void SettingsReader::banner(const Banner& banner) { banner_ = banner.text; }
+void SettingsReader::version(const BuildVersion& version) { version_ = version.text; }
+void SettingsReader::options(const BuildOptions& options) { options_ = options; }
+
+double SettingsReader::value(int number, double otherwise) const {
+  const auto found = values_.find(number);
+  return found == values_.end() ? otherwise : found->second;
+}
+
+Result<MachineSettings> SettingsReader::finish() const {
+  MachineSettings s;
+  s.family = family_of(banner_);
+  const std::string version = version_.substr(0, version_.find('.', version_.find('.') + 1));
+  s.firmware =
+      banner_.empty() ? fmt::format("{} {}", name_of(s.family), version) : banner_.substr(0, banner_.find(" ["));
+  const auto refuse = [&](const std::string& what) {
+    return Error{ErrorCode::kRefused, fmt::format("the laser controller ({}) cannot be used: {}", s.firmware, what)};
+  };
+  for (const int needed :
+       std::initializer_list<int>{kHomingEnable, kMaxPower, kLaserMode, kTravel, kTravel + 1, kMaxRate, kMaxRate + 1,
+                                  kAcceleration, kAcceleration + 1, kStepsPerMm, kStepsPerMm + 1})
+    if (!values_.contains(needed)) return refuse(fmt::format("it did not tell its setting ${}", needed));
+  if (value(kLaserMode, 0) != 1) return refuse("laser mode is off; set $32=1 so that the beam goes out at rest");
+  if (value(kReportInches, 0) != 0) return refuse("it reports in inches; set $13=0");
+  s.receive_bytes = options_.receive_bytes.value_or(128);
+  if (s.receive_bytes < 80) return refuse(fmt::format("its receive buffer of {} bytes is too small", s.receive_bytes));
+  s.planner_blocks = options_.planner_blocks.value_or(15);
+  s.max_power = value(kMaxPower, 0);
+  s.homing = value(kHomingEnable, 0) != 0;
+  s.pull_off_mm = value(kHomingPullOff, 1);
+  const auto home_corner = static_cast<unsigned>(value(kHomingDirections, 0));
+  const bool zero_at_home = options_.letters.find('Z') != std::string::npos;
+  for (int i = 0; i < 2; ++i) {
+    Axis& axis = i == 0 ? s.x : s.y;
+    axis.travel_mm = value(kTravel + i, 0);
+    axis.steps_per_mm = value(kStepsPerMm + i, 0);
+    axis.max_rate_mm_s = value(kMaxRate + i, 0) / 60;
+    axis.acceleration_mm_s2 = value(kAcceleration + i, 0);
+    place_axis(axis, ((home_corner >> i) & 1U) != 0, zero_at_home, s.pull_off_mm);
+    if (axis.travel_mm <= 2 * s.pull_off_mm || axis.steps_per_mm <= 0 || axis.max_rate_mm_s <= 0 ||
+        axis.acceleration_mm_s2 <= 0)
+      return refuse(fmt::format("check ${}, ${}, ${} and ${} (steps, rate, acceleration, travel)", kStepsPerMm + i,
+                                kMaxRate + i, kAcceleration + i, kTravel + i));
+  }
+  if (s.max_power < 1) return refuse("its full power $30 is below 1");
+  return s;
+}
+
+}  // namespace veneer::grbl

@@ -1,0 +1,64 @@
+// What was read from the controller at connect ($I and $$), and what follows from it: travel, the sign of machine
+// coordinates, power scale, speeds. Nothing is assumed that can be read.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "base/geometry.h"
+#include "base/polygon_ops.h"
+#include "base/result.h"
+#include "drivers/grbl/fault_text.h"
+#include "drivers/grbl/reply.h"
+
+namespace veneer::grbl {
+
+// A place in the controller's own machine coordinates, whole micrometres.
+using WirePoint = MicroPoint;
+
+struct Axis {
+  double travel_mm = 0;
+  double steps_per_mm = 0;
+  double max_rate_mm_s = 0;
+  double acceleration_mm_s2 = 0;
+  double origin_mm = 0;  // wire coordinate of machine 0
+  double home_mm = 0;    // wire coordinate after homing
+};
+
+struct MachineSettings {
+  Family family = Family::kGrbl;
+  std::string firmware;  // "Grbl 1.1h"
+  std::size_t receive_bytes = 128;
+  std::size_t planner_blocks = 15;
+  double max_power = 1000;  // S at full power
+  bool homing = false;
+  double pull_off_mm = 0;
+  Axis x, y;
+
+  // Where strokes may lie: the travel without the pull-off at the switches.
+  Box<MachineFrame> travel() const;
+  // Rounded to whole micrometres once, from the absolute place, so that errors do not add up along a path.
+  WirePoint to_wire(const Point<MachineFrame>& p) const;
+  Point<MachineFrame> from_wire(double x_mm, double y_mm) const;
+};
+
+// Collects the answers to $I and $$.
+class SettingsReader {
+ public:
+  void banner(const Banner& banner);
+  void version(const BuildVersion& version);
+  void options(const BuildOptions& options);
+  void setting(const SettingLine& line) { values_[line.number] = line.value; }
+  // kRefused for a controller that cannot be used as it is set, with the setting to change.
+  Result<MachineSettings> finish() const;
+
+ private:
+  double value(int number, double otherwise) const;
+  std::map<int, double> values_;
+  std::string banner_, version_;
+  BuildOptions options_;
+};
+
+}  // namespace veneer::grbl
