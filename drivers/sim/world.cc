@@ -148,6 +148,7 @@ Status World::add(std::shared_ptr<Sheet> sheet) {
 }
 
 Status World::new_panel(const std::string& name, double width_mm, double height_mm, int strips) {
+  const std::lock_guard one_at_a_time(changing_);
   if (Status s = check_new(name); !s.ok()) return s;
   PanelOrder order{name, width_mm, height_mm, strips, 0, truth_.settings.sheet_dpi, 0};
   {
@@ -160,6 +161,7 @@ Status World::new_panel(const std::string& name, double width_mm, double height_
 }
 
 Status World::new_grid(const std::string& name) {
+  const std::lock_guard one_at_a_time(changing_);
   if (Status s = check_new(name); !s.ok()) return s;
   {
     const std::lock_guard lock(mutex_);
@@ -174,6 +176,7 @@ Status World::new_grid(const std::string& name) {
 }
 
 Status World::new_board(const std::string& name, double width_mm, double height_mm) {
+  const std::lock_guard one_at_a_time(changing_);
   if (Status s = check_new(name); !s.ok()) return s;
   PanelOrder order{name, width_mm, height_mm, 0, 0, truth_.settings.sheet_dpi, 0};
   {
@@ -194,37 +197,43 @@ Result<std::shared_ptr<Sheet>> World::find_locked(const std::string& name) const
 }
 
 Status World::place(const std::string& name, Spot on, SheetFace face, const std::string& part, double height_mm) {
-  const std::lock_guard lock(mutex_);
-  const Result<std::shared_ptr<Sheet>> sheet = find_locked(name);
-  if (!sheet.ok()) return sheet.error();
+  const std::lock_guard one_at_a_time(changing_);
   if (on == Spot::kShelf) return Error{ErrorCode::kInvalidArgument, "a sheet is placed on the scanner or on the bed"};
   if (height_mm < 0 || height_mm > 50) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("a sheet cannot lie {} mm above the bed: give 0 to 50", height_mm)};
   }
-  Random random(truth_.settings.seed, "placement", static_cast<std::uint64_t>(placements_));
-  const ScannerTruth& glass = truth_.scanner;
-  // The device's glass is a little larger or smaller than it says; sheets keep clear of that.
-  const Result<SheetPose> pose = on == Spot::kScanner
-                                     ? lay_on_glass(**sheet, face, part, glass.width_mm, glass.height_mm, random)
-                                     : lay_on_bed(**sheet, face, truth_.settings.bed, random);
+  const auto draw = [&]() -> Result<SheetPose> {
+    const std::lock_guard lock(mutex_);
+    const Result<std::shared_ptr<Sheet>> sheet = find_locked(name);
+    if (!sheet.ok()) return sheet.error();
+    Random random(truth_.settings.seed, "placement", static_cast<std::uint64_t>(placements_));
+    const ScannerTruth& glass = truth_.scanner;
+    return on == Spot::kScanner ? lay_on_glass(**sheet, face, part, glass.width_mm, glass.height_mm, random)
+                                : lay_on_bed(**sheet, face, truth_.settings.bed, random);
+  };
+  const Result<SheetPose> pose = draw();
   if (!pose.ok()) return pose.error();
-  return place_locked({name, face, *pose, on == Spot::kBed ? height_mm : 0}, on);
+  return put({name, face, *pose, on == Spot::kBed ? height_mm : 0}, on);
 }
 
 Status World::place_at(const Placement& placement, Spot on) {
-  const std::lock_guard lock(mutex_);
-  const Result<std::shared_ptr<Sheet>> sheet = find_locked(placement.sheet);
-  if (!sheet.ok()) return sheet.error();
-  return place_locked(placement, on);
+  const std::lock_guard one_at_a_time(changing_);
+  {
+    const std::lock_guard lock(mutex_);
+    const Result<std::shared_ptr<Sheet>> sheet = find_locked(placement.sheet);
+    if (!sheet.ok()) return sheet.error();
+  }
+  return put(placement, on);
 }
 
-Status World::place_locked(const Placement& placement, Spot on) {
+Status World::put(const Placement& placement, Spot on) {
   for (const Spot spot : {Spot::kScanner, Spot::kBed}) {
     const std::optional<Placement>& lies = spot == Spot::kScanner ? on_scanner_ : on_bed_;
     if (!lies || (spot != on && lies->sheet != placement.sheet)) continue;
-    if (Status s = lift_locked(spot); !s.ok()) return s;
+    if (Status s = take_off(spot); !s.ok()) return s;
   }
+  const std::lock_guard lock(mutex_);
   (on == Spot::kScanner ? on_scanner_ : on_bed_) = placement;
   ++placements_;
   if (on == Spot::kBed)
@@ -242,28 +251,46 @@ Status World::log_load_locked(bool nudged) {
 }
 
 Status World::lift(Spot from) {
-  const std::lock_guard lock(mutex_);
-  if (Status s = lift_locked(from); !s.ok()) return s;
-  return save_locked();
+  const std::lock_guard one_at_a_time(changing_);
+  return take_off(from);
 }
 
-Status World::lift_locked(Spot from) {
-  std::optional<Placement>& lies = from == Spot::kScanner ? on_scanner_ : on_bed_;
-  if (!lies) {
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("nothing lies on the {}", from == Spot::kScanner ? "scanner" : "bed")};
+Status World::take_off(Spot from) {
+  std::string name;
+  {
+    const std::lock_guard lock(mutex_);
+    std::optional<Placement>& lies = from == Spot::kScanner ? on_scanner_ : on_bed_;
+    if (!lies) {
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("nothing lies on the {}", from == Spot::kScanner ? "scanner" : "bed")};
+    }
+    end_stroke_locked();
+    name = lies->sheet;
+    lies.reset();
+    if (Status s = save_locked(); !s.ok()) return s;
   }
-  end_stroke_locked();
-  const std::shared_ptr<Sheet> sheet = sheets_.at(lies->sheet);
-  lies.reset();
-  if (from == Spot::kScanner || !sheet->cut_since_lifted) return Ok();
-  const int fallen = drop_loose_pieces(*sheet);
-  sheet->cut_since_lifted = false;
-  log_->info("{} pieces fell out of {}", fallen, sheet->name);
-  return save_pieces(*sheet, sheet_dir(sheet->name));
+  return from == Spot::kBed ? let_pieces_fall(name) : Ok();
+}
+
+Status World::let_pieces_fall(const std::string& name) {
+  std::shared_ptr<Sheet> changed;
+  {
+    const std::lock_guard lock(mutex_);
+    const std::shared_ptr<Sheet>& sheet = sheets_.at(name);
+    if (!sheet->cut_since_lifted) return Ok();
+    changed = copy_of(*sheet);
+  }
+  const int fallen = drop_loose_pieces(*changed);
+  changed->cut_since_lifted = false;
+  log_->info("{} pieces fell out of {}", fallen, name);
+  if (Status s = save_pieces(*changed, sheet_dir(name)); !s.ok()) return s;
+  const std::lock_guard lock(mutex_);
+  sheets_[name] = changed;
+  return Ok();
 }
 
 Status World::nudge() {
+  const std::lock_guard one_at_a_time(changing_);
   const std::lock_guard lock(mutex_);
   if (!on_bed_) return Error{ErrorCode::kNotFound, "nothing lies on the bed that could be nudged"};
   end_stroke_locked();
@@ -384,10 +411,10 @@ Result<std::shared_ptr<const Sheet>> World::sheet(const std::string& name) {
   const Result<std::shared_ptr<Sheet>> found = find_locked(name);
   if (!found.ok()) return found.error();
   end_stroke_locked();
-  return copy_of(**found);
+  return std::shared_ptr<const Sheet>(copy_of(**found));
 }
 
-std::shared_ptr<const Sheet> World::copy_of(const Sheet& sheet) {
+std::shared_ptr<Sheet> World::copy_of(const Sheet& sheet) {
   auto copy = std::make_shared<Sheet>(sheet);
   copy->material = sheet.material.clone();
   copy->engraved_front = sheet.engraved_front.clone();

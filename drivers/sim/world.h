@@ -104,15 +104,17 @@ class World final : public BurnSink {
   Status check_new(const std::string& name) const;
   Status add(std::shared_ptr<Sheet> sheet);
   Result<std::shared_ptr<Sheet>> find_locked(const std::string& name) const;
-  Status place_locked(const Placement& placement, Spot on);
-  Status lift_locked(Spot from);
+  Status put(const Placement& placement, Spot on);
+  Status take_off(Spot from);
+  Status let_pieces_fall(const std::string& name);
   Status log_load_locked(bool nudged);
   Status save_locked();
   void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
   void end_stroke_locked();
-  static std::shared_ptr<const Sheet> copy_of(const Sheet& sheet);
+  static std::shared_ptr<Sheet> copy_of(const Sheet& sheet);
 
-  mutable std::mutex mutex_;
+  std::mutex changing_;       // held through a slow change (place, lift, new), so that burns need not wait for it
+  mutable std::mutex mutex_;  // guards all below; taken after changing_
   std::filesystem::path state_dir_;
   Logger log_;
   CellTruth truth_;
