@@ -1,16 +1,16 @@
 #include "calib/hole_detector.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/probe.h"
+#include "calib/radial.h"
 
 namespace veneer::calib {
 namespace {
 
-constexpr int kRays = 120;
 constexpr double kSearchPxPerMm = 4;  // resolution at which bright spots are looked for
 
 // Bright round spots of about the wanted size, in full-resolution pixels.
@@ -33,98 +33,6 @@ std::vector<Eigen::Vector2d> bright_spots(const cv::Mat& small, double scale, do
     }
   }
   return spots;
-}
-
-// Grey levels around a centre: one row per ray, one column per half pixel of radius.
-struct Radial {
-  double from = 0, step = 0.5;
-  Eigen::MatrixXd levels;
-  Eigen::VectorXd mean() const {
-    // The median over the rays, so that a neighbour on one side does not count.
-    Eigen::VectorXd out(levels.cols());
-    std::vector<double> column(kRays);
-    for (Eigen::Index k = 0; k < levels.cols(); ++k) {
-      for (int ray = 0; ray < kRays; ++ray) column[static_cast<std::size_t>(ray)] = levels(ray, k);
-      std::nth_element(column.begin(), column.begin() + kRays / 2, column.end());
-      out(k) = column[kRays / 2];
-    }
-    return out;
-  }
-};
-
-Eigen::Vector2d ray_direction(int ray) {
-  const double angle = 2 * kPi * ray / kRays;
-  return {std::cos(angle), std::sin(angle)};
-}
-
-Radial look_around(const cv::Mat& grey, const Eigen::Vector2d& centre, double from, double to) {
-  Radial around;
-  around.from = from;
-  const auto count = static_cast<Eigen::Index>((to - from) / around.step) + 1;
-  around.levels.resize(kRays, count);
-  for (int ray = 0; ray < kRays; ++ray)
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Eigen::Vector2d at = centre + ray_direction(ray) * (from + around.step * static_cast<double>(k));
-      around.levels(ray, k) = level_at(grey, at.x(), at.y());
-    }
-  return around;
-}
-
-// Where the mean profile changes most between the two radii; 0 when it hardly changes.
-double rim_radius(const cv::Mat& grey, const Eigen::Vector2d& centre, double from, double to) {
-  const Radial around = look_around(grey, centre, from - 2, to + 2);
-  const Eigen::VectorXd mean = around.mean();
-  double best = 3, radius = 0;  // grey levels per pixel that are worth calling a rim
-  for (Eigen::Index k = 3; k + 3 < mean.size(); ++k) {
-    const double slope = std::abs(mean(k + 2) - mean(k - 2)) / (4 * around.step);
-    if (slope <= best) continue;
-    best = slope, radius = around.from + around.step * static_cast<double>(k);
-  }
-  return radius;
-}
-
-struct RimFit {
-  Eigen::VectorXd stray;  // per ray, px; how far its rim lies from the mean rim
-  double rms = 0, seen = 0;
-};
-
-// Moves the centre until every ray's profile lies on the mean profile (Lucas-Kanade on a round template), whatever
-// that profile is: a plain edge, or a shadow before the bright lid.
-RimFit settle(const cv::Mat& grey, Eigen::Vector2d& centre, double radius, double px_per_mm) {
-  RimFit fit;
-  const double limit = std::max(1.0, 0.15 * px_per_mm);
-  for (int pass = 0; pass < 12; ++pass) {
-    const Radial around = look_around(grey, centre, radius - 0.5 * px_per_mm, radius + 0.3 * px_per_mm);
-    const Eigen::VectorXd mean = around.mean();
-    const Eigen::Index n = mean.size();
-    Eigen::VectorXd slope = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index k = 1; k + 1 < n; ++k) slope(k) = (mean(k + 1) - mean(k - 1)) / (2 * around.step);
-    const double power = slope.squaredNorm();
-    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    fit.stray.resize(kRays);
-    for (int ray = 0; ray < kRays; ++ray) {
-      fit.stray(ray) = -slope.dot(around.levels.row(ray).transpose() - mean) / std::max(power, 1e-9);
-      // Dust on the rim must not pull: rays count less the farther they stray (Tukey's weights).
-      const double off = fit.stray(ray) / (pass < 3 ? 3 * limit : limit);
-      if (std::abs(off) > 1) continue;
-      const double weight = (1 - off * off) * (1 - off * off);
-      const Eigen::Vector2d d = ray_direction(ray);
-      normal += weight * d * d.transpose();
-      right += weight * d * fit.stray(ray);
-    }
-    if (std::abs(normal.determinant()) < 1) break;
-    const Eigen::Vector2d move = normal.ldlt().solve(right);
-    centre += move;
-    if (move.norm() < 1e-3) break;
-  }
-  for (int ray = 0; ray < kRays; ++ray) {
-    if (std::abs(fit.stray(ray)) > limit) continue;
-    fit.seen += 1, fit.rms += fit.stray(ray) * fit.stray(ray);
-  }
-  fit.rms = fit.seen > 0 ? std::sqrt(fit.rms / fit.seen) : limit;
-  fit.seen /= kRays;
-  return fit;
 }
 
 // Whether the lid is seen inside: bright, and without colour.
@@ -164,16 +72,16 @@ std::vector<Hole> detect_holes(const cv::Mat& picture, ScanResolution resolution
     const Eigen::Vector2d shift(box.x, box.y);
     Eigen::Vector2d local = centre - shift;
     const double tolerance = options.diameter_tolerance;
-    double rim = 0;
-    RimFit fit;
-    // The rim is looked for again once the centre is better.
-    for (int pass = 0; pass < 2; ++pass) {
-      rim = rim_radius(grey, local, radius * (1 - tolerance), radius * (1 + tolerance));
-      if (rim == 0) break;
-      fit = settle(grey, local, rim, px_per_mm);
-    }
-    if (rim == 0 || (local + shift - centre).norm() > radius) continue;
+    const RoundFit fit = fit_round(grey, local,
+                                   {.rim_from = radius * (1 - tolerance),
+                                    .rim_to = radius * (1 + tolerance),
+                                    .inside = 0.5 * px_per_mm,
+                                    .outside = 0.3 * px_per_mm,
+                                    .stray_limit = std::max(1.0, 0.15 * px_per_mm)});
+    if (fit.rim == 0 || (fit.centre - local).norm() > radius) continue;
     if (fit.seen < options.min_rim_seen || fit.rms > resolution.to_px(options.max_rim_rms).count()) continue;
+    local = fit.centre;
+    const double rim = fit.rim;
     centre = local + shift;
     if (centre.x() < rim || centre.y() < rim || centre.x() > picture.cols - rim || centre.y() > picture.rows - rim)
       continue;
