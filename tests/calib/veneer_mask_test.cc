@@ -1,0 +1,134 @@
+#include "calib/veneer_mask.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+
+#include "calib/registration.h"
+#include "tests/support/rendered_panel.h"
+
+namespace veneer {
+namespace {
+
+using calib::Face;
+using calib::PanelFiducials;
+using calib::VeneerMask;
+
+PanelFiducials fiducials_of(const rendered::Panel& panel) {
+  PanelFiducials out;
+  for (const auto& tag : panel.tags) out.tags.push_back({tag.id, tag.face, tag.corners()});
+  for (const auto& hole : panel.holes)
+    out.holes.push_back({point<PanelFrame>(hole.x, hole.y), Millimetres(hole.diameter)});
+  return out;
+}
+
+// The map a perfect stitcher would make.
+Raster<PanelFrame> map_of(const rendered::Panel& panel, double dpi, const rendered::Optics& optics = {}) {
+  rendered::Scanner scanner;
+  scanner.dpi = dpi, scanner.width_mm = panel.width, scanner.height_mm = panel.height, scanner.optics = optics;
+  Raster<PanelFrame> map;
+  map.resolution = scanner.nominal();
+  map.pixels = scan_panel(panel, Face::kShow, rendered::lay(0, panel.height, 0, 0, 0, Face::kShow), scanner);
+  map.origin = point<PanelFrame>(0, panel.height - map.height().count());
+  return map;
+}
+
+struct Quality {
+  double lost_fraction = 0;  // of the wood that lies 1 mm inside, what the mask misses
+  int outside = 0;           // mask pixels that are not wood
+};
+Quality judge(const rendered::Panel& panel, const VeneerMask& mask) {
+  Quality q;
+  double wood = 0, lost = 0;
+  const auto& usable = mask.usable;
+  for (int r = 0; r < usable.pixels.rows; ++r)
+    for (int c = 0; c < usable.pixels.cols; ++c) {
+      const Point<PanelFrame> p = usable.from_pixels(c + 0.5, r + 0.5);
+      const double x = p.x.count(), y = p.y.count();
+      const bool marked = usable.pixels.at<std::uint8_t>(r, c) != 0;
+      if (marked && !panel.is_wood(x, y)) ++q.outside;
+      bool deep = r % 3 == 0 && c % 3 == 0 && panel.is_wood(x, y);
+      for (int k = 0; deep && k < 8; ++k)
+        deep = panel.is_wood(x + 1.2 * std::cos(k * 0.785), y + 1.2 * std::sin(k * 0.785));
+      if (!deep) continue;
+      wood += 1, lost += marked ? 0 : 1;
+    }
+  q.lost_fraction = lost / wood;
+  return q;
+}
+
+rendered::Panel six_species() {
+  rendered::Panel panel = rendered::sample_panel(184, 104, 6);
+  panel.strips.back().x1 = 160;
+  return panel;
+}
+
+TEST(VeneerMask, KeepsAllWoodAndNothingElseFromLightToVeryDark) {
+  rendered::Panel panel = six_species();
+  panel.strips.back().colour = {18, 23, 30};  // almost black, and barely warm
+  const auto mask = calib::mask_veneer(map_of(panel, 300), fiducials_of(panel));
+  ASSERT_TRUE(mask.ok()) << mask.error().message;
+  const Quality quality = judge(panel, *mask);
+  EXPECT_EQ(quality.outside, 0);
+  EXPECT_LT(quality.lost_fraction, 0.01);
+  EXPECT_EQ(mask->list.size(), panel.strips.size());
+  for (std::size_t i = 1; i < mask->list.size(); ++i) EXPECT_LT(mask->list[i - 1].box.max.x, mask->list[i].box.min.x);
+}
+
+TEST(VeneerMask, FindsEveryScrewHole) {
+  const rendered::Panel panel = six_species();
+  const auto mask = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel));
+  ASSERT_TRUE(mask.ok());
+  EXPECT_EQ(mask->screws.size(), panel.screws.size());
+  for (const auto& screw : panel.screws) {
+    double nearest = 1e9;
+    for (const auto& found : mask->screws)
+      nearest = std::min(nearest, distance(found.centre, point<PanelFrame>(screw.x, screw.y)).count());
+    EXPECT_LT(nearest, 0.2);
+  }
+}
+
+TEST(VeneerMask, LeavesOutMissingPiecesAndTheirShadows) {
+  rendered::Panel panel = six_species();
+  panel.gone = {{{30, 30}, {42, 30}, {42, 45}, {30, 45}}, {{75, 50}, {84, 52}, {80, 66}}};
+  const auto mask = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel));
+  ASSERT_TRUE(mask.ok());
+  const Quality quality = judge(panel, *mask);
+  EXPECT_EQ(quality.outside, 0);
+  EXPECT_LT(quality.lost_fraction, 0.015);
+}
+
+TEST(VeneerMask, StandsUnevenLightAndNoise) {
+  const rendered::Panel panel = six_species();
+  rendered::Optics optics;
+  optics.uneven_light = 0.12, optics.noise = 4;
+  const auto mask = calib::mask_veneer(map_of(panel, 150, optics), fiducials_of(panel));
+  ASSERT_TRUE(mask.ok());
+  const Quality quality = judge(panel, *mask);
+  EXPECT_EQ(quality.outside, 0);
+  EXPECT_LT(quality.lost_fraction, 0.01);
+}
+
+TEST(VeneerMask, IsTheSameForEqualInputs) {
+  const rendered::Panel panel = six_species();
+  const auto map = map_of(panel, 100);
+  const auto first = calib::mask_veneer(map, fiducials_of(panel)),
+             second = calib::mask_veneer(map, fiducials_of(panel));
+  ASSERT_TRUE(first.ok() && second.ok());
+  EXPECT_EQ(cv::norm(first->usable.pixels, second->usable.pixels, cv::NORM_INF), 0);
+}
+
+TEST(VeneerMask, RefusesABareBoardAndAGreyPicture) {
+  rendered::Panel bare = six_species();
+  bare.strips.clear();
+  bare.screws.clear();
+  const auto none = calib::mask_veneer(map_of(bare, 75), fiducials_of(bare));
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::kRefused);
+  Raster<PanelFrame> grey = map_of(bare, 75);
+  grey.pixels = cv::Mat(10, 10, CV_8UC1);
+  EXPECT_FALSE(calib::mask_veneer(grey, {}).ok());
+}
+
+}  // namespace
+}  // namespace veneer
