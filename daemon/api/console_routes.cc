@@ -11,7 +11,7 @@ namespace {
 
 // Nothing from elsewhere runs in the page, and no other page may frame its buttons.
 constexpr const char* kPagePolicy =
-    "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws:; base-uri 'none'; form-action 'none'; "
+    "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws:; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'none'";
 
 ApiReply redirect_to_console() {
@@ -25,7 +25,7 @@ ApiReply page_file(const console::PageFile& file) {
   ApiReply reply = ApiReply::bytes(std::string(file.content), std::string(file.content_type));
   reply.headers.emplace_back("Content-Security-Policy", kPagePolicy);
   reply.headers.emplace_back("X-Frame-Options", "DENY");
-  reply.headers.emplace_back("Referrer-Policy", "no-referrer");
+  reply.headers.emplace_back("Referrer-Policy", "same-origin");
   return reply;
 }
 
