@@ -1,8 +1,9 @@
 // Measures how wide the laser cuts, from a scan of a board with straight lines cut through.
 //
-// Across a line the brightness rises from the board's to the lid's (white, seen through the cut). The area of that
-// rise over its full height is the width, whatever the scanner's blur. Lines are found as a constellation: the board
-// may lie on the glass anywhere, at any angle, on either face.
+// Across a line the colour goes from the board's over a browned rim to the lid's, seen dimly through the slit, and
+// back; the scanner blurs all of it. Blur, rim and levels are fitted together with the width, on profiles sampled finer
+// than the pixels, so none of them has to be known. Lines are found as a constellation: the board may lie on the glass
+// anywhere, at any angle, on either face.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -22,14 +23,14 @@ struct KerfLine {
 struct KerfReading {
   std::size_t line = 0;   // index into the lines given
   Millimetres width{0};   // full width k
-  Millimetres spread{0};  // one sigma along the line, of 1 mm pieces
+  Millimetres spread{0};  // one sigma along the line, of 4 mm pieces
   bool along_x = false;   // the line runs along machine x (so the width is measured across, in y)
 };
 
 struct KerfMeasurement {
   Millimetres mean{0};
-  Millimetres spread{0};  // one sigma between lines
-  Millimetres mean_x_lines{0}, mean_y_lines{0};
+  Millimetres spread{0};                         // one sigma between lines
+  Millimetres mean_x_lines{0}, mean_y_lines{0};  // of the lines along machine x, along y
   std::vector<KerfReading> readings;
 };
 

@@ -1,0 +1,234 @@
+#include "calib/slit_profile.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/line_pixels.h"
+
+namespace veneer::calib {
+namespace {
+
+constexpr double kGrid = 0.01;  // mm, of the model before blurring
+constexpr int kMargin = 40;     // grid steps beyond the profile, for the blur
+
+using Basis = Eigen::Matrix<double, SlitProfile::kBins, 4>;
+using Colours = Eigen::Matrix<double, SlitProfile::kBins, 3>;
+
+// Wood, slope of the light, browned rim, slit; blurred, at the places where the pixels are.
+Basis basis_of(const Eigen::Matrix<double, SlitProfile::kBins, 1>& places, double width, double middle,
+               const SlitShape& shape) {
+  constexpr int kCells = static_cast<int>(2 * SlitProfile::kReach / kGrid + 0.5) + 2 * kMargin;
+  static_assert(kCells == 280);
+  Eigen::Matrix<double, kCells, 2> sharp;
+  const double half = width / 2;
+  for (int i = 0; i < kCells; ++i) {
+    const double d = (i + 0.5 - kMargin) * kGrid - SlitProfile::kReach - middle;
+    // The part of this cell that lies in the slit.
+    const double slit = std::clamp((half - std::abs(d)) / kGrid + 0.5, 0.0, 1.0);
+    const double rim = std::clamp(1 - (std::abs(d) - half) / shape.rim, 0.0, 1.0) * (1 - slit);
+    sharp.row(i) << rim, slit;
+  }
+  const int taps = std::min(kMargin - 2, static_cast<int>(std::ceil(4 * shape.blur / kGrid)));
+  Eigen::VectorXd kernel(2 * taps + 1);
+  for (int k = -taps; k <= taps; ++k) kernel[k + taps] = std::exp(-0.5 * std::pow(k * kGrid / shape.blur, 2));
+  kernel /= kernel.sum();
+  Basis basis;
+  for (int b = 0; b < SlitProfile::kBins; ++b) {
+    const double place = places[b];
+    // It lies between two cells.
+    const double cell = (place + SlitProfile::kReach) / kGrid - 0.5 + kMargin;
+    const int low = static_cast<int>(std::floor(cell));
+    const double part = cell - low;
+    Eigen::RowVector2d blurred = Eigen::RowVector2d::Zero();
+    for (int k = -taps; k <= taps; ++k) {
+      blurred += kernel[k + taps] * ((1 - part) * sharp.row(low + k) + part * sharp.row(low + k + 1));
+    }
+    basis.row(b) << 1 - blurred[1], place * (1 - blurred[1]), blurred[0], blurred[1];
+  }
+  return basis;
+}
+
+struct Weighted {
+  Colours colour;
+  Eigen::Matrix<double, SlitProfile::kBins, 1> root, places;  // root of the weight
+  double total = 0;
+  std::array<double, 3> lid{};
+};
+
+Weighted weighted(const SlitProfile& profile) {
+  Weighted out;
+  out.lid = profile.lid;
+  for (int b = 0; b < SlitProfile::kBins; ++b) {
+    const auto i = static_cast<std::size_t>(b);
+    out.root[b] = std::sqrt(std::min(profile.weight[i], 60.0));
+    out.places[b] = profile.place[i];
+    out.total += out.root[b] * out.root[b];
+    for (int k = 0; k < 3; ++k) out.colour(b, k) = profile.colour[i][static_cast<std::size_t>(k)];
+  }
+  return out;
+}
+
+// Levels of a slit: per channel wood, slope of the light and rim; for all channels how bright the lid looks through it.
+struct Levels {
+  std::array<Eigen::Vector3d, 3> channel;
+  double lid = 0;  // fraction of the lid beside the sheet
+};
+
+// Sum of weighted squares left over when the levels are best; the levels on demand.
+double misfit(const Weighted& seen, double width, double middle, const SlitShape& shape, Levels* levels = nullptr) {
+  const Basis basis = seen.root.asDiagonal() * basis_of(seen.places, width, middle, shape);
+  const auto own = basis.leftCols<3>();
+  const auto slit = basis.col(3);
+  Eigen::Matrix3d normal = own.transpose() * own;
+  normal.diagonal().array() += 1e-6 * seen.total;  // a rim too thin to be seen has no level
+  const auto solver = normal.ldlt();
+  // Each channel's own levels are linear in the lid's fraction: colour - lid * slit, projected.
+  const Eigen::Vector3d slit_levels = solver.solve(own.transpose() * slit);
+  const Eigen::Matrix<double, SlitProfile::kBins, 1> slit_rest = slit - own * slit_levels;
+  double up = 0, down = 0;
+  std::array<Eigen::Vector3d, 3> colour_levels;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Matrix<double, SlitProfile::kBins, 1> colour = seen.root.cwiseProduct(seen.colour.col(k));
+    const double lid = seen.lid[static_cast<std::size_t>(k)];
+    colour_levels[static_cast<std::size_t>(k)] = solver.solve(own.transpose() * colour);
+    up += lid * slit_rest.dot(colour), down += lid * lid * slit_rest.dot(slit);
+  }
+  // Dimmer than beside the sheet, but not by half, and never brighter.
+  const double fraction = std::clamp(down > 0 ? up / down : 1.0, 0.6, 1.02);
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const double lid = fraction * seen.lid[i];
+    Eigen::Vector3d best = colour_levels[i] - lid * slit_levels;
+    // Browned wood is darker than wood and lighter than nothing; the slope of the light is not asked again.
+    best[2] = std::clamp(best[2], -0.95 * std::max(0.0, best[0]), 0.0);
+    const Eigen::Matrix<double, SlitProfile::kBins, 1> colour = seen.root.cwiseProduct(seen.colour.col(k));
+    sum += (own * best + lid * slit - colour).squaredNorm();
+    if (levels != nullptr) levels->channel[i] = best;
+  }
+  if (levels != nullptr) levels->lid = fraction;
+  return sum;
+}
+
+double best_width(const Weighted& seen, const SlitShape& shape, double middle) {
+  double best = 0.05, least = misfit(seen, best, middle, shape);
+  for (double width = 0.09; width <= 0.85; width += 0.04) {
+    const double m = misfit(seen, width, middle, shape);
+    if (m < least) least = m, best = width;
+  }
+  return golden(std::max(0.02, best - 0.05), best + 0.05, 2e-4,
+                [&](double width) { return misfit(seen, width, middle, shape); });
+}
+
+// Where the slit's middle is in a part of the line: the centroid of what does not look like the wood beside it. Slit
+// and rims are symmetric, so neither their colours nor their widths matter.
+double middle_of(const cv::Mat& scan, ScanResolution resolution, const PixelLine& line, double begin, double end) {
+  constexpr double kWoodFrom = 0.65, kWindow = 0.42, kIgnored = 10;  // mm, mm, grey levels
+  std::vector<std::pair<double, cv::Vec3d>> pixels;
+  std::array<std::vector<double>, 3> wood;
+  across(scan, resolution, line, begin, end, SlitProfile::kReach, [&](const cv::Vec3b& v, double d) {
+    pixels.emplace_back(d, cv::Vec3d(v[0], v[1], v[2]));
+    if (std::abs(d) < kWoodFrom) return;
+    for (int k = 0; k < 3; ++k) wood[static_cast<std::size_t>(k)].push_back(v[k]);
+  });
+  cv::Vec3d level;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (wood[k].empty()) return 0;
+    std::nth_element(wood[k].begin(), wood[k].begin() + static_cast<std::ptrdiff_t>(wood[k].size() / 2), wood[k].end());
+    level[static_cast<int>(k)] = wood[k][wood[k].size() / 2];
+  }
+  double middle = 0;
+  for (int round = 0; round < 8; ++round) {
+    double weight = 0, moment = 0;
+    for (const auto& [d, v] : pixels) {
+      // A soft rim of one pixel, so that the centroid moves smoothly.
+      const double inside = std::clamp((kWindow - std::abs(d - middle)) / 0.09 + 0.5, 0.0, 1.0);
+      const double w = inside * std::max(0.0, cv::norm(v - level) - kIgnored);
+      weight += w, moment += w * d;
+    }
+    if (weight <= 0) return middle;
+    middle = moment / weight;
+  }
+  return middle;
+}
+
+}  // namespace
+
+FoundLine centred_line(const cv::Mat& scan, ScanResolution resolution, const FoundLine& line) {
+  const PixelLine px = in_pixels(line, resolution);
+  constexpr int kParts = 12;
+  std::vector<double> at, off;
+  for (int part = 0; part < kParts; ++part) {
+    const double begin = 0.06 + 0.88 * part / kParts, end = 0.06 + 0.88 * (part + 1) / kParts;
+    at.push_back((begin + end) / 2);
+    off.push_back(middle_of(scan, resolution, px, begin, end));
+  }
+  return straightened(line, resolution, at, off);
+}
+
+SlitProfile sample_profile(const cv::Mat& scan, ScanResolution resolution, const FoundLine& line, double begin,
+                           double end, const std::array<double, 3>& lid) {
+  std::array<std::vector<cv::Vec3b>, SlitProfile::kBins> bins;
+  std::array<double, SlitProfile::kBins> places{};
+  across(scan, resolution, in_pixels(line, resolution), begin, end, SlitProfile::kReach,
+         [&](const cv::Vec3b& v, double d) {
+           const int bin = static_cast<int>((d + SlitProfile::kReach) / SlitProfile::kBin);
+           if (bin >= 0 && bin < SlitProfile::kBins)
+             bins[static_cast<std::size_t>(bin)].push_back(v), places[static_cast<std::size_t>(bin)] += d;
+         });
+  SlitProfile profile;
+  profile.lid = lid;
+  for (std::size_t b = 0; b < bins.size(); ++b) {
+    auto& pixels = bins[b];
+    profile.place[b] = (static_cast<double>(b) + 0.5) * SlitProfile::kBin - SlitProfile::kReach;
+    if (pixels.empty()) continue;
+    profile.place[b] = places[b] / static_cast<double>(pixels.size());
+    profile.weight[b] = static_cast<double>(pixels.size());
+    for (int k = 0; k < 3; ++k) {
+      // Without the outer fifths: dust does not count.
+      std::sort(pixels.begin(), pixels.end(), [k](const auto& p, const auto& q) { return p[k] < q[k]; });
+      const std::size_t cut = pixels.size() / 5;
+      double sum = 0;
+      for (std::size_t i = cut; i < pixels.size() - cut; ++i) sum += pixels[i][k];
+      profile.colour[b][static_cast<std::size_t>(k)] = sum / static_cast<double>(pixels.size() - 2 * cut);
+    }
+  }
+  return profile;
+}
+
+SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape) {
+  const Weighted seen = weighted(profile);
+  SlitFit fit;
+  for (int round = 0; round < 2; ++round) {
+    fit.width = best_width(seen, shape, fit.middle);
+    fit.middle = golden(-0.06, 0.06, 5e-4, [&](double middle) { return misfit(seen, fit.width, middle, shape); });
+  }
+  Levels levels;
+  fit.residual = std::sqrt(misfit(seen, fit.width, fit.middle, shape, &levels) / std::max(1.0, 3 * seen.total));
+  fit.lid = levels.lid;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double wood = levels.channel[k][0], rim = wood + levels.channel[k][2], slit = levels.lid * profile.lid[k];
+    fit.contrast = std::max({fit.contrast, std::abs(slit - rim), std::abs(slit - wood)});
+  }
+  return fit;
+}
+
+SlitShape fit_shape(const std::vector<SlitProfile>& profiles, double blur) {
+  std::vector<Weighted> seen;
+  seen.reserve(profiles.size());
+  for (const auto& profile : profiles) seen.push_back(weighted(profile));
+  const auto cost = [&](double rim) {
+    double sum = 0;
+    for (const auto& s : seen) sum += misfit(s, best_width(s, {blur, rim}, 0), 0, {blur, rim});
+    return sum;
+  };
+  double best = 0.1, least = cost(best);
+  for (const double rim : {0.04, 0.07, 0.15, 0.22, 0.32}) {
+    const double c = cost(rim);
+    if (c < least) least = c, best = rim;
+  }
+  return {blur, golden(best * 0.6, best * 1.5, 2e-3, cost)};
+}
+
+}  // namespace veneer::calib

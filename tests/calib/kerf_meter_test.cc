@@ -1,0 +1,178 @@
+// Kerf from a scan: the slit is hardly three pixels wide, browned at its rims, and the lid behind it looks grey.
+#include "calib/kerf_meter.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "support/rendered_bed.h"
+
+namespace veneer::calib {
+namespace {
+
+// Four lines each way, unevenly spaced, in two neighbouring cells of the pattern.
+std::vector<KerfLine> kerf_lines() {
+  std::vector<KerfLine> out;
+  for (const double offset : {-10.5, -4.5, 2.5, 10.5}) {
+    out.push_back({point<MachineFrame>(210, 60 + offset), point<MachineFrame>(230, 60 + offset)});
+  }
+  for (const double offset : {-10.5, -4.5, 2.5, 10.5}) {
+    out.push_back({point<MachineFrame>(260 + offset, 50), point<MachineFrame>(260 + offset, 70)});
+  }
+  return out;
+}
+
+struct ScanScene {
+  double kerf = 0.27;
+  double dpi = 300, psf_px = 0.6, noise = 1.5;
+  double rim = 0.10, rim_dark = 0.6, lid_in_slit = 0.82;
+  test::Lay glass_from_machine{-180, -20, 0, false};  // mm, y up, picture's lower left
+  double width_mm = 110, height_mm = 90;
+  bool cut = true;
+};
+
+double distance_to_line(const KerfLine& line, double x, double y) {
+  const double ax = line.from.x.count(), ay = line.from.y.count();
+  const double dx = line.to.x.count() - ax, dy = line.to.y.count() - ay;
+  const double t = std::clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy), 0.0, 1.0);
+  return std::hypot(x - ax - t * dx, y - ay - t * dy);
+}
+
+cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& lines, double x, double y) {
+  const cv::Vec3f lid(234, 237, 238);
+  // The board's corner is in the picture.
+  if (x < 188 || y < 24) return lid;
+  const auto grain = static_cast<float>(6 * std::sin(y * 2.3 + 2 * std::sin(x * 0.05)) + 4 * std::sin(y * 0.5));
+  cv::Vec3f wood = cv::Vec3f(150, 185, 206) + cv::Vec3f(grain, grain, grain);
+  // Rings of the same pattern, engraved.
+  for (const double rx : {200.0, 240.0, 280.0})
+    for (const double ry : {40.0, 80.0})
+      if (std::abs(std::hypot(x - rx, y - ry) - 2) < 0.1) wood *= 0.4F;
+  if (!scene.cut) return wood;
+  double nearest = 1e9;
+  for (const auto& line : lines) nearest = std::min(nearest, distance_to_line(line, x, y));
+  if (nearest < scene.kerf / 2) return lid * static_cast<float>(scene.lid_in_slit);
+  const double browned = std::clamp(1 - (nearest - scene.kerf / 2) / scene.rim, 0.0, 1.0);
+  return wood * static_cast<float>(1 - scene.rim_dark * browned);
+}
+
+bool is_plain(const std::vector<KerfLine>& lines, double x, double y) {
+  if (std::abs(x - 188) < 0.3 || std::abs(y - 24) < 0.3) return false;
+  for (const double rx : {200.0, 240.0, 280.0})
+    for (const double ry : {40.0, 80.0})
+      if (std::hypot(x - rx, y - ry) < 2.5) return false;
+  return std::all_of(lines.begin(), lines.end(), [&](const KerfLine& l) { return distance_to_line(l, x, y) > 0.6; });
+}
+
+cv::Mat scan_of(const ScanScene& scene) {
+  const double px_per_mm = scene.dpi / 25.4;
+  const auto lines = kerf_lines();
+  cv::Mat picture(static_cast<int>(scene.height_mm * px_per_mm), static_cast<int>(scene.width_mm * px_per_mm),
+                  CV_32FC3);
+  cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
+    for (int r = rows.start; r < rows.end; ++r) {
+      for (int c = 0; c < picture.cols; ++c) {
+        // Even wood is sampled once, the rest finely.
+        const auto middle =
+            scene.glass_from_machine.sheet_of((c + 0.5) / px_per_mm, (picture.rows - r - 0.5) / px_per_mm);
+        const int samples = is_plain(lines, middle[0], middle[1]) ? 1 : 4;
+        cv::Vec3f sum(0, 0, 0);
+        for (int i = 0; i < samples * samples; ++i) {
+          const double x = (c + (i % samples + 0.5) / samples) / px_per_mm;
+          const double y = (picture.rows - r - (i / samples + 0.5) / samples) / px_per_mm;
+          const auto machine = scene.glass_from_machine.sheet_of(x, y);
+          sum += scene_colour(scene, lines, machine[0], machine[1]);
+        }
+        picture.at<cv::Vec3f>(r, c) = sum / (samples * samples);
+      }
+    }
+  });
+  cv::GaussianBlur(picture, picture, {}, scene.psf_px);
+  cv::Mat noise(picture.size(), CV_32FC3), out;
+  cv::RNG random(9);
+  random.fill(noise, cv::RNG::NORMAL, 0, scene.noise);
+  picture += noise;
+  // Dust on one line, and a hair beside another.
+  const auto lay = [&](double x, double y) {
+    const auto p = scene.glass_from_machine.bed_of(x, y);
+    return cv::Point(static_cast<int>(p[0] * px_per_mm), static_cast<int>(picture.rows - p[1] * px_per_mm));
+  };
+  cv::circle(picture, lay(217, 62.5), 3, cv::Scalar(70, 72, 75), cv::FILLED);
+  cv::line(picture, lay(252, 55), lay(255, 57), cv::Scalar(70, 72, 75), 1);
+  picture.convertTo(out, CV_8UC3);
+  return out;
+}
+
+// The picture's lower left corner to the place where the pattern's middle (235, 60) lies in its middle.
+test::Lay turned(double turn_deg, bool mirrored) {
+  test::Lay lay{0, 0, turn_deg, mirrored};
+  const auto middle = lay.bed_of(235, 60);
+  lay.x = 55 - middle[0], lay.y = 45 - middle[1];
+  return lay;
+}
+
+TEST(KerfMeter, MeasuresTheKerfToAFewMicrometresHoweverTheBoardLies) {
+  struct Case {
+    double kerf, turn;
+    bool mirrored;
+  };
+  for (const Case& c : {Case{0.24, 0.7, false}, Case{0.26, 1.7, true}, Case{0.28, 93, false}, Case{0.30, 181, true}}) {
+    ScanScene scene;
+    scene.kerf = c.kerf, scene.glass_from_machine = turned(c.turn, c.mirrored);
+    const auto kerf = measure_kerf(scan_of(scene), ScanResolution::from_dpi(300), kerf_lines());
+    ASSERT_TRUE(kerf.ok()) << kerf.error().message;
+    EXPECT_GE(kerf->readings.size(), 7U);  // a hair lies against one of the lines
+    EXPECT_NEAR(kerf->mean.count(), c.kerf, 0.015) << "turned by " << c.turn;
+    EXPECT_NEAR(kerf->mean_x_lines.count(), c.kerf, 0.02);
+    EXPECT_NEAR(kerf->mean_y_lines.count(), c.kerf, 0.02);
+    EXPECT_LT(kerf->spread.count(), 0.015);
+    std::cout << "kerf " << c.kerf << " turned " << c.turn << ": " << kerf->mean.count() << " +- "
+              << kerf->spread.count() << " (x lines " << kerf->mean_x_lines.count() << ", y lines "
+              << kerf->mean_y_lines.count() << ")\n";
+  }
+}
+
+TEST(KerfMeter, DoesNotMistakeADimLidOrABrownRimForWidth) {
+  for (const bool harsh : {false, true}) {
+    ScanScene scene;
+    scene.glass_from_machine = turned(31, true);
+    scene.lid_in_slit = harsh ? 0.72 : 0.98, scene.rim_dark = harsh ? 0.75 : 0.1, scene.rim = harsh ? 0.16 : 0.05;
+    const auto kerf = measure_kerf(scan_of(scene), ScanResolution::from_dpi(300), kerf_lines());
+    ASSERT_TRUE(kerf.ok()) << kerf.error().message;
+    EXPECT_NEAR(kerf->mean.count(), 0.27, 0.02) << (harsh ? "harsh" : "clean");
+    std::cout << (harsh ? "harsh: " : "clean: ") << kerf->mean.count() << " +- " << kerf->spread.count() << "\n";
+  }
+}
+
+TEST(KerfMeter, SaysWhenThereAreNoLines) {
+  ScanScene scene;
+  scene.cut = false, scene.glass_from_machine = turned(10, false);
+  const auto none = measure_kerf(scan_of(scene), ScanResolution::from_dpi(300), kerf_lines());
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(none.error().message.find("cut lines"), std::string::npos);
+}
+
+TEST(KerfMeter, RefusesLinesThatDisagree) {
+  ScanScene narrow, wide;
+  narrow.glass_from_machine = wide.glass_from_machine = turned(4, false);
+  narrow.kerf = 0.2, wide.kerf = 0.42;
+  cv::Mat scan = scan_of(narrow), other = scan_of(wide);
+  other(cv::Rect(0, 0, scan.cols / 2, scan.rows)).copyTo(scan(cv::Rect(0, 0, scan.cols / 2, scan.rows)));
+  const auto kerf = measure_kerf(scan, ScanResolution::from_dpi(300), kerf_lines());
+  ASSERT_FALSE(kerf.ok());
+  EXPECT_EQ(kerf.error().code, ErrorCode::kRefused);
+}
+
+TEST(KerfMeter, WantsAColourScanOfEnoughResolution) {
+  const cv::Mat grey(100, 100, CV_8UC1, cv::Scalar(200)), coarse(100, 100, CV_8UC3, cv::Scalar::all(200));
+  EXPECT_FALSE(measure_kerf(grey, ScanResolution::from_dpi(300), kerf_lines()).ok());
+  EXPECT_FALSE(measure_kerf(coarse, ScanResolution::from_dpi(150), kerf_lines()).ok());
+}
+
+}  // namespace
+}  // namespace veneer::calib
