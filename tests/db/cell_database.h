@@ -94,7 +94,7 @@ class CellDatabase {
     database_ = must(Database::open(file()));
   }
   PanelId new_panel() {
-    const PanelId id = must(panels().next_panel_id());
+    PanelId id = must(panels().next_panel_id());
     if (!panels().add(sheet(id), {}, {}).ok()) std::abort();
     return id;
   }

@@ -65,6 +65,7 @@ TEST_F(LedgerTest, AllowsWoodWhoseBoxesOverlapButNotTheShapes) {
 TEST_F(LedgerTest, RollsBackWholePlanWhenOnePieceIsTaken) {
   must(cell.jobs().create(job_of({square_piece("A1", panel, 200, 200, 14)}), kNow));
   std::vector<NewPiece> pieces;
+  pieces.reserve(11);
   for (int i = 0; i < 10; ++i) pieces.push_back(square_piece(fmt::format("B{}", i), panel, 5 + 20 * i, 5, 14));
   pieces.push_back(square_piece("B10", panel, 205, 205, 14));
   const auto refused = cell.jobs().create(job_of(pieces), kNow);
@@ -203,8 +204,9 @@ TEST_F(LedgerTest, DeletedRowsLeaveTheIndex) {
 TEST_F(LedgerTest, AFullDiskLeavesEverythingTrue) {
   const JobId first = must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
   std::vector<NewPiece> pieces;
-  for (int i = 0; i < 400; ++i)
-    pieces.push_back(square_piece(fmt::format("B{}", i), panel, 40 + 5 * (i % 20), 5 + 5 * (i / 20), 4));
+  for (int row = 0; row < 20; ++row)
+    for (int column = 0; column < 20; ++column)
+      pieces.push_back(square_piece(fmt::format("B{}-{}", row, column), panel, 40 + 5 * column, 5 + 5 * row, 4));
   const int pages = sql().execAndGet("PRAGMA page_count").getInt();
   for (const int more : {0, 1, 2, 5, 10, 20, 40}) {
     VENEER_ASSERT_OK(cell.database().limit_pages_for_test(pages + more));
