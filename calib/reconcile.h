@@ -34,12 +34,12 @@ struct ReconcileOptions {
 struct Reconciliation {
   std::vector<Difference> differences;  // largest first
   SquareMillimetres gone{0};            // seen to be missing, within the sheet
-  Raster<PanelFrame> gone_mask;         // CV_8UC1, 255 = missing; 150 dpi
+  Raster<PanelFrame> gone_mask;         // CV_8UC1, 255 = missing; about 6 px/mm
 };
 
-// `before` is the map the stock was made from and `now` the new one, both of the show face, in the same PanelFrame.
-// `booked_gone` is the union of what was cut and its kerf. Wood counts as gone where `now` shows the lid, or the shadow
-// at its rim, and `before` did not.
+// `before` is the map the stock was made from and `now` the new one, both of the show face, of the same area at the
+// same resolution. `booked_gone` is the union of what was cut and its kerf. Wood counts as gone where it has lost its
+// colour: where `now` shows the lid, lit or shaded. kInvalidArgument when the maps do not compare.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
                                  const Region<PanelFrame>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {});
