@@ -1,0 +1,162 @@
+#include "planner/marks.h"
+
+#include <gmock/gmock.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "base/polygon_ops.h"
+
+namespace veneer::planner {
+namespace {
+
+using testing::HasSubstr;
+
+const Radians kUp = degrees(90);
+
+Ring<BedFrame> rectangle(double x, double y, double width, double height, double turn_deg = 0) {
+  Ring<BedFrame> ring;
+  const double c = std::cos(degrees(turn_deg).count()), s = std::sin(degrees(turn_deg).count());
+  for (const auto& [u, v] : {std::pair{0.0, 0.0}, {width, 0.0}, {width, height}, {0.0, height}})
+    ring.push_back(point<BedFrame>(x + c * u - s * v, y + s * u + c * v));
+  return ring;
+}
+
+Box<BedFrame> box_of(const Mark& mark) {
+  Box<BedFrame> box;
+  for (const auto& stroke : mark.strokes)
+    for (const auto& p : stroke) box.add(p);
+  return box;
+}
+
+TEST(Marks, HaveEveryCharacterAMarkMayCarry) {
+  for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-")) EXPECT_TRUE(has_glyph(c)) << c;
+  EXPECT_FALSE(has_glyph('a'));
+  EXPECT_FALSE(has_glyph(' '));
+}
+
+TEST(Marks, ReadFromLeftToRightSeenFromAbove) {
+  // An L has its stem at the left of its foot, and the mark's first character is left of its last.
+  const auto mark = lay_out_mark("LL", rectangle(100, 50, 14, 12), kUp);
+  ASSERT_TRUE(mark.ok());
+  ASSERT_EQ(mark->strokes.size(), 3U);
+  const auto& first = mark->strokes[0];
+  const auto& second = mark->strokes[1];
+  EXPECT_LT(first[0].x, first[2].x) << "stem left, foot right";
+  EXPECT_GT(first[0].y, first[1].y) << "stem above foot";
+  EXPECT_LT(first[0].x, second[0].x);
+}
+
+TEST(Marks, StandOverABarAsLongAsTheText) {
+  const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 14, 12), kUp);
+  ASSERT_TRUE(mark.ok());
+  const auto& bar = mark->strokes.back();
+  ASSERT_EQ(bar.size(), 2U);
+  EXPECT_NEAR(bar[0].y.count(), bar[1].y.count(), 1e-9);
+  const auto box = box_of(*mark);
+  EXPECT_NEAR((bar[1].x - bar[0].x).count(), box.width().count(), 1e-9);
+  for (std::size_t i = 0; i + 1 < mark->strokes.size(); ++i)
+    for (const auto& p : mark->strokes[i]) EXPECT_GT((p.y - bar[0].y).count(), 0.25 * mark->height.count());
+}
+
+TEST(Marks, AreFullHeightOnTwelveMillimetrePieces) {
+  const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 12, 12), kUp);
+  ASSERT_TRUE(mark.ok());
+  EXPECT_NEAR(mark->height.count(), 2.4, 1e-9);
+  EXPECT_NEAR(mark->up.count(), kUp.count(), 1e-12);
+}
+
+TEST(Marks, ShrinkDownToTheLeastHeightAndThenRefuse) {
+  const auto small = lay_out_mark("A3-12", rectangle(0, 0, 10, 10), kUp);
+  ASSERT_TRUE(small.ok());
+  EXPECT_LT(small->height.count(), 2.4);
+  EXPECT_GE(small->height.count(), 2.0);
+  const auto tiny = lay_out_mark("A3-12", rectangle(0, 0, 8, 8), kUp);
+  ASSERT_FALSE(tiny.ok());
+  EXPECT_EQ(tiny.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(tiny.error().message, HasSubstr("A3-12"));
+}
+
+TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
+  const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 6, 14), kUp);
+  ASSERT_TRUE(mark.ok());
+  EXPECT_NEAR(std::abs(std::sin(mark->up.count())), 0, 1e-12);
+}
+
+TEST(Marks, AvoidTheNotchOfAnLShapedPiece) {
+  const Ring<BedFrame> l = {point<BedFrame>(0, 0), point<BedFrame>(14, 0), point<BedFrame>(14, 6),
+                            point<BedFrame>(6, 6), point<BedFrame>(6, 14), point<BedFrame>(0, 14)};
+  const auto mark = lay_out_mark("A3-12", l, kUp);
+  ASSERT_TRUE(mark.ok());
+  for (const auto& stroke : mark->strokes)
+    for (const auto& p : stroke) EXPECT_LT(p.y.count(), 6);
+}
+
+TEST(Marks, RefuseCharactersTheyCannotDraw) {
+  EXPECT_EQ(lay_out_mark("a1", rectangle(0, 0, 20, 20), kUp).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(lay_out_mark("", rectangle(0, 0, 20, 20), kUp).error().code, ErrorCode::kInvalidArgument);
+}
+
+TEST(Marks, DrawEachCharacterUnlikeTheOneItIsMixedUpWith) {
+  // Shapes compared point by point on a raster of 0.1 of the height, each in its own box.
+  const auto ink = [](char c) {
+    const auto mark = lay_out_mark(std::string(1, c), rectangle(0, 0, 20, 20), kUp);
+    std::vector<Point<BedFrame>> points;
+    for (std::size_t i = 0; i + 1 < mark->strokes.size(); ++i) {
+      const auto& stroke = mark->strokes[i];
+      for (std::size_t k = 1; k < stroke.size(); ++k)
+        for (int t = 0; t <= 10; ++t)
+          points.push_back(point<BedFrame>(
+              stroke[k - 1].x.count() + (stroke[k].x - stroke[k - 1].x).count() * t / 10 - box_of(*mark).min.x.count(),
+              stroke[k - 1].y.count() + (stroke[k].y - stroke[k - 1].y).count() * t / 10));
+    }
+    return points;
+  };
+  const auto farthest = [](const auto& from, const auto& to) {
+    double most = 0;
+    for (const auto& p : from) {
+      double least = 1e9;
+      for (const auto& q : to) least = std::min(least, distance(p, q).count());
+      most = std::max(most, least);
+    }
+    return most;
+  };
+  for (const auto& [a, b] : {std::pair{'0', 'O'}, {'1', 'I'}, {'5', 'S'}, {'6', '9'}, {'8', 'B'}, {'2', 'Z'}}) {
+    const auto ink_a = ink(a), ink_b = ink(b);
+    EXPECT_GT(std::max(farthest(ink_a, ink_b), farthest(ink_b, ink_a)), 0.3) << a << " and " << b << " (mm)";
+  }
+}
+
+RC_GTEST_PROP(Marks, StayInsideTheirPieceWithTheMargin, ()) {
+  const double width = *rc::gen::inRange(30, 400) / 10.0, height = *rc::gen::inRange(30, 400) / 10.0;
+  const double turn = *rc::gen::inRange(0, 360), up = *rc::gen::inRange(0, 360);
+  const auto outline = rectangle(200, 150, width, height, turn);
+  const auto mark = lay_out_mark("B12-7", outline, degrees(up));
+  if (!mark.ok()) {
+    RC_ASSERT(mark.error().code == ErrorCode::kRefused);
+    return;
+  }
+  // A micrometre for the rounding of regions.
+  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
+  for (const auto& stroke : mark->strokes)
+    for (const auto& p : stroke) RC_ASSERT(inner.contains(p));
+}
+
+RC_GTEST_PROP(Marks, TurnWithTheirPiece, ()) {
+  const double turn = *rc::gen::inRange(0, 360);
+  const auto straight = lay_out_mark("A3-12", rectangle(0, 0, 14, 12), kUp);
+  const auto turned = lay_out_mark("A3-12", rectangle(0, 0, 14, 12, turn), degrees(90 + turn));
+  RC_ASSERT(straight.ok() && turned.ok());
+  const double c = std::cos(degrees(turn).count()), s = std::sin(degrees(turn).count());
+  for (std::size_t i = 0; i < straight->strokes.size(); ++i) {
+    for (std::size_t k = 0; k < straight->strokes[i].size(); ++k) {
+      const auto& p = straight->strokes[i][k];
+      const auto expected = point<BedFrame>(c * p.x.count() - s * p.y.count(), s * p.x.count() + c * p.y.count());
+      RC_ASSERT(distance(expected, turned->strokes[i][k]).count() < 0.01);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace veneer::planner
