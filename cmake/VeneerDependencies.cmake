@@ -13,6 +13,7 @@ find_package(SQLiteCpp REQUIRED)
 pkg_check_modules(apriltag REQUIRED IMPORTED_TARGET apriltag)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(libsystemd REQUIRED IMPORTED_TARGET libsystemd)
+pkg_check_modules(tesseract REQUIRED IMPORTED_TARGET tesseract)
 
 # The .pc file of Clipper 6.4 carries no usable version, so it is found by name.
 find_path(CLIPPER_INCLUDE_DIR polyclipping/clipper.hpp REQUIRED)

@@ -1,0 +1,312 @@
+#include "drivers/sim/proof/assembly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "drivers/sim/proof/parallel.h"
+#include "drivers/sim/proof/picture_proof.h"
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kQuarter = 1.5707963267948966;
+constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse than the best are still the same shape
+constexpr double kMirrorMargin = 0.3;    // in correlation
+const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
+const cv::Scalar kTable(40, 40, 40);     // seen through gaps
+
+struct Fit {
+  Rigid artwork_from_sheet;
+  double rms = 0;
+};
+
+// Turns the contour onto the outline: point to line, a few steps from a start that is about right.
+Fit fit_contour(const std::vector<Vec2>& contour, const Ring& outline, double angle) {
+  Fit fit;
+  fit.artwork_from_sheet = Rigid::turn(angle);
+  fit.artwork_from_sheet.shift = ring_centroid(outline) - fit.artwork_from_sheet.turned(ring_centroid(contour));
+  const std::size_t step = std::max<std::size_t>(1, contour.size() / 240);
+  for (int round = 0; round < 12; ++round) {
+    const Vec2 centre = fit.artwork_from_sheet(ring_centroid(contour));
+    cv::Matx33d normal = cv::Matx33d::zeros();
+    cv::Vec3d right(0, 0, 0);
+    double squares = 0;
+    double count = 0;
+    for (std::size_t i = 0; i < contour.size(); i += step) {
+      const Vec2 p = fit.artwork_from_sheet(contour[i]);
+      const Nearest near = nearest_on_ring(outline, p);
+      const Vec2 n{-near.along.y, near.along.x};
+      const double off = (near.point.x - p.x) * n.x + (near.point.y - p.y) * n.y;
+      const Vec2 arm = p - centre;
+      const cv::Vec3d j(n.x, n.y, n.y * arm.x - n.x * arm.y);
+      normal += j * j.t();
+      right += j * off;
+      squares += near.distance * near.distance;
+      count += 1;
+    }
+    fit.rms = std::sqrt(squares / count);
+    cv::Vec3d move;
+    if (!cv::solve(normal, right, move, cv::DECOMP_CHOLESKY)) break;
+    Rigid change = Rigid::turn(move[2]);
+    change.shift = centre - change.turned(centre) + Vec2{move[0], move[1]};
+    fit.artwork_from_sheet = change * fit.artwork_from_sheet;
+    if (std::hypot(move[0], move[1]) < 1e-4 && std::abs(move[2]) < 1e-5) break;
+  }
+  return fit;
+}
+
+struct Laid {
+  std::size_t found = 0;
+  std::size_t as = 0;
+  Fit fit;
+  bool mirrored = false;
+  cv::Rect box;      // on the canvas
+  cv::Mat colour;    // BGR over the box
+  cv::Mat mask;      // 255 = this piece's wood
+  Vec2 centre_px{};  // of its place's outline
+  Vec2 half_px{};
+};
+
+struct Canvas {
+  double px_per_mm = 0, height_mm = 0;
+  cv::Size size;
+
+  Vec2 pixel(Vec2 mm) const { return {mm.x * px_per_mm, (height_mm - mm.y) * px_per_mm}; }
+};
+
+void box_of(const std::vector<Vec2>& points, Vec2& low, Vec2& high) {
+  low = high = points.front();
+  for (const Vec2& p : points) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+}
+
+// Paints the piece's true front as it lies.
+void paint(const FoundPiece& piece, const Canvas& canvas, Laid& laid) {
+  std::vector<Vec2> edge;
+  edge.reserve(piece.cut->contour.size());
+  for (const Vec2& p : piece.cut->contour) edge.push_back(canvas.pixel(laid.fit.artwork_from_sheet(p)));
+  Vec2 low;
+  Vec2 high;
+  box_of(edge, low, high);
+  laid.box = cv::Rect(static_cast<int>(std::floor(low.x)) - 1, static_cast<int>(std::floor(low.y)) - 1,
+                      static_cast<int>(high.x - low.x) + 4, static_cast<int>(high.y - low.y) + 4);
+  laid.mask = cv::Mat(laid.box.size(), CV_8UC1, cv::Scalar(0));
+  for (Vec2& p : edge) p = p - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
+  fill_ring(laid.mask, edge, 255);
+  // box pixel (centres from 0, as warpAffine counts) -> artwork -> sheet -> the sheet's raster
+  const Rigid back = laid.fit.artwork_from_sheet.inverse();
+  const auto raster = [&](double column, double row) {
+    const Vec2 artwork{(laid.box.x + column + 0.5) / canvas.px_per_mm,
+                       canvas.height_mm - (laid.box.y + row + 0.5) / canvas.px_per_mm};
+    return piece.sheet->pixel(back(artwork)) - Vec2{0.5, 0.5};
+  };
+  const Vec2 o = raster(0, 0);
+  const Vec2 u = raster(1, 0) - o;
+  const Vec2 v = raster(0, 1) - o;
+  const cv::Matx23d map(u.x, v.x, o.x, u.y, v.y, o.y);
+  cv::warpAffine(piece.sheet->front, laid.colour, map, laid.box.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+}
+
+cv::Mat grey_integral(const cv::Mat& colour, const cv::Mat& mask) {
+  cv::Mat grey;
+  cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
+  if (!mask.empty()) grey.setTo(0, mask == 0);
+  cv::Mat table;
+  cv::integral(grey, table, CV_64F);
+  return table;
+}
+
+BlockMeans blocks_of(const Laid& laid, double px_per_mm) {
+  cv::Mat mask;
+  cv::integral(laid.mask, mask, CV_64F);
+  const Vec2 centre = laid.centre_px - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
+  return {grey_integral(laid.colour, laid.mask), mask / 255.0, centre, laid.half_px, px_per_mm};
+}
+
+struct Place {
+  Vec2 centre_px{}, half_px{};
+};
+
+Place place_of(const ClaimedPiece& piece, const Canvas& canvas) {
+  Vec2 low;
+  Vec2 high;
+  box_of(piece.artwork_outline, low, high);
+  return {canvas.pixel((low + high) * 0.5), (high - low) * (canvas.px_per_mm / 2)};
+}
+
+std::vector<Vec2> flipped(std::vector<Vec2> ring) {
+  for (Vec2& p : ring) p.x = -p.x;
+  std::reverse(ring.begin(), ring.end());
+  return ring;
+}
+
+// The mark's up, seen on the back, is the artwork's up; on the back x runs the other way.
+double upright_turn(const ReadMark& mark) {
+  const Vec2 up{-mark.up.x, mark.up.y};
+  return std::atan2(1.0, 0.0) - std::atan2(up.y, up.x);
+}
+
+Laid lay(const FoundPiece& piece, std::size_t found, const ClaimedJob& job, const Canvas& canvas,
+         const cv::Mat& preview_integral) {
+  Laid laid;
+  laid.found = found;
+  laid.as = *piece.laid_as;
+  const ClaimedPiece& patch = job.pieces[laid.as];
+  const double upright = upright_turn(*piece.mark);
+  std::vector<Fit> fits;
+  double best_rms = 1e9;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    fits.push_back(fit_contour(piece.cut->contour, patch.artwork_outline, upright + quarter * kQuarter));
+    best_rms = std::min(best_rms, fits.back().rms);
+  }
+  laid.fit = fits[0];
+  const Place place = place_of(patch, canvas);
+  laid.centre_px = place.centre_px;
+  laid.half_px = place.half_px;
+  if (canvas.px_per_mm > 0) paint(piece, canvas, laid);
+  if (fits[0].rms > best_rms + kShapeSlack) {
+    double best = -2;
+    for (const Fit& fit : fits) {
+      if (fit.rms > best_rms + kShapeSlack) continue;
+      Laid other = laid;
+      other.fit = fit;
+      double agreement = 0;
+      if (canvas.px_per_mm > 0) {
+        paint(piece, canvas, other);
+        const BlockMeans own(preview_integral, place.centre_px, place.half_px, canvas.px_per_mm);
+        agreement = blocks_of(other, canvas.px_per_mm).with(own).correlation;
+      }
+      if (agreement <= best) continue;
+      best = agreement;
+      laid = std::move(other);
+    }
+  }
+  const double mirror_rms =
+      fit_contour(flipped(piece.cut->contour), patch.artwork_outline,
+                  -std::atan2(laid.fit.artwork_from_sheet.sine, laid.fit.artwork_from_sheet.cosine))
+          .rms;
+  laid.mirrored = piece.mark->mirrored || (laid.fit.rms > 0.4 && mirror_rms < laid.fit.rms / 2);
+  return laid;
+}
+
+// Judges the pictures of the laid pieces against the preview.
+void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& integral, std::vector<Laid>& laid,
+                    int threads, JobProof& proof) {
+  std::vector<BlockMeans> places;
+  for (const ClaimedPiece& piece : job.pieces) {
+    const Place place = place_of(piece, canvas);
+    places.emplace_back(integral, place.centre_px, place.half_px, canvas.px_per_mm);
+  }
+  std::vector<int> looks_like(laid.size(), -1);
+  parallel_for(laid.size(), threads, [&](std::size_t i, int) {
+    const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
+    const auto own = mine.with(places[laid[i].as]);
+    const auto mirror = mine.with(places[laid[i].as].mirrored());
+    auto best = own;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
+      const auto other = mine.with(places[k]);
+      if (other.correlation <= best.correlation || other.difference >= best.difference) continue;
+      best = other;
+      looks_like[i] = static_cast<int>(k);
+    }
+    const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
+    if (clear && mirror.difference < best.difference) laid[i].mirrored = true;
+  });
+  for (std::size_t i = 0; i < laid.size(); ++i) {
+    if (looks_like[i] < 0 || laid[i].mirrored) continue;
+    ++proof.wrong_pieces;
+    proof.notes.push_back("piece " + job.pieces[laid[i].as].mark + " looks like " +
+                          job.pieces[static_cast<std::size_t>(looks_like[i])].mark);
+  }
+}
+
+cv::Mat assemble(const ClaimedJob& job, const Canvas& canvas, const std::vector<Laid>& laid) {
+  cv::Mat picture(canvas.size, CV_8UC3, kTable);
+  for (const ClaimedPiece& piece : job.pieces) {
+    if (!piece.panel.empty()) continue;
+    cv::Mat patch(canvas.size, CV_8UC1, cv::Scalar(0));
+    std::vector<Vec2> ring;
+    for (const Vec2& p : piece.artwork_outline) ring.push_back(canvas.pixel(p));
+    fill_ring(patch, ring, 255);
+    picture.setTo(kMissing, patch);
+  }
+  for (const Laid& piece : laid) {
+    const cv::Rect visible = piece.box & cv::Rect({}, canvas.size);
+    if (visible.empty()) continue;
+    const cv::Rect part(visible.x - piece.box.x, visible.y - piece.box.y, visible.width, visible.height);
+    piece.colour(part).copyTo(picture(visible), piece.mask(part));
+  }
+  return picture;
+}
+
+// Distances of the true edge from the planned one, on the panel.
+ResidualSum edge_errors(const FoundPiece& piece, const ClaimedPiece& claimed) {
+  ResidualSum sum;
+  for (const Vec2& p : piece.cut->contour)
+    sum.add(nearest_on_ring(claimed.panel_outline, piece.panel_from_sheet(p)).distance);
+  return sum;
+}
+
+}  // namespace
+
+JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads) {
+  JobProof proof;
+  proof.cut = found.size();
+  for (const ClaimedPiece& piece : job.pieces) {
+    if (!piece.panel.empty()) ++proof.pieces;
+    if (piece.state == "suspect") ++proof.suspect;
+  }
+
+  ResidualSum edge;
+  std::vector<ResidualSum> edges(found.size());
+  parallel_for(found.size(), threads,
+               [&](std::size_t i, int) { edges[i] = edge_errors(found[i], job.pieces[found[i].cut_as]); });
+  for (const ResidualSum& e : edges) edge.add(e);
+  proof.edge = edge.result();
+
+  Canvas canvas;
+  cv::Mat integral;
+  if (!job.preview_file.empty()) {
+    proof.preview = cv::imread(job.preview_file.string(), cv::IMREAD_COLOR);
+    if (proof.preview.empty()) proof.notes.push_back("there is no preview " + job.preview_file.string());
+  }
+  if (!proof.preview.empty()) {
+    canvas.px_per_mm = proof.preview.cols / job.width_mm;  // it covers exactly the artwork
+    canvas.height_mm = job.height_mm;
+    canvas.size = proof.preview.size();
+    integral = grey_integral(proof.preview, cv::Mat());
+  }
+
+  std::vector<std::size_t> readable;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i].laid_as) {
+      readable.push_back(i);
+      continue;
+    }
+    ++proof.unreadable_ids;
+    proof.notes.push_back("the piece cut as " + job.pieces[found[i].cut_as].mark + " bears " +
+                          (found[i].mark ? "'" + found[i].mark->text + "'" : "no readable mark"));
+  }
+  std::vector<Laid> laid(readable.size());
+  parallel_for(readable.size(), threads,
+               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], readable[i], job, canvas, integral); });
+  if (!proof.preview.empty()) {
+    judge_pictures(job, canvas, integral, laid, threads, proof);
+    proof.assembled = assemble(job, canvas, laid);
+    proof.picture_ssim = picture_ssim(proof.assembled, proof.preview, job.width_mm, job.height_mm);
+  }
+  for (const Laid& piece : laid) {
+    if (!piece.mirrored) continue;
+    ++proof.mirrored_pieces;
+    proof.notes.push_back("piece " + job.pieces[piece.as].mark + " is mirrored");
+  }
+  return proof;
+}
+
+}  // namespace veneer::proof

@@ -1,0 +1,49 @@
+// Lays the real pieces where their engraved marks say, as a person at the table would, and looks at the picture.
+//
+// A piece is turned so that its mark stands upright when the artwork is seen from behind, its edge is then fitted to
+// the patch's outline by a rigid motion. A mark may have been engraved turned by a quarter for want of room: when the
+// shape refuses the upright way, the quarter turns that the shape allows are tried and the picture decides between
+// them.
+//
+// wrong     the piece's 2 mm block means agree better with the preview of another patch than with its own: both the
+//           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
+//           two patches of a smooth gradient correlate whatever they are.
+// mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
+//           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
+//           clear margin (0.3 in correlation) over its own.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "drivers/sim/proof/claims.h"
+#include "drivers/sim/proof/cut_out.h"
+#include "drivers/sim/proof/mark_reader.h"
+#include "drivers/sim/proof/truth.h"
+
+namespace veneer::proof {
+
+// A real piece of a job.
+struct FoundPiece {
+  const sim::Sheet* sheet = nullptr;
+  Rigid panel_from_sheet;
+  const CutOut* cut = nullptr;
+  std::optional<ReadMark> mark;        // as read from its back
+  std::size_t cut_as = 0;              // the claimed piece whose place on the panel it was cut from
+  std::optional<std::size_t> laid_as;  // the claimed piece that its mark names
+};
+
+struct JobProof {
+  std::size_t pieces = 0, cut = 0, suspect = 0;
+  Residual edge;
+  std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
+  std::optional<double> picture_ssim;  // nothing without a preview
+  std::vector<std::string> notes;      // one sentence for each thing that is not as it should be
+  cv::Mat assembled;                   // BGR, covers the artwork at the preview's resolution; empty without one
+  cv::Mat preview;
+};
+
+JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads);
+
+}  // namespace veneer::proof

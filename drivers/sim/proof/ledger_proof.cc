@@ -1,0 +1,144 @@
+#include "drivers/sim/proof/ledger_proof.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "drivers/sim/proof/parallel.h"
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kPxPerMm = 20;
+constexpr double kTolerance = 0.25;                   // mm
+constexpr double kRasterSlack = 0.5 / kPxPerMm;       // a pixel's centre stands for half a pixel around it
+constexpr double kLeast = 4 / (kPxPerMm * kPxPerMm);  // mm2; less is raster noise
+
+std::vector<Vec2> on_sheet(const Ring& ring, const Rigid& sheet_from_panel, const Window& window) {
+  std::vector<Vec2> out;
+  out.reserve(ring.size());
+  for (const Vec2& p : ring) out.push_back(window.pixel(sheet_from_panel(p)));
+  return out;
+}
+
+cv::Mat draw(const ClaimedAllocation& row, const Rigid& sheet_from_panel, const Window& window) {
+  cv::Mat mask(window.rows, window.columns, CV_8UC1, cv::Scalar(0));
+  for (const Ring& ring : row.allocation) {
+    cv::Mat part(mask.size(), CV_8UC1, cv::Scalar(0));
+    fill_ring(part, on_sheet(ring, sheet_from_panel, window), 255);
+    cv::bitwise_xor(mask, part, mask);
+  }
+  return mask;
+}
+
+Window window_of(const ClaimedAllocation& row, const Rigid& sheet_from_panel) {
+  Vec2 low{1e9, 1e9};
+  Vec2 high{-1e9, -1e9};
+  for (const Ring& ring : row.allocation)
+    for (const Vec2& p : ring) {
+      const Vec2 s = sheet_from_panel(p);
+      low = {std::min(low.x, s.x), std::min(low.y, s.y)};
+      high = {std::max(high.x, s.x), std::max(high.y, s.y)};
+    }
+  return Window::around(low, high, 0.5, kPxPerMm);
+}
+
+// Everything burnt away, darkened or fallen out within the window.
+cv::Mat gone_in(const Window& window, const BurnIndex& burns, const std::vector<CutOut>& cuts) {
+  cv::Mat gone(window.rows, window.columns, CV_8UC1, cv::Scalar(0));
+  burns.draw_through(window, gone, 255);
+  burns.draw_engraved(window, sim::SheetFace::kBack, gone, 255);
+  burns.draw_engraved(window, sim::SheetFace::kShow, gone, 255);
+  const cv::Rect2d all(0, 0, window.columns, window.rows);
+  for (const CutOut& cut : cuts) {
+    const Vec2 corner = window.pixel({cut.window.left, cut.window.top});
+    const double scale = window.px_per_mm / cut.window.px_per_mm;
+    const cv::Rect2d box(corner.x, corner.y, cut.window.columns * scale, cut.window.rows * scale);
+    if ((box & all).empty()) continue;
+    std::vector<Vec2> ring;
+    ring.reserve(cut.contour.size());
+    for (const Vec2& p : cut.contour) ring.push_back(window.pixel(p));
+    fill_ring(gone, ring, 255);
+  }
+  // A piece and the kerf around it are drawn apart; the seam between them is no wood.
+  cv::morphologyEx(gone, gone, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}));
+  return gone;
+}
+
+bool is_booked(const ClaimedAllocation& row) { return row.state != "reserved" && row.state != "released"; }
+
+double still_there(const ClaimedAllocation& row, const Tie& tie, const BurnIndex& burns,
+                   const std::vector<CutOut>& cuts) {
+  const Rigid sheet_from_panel = tie.panel_from_sheet.inverse();
+  const Window window = window_of(row, sheet_from_panel);
+  cv::Mat depth;
+  cv::distanceTransform(draw(row, sheet_from_panel, window), depth, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  // Holes that were there before are no wood either.
+  cv::Mat gone = gone_in(window, burns, cuts);
+  for (const sim::TrueHole& hole : tie.sheet->holes) {
+    const Vec2 c = window.pixel(hole.centre);
+    fill_capsule(gone, c, c, hole.diameter_mm / 2 * kPxPerMm, 255);
+  }
+  const cv::Mat wood = (depth > (kTolerance + kRasterSlack) * kPxPerMm) & (gone == 0);
+  return cv::countNonZero(wood) / (kPxPerMm * kPxPerMm);
+}
+
+double unbooked(const Tie& tie, const BurnIndex& burns, const std::vector<CutOut>& cuts,
+                const std::vector<const ClaimedAllocation*>& booked) {
+  Vec2 low;
+  Vec2 high;
+  if (!burns.bounds(low, high)) return 0;
+  const Window window = Window::around(low, high, 1, kPxPerMm);
+  const Rigid sheet_from_panel = tie.panel_from_sheet.inverse();
+  cv::Mat free(window.rows, window.columns, CV_8UC1, cv::Scalar(255));
+  for (const ClaimedAllocation* row : booked) {
+    const Window own = window_of(*row, sheet_from_panel);
+    // The same pixel grid as the whole, so that parts can be copied.
+    Window part = window;
+    const Vec2 corner = window.pixel({own.left, own.top});
+    const int x = static_cast<int>(std::floor(corner.x));
+    const int y = static_cast<int>(std::floor(corner.y));
+    part.left = window.mm({static_cast<double>(x), static_cast<double>(y)}).x;
+    part.top = window.mm({static_cast<double>(x), static_cast<double>(y)}).y;
+    part.columns = own.columns + 1;
+    part.rows = own.rows + 1;
+    const cv::Rect visible = cv::Rect(x, y, part.columns, part.rows) & cv::Rect({}, free.size());
+    if (visible.empty()) continue;
+    const cv::Mat mask = draw(*row, sheet_from_panel, part);
+    free(visible).setTo(0, mask(cv::Rect(visible.x - x, visible.y - y, visible.width, visible.height)));
+  }
+  cv::Mat far;
+  cv::distanceTransform(free, far, cv::DIST_L2, cv::DIST_MASK_5);
+  const cv::Mat wrong = (far > (kTolerance + kRasterSlack) * kPxPerMm) & (gone_in(window, burns, cuts) > 0);
+  return cv::countNonZero(wrong) / (kPxPerMm * kPxPerMm);
+}
+
+}  // namespace
+
+LedgerProof prove_ledger(const Tie& tie, const BurnIndex& burns, const std::vector<CutOut>& cuts,
+                         const std::vector<ClaimedAllocation>& ledger, int threads) {
+  std::vector<const ClaimedAllocation*> booked;
+  for (const ClaimedAllocation& row : ledger)
+    if (row.panel == tie.panel->id && is_booked(row) && !row.allocation.empty()) booked.push_back(&row);
+  LedgerProof proof;
+  std::vector<double> left(booked.size(), 0);
+  parallel_for(booked.size(), threads, [&](std::size_t i, int) {
+    if (booked[i]->state == "cut") left[i] = still_there(*booked[i], tie, burns, cuts);
+  });
+  for (std::size_t i = 0; i < booked.size(); ++i) {
+    if (left[i] < kLeast) continue;
+    proof.still_there_mm2 += left[i];
+    proof.notes.push_back(fmt::format("{} of job {} on {} is booked as cut but {:.2f} mm2 of it are still there",
+                                      booked[i]->mark, booked[i]->job, tie.panel->id, left[i]));
+  }
+  const double outside = unbooked(tie, burns, cuts, booked);
+  if (outside >= kLeast) {
+    proof.unbooked_mm2 = outside;
+    proof.notes.push_back(
+        fmt::format("{:.2f} mm2 of panel {} are burnt or gone outside what is booked", outside, tie.panel->id));
+  }
+  return proof;
+}
+
+}  // namespace veneer::proof

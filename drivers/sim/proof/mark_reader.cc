@@ -1,0 +1,256 @@
+#include "drivers/sim/proof/mark_reader.h"
+
+#include <tesseract/baseapi.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kInkBelow = 0.65;     // of the back's own grey
+constexpr double kLeastBar = 3;        // mm
+constexpr double kBarThickness = 0.5;  // mm
+constexpr double kSpeck = 0.02;        // mm2, smaller ink is dirt
+constexpr double kSure = 80;
+
+// Heights of a capital in pixels, and how much every stroke is thickened, as a part of a capital's height: tesseract is
+// trained on print, where strokes are heavier than a laser's line.
+struct Rendering {
+  int capital_px;
+  double thicken;
+};
+constexpr Rendering kRenderings[] = {{28, 0.066}, {32, 0.05}, {30, 0.085}, {36, 0.066}, {26, 0.05},
+                                     {34, 0.1},   {30, 0.03}, {40, 0.03},  {36, 0}};
+
+struct Character {
+  cv::Rect box;
+  bool hyphen = false;
+};
+
+double median_of_wood(const cv::Mat& grey) {
+  int histogram[256] = {};
+  int count = 0;
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x)
+      if (const int v = grey.at<unsigned char>(y, x); v < 255) {
+        ++histogram[v];
+        ++count;
+      }
+  int seen = 0;
+  for (int v = 0; v < 255; ++v) {
+    seen += histogram[v];
+    if (2 * seen >= count) return v;
+  }
+  return 255;
+}
+
+struct Bar {
+  cv::Point2d centre;
+  cv::Point2d along;  // unit
+  int label = 0;
+};
+
+std::optional<Bar> find_bar(const cv::Mat& labels, const cv::Mat& stats, int count, double px_per_mm) {
+  std::optional<Bar> best;
+  double longest = kLeastBar * px_per_mm;
+  for (int label = 1; label < count; ++label) {
+    const int* s = stats.ptr<int>(label);
+    const cv::Rect box(s[0], s[1], s[2], s[3]);
+    if (std::hypot(box.width, box.height) < longest) continue;
+    const cv::Moments m = cv::moments(labels(box) == label, true);
+    const double angle = 0.5 * std::atan2(2 * m.mu11, m.mu20 - m.mu02);
+    const double spread = std::hypot(m.mu20 - m.mu02, 2 * m.mu11);
+    // Of a filled bar: variances length^2 / 12 along and thickness^2 / 12 across.
+    const double length = std::sqrt(6 * (m.mu20 + m.mu02 + spread) / m.m00);
+    const double across = std::sqrt(std::max(0.0, 6 * (m.mu20 + m.mu02 - spread) / m.m00));
+    if (length < longest || across > kBarThickness * px_per_mm) continue;
+    longest = length;
+    best = Bar{{box.x + m.m10 / m.m00, box.y + m.m01 / m.m00}, {std::cos(angle), std::sin(angle)}, label};
+  }
+  return best;
+}
+
+std::vector<Character> characters_of(const cv::Mat& line, double px_per_mm) {
+  cv::Mat labels;
+  cv::Mat stats;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(line > 127, labels, stats, centroids, 8, CV_32S);
+  std::vector<cv::Rect> boxes;
+  int tallest = 0;
+  for (int label = 1; label < count; ++label) {
+    const int* s = stats.ptr<int>(label);
+    if (s[cv::CC_STAT_AREA] < kSpeck * px_per_mm * px_per_mm) continue;
+    boxes.emplace_back(s[0], s[1], s[2], s[3]);
+    tallest = std::max(tallest, s[3]);
+  }
+  std::sort(boxes.begin(), boxes.end(), [](const auto& a, const auto& b) { return a.x < b.x; });
+  std::vector<Character> out;
+  for (const cv::Rect& box : boxes) {
+    if (!out.empty()) {
+      cv::Rect& last = out.back().box;
+      const int shared = std::min(last.br().x, box.br().x) - box.x;
+      if (shared > 0.5 * std::min(last.width, box.width)) {  // one character in two strokes
+        last |= box;
+        continue;
+      }
+    }
+    out.push_back({box, false});
+  }
+  for (Character& c : out) c.hyphen = c.box.height < 0.35 * tallest && c.box.width > c.box.height;
+  return out;
+}
+
+cv::Rect join(const std::vector<Character>& characters, std::size_t first, std::size_t last) {
+  cv::Rect box = characters[first].box;
+  for (std::size_t i = first; i < last; ++i) box |= characters[i].box;
+  return box;
+}
+
+}  // namespace
+
+struct MarkReader::Engine {
+  tesseract::TessBaseAPI letters;
+  tesseract::TessBaseAPI digits;
+};
+
+struct MarkReader::Text {
+  std::string text;
+  double confidence = 0;
+};
+
+MarkReader::MarkReader() : engine_(std::make_unique<Engine>()) {}
+MarkReader::~MarkReader() = default;
+
+Result<std::unique_ptr<MarkReader>> MarkReader::create() {
+  std::unique_ptr<MarkReader> reader(new MarkReader());
+  for (tesseract::TessBaseAPI* api : {&reader->engine_->letters, &reader->engine_->digits}) {
+    if (api->Init(nullptr, "eng", tesseract::OEM_LSTM_ONLY) != 0)
+      return Error{ErrorCode::kUnavailable, "tesseract has no English data: install tesseract-ocr-eng"};
+    api->SetPageSegMode(tesseract::PSM_SINGLE_LINE);
+    api->SetVariable("load_system_dawg", "0");
+    api->SetVariable("load_freq_dawg", "0");
+  }
+  reader->engine_->letters.SetVariable("tessedit_char_whitelist", "ABCDEFGHIJKLMNOPQRSTUVWXYZ");
+  reader->engine_->digits.SetVariable("tessedit_char_whitelist", "0123456789-");
+  return reader;
+}
+
+MarkReader::Text MarkReader::read_part(bool letters, const cv::Mat& line, const cv::Rect& part, double px_per_mm,
+                                       std::size_t length) {
+  tesseract::TessBaseAPI& api = letters ? engine_->letters : engine_->digits;
+  const int pad = static_cast<int>(std::lround(0.35 * px_per_mm));
+  cv::Mat cut(part.height + 2 * pad, part.width + 2 * pad, CV_8UC1, cv::Scalar(0));
+  line(part).copyTo(cut(cv::Rect(pad, pad, part.width, part.height)));
+  std::map<std::string, Text> readings;
+  Text best;
+  for (const Rendering& rendering : kRenderings) {
+    const int radius = static_cast<int>(std::lround(rendering.thicken / 2 * line.rows));
+    cv::Mat heavy;
+    cv::dilate(cut, heavy, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+    const double scale = static_cast<double>(rendering.capital_px) / line.rows;
+    cv::Mat small;
+    cv::resize(255 - heavy, small, {}, scale, scale, cv::INTER_AREA);
+    cv::copyMakeBorder(small, small, 8, 8, 8, 8, cv::BORDER_CONSTANT, cv::Scalar(255));
+    api.SetImage(small.data, small.cols, small.rows, 1, static_cast<int>(small.step));
+    api.SetSourceResolution(300);
+    const std::unique_ptr<char[]> raw(api.GetUTF8Text());
+    std::string text;
+    for (const char* c = raw ? raw.get() : ""; *c != 0; ++c)
+      if (std::isspace(static_cast<unsigned char>(*c)) == 0) text += *c;
+    if (text.size() != length) continue;
+    Text& reading = readings[text];
+    const double confidence = api.MeanTextConf();
+    if (!reading.text.empty()) return {text, std::max(reading.confidence, confidence)};
+    reading = {text, confidence};
+    if (confidence / 2 > best.confidence || best.text.empty()) best = {text, confidence / 2};
+  }
+  return best;
+}
+
+std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per_mm, bool mirrored) {
+  const std::vector<Character> characters = characters_of(line, px_per_mm);
+  std::size_t hyphen = characters.size();
+  for (std::size_t i = 0; i < characters.size(); ++i) {
+    if (!characters[i].hyphen) continue;
+    if (hyphen != characters.size()) return std::nullopt;
+    hyphen = i;
+  }
+  if (hyphen < 2 || hyphen + 1 >= characters.size()) return std::nullopt;
+  std::optional<ReadMark> best;
+  for (std::size_t letters = 1; letters <= std::min<std::size_t>(2, hyphen - 1); ++letters) {
+    const Text letter = read_part(true, line, join(characters, 0, letters), px_per_mm, letters);
+    const Text number =
+        read_part(false, line, join(characters, letters, characters.size()), px_per_mm, characters.size() - letters);
+    if (letter.text.empty() || number.text.empty() || number.text[hyphen - letters] != '-') continue;
+    if (std::count(number.text.begin(), number.text.end(), '-') != 1) continue;
+    const double confidence = std::min(letter.confidence, number.confidence);
+    if (!best || confidence > best->confidence) best = ReadMark{letter.text + number.text, mirrored, {}, confidence};
+    if (confidence >= kSure) break;
+  }
+  return best;
+}
+
+std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm) {
+  const cv::Mat ink = back < kInkBelow * median_of_wood(back);
+  cv::Mat labels;
+  cv::Mat stats;
+  cv::Mat centroids;
+  const int count = cv::connectedComponentsWithStats(ink, labels, stats, centroids, 8, CV_32S);
+  const std::optional<Bar> bar = find_bar(labels, stats, count, px_per_mm);
+  if (!bar) return std::nullopt;
+
+  // The text's box in coordinates along the bar and away from it (y of the picture runs down).
+  cv::Point2d right = bar->along;
+  cv::Point2d up(right.y, -right.x);
+  cv::Point2d sum(0, 0);
+  std::vector<cv::Point2d> points;
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x) {
+      const int label = labels.at<int>(y, x);
+      if (label == 0 || label == bar->label) continue;
+      if (stats.at<int>(label, cv::CC_STAT_AREA) < kSpeck * px_per_mm * px_per_mm) continue;
+      const cv::Point2d p = cv::Point2d(x, y) - bar->centre;
+      points.emplace_back(p.dot(right), p.dot(up));
+      sum += points.back();
+    }
+  if (points.empty()) return std::nullopt;
+  const double side = sum.y < 0 ? -1 : 1;
+  right *= side;
+  up *= side;
+  double low_u = 1e9;
+  double high_u = -1e9;
+  double low_v = 1e9;
+  double high_v = -1e9;
+  for (const cv::Point2d& p : points) {
+    low_u = std::min(low_u, p.x * side);
+    high_u = std::max(high_u, p.x * side);
+    low_v = std::min(low_v, p.y * side);
+    high_v = std::max(high_v, p.y * side);
+  }
+  const int columns = static_cast<int>(high_u - low_u) + 3;
+  const int rows = static_cast<int>(high_v - low_v) + 3;
+  if (rows < 0.8 * px_per_mm || rows > 8 * px_per_mm || columns > 40 * px_per_mm) return std::nullopt;
+
+  cv::Mat text = ink.clone();
+  text.setTo(0, labels == bar->label);
+  const cv::Point2d corner = bar->centre + right * (low_u - 1) + up * (high_v + 1);
+  const cv::Matx23d picture_from_line(right.x, -up.x, corner.x, right.y, -up.y, corner.y);
+  cv::Mat line;
+  cv::warpAffine(text, line, picture_from_line, {columns, rows}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_CONSTANT, cv::Scalar(0));
+  std::optional<ReadMark> mark = read_line(line, px_per_mm, false);
+  if (!mark || mark->confidence < kSure) {
+    cv::flip(line, line, 1);
+    const std::optional<ReadMark> turned = read_line(line, px_per_mm, true);
+    if (turned && (!mark || turned->confidence > mark->confidence)) mark = turned;
+  }
+  if (mark) mark->up = {up.x, -up.y};
+  return mark;
+}
+
+}  // namespace veneer::proof

@@ -1,0 +1,49 @@
+// Reads what is engraved on a piece's back as a stranger would: by OCR (tesseract), with no knowledge of the font, of
+// the plan, or of which marks exist. All it is told is the grammar: letters, a number, a hyphen, a number, over a bar.
+//
+// The bar is the longest straight stroke; the side the ink is on is the text's up. What reads well only in a mirror is
+// reported as mirrored. Each character is set apart first; the letters are read among letters, the numbers among
+// digits, at several sizes and stroke weights until two readings agree.
+//
+// Threading: one reader per thread. Not re-entrant.
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "drivers/sim/plane.h"
+
+namespace veneer::proof {
+
+struct ReadMark {
+  std::string text;  // "A3-12"
+  bool mirrored = false;
+  sim::Vec2 up{};         // unit vector of the text's up in the picture, +y up
+  double confidence = 0;  // 0 to 100
+};
+
+class MarkReader {
+ public:
+  // kUnavailable when tesseract or its English data is not installed.
+  static Result<std::unique_ptr<MarkReader>> create();
+  ~MarkReader();
+  MarkReader(const MarkReader&) = delete;
+  MarkReader& operator=(const MarkReader&) = delete;
+
+  // `back` as cut_out.h's back_picture gives it: grey, engraving dark, white beside the piece. Nothing when no bar or
+  // no reading that fits the grammar was found.
+  std::optional<ReadMark> read(const cv::Mat& back, double px_per_mm);
+
+ private:
+  struct Engine;
+  struct Text;
+  MarkReader();
+  std::optional<ReadMark> read_line(const cv::Mat& line, double px_per_mm, bool mirrored);
+  Text read_part(bool letters, const cv::Mat& line, const cv::Rect& part, double px_per_mm, std::size_t length);
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace veneer::proof

@@ -1,0 +1,124 @@
+#include "drivers/sim/proof/picture_proof.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kBlock = 2;  // mm
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+cv::Mat grey_75_dpi(const cv::Mat& picture, double width_mm, double height_mm) {
+  cv::Mat grey;
+  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+  grey.convertTo(grey, CV_32F);
+  const cv::Size size(std::max(11, static_cast<int>(std::lround(width_mm * 75 / 25.4))),
+                      std::max(11, static_cast<int>(std::lround(height_mm * 75 / 25.4))));
+  cv::resize(grey, grey, size, 0, 0, cv::INTER_AREA);
+  return grey;
+}
+
+cv::Mat blurred(const cv::Mat& picture) {
+  cv::Mat out;
+  cv::GaussianBlur(picture, out, {11, 11}, 1.5);
+  return out;
+}
+
+}  // namespace
+
+double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm) {
+  const cv::Mat b = grey_75_dpi(preview, width_mm, height_mm);
+  cv::Mat a = grey_75_dpi(assembled, width_mm, height_mm);
+  cv::Scalar mean_a;
+  cv::Scalar mean_b;
+  cv::Scalar deviation_a;
+  cv::meanStdDev(a, mean_a, deviation_a);
+  mean_b = cv::mean(b);
+  const double variance = deviation_a[0] * deviation_a[0];
+  const double covariance = cv::mean((a - mean_a[0]).mul(b - mean_b[0]))[0];
+  const double gain = variance > 0 ? covariance / variance : 1;
+  a = (a - mean_a[0]) * gain + mean_b[0];
+  const cv::Mat ma = blurred(a);
+  const cv::Mat mb = blurred(b);
+  const cv::Mat va = blurred(a.mul(a)) - ma.mul(ma);
+  const cv::Mat vb = blurred(b.mul(b)) - mb.mul(mb);
+  const cv::Mat cab = blurred(a.mul(b)) - ma.mul(mb);
+  const double c1 = 0.01 * 255 * 0.01 * 255;
+  const double c2 = 0.03 * 255 * 0.03 * 255;
+  const cv::Mat above = (2 * ma.mul(mb) + c1).mul(2 * cab + c2);
+  const cv::Mat below = (ma.mul(ma) + mb.mul(mb) + c1).mul(va + vb + c2);
+  return cv::mean(above / below)[0];
+}
+
+BlockMeans::BlockMeans(const cv::Mat& integral, sim::Vec2 centre_px, sim::Vec2 half_px, double px_per_mm)
+    : BlockMeans(integral, cv::Mat(), centre_px, half_px, px_per_mm) {}
+
+BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
+                       double px_per_mm) {
+  const double block = kBlock * px_per_mm;
+  columns_ = static_cast<int>(std::ceil(half_px.x / block));
+  rows_ = static_cast<int>(std::ceil(half_px.y / block));
+  const auto sum = [](const cv::Mat& table, const cv::Rect& r) {
+    return table.at<double>(r.y, r.x) + table.at<double>(r.br().y, r.br().x) - table.at<double>(r.y, r.br().x) -
+           table.at<double>(r.br().y, r.x);
+  };
+  for (int row = -rows_; row < rows_; ++row)
+    for (int column = -columns_; column < columns_; ++column) {
+      const int x0 = static_cast<int>(std::lround(centre_px.x + column * block));
+      const int x1 = static_cast<int>(std::lround(centre_px.x + (column + 1) * block));
+      const int y0 = static_cast<int>(std::lround(centre_px.y + row * block));
+      const int y1 = static_cast<int>(std::lround(centre_px.y + (row + 1) * block));
+      const bool within = x0 >= 0 && y0 >= 0 && x1 < integral.cols && y1 < integral.rows && x1 > x0 && y1 > y0;
+      double mean = kNone;
+      if (within) {
+        const cv::Rect box(x0, y0, x1 - x0, y1 - y0);
+        const double weight = mask_integral.empty() ? box.area() : sum(mask_integral, box);
+        if (weight >= 0.6 * box.area()) mean = sum(integral, box) / weight;
+      }
+      means_.push_back(mean);
+    }
+}
+
+BlockMeans BlockMeans::mirrored() const {
+  BlockMeans out = *this;
+  for (int row = 0; row < 2 * rows_; ++row) {
+    const auto begin = out.means_.begin() + static_cast<std::ptrdiff_t>(row) * 2 * columns_;
+    std::reverse(begin, begin + 2 * static_cast<std::ptrdiff_t>(columns_));
+  }
+  return out;
+}
+
+BlockMeans::Agreement BlockMeans::with(const BlockMeans& other) const {
+  const int columns = std::min(columns_, other.columns_);
+  const int rows = std::min(rows_, other.rows_);
+  double n = 0;
+  double sa = 0;
+  double sb = 0;
+  double saa = 0;
+  double sbb = 0;
+  double sab = 0;
+  for (int row = -rows; row < rows; ++row)
+    for (int column = -columns; column < columns; ++column) {
+      const double a = means_[static_cast<std::size_t>((row + rows_) * 2 * columns_ + column + columns_)];
+      const double b =
+          other.means_[static_cast<std::size_t>((row + other.rows_) * 2 * other.columns_ + column + other.columns_)];
+      if (std::isnan(a) || std::isnan(b)) continue;
+      n += 1;
+      sa += a;
+      sb += b;
+      saa += a * a;
+      sbb += b * b;
+      sab += a * b;
+    }
+  if (n < 4) return {0, std::numeric_limits<double>::infinity()};
+  const double va = std::max(0.0, saa / n - sa / n * sa / n);
+  const double vb = std::max(0.0, sbb / n - sb / n * sb / n);
+  const double cab = sab / n - sa / n * sb / n;
+  const double difference = std::sqrt(std::max(0.0, va + vb - 2 * cab));
+  return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference};
+}
+
+}  // namespace veneer::proof

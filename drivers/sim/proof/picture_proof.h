@@ -1,0 +1,38 @@
+// Comparing pictures: structural similarity, and block means of single pieces.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "drivers/sim/plane.h"
+
+namespace veneer::proof {
+
+// Both BGR and of one size, covering width_mm x height_mm: grey, area-averaged to 75 dpi, `assembled` under the best
+// gain and offset, then the mean of SSIM with an 11 x 11 Gaussian window (sigma 1.5).
+double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm);
+
+// Grey means of the blocks of 2 mm around a centre.
+class BlockMeans {
+ public:
+  // `grey` is CV_32F with its integral already taken (CV_64F, one row and column more). Blocks lie symmetrically about
+  // `centre_px` and reach as far as half_px in x and y. Blocks that leave the picture are absent.
+  BlockMeans(const cv::Mat& integral, sim::Vec2 centre_px, sim::Vec2 half_px, double px_per_mm);
+  // Of a part of a picture: blocks of which at least 60 % are set in the mask count.
+  BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
+             double px_per_mm);
+
+  // Over blocks that both have; nothing in common, or flat: correlation 0, difference infinite.
+  struct Agreement {
+    double correlation = 0;
+    double difference = 0;  // root mean square of grey after each one's own mean is taken out
+  };
+  Agreement with(const BlockMeans& other) const;
+  BlockMeans mirrored() const;  // left and right exchanged
+
+ private:
+  int columns_ = 0, rows_ = 0;  // each side of the centre
+  std::vector<double> means_;   // NaN where absent
+};
+
+}  // namespace veneer::proof

@@ -1,0 +1,46 @@
+#include "drivers/sim/proof/placement_proof.h"
+
+#include <algorithm>
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kGrid = 10;  // mm
+
+template <class Visit>
+void over_grid(const sim::Sheet& sheet, Visit visit) {
+  for (double y = kGrid / 2; y < sheet.height_mm; y += kGrid)
+    for (double x = kGrid / 2; x < sheet.width_mm; x += kGrid) visit(Vec2{x, y});
+}
+
+}  // namespace
+
+std::optional<Residual> prove_registration(const Tie& tie, const Truth& truth) {
+  ResidualSum sum;
+  for (const ClaimedLattice& lattice : tie.panel->registration) {
+    const auto capture = truth.captures.find(lattice.capture);
+    if (capture == truth.captures.end() || capture->second.sheet != tie.sheet->name) continue;
+    over_grid(*tie.sheet, [&](Vec2 point) {
+      if (const auto claimed = lattice.panel_at(capture->second.scan_pixel(point)))
+        sum.add(sim::length(*claimed - tie.panel_from_sheet(point)));
+    });
+  }
+  if (sum.count() == 0) return std::nullopt;
+  return sum.result();
+}
+
+std::optional<Residual> prove_pose(const ClaimedPose& pose, const Tie& tie, const Truth& truth) {
+  const auto loads = truth.loads.find(tie.sheet->name);
+  if (loads == truth.loads.end()) return std::nullopt;
+  std::optional<Residual> best;
+  for (std::size_t k = static_cast<std::size_t>(std::max(0, pose.sheet_load)); k < loads->second.size(); ++k)
+    for (const sim::SheetPose& lies : loads->second[k]) {
+      ResidualSum sum;
+      over_grid(*tie.sheet,
+                [&](Vec2 point) { sum.add(sim::length(pose.bed(tie.panel_from_sheet(point)) - lies.place(point))); });
+      if (!best || sum.result().rms < best->rms) best = sum.result();
+    }
+  return best;
+}
+
+}  // namespace veneer::proof

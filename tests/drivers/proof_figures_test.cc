@@ -1,0 +1,157 @@
+// The proof is itself proven: each fault, injected alone, turns its own figure red, and leaves the others green.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/proof_scene.h"
+
+namespace veneer::proof {
+namespace {
+
+class ProofFigures : public testing::Test {
+ protected:
+  Proof judge(const SceneFaults& faults) {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    dir_ = std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / info->name();
+    ProofScene scene(faults, dir_);
+    auto proof = prove(scene.truth, scene.claims, 2);
+    EXPECT_TRUE(proof.ok()) << (proof.ok() ? "" : proof.error().message);
+    return proof.ok() ? std::move(*proof) : Proof();
+  }
+
+  static void expect_green_registration(const Proof& p) { EXPECT_LT(p.registration.at(0).registration->rms, 0.005); }
+  static void expect_green_pose(const Proof& p) { EXPECT_LT(p.poses.at(0).pose->rms, 0.001); }
+  static void expect_green_edges(const Proof& p) {
+    EXPECT_LT(p.jobs.at(0).edge.rms, 0.02);
+    EXPECT_LT(p.jobs.at(0).edge.max, 0.10);
+  }
+  static void expect_green_marks(const Proof& p) {
+    EXPECT_EQ(p.jobs.at(0).unreadable_ids, 0U) << testing::PrintToString(p.jobs.at(0).notes);
+    EXPECT_EQ(p.jobs.at(0).mirrored_pieces, 0U) << testing::PrintToString(p.jobs.at(0).notes);
+  }
+  static void expect_green_picture(const Proof& p) {
+    EXPECT_EQ(p.jobs.at(0).wrong_pieces, 0U) << testing::PrintToString(p.jobs.at(0).notes);
+    EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.95);
+  }
+  static void expect_green_ledger(const Proof& p) {
+    EXPECT_TRUE(*p.ledger_matches.at(0)) << testing::PrintToString(p.notes);
+  }
+
+  std::filesystem::path dir_;
+};
+
+TEST_F(ProofFigures, AreGreenForAFaultlessCell) {
+  const Proof proof = judge({});
+  expect_green_registration(proof);
+  expect_green_pose(proof);
+  expect_green_edges(proof);
+  expect_green_marks(proof);
+  expect_green_picture(proof);
+  expect_green_ledger(proof);
+  EXPECT_EQ(proof.jobs.at(0).pieces, 6U);
+  EXPECT_EQ(proof.jobs.at(0).cut, 6U);
+  EXPECT_EQ(proof.unclaimed_cuts, 0U);
+  ASSERT_TRUE(write_proof(proof, dir_).ok());
+  EXPECT_TRUE(std::filesystem::exists(dir_ / "side-by-side-7.png"));
+  const nlohmann::json json = to_json(proof);
+  EXPECT_EQ(json["jobs"][0]["ledger_matches_burn"], true);
+  EXPECT_EQ(json["jobs"][0]["wrong_pieces"], 0);
+}
+
+TEST_F(ProofFigures, SeeHalfAPixelOfShiftInAScan) {
+  const Proof proof = judge({.lattice_shift_px = 0.5});
+  EXPECT_GT(proof.registration.at(0).registration->rms, 0.03);
+  expect_green_edges(proof);
+  expect_green_marks(proof);
+  expect_green_picture(proof);
+  expect_green_ledger(proof);
+}
+
+TEST_F(ProofFigures, SeeAScaleThatIsOffByThreeInAThousand) {
+  const Proof proof = judge({.scale = 1.003});
+  EXPECT_GT(proof.registration.at(0).registration->rms, 0.08);
+  EXPECT_GT(proof.poses.at(0).pose->rms, 0.08);
+  expect_green_marks(proof);
+}
+
+TEST_F(ProofFigures, SeeAPoseThatIsOff) {
+  const Proof proof = judge({.pose_shift_mm = 0.3});
+  EXPECT_NEAR(proof.poses.at(0).pose->rms, 0.3, 0.01);
+  expect_green_registration(proof);
+}
+
+TEST_F(ProofFigures, SeeKerfThatWasNotMadeUpFor) {
+  const Proof proof = judge({.kerf_offset_mm = 0.13});
+  EXPECT_GT(proof.jobs.at(0).edge.rms, 0.11);
+  expect_green_registration(proof);
+  expect_green_marks(proof);
+}
+
+TEST_F(ProofFigures, SeeTwoSwappedMarks) {
+  const Proof proof = judge({.swap_marks = true});
+  EXPECT_EQ(proof.jobs.at(0).wrong_pieces, 2U);
+  EXPECT_LT(*proof.jobs.at(0).picture_ssim, 0.9);
+  expect_green_edges(proof);
+  expect_green_marks(proof);
+  expect_green_ledger(proof);
+}
+
+TEST_F(ProofFigures, SeeAMirroredMark) {
+  const Proof proof = judge({.mirror_mark = true});
+  EXPECT_EQ(proof.jobs.at(0).mirrored_pieces, 1U);
+  EXPECT_EQ(proof.jobs.at(0).unreadable_ids, 0U);
+  expect_green_edges(proof);
+  expect_green_ledger(proof);
+}
+
+TEST_F(ProofFigures, SeeAPieceOfTheMirroredFace) {
+  const Proof proof = judge({.mirror_picture = true});
+  EXPECT_EQ(proof.jobs.at(0).mirrored_pieces, 1U);
+  expect_green_edges(proof);
+}
+
+TEST_F(ProofFigures, SeeAMissingMark) {
+  const Proof proof = judge({.no_mark = true});
+  EXPECT_EQ(proof.jobs.at(0).unreadable_ids, 1U);
+  EXPECT_EQ(proof.jobs.at(0).wrong_pieces, 0U);
+}
+
+TEST_F(ProofFigures, SeeADeletedLedgerRow) {
+  const Proof proof = judge({.delete_ledger_row = true});
+  EXPECT_FALSE(*proof.ledger_matches.at(0));
+  expect_green_edges(proof);
+  expect_green_marks(proof);
+  expect_green_picture(proof);
+}
+
+TEST_F(ProofFigures, SeeAPieceThatIsBookedButStillThere) {
+  const Proof proof = judge({.skip_cut = true});
+  EXPECT_FALSE(*proof.ledger_matches.at(0));
+  EXPECT_EQ(proof.jobs.at(0).cut, 5U);
+  expect_green_edges(proof);
+}
+
+TEST_F(ProofFigures, LayAPieceWhoseMarkHadToBeTurned) {
+  const Proof proof = judge({.quarter_turned_mark = true});
+  expect_green_marks(proof);
+  expect_green_picture(proof);
+}
+
+TEST_F(ProofFigures, AreNullForStagesThatWereNotRun) {
+  ProofScene scene({}, std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / "null");
+  scene.claims.ledger.reset();
+  scene.claims.jobs->front().preview_file.clear();
+  scene.claims.panels.front().registration.clear();
+  const auto proof = prove(scene.truth, scene.claims, 2);
+  ASSERT_TRUE(proof.ok());
+  const nlohmann::json json = to_json(*proof);
+  EXPECT_TRUE(json["registration"][0]["rms_mm"].is_null());
+  EXPECT_TRUE(json["jobs"][0]["picture_ssim"].is_null());
+  EXPECT_TRUE(json["jobs"][0]["wrong_pieces"].is_null());
+  EXPECT_TRUE(json["jobs"][0]["ledger_matches_burn"].is_null());
+  EXPECT_EQ(json["jobs"][0]["unreadable_ids"], 0);
+}
+
+}  // namespace
+}  // namespace veneer::proof

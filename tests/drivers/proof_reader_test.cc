@@ -1,0 +1,92 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "drivers/sim/proof/burn_raster.h"
+#include "drivers/sim/proof/mark_reader.h"
+#include "tests/support/stroke_font.h"
+
+namespace veneer::proof {
+namespace {
+
+constexpr double kPxPerMm = 50;
+
+// A mark on pale ply, turned by `angle`, drawn with a line of 0.2 mm.
+cv::Mat engraved(const std::string& text, double height, double angle, bool mirrored, unsigned seed) {
+  const int side = static_cast<int>(16 * kPxPerMm);
+  cv::Mat wood(side, side, CV_32F);
+  cv::RNG random(seed);
+  random.fill(wood, cv::RNG::NORMAL, 0, 60);
+  cv::GaussianBlur(wood, wood, {0, 0}, 3);
+  wood += 200;
+  cv::Mat grey;
+  wood.convertTo(grey, CV_8U);
+  cv::Mat mask(side, side, CV_8UC1, cv::Scalar(0));
+  auto strokes = sim::stroke_text(text, height, 0.2 * height);
+  const double width = strokes.back().back().x;
+  for (auto& stroke : strokes) {
+    for (Vec2& p : stroke) {
+      const double x = (p.x - width / 2) * (mirrored ? -1 : 1);
+      const double y = p.y - height / 2;
+      p = {side / 2.0 + kPxPerMm * (x * std::cos(angle) - y * std::sin(angle)),
+           side / 2.0 - kPxPerMm * (x * std::sin(angle) + y * std::cos(angle))};
+    }
+    for (std::size_t i = 1; i < stroke.size(); ++i) fill_capsule(mask, stroke[i - 1], stroke[i], 0.1 * kPxPerMm, 255);
+  }
+  cv::Mat dark;
+  grey.convertTo(dark, CV_8U, 0.4);
+  dark.copyTo(grey, mask);
+  return grey;
+}
+
+class MarkReading : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto made = MarkReader::create();
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    reader_ = std::move(*made);
+  }
+  std::unique_ptr<MarkReader> reader_;
+};
+
+TEST_F(MarkReading, ReadsEveryLetterAndManyNumbersAtAnyAngle) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 26; ++i) {
+    const std::string text = std::string(1, static_cast<char>('A' + i)) + std::to_string(random() % 41) + "-" +
+                             std::to_string(random() % 41);
+    const double angle = i * 0.7;
+    const auto mark = reader_->read(engraved(text, 2.4, angle, false, random()), kPxPerMm);
+    ASSERT_TRUE(mark) << text;
+    EXPECT_EQ(mark->text, text);
+    EXPECT_FALSE(mark->mirrored);
+    EXPECT_NEAR(mark->up.x, -std::sin(angle), 0.02);
+    EXPECT_NEAR(mark->up.y, std::cos(angle), 0.02);
+  }
+}
+
+TEST_F(MarkReading, TellsSixFromNineByTheBar) {
+  EXPECT_EQ(reader_->read(engraved("H6-9", 2.4, 0, false, 1), kPxPerMm)->text, "H6-9");
+  EXPECT_EQ(reader_->read(engraved("H6-9", 2.4, 3.14159, false, 1), kPxPerMm)->text, "H6-9");
+}
+
+TEST_F(MarkReading, SeesThatAMarkIsMirrored) {
+  for (const char* text : {"A3-12", "K27-4", "O8-18"}) {
+    const auto mark = reader_->read(engraved(text, 2.4, 0.4, true, 5), kPxPerMm);
+    ASSERT_TRUE(mark) << text;
+    EXPECT_EQ(mark->text, text);
+    EXPECT_TRUE(mark->mirrored);
+  }
+}
+
+TEST_F(MarkReading, ReadsNothingOnBareWoodOrFromScratches) {
+  EXPECT_FALSE(reader_->read(cv::Mat(700, 700, CV_8UC1, cv::Scalar(200)), kPxPerMm));
+  cv::Mat scratched(700, 700, CV_8UC1, cv::Scalar(200));
+  fill_capsule(scratched, {100, 600}, {600, 600}, 5, 80);
+  fill_capsule(scratched, {100, 500}, {150, 400}, 5, 80);
+  EXPECT_FALSE(reader_->read(scratched, kPxPerMm));
+}
+
+}  // namespace
+}  // namespace veneer::proof
