@@ -25,14 +25,14 @@ double honeycomb_wall(double x, double y, double pitch) {
     const double shift = (r & 1) != 0 ? pitch / 2 : 0;
     const double c0 = std::floor((x - shift) / pitch);
     for (double c = c0; c <= c0 + 1; ++c) {
-      const double d = std::hypot(x - shift - c * pitch, y - r * row);
+      const double dx = x - shift - c * pitch, dy = y - r * row, d = dx * dx + dy * dy;
       if (d < nearest)
         second = nearest, nearest = d;
       else if (d < second)
         second = d;
     }
   }
-  return (second - nearest) / 2;
+  return (std::sqrt(second) - std::sqrt(nearest)) / 2;
 }
 
 // The bed from above: dark honeycomb in an aluminium frame, on a dark floor.
@@ -126,21 +126,24 @@ std::vector<float> falloff(int count, double amount, Random& random) {
 
 }  // namespace
 
-cv::Mat render_camera(const CameraTruth& camera, const TwinSettings::Bed& bed, const BedView& view,
-                      std::uint64_t seed) {
-  const cv::Size size(camera.width_px, camera.height_px);
-  Random fixed(camera.light_seed, "bed"), random(seed, "camera");
-  const cv::Mat ground = draw_bed(bed, fixed);
+BedCamera::BedCamera(const CameraTruth& camera, const TwinSettings::Bed& bed) : camera_(camera), bed_(bed) {
+  Random random(camera.light_seed, "bed");
+  ground_ = draw_bed(bed, random);
+}
+
+cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
+  const cv::Size size(camera_.width_px, camera_.height_px);
+  Random lamps(camera_.light_seed, "lamps"), random(seed, "camera");
   const CoarseMap ground_map(size, 8, [&](Vec2 p) {
-    const Vec2 at = camera.bed_at(p, 0);
-    return Vec2{(at.x + kSurround) * kBedPx, (bed.height_mm + kSurround - at.y) * kBedPx};
+    const Vec2 at = camera_.bed_at(p, 0);
+    return Vec2{(at.x + kSurround) * kBedPx, (bed_.height_mm + kSurround - at.y) * kBedPx};
   });
   HalfFace face;
   std::unique_ptr<CoarseMap> face_map;
   if (view.sheet != nullptr) {
     face = half_face(*view.sheet, view.face_up);
     face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) {
-      const Vec2 at = view.bed_from_sheet.back_to_sheet(camera.bed_at(p, view.face_height_mm));
+      const Vec2 at = view.bed_from_sheet.back_to_sheet(camera_.bed_at(p, view.face_height_mm));
       return view.sheet->pixel(at) * 0.5;
     });
   }
@@ -152,15 +155,16 @@ cv::Mat render_camera(const CameraTruth& camera, const TwinSettings::Bed& bed, c
         for (int i = range.start; i < range.end; ++i) {
           const int first = i * kStripRows, rows = std::min(kStripRows, size.height - first);
           cv::Mat strip = picture.rowRange(first, first + rows);
-          cv::remap(ground, strip, ground_map.rows(first, rows), cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+          cv::remap(ground_, strip, ground_map.rows(first, rows), cv::noArray(), cv::INTER_LINEAR,
+                    cv::BORDER_REPLICATE);
           if (face_map) lay_over(strip, face, face_map->rows(first, rows));
         }
       },
       strips);
   cv::GaussianBlur(picture, picture, cv::Size(), 0.7);
-  const auto columns = falloff(size.width, camera.uneven_light, fixed),
-             rows = falloff(size.height, camera.uneven_light, fixed);
-  light_and_noise(picture, columns, rows, camera.noise, random);
+  const auto columns = falloff(size.width, camera_.uneven_light, lamps),
+             rows = falloff(size.height, camera_.uneven_light, lamps);
+  light_and_noise(picture, columns, rows, camera_.noise, random);
   return picture;
 }
 

@@ -1,6 +1,4 @@
 // The simulated camera over the bed.
-//
-// Pure function; uses all cores.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +17,16 @@ struct BedView {
   double face_height_mm = 0;  // of the upper face above the bed
 };
 
-// BGR picture of the bed. Equal arguments give equal pictures.
-cv::Mat render_camera(const CameraTruth& camera, const TwinSettings::Bed& bed, const BedView& view, std::uint64_t seed);
+class BedCamera {
+ public:
+  BedCamera(const CameraTruth& camera, const TwinSettings::Bed& bed);
+  // BGR picture of the bed. Equal arguments give equal pictures. Uses all cores; thread-safe.
+  cv::Mat picture(const BedView& view, std::uint64_t seed) const;
+
+ private:
+  CameraTruth camera_;
+  TwinSettings::Bed bed_;
+  cv::Mat ground_;  // the bed from above, drawn once
+};
 
 }  // namespace veneer::sim

@@ -2,7 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
+#include <sys/inotify.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -26,7 +26,6 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::chrono::milliseconds kLookForOpener{5};
 constexpr std::chrono::microseconds kShortestWait{200};
 constexpr std::chrono::milliseconds kFlushEvery{250};
 constexpr std::size_t kMostPending = 1 << 16;
@@ -48,8 +47,8 @@ LaserPort::LaserPort(asio::io_context& io, const Clock& clock, World& world, Las
       controller_(GrblSettings::laser_cutter(options_.travel_x_mm, options_.travel_y_mm), options_of(options_),
                   options_.seed, &world),
       master_(io),
+      openers_(io),
       wake_(io),
-      opener_(io),
       flush_(io) {
   Random random(options_.seed, "head");
   controller_.put_head(
@@ -73,10 +72,9 @@ Status LaserPort::open() {
     return Error{ErrorCode::kUnavailable,
                  fmt::format("the simulated laser gets no pseudo-terminal (errno {})", reason)};
   }
-  // A pty counts as hung up only after its other end was opened once.
-  if (const int other = ::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC); other >= 0) ::close(other);
   port_ = name.data();
   master_.assign(fd);
+  if (Status watched = watch_openers(); !watched.ok()) return watched;
   std::error_code failed;
   const fs::path fresh = options_.link.string() + ".new";
   fs::remove(fresh, failed);
@@ -86,31 +84,59 @@ Status LaserPort::open() {
     return Error{ErrorCode::kStorage,
                  fmt::format("cannot link {} to {}: {}", options_.link.string(), port_, failed.message())};
   }
-  opened_ = false;
-  watch_for_opener();
   return Ok();
 }
 
 void LaserPort::close_port() {
-  opener_.cancel();
-  opened_ = false;
+  openers_count_ = 0;
   pending_.clear();
   error_code ignored;
+  if (openers_.is_open()) openers_.close(ignored);
   if (master_.is_open()) master_.close(ignored);
 }
 
-void LaserPort::watch_for_opener() {
-  if (!master_.is_open()) return;
-  pollfd look{master_.native_handle(), POLLIN, 0};
-  if (::poll(&look, 1, 0) >= 0 && (look.revents & POLLHUP) == 0) return attached();
-  opener_.expires_after(kLookForOpener);
-  opener_.async_wait([this](error_code failed) {
-    if (!failed) watch_for_opener();
+Status LaserPort::watch_openers() {
+  const int fd = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  if (fd < 0 || ::inotify_add_watch(fd, port_.c_str(), IN_OPEN | IN_CLOSE) < 0) {
+    const int reason = errno;
+    if (fd >= 0) ::close(fd);
+    return Error{ErrorCode::kUnavailable, fmt::format("the twin cannot watch {} (errno {})", port_, reason)};
+  }
+  openers_count_ = 0;
+  openers_.assign(fd);
+  wait_for_openers();
+  return Ok();
+}
+
+void LaserPort::wait_for_openers() {
+  openers_.async_wait(asio::posix::stream_descriptor::wait_read, [this](error_code failed) {
+    if (failed || !openers_.is_open()) return;
+    count_openers();
+    wait_for_openers();
   });
 }
 
+// Takes note of who opened and closed the other end since the last call. Called before bytes are taken, so that those
+// of a new opener come after the reset its opening caused.
+void LaserPort::count_openers() {
+  alignas(inotify_event) std::array<char, 4096> events{};
+  for (;;) {
+    const ssize_t length = openers_.is_open() ? ::read(openers_.native_handle(), events.data(), events.size()) : 0;
+    if (length <= 0) return;
+    for (std::size_t at = 0; at < static_cast<std::size_t>(length);) {
+      inotify_event event{};
+      std::memcpy(&event, events.data() + at, sizeof(event));
+      at += sizeof(event) + event.len;
+      if ((event.mask & IN_OPEN) != 0 && ++openers_count_ == 1) attached();
+      if ((event.mask & IN_CLOSE) != 0 && openers_count_ > 0 && --openers_count_ == 0) {
+        log_->debug("{} was closed", port_);
+        pending_.clear();
+      }
+    }
+  }
+}
+
 void LaserPort::attached() {
-  opened_ = true;
   // Set through the master, before the first byte goes out: an echo would come back as commands.
   termios mode{};
   if (::tcgetattr(master_.native_handle(), &mode) == 0) {
@@ -127,18 +153,17 @@ void LaserPort::attached() {
 }
 
 void LaserPort::read() {
+  if (reading_ || !master_.is_open()) return;
+  reading_ = true;
   master_.async_read_some(asio::buffer(chunk_), [this](error_code failed, std::size_t count) {
+    reading_ = false;
     if (failed == asio::error::operation_aborted || !master_.is_open()) return;
-    if (failed) {
-      // The other end was closed; the controller goes on with what it has.
-      log_->debug("{} was closed", port_);
-      opened_ = false;
-      pending_.clear();
-      return watch_for_opener();
-    }
+    count_openers();
+    // An error means that nobody has the other end open; the controller goes on with what it has.
+    if (failed && openers_count_ == 0) return;
     controller_.receive(std::string_view(chunk_.data(), count), clock_.now());
     pump();
-    if (master_.is_open()) read();
+    read();
   });
 }
 
@@ -146,7 +171,7 @@ void LaserPort::pump() {
   const TimePoint now = clock_.now();
   controller_.advance_to(now);
   const std::string said = controller_.take_output();
-  if (opened_ && pending_.size() < kMostPending) pending_ += said;
+  if (openers_count_ > 0 && pending_.size() < kMostPending) pending_ += said;
   write();
   if (!controller_.link_up() && master_.is_open()) {
     log_->info("the laser's plug came out");
@@ -167,7 +192,7 @@ void LaserPort::pump() {
 }
 
 void LaserPort::write() {
-  if (writing_ || pending_.empty() || !opened_ || !master_.is_open()) return;
+  if (writing_ || pending_.empty() || openers_count_ == 0 || !master_.is_open()) return;
   writing_ = true;
   const auto bytes = std::make_shared<std::string>(std::move(pending_));
   pending_.clear();

@@ -48,7 +48,9 @@ class LaserPort final : public LaserBench {
 
  private:
   void close_port();
-  void watch_for_opener();
+  Status watch_openers();
+  void wait_for_openers();
+  void count_openers();
   void attached();
   void read();
   void pump();
@@ -62,12 +64,13 @@ class LaserPort final : public LaserBench {
   Logger log_;
   GrblController controller_;
   boost::asio::posix::stream_descriptor master_;
-  boost::asio::steady_timer wake_, opener_, flush_;
+  boost::asio::posix::stream_descriptor openers_;  // inotify: who opens and closes the other end
+  boost::asio::steady_timer wake_, flush_;
   std::array<char, 1024> chunk_{};
   std::string pending_;
   std::string port_;
-  bool opened_ = false;  // somebody has the other end open
-  bool lid_open_ = false, power_ = true, writing_ = false;
+  int openers_count_ = 0;  // how often the other end is open
+  bool lid_open_ = false, power_ = true, writing_ = false, reading_ = false;
 };
 
 }  // namespace veneer::sim

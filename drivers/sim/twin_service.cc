@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/sim/camera.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/scanner.h"
 #include "drivers/sim/truth_files.h"
@@ -257,9 +256,9 @@ TwinService::Reply TwinService::camera(const json&) {
               {"bed_from_sheet", to_json(view.bed_from_sheet)},
               {"face_height_mm", view.face_height_mm}};
   }
-  const CellTruth& truth = world_.truth();
-  const std::uint64_t seed = Random(truth.settings.seed, "camera", static_cast<std::uint64_t>(number)).next();
-  cv::Mat picture = render_camera(truth.camera, truth.settings.bed, view, seed);
+  const std::uint64_t seed = Random(world_.truth().settings.seed, "camera", static_cast<std::uint64_t>(number)).next();
+  if (!eye_) eye_.emplace(world_.truth().camera, world_.truth().settings.bed);
+  cv::Mat picture = eye_->picture(view, seed);
   if (camera_dark_) picture *= 0.02;
   const std::string name = fmt::format("camera-{}", number);
   const fs::path file = world_.state_dir() / "captures" / (name + ".ppm");

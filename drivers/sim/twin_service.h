@@ -8,10 +8,12 @@
 #include <atomic>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "base/log.h"
 #include "base/result.h"
+#include "drivers/sim/camera.h"
 #include "drivers/sim/laser_bench.h"
 #include "drivers/sim/world.h"
 
@@ -50,6 +52,7 @@ class TwinService {
 
   World& world_;
   LaserBench& laser_;
+  std::optional<BedCamera> eye_;  // of the worker
   Logger log_;
   std::atomic<bool> scanner_dead_{false}, camera_dead_{false}, camera_dark_{false};
   double drifted_ = 0;

@@ -214,8 +214,8 @@ cv::Mat paint(Strip& s) {
       const cv::Vec3f& colour =
           palette[static_cast<std::size_t>(std::clamp(tone, 0.0, 1.0) * 1023)];  // a pore is brown, not grey
       const double warm = w.hue_spread * hu[c];
-      row[c] = {cv::saturate_cast<unsigned char>(colour[0] * light * (1 - 1.5 * warm) * (1 - pore * 1.12)),
-                cv::saturate_cast<unsigned char>(colour[1] * light * (1 - pore * 1.02)),
+      row[c] = {cv::saturate_cast<unsigned char>(colour[0] * light * (1 - 1.3 * warm) * (1 - pore * 1.12)),
+                cv::saturate_cast<unsigned char>(colour[1] * light * (1 + 0.3 * warm) * (1 - pore * 1.02)),
                 cv::saturate_cast<unsigned char>(colour[2] * light * (1 + warm) * (1 - pore * 0.86))};
     }
   }

@@ -16,7 +16,7 @@ WoodSpecies maple() {
   w.fibre_contrast = 0.10, w.streak_contrast = 0.12, w.mottle_contrast = 0.08;
   w.pore_density = 1.6, w.pore_length = 1.2, w.pore_width = 0.07, w.pore_darkness = 0.10;
   w.ray_density = 0.9, w.ray_length = 1.1, w.ray_width = 0.11, w.ray_darkness = 0.10;
-  w.curl = 0.060, w.curl_length = 8, w.hue_spread = 0.012;
+  w.curl = 0.042, w.curl_length = 7, w.hue_spread = 0.012;
   return w;
 }
 
@@ -72,7 +72,7 @@ WoodSpecies walnut() {
 WoodSpecies padauk() {
   WoodSpecies w;
   w.name = "padauk";
-  w.palette = {rgb(201, 92, 48), rgb(173, 65, 34), rgb(138, 46, 28), rgb(88, 30, 22)};
+  w.palette = {rgb(194, 92, 52), rgb(164, 66, 38), rgb(130, 47, 30), rgb(84, 30, 22)};
   w.tone = 0.36, w.ring_width = 4.5, w.ring_contrast = 0.12, w.ring_edge = 0.20, w.flat_sawn = 0.45;
   w.band_contrast = 0.26, w.band_width = 7;
   w.fibre_contrast = 0.12, w.streak_contrast = 0.20;
@@ -107,12 +107,12 @@ WoodSpecies rosewood() {
 WoodSpecies zebrano() {
   WoodSpecies w;
   w.name = "zebrano";
-  w.palette = {rgb(209, 171, 117), rgb(184, 141, 88), rgb(129, 88, 52), rgb(70, 45, 29)};
-  w.tone = 0.16, w.ring_width = 3.2, w.ring_contrast = 0.62, w.ring_edge = 0.30, w.ring_variation = 0.7,
-  w.flat_sawn = 0.15;
-  w.band_contrast = 0.12, w.band_width = 5;
-  w.fibre_contrast = 0.10, w.streak_contrast = 0.10;
-  w.pores = PoreKind::kDiffuse, w.pore_density = 1.0, w.pore_length = 3.4, w.pore_width = 0.16, w.pore_darkness = 0.40;
+  w.palette = {rgb(214, 184, 132), rgb(186, 150, 100), rgb(116, 82, 52), rgb(58, 38, 27)};
+  w.tone = 0.30, w.ring_width = 3.4, w.ring_contrast = 1.0, w.ring_edge = 0.36, w.ring_variation = 0.6,
+  w.flat_sawn = 0.1;
+  w.band_contrast = 0.15, w.band_width = 7;
+  w.fibre_contrast = 0.12, w.streak_contrast = 0.12;
+  w.pores = PoreKind::kDiffuse, w.pore_density = 0.9, w.pore_length = 3.0, w.pore_width = 0.15, w.pore_darkness = 0.36;
   return w;
 }
 
