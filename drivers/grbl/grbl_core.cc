@@ -23,7 +23,7 @@ Overloaded(Handlers...) -> Overloaded<Handlers...>;
 GrblOptions GrblOptions::for_time_scale(double scale) {
   GrblOptions options;
   if (!(scale > 1)) return options;
-  for (Duration* limit : {&options.connect_timeout, &options.banner_wait, &options.poll_timeout,
+  for (Duration* limit : {&options.connect_timeout, &options.banner_wait, &options.settle_time, &options.poll_timeout,
                           &options.silence_timeout, &options.lost_reply_timeout, &options.hold_timeout,
                           &options.resume_timeout, &options.stop_timeout, &options.stall_timeout})
     *limit = Duration(std::llround(static_cast<double>(limit->count()) * scale));
@@ -236,10 +236,11 @@ void GrblCore::on_banner(const Banner& banner) {
       return;
     case Phase::kConnecting:
       settings_reader_.banner(banner);
-      return connect_step(ConnectStep::kBuildInfo);
+      connect_step(ConnectStep::kWake);
+      settled_at_ = now_ + options_.settle_time;
+      return;
     case Phase::kResetting:
-      enter(Phase::kReady);
-      if (std::exchange(home_wanted_, false)) begin_homing();
+      settled_at_ = now_ + options_.settle_time;
       return;
     case Phase::kReady:
       return drop_out(error, true);
@@ -272,7 +273,7 @@ void GrblCore::on_report(const StatusReport& report) {
     case Phase::kClosed:
       return;
     case Phase::kConnecting:
-      if (connect_step_ == ConnectStep::kWake && now_ - phase_begin_ >= options_.banner_wait)
+      if (connect_step_ == ConnectStep::kWake && !settled_at_ && now_ - phase_begin_ >= options_.banner_wait)
         return connect_step(ConnectStep::kBuildInfo);
       if (connect_step_ == ConnectStep::kStatus && position_) finish_connect();
       return;
@@ -324,6 +325,10 @@ void GrblCore::tick(TimePoint now) {
     deadline_.reset();
     on_deadline();
   }
+  if (settled_at_ && now_ >= *settled_at_) {
+    settled_at_.reset();
+    on_settled();
+  }
   poll_if_due();
   if (phase_ == Phase::kJob) check_progress();
   pump();
@@ -361,6 +366,13 @@ void GrblCore::on_deadline() {
     case Phase::kReady:
       return;
   }
+}
+
+void GrblCore::on_settled() {
+  if (phase_ == Phase::kConnecting) return connect_step(ConnectStep::kBuildInfo);
+  if (phase_ != Phase::kResetting) return;
+  enter(Phase::kReady);
+  if (std::exchange(home_wanted_, false)) begin_homing();
 }
 
 void GrblCore::on_silence() {
@@ -406,7 +418,7 @@ void GrblCore::poll_if_due() {
 
 TimePoint GrblCore::next_deadline() const {
   if (phase_ == Phase::kClosed) return TimePoint::max();
-  TimePoint next = deadline_.value_or(TimePoint::max());
+  TimePoint next = std::min(deadline_.value_or(TimePoint::max()), settled_at_.value_or(TimePoint::max()));
   if (polling()) next = std::min(next, poll_ ? poll_->at + options_.poll_timeout : next_poll_);
   if (silent_since_) next = std::min(next, *silent_since_ + options_.silence_timeout);
   if (phase_ == Phase::kJob && hold_ == Hold::kNone) {
@@ -422,6 +434,7 @@ void GrblCore::enter(Phase phase) {
   phase_ = phase;
   phase_begin_ = now_;
   deadline_.reset();
+  settled_at_.reset();
   idle_since_.reset();
   if (phase == Phase::kClosed) {
     poll_.reset();
@@ -437,6 +450,7 @@ void GrblCore::enter(Phase phase) {
 }
 
 void GrblCore::reset_machine() {
+  settled_at_.reset();
   output_.urgent = kSoftReset;
   output_.bytes.clear();
   window_.clear();

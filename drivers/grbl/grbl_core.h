@@ -88,6 +88,7 @@ class GrblCore {
   void on_report(const StatusReport& report);
   void on_parser_state(const ParserState& state);
   void on_deadline();
+  void on_settled();
   void on_silence();
   void poll_if_due();
   bool polling() const;
@@ -128,7 +129,8 @@ class GrblCore {
   Phase phase_ = Phase::kClosed;
   ConnectStep connect_step_ = ConnectStep::kWake;
   TimePoint phase_begin_;
-  std::optional<TimePoint> deadline_;  // of what the phase awaits
+  std::optional<TimePoint> deadline_;    // of what the phase awaits
+  std::optional<TimePoint> settled_at_;  // the controller has come out of a reset and is left alone until then
 
   LineReader reader_;
   SendWindow window_;

@@ -17,6 +17,7 @@ struct GrblOptions {
   // How long the link and the controller may take. Real time underlies these.
   Duration connect_timeout = std::chrono::milliseconds(4500);
   Duration banner_wait = std::chrono::milliseconds(1500);  // a TCP controller that is already running prints none
+  Duration settle_time = std::chrono::milliseconds(200);   // after a banner: another may follow, and late answers
   Duration poll_timeout = std::chrono::milliseconds(600);  // a poll without answer until then is lost
   int polls_unanswered = 3;
   Duration silence_timeout = std::chrono::seconds(2);
@@ -31,7 +32,7 @@ struct GrblOptions {
 
   double queued_motion_s = 1.0;  // never more in the controller
   double longest_move_s = 0.2;   // longer strokes are split
-  Millimetres position_tolerance{0.02};
+  Millimetres position_tolerance{0.01};  // beyond half a motor step
 
   // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the
   // limits on them.

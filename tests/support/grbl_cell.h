@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -111,7 +112,7 @@ class GrblCell {
   std::function<void()> on_step;
 };
 
-// A square of strokes of one piece: a short engraved line, then the outline.
+// Squares, each with an engraved line and an engraved circle before its outline: three strokes a piece.
 inline LaserJob square_job(int pieces, double side_mm = 12, double x0 = 40, double y0 = 50) {
   LaserJob job;
   for (int i = 0; i < pieces; ++i) {
@@ -123,6 +124,12 @@ inline LaserJob square_job(int pieces, double side_mm = 12, double x0 = 40, doub
                            MmPerSecond(80),
                            PowerFraction(0.2),
                            1});
+    // A round letter: short lines, fast.
+    Polyline<MachineFrame> round;
+    for (int k = 0; k <= 36; ++k)
+      round.push_back(
+          point<MachineFrame>(x + 3 + 0.8 * std::cos(k % 36 * kPi / 18), y + 2 + 0.8 * std::sin(k % 36 * kPi / 18)));
+    job.strokes.push_back({piece, StrokeRole::kEngrave, round, MmPerSecond(80), PowerFraction(0.2), 1});
     job.strokes.push_back(
         {piece,
          StrokeRole::kCut,

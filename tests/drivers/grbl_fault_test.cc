@@ -1,0 +1,258 @@
+// What happens when the wire or the controller fails in the middle of a job. One rule over all: a piece is reported
+// verified only when exactly its strokes were burnt, with the power they were given; otherwise the job ends with the
+// beam off.
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+#include <ostream>
+#include <random>
+#include <span>
+#include <string>
+
+#include "tests/support/grbl_cell.h"
+
+namespace veneer {
+namespace {
+
+using sim::Fault;
+using sim::FaultKind;
+using tests::GrblCell;
+using tests::square_job;
+
+struct Leg {
+  double ax, ay, bx, by, energy;
+};
+
+std::vector<Leg> legs_of(const LaserJob& job, PieceId piece) {
+  std::vector<Leg> legs;
+  for (const Stroke& stroke : job.strokes) {
+    if (stroke.piece != piece) continue;
+    for (std::size_t i = 1; i < stroke.path.size(); ++i)
+      legs.push_back({stroke.path[i - 1].x.count(), stroke.path[i - 1].y.count(), stroke.path[i].x.count(),
+                      stroke.path[i].y.count(), stroke.power.count() / stroke.speed.count()});
+  }
+  return legs;
+}
+
+double length(const Leg& leg) { return std::hypot(leg.bx - leg.ax, leg.by - leg.ay); }
+
+bool on_leg(const Leg& leg, double x, double y) {
+  const double l = length(leg), t = ((x - leg.ax) * (leg.bx - leg.ax) + (y - leg.ay) * (leg.by - leg.ay)) / (l * l);
+  const double u = std::clamp(t, 0.0, 1.0);
+  return std::hypot(x - leg.ax - u * (leg.bx - leg.ax), y - leg.ay - u * (leg.by - leg.ay)) < 0.03;
+}
+
+// Empty when these burns are the piece, the whole piece and nothing but the piece.
+std::string wrong_burn(const LaserJob& job, PieceId piece, std::span<const sim::BurnSegment> burns) {
+  const auto legs = legs_of(job, piece);
+  double planned = 0, burnt = 0;
+  for (const Leg& leg : legs) planned += length(leg);
+  for (const sim::BurnSegment& burn : burns) {
+    const double x0 = burn.from.x_mm + 520, y0 = burn.from.y_mm + 380, x1 = burn.to.x_mm + 520, y1 = burn.to.y_mm + 380;
+    burnt += burn.length_mm();
+    bool fits = false;
+    for (const Leg& leg : legs) {
+      // A touch of energy more or less is the controller's rounding of S and speed.
+      const bool energy = burn.length_mm() < 0.02 || std::abs(burn.energy_per_mm() / leg.energy - 1) < 0.05;
+      fits = fits || (energy && on_leg(leg, x0, y0) && on_leg(leg, x1, y1));
+    }
+    if (!fits)
+      return "burnt (" + std::to_string(x0) + ", " + std::to_string(y0) + ") to (" + std::to_string(x1) + ", " +
+             std::to_string(y1) + ") with " + std::to_string(burn.energy_per_mm());
+  }
+  if (std::abs(burnt - planned) > 0.1)
+    return "burnt " + std::to_string(burnt) + " of " + std::to_string(planned) + " mm";
+  return {};
+}
+
+// Runs a job with one fault, and looks at every verified piece at the moment it is reported.
+class FaultedJob {
+ public:
+  explicit FaultedJob(int pieces) : job_(square_job(pieces, 6)) {
+    cell.connect_and_home();
+    cell.on_step = [this] { look(); };
+  }
+
+  void with(const Fault& fault) {
+    cell.bench.controller.inject(fault);
+    cell.start(job_);
+    cell.run_job();
+    look();
+  }
+
+  // What must hold whatever went wrong.
+  void expect_safe(const std::string& what) {
+    SCOPED_TRACE(what);
+    EXPECT_EQ(wrong, "");
+    EXPECT_EQ(cell.all<laser_event::Done>().size() + cell.all<laser_event::Aborted>().size(), 1U);
+    EXPECT_FALSE(cell.bench.controller.beam_on());
+    const sim::BeamLog& log = cell.bench.controller.beam_log();
+    EXPECT_EQ(log.beam_at_rest_s, 0);
+    EXPECT_EQ(log.burnt_unhomed_mm, 0);
+    EXPECT_LE(log.longest_queued_motion_s, 1.0);
+    EXPECT_LE(cell.longest_queue_s, 1.0);
+    if (const auto aborted = cell.first<laser_event::Aborted>()) {
+      EXPECT_FALSE(aborted->error.message.empty());
+      const bool burnt = cell.bench.burns.size() > counted_;
+      EXPECT_EQ(aborted->suspect.size(), burnt || !aborted->suspect.empty() ? 1U : 0U) << "burnt but not suspect";
+      for (const PieceId piece : aborted->suspect) EXPECT_EQ(piece.value, verified_ + 1);
+    } else {
+      EXPECT_EQ(verified_, static_cast<int>(job_.strokes.size()) / 3) << "done, but not with all pieces";
+    }
+  }
+
+  Error abort_error() const {
+    const auto aborted = cell.first<laser_event::Aborted>();
+    return aborted ? aborted->error : Error{ErrorCode::kInternal, "not aborted"};
+  }
+
+  GrblCell cell;
+  std::string wrong;
+
+ private:
+  void look() {
+    for (; seen_ < cell.events.size(); ++seen_) {
+      const auto* verified = std::get_if<laser_event::PieceVerified>(&cell.events[seen_]);
+      if (verified == nullptr) continue;
+      ++verified_;
+      const auto burns = std::span(cell.bench.burns).subspan(counted_);
+      const std::string problem = wrong_burn(job_, verified->piece, burns);
+      if (!problem.empty() && wrong.empty()) wrong = "piece " + std::to_string(verified->piece.value) + ": " + problem;
+      counted_ = cell.bench.burns.size();
+    }
+  }
+
+  LaserJob job_;
+  std::size_t seen_ = 0, counted_ = 0;
+  int verified_ = 0;
+};
+
+TEST(GrblFault, NoFaultBurnsEveryPieceRight) {
+  FaultedJob run(5);
+  run.cell.start(square_job(5, 6));
+  run.cell.run_job();
+  run.expect_safe("no fault");
+  EXPECT_TRUE(run.cell.has<laser_event::Done>());
+}
+
+struct Case {
+  const char* name;
+  Fault fault;
+  const char* word;  // in the sentence the operator gets
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
+
+class GrblFaultCase : public testing::TestWithParam<Case> {};
+
+TEST_P(GrblFaultCase, EndsTheJobWithBeamOffAndThePieceSuspect) {
+  FaultedJob run(3);
+  run.with(GetParam().fault);
+  run.expect_safe(GetParam().name);
+  ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
+  EXPECT_THAT(run.abort_error().message, testing::HasSubstr(GetParam().word));
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::SizeIs(1));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Faults, GrblFaultCase,
+    testing::Values(Case{"LostOk", {FaultKind::kDropOk, 40}, "answers were lost"},
+                    Case{"ExtraOk", {FaultKind::kDuplicateOk, 40}, "more lines than"},
+                    Case{"Unplugged", {FaultKind::kUnplug, 1000}, "link"},
+                    Case{"ResetByItself", {FaultKind::kBanner, 40}, "was reset"},
+                    Case{"RefusedLine", {FaultKind::kError, 40, 22}, "error:22 of Grbl (no feed rate given)"},
+                    Case{"LimitSwitch", {FaultKind::kAlarm, 40, 1}, "ALARM:1 of Grbl (a limit switch was hit)"},
+                    Case{"Stall", {FaultKind::kStall, 40}, "stopped answering"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(GrblFault, ADigitLostFromAMoveIsFoundByThePosition) {
+  // Somewhere in the second piece a digit goes missing and leaves a valid line.
+  int found = 0;
+  for (std::uint64_t after = 700; after < 1100; ++after) {
+    FaultedJob run(2);
+    run.with({FaultKind::kDropByte, after});
+    run.expect_safe("byte " + std::to_string(after));
+    found += run.abort_error().message.find("off its path") != std::string::npos ||
+                     run.abort_error().message.find("from where the piece ends") != std::string::npos
+                 ? 1
+                 : 0;
+  }
+  EXPECT_GT(found, 5);
+}
+
+TEST(GrblFault, AnOpenLidHoldsDarkAndThePieceIsFinishedOnlyOnResume) {
+  FaultedJob run(2);
+  run.cell.start(square_job(2, 6));
+  run.cell.run(1.0);
+  run.cell.bench.controller.set_lid(true, run.cell.now());
+  run.cell.run(5);
+  EXPECT_TRUE(run.cell.has<laser_event::Held>());
+  EXPECT_FALSE(run.cell.bench.controller.beam_on());
+  EXPECT_FALSE(run.cell.over());
+
+  const auto held = run.cell.all<laser_event::Held>().size();
+  run.cell.core.resume(run.cell.now());
+  run.cell.exchange();
+  run.cell.run(2);
+  EXPECT_EQ(run.cell.all<laser_event::Held>().size(), held + 1) << "still held: the lid is open";
+  EXPECT_FALSE(run.cell.bench.controller.moving());
+
+  run.cell.bench.controller.set_lid(false, run.cell.now());
+  run.cell.run(5);
+  EXPECT_FALSE(run.cell.bench.controller.moving()) << "closing the lid moves nothing";
+  run.cell.core.resume(run.cell.now());
+  run.cell.exchange();
+  run.cell.run_job();
+  run.expect_safe("lid");
+  EXPECT_TRUE(run.cell.has<laser_event::Resumed>());
+  EXPECT_TRUE(run.cell.has<laser_event::Done>());
+}
+
+TEST(GrblFault, AfterAnAbortNothingMovesUntilHomedAgain) {
+  FaultedJob run(3);
+  run.with({FaultKind::kAlarm, 15, 1});
+  ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
+  run.cell.bench.controller.set_consent(false);
+  run.cell.events.clear();
+  run.cell.run(20);
+  run.cell.start(square_job(1));
+  run.cell.run(5);
+  ASSERT_TRUE(run.cell.has<laser_event::Failed>());
+  EXPECT_EQ(run.cell.first<laser_event::Failed>()->error.code, ErrorCode::kRefused);
+  EXPECT_EQ(run.cell.bench.controller.beam_log().moved_without_consent_mm, 0);
+
+  run.cell.bench.controller.set_consent(true);
+  run.cell.events.clear();
+  run.cell.core.home(run.cell.now());
+  run.cell.exchange();
+  run.cell.run(120, [&] { return run.cell.has<laser_event::Homed>(); });
+  ASSERT_TRUE(run.cell.has<laser_event::Homed>());
+  run.cell.start(square_job(1));
+  run.cell.run_job();
+  EXPECT_TRUE(run.cell.has<laser_event::Done>());
+}
+
+TEST(GrblFault, ASeededCampaignNeverReportsAWrongPiece) {
+  constexpr int kRuns = 1500;
+  constexpr std::array kKinds = {
+      FaultKind::kDropOk, FaultKind::kDuplicateOk, FaultKind::kGarbleByte, FaultKind::kDropByte, FaultKind::kFuseLines,
+      FaultKind::kStall,  FaultKind::kUnplug,      FaultKind::kBanner,     FaultKind::kError,    FaultKind::kAlarm};
+  std::mt19937_64 random(20260501);
+  int aborted = 0;
+  for (int i = 0; i < kRuns; ++i) {
+    const FaultKind kind = kKinds[random() % kKinds.size()];
+    const bool bytes = kind == FaultKind::kGarbleByte || kind == FaultKind::kDropByte || kind == FaultKind::kUnplug;
+    const Fault fault{kind, 1 + random() % (bytes ? 2500 : 150), kind == FaultKind::kError ? 20 : 1};
+    FaultedJob run(3);
+    run.with(fault);
+    run.expect_safe("run " + std::to_string(i) + ", kind " + std::to_string(static_cast<int>(kind)) + " after " +
+                    std::to_string(fault.after));
+    aborted += run.cell.has<laser_event::Aborted>() ? 1 : 0;
+    if (testing::Test::HasFailure()) break;
+  }
+  EXPECT_GT(aborted, kRuns / 2);
+}
+
+}  // namespace
+}  // namespace veneer
