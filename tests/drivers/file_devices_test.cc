@@ -1,0 +1,84 @@
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "drivers/file/file_camera.h"
+#include "drivers/file/file_scanner.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer {
+namespace {
+
+using ::testing::HasSubstr;
+
+class FileDevicesTest : public ::testing::Test {
+ protected:
+  std::string picture(const std::string& name, int grey) {
+    const auto file = (directory_.path() / name).string();
+    EXPECT_TRUE(cv::imwrite(file, cv::Mat(8, 12, CV_8UC3, cv::Scalar::all(grey))));
+    return file;
+  }
+  std::string folder() const { return directory_.path().string(); }
+
+  testing::TempDirectory directory_;
+};
+
+int grey(const cv::Mat& image) { return image.at<cv::Vec3b>(0, 0)[0]; }
+
+TEST_F(FileDevicesTest, GiveThePicturesOfAFolderInOrderAndRoundAgain) {
+  picture("b.png", 20);
+  picture("a.png", 10);
+  std::ofstream(folder() + "/notes.txt") << "not a picture";
+  FileScanner scanner(folder());
+  for (const int expected : {10, 20, 10}) {
+    const auto scan = scanner.scan(ScanResolution::from_dpi(300), {}, {});
+    ASSERT_TRUE(scan.ok());
+    EXPECT_EQ(grey(scan->pixels), expected);
+    EXPECT_EQ(scan->pixels.type(), CV_8UC3);
+    EXPECT_DOUBLE_EQ(scan->nominal.dpi(), 300);
+  }
+}
+
+TEST_F(FileDevicesTest, TakeAPatternOrOneFile) {
+  picture("bed-1.png", 1);
+  const auto bed_2 = picture("bed-2.png", 2);
+  picture("other.png", 3);
+  FileCamera camera(folder() + "/bed-*.png");
+  EXPECT_EQ(grey(camera.capture().value()), 1);
+  EXPECT_EQ(grey(camera.capture().value()), 2);
+  EXPECT_EQ(grey(camera.capture().value()), 1);
+  FileCamera one(bed_2);
+  EXPECT_EQ(grey(one.capture().value()), 2);
+  EXPECT_EQ(grey(one.capture().value()), 2);
+  EXPECT_EQ(one.device(), "file:" + bed_2);
+}
+
+TEST_F(FileDevicesTest, SeeAPictureThatWasChangedMeanwhile) {
+  const auto file = picture("bed.png", 5);
+  FileCamera camera(file);
+  EXPECT_EQ(grey(camera.capture().value()), 5);
+  picture("bed.png", 6);
+  EXPECT_EQ(grey(camera.capture().value()), 6);
+}
+
+TEST_F(FileDevicesTest, NameWhatIsMissingOrUnreadable) {
+  FileCamera nothing(folder() + "/none-*.png");
+  EXPECT_EQ(nothing.capture().error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(nothing.capture().error().message, HasSubstr("none-*.png"));
+  const std::string broken = folder() + "/broken.png";
+  std::ofstream(broken) << "no picture at all";
+  FileCamera unreadable(broken);
+  EXPECT_EQ(unreadable.capture().error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(unreadable.capture().error().message, HasSubstr(broken));
+}
+
+TEST_F(FileDevicesTest, AreCancelledBeforeTheyBegin) {
+  FileScanner scanner(picture("a.png", 1));
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(scanner.scan(ScanResolution::from_dpi(300), {}, stop.get_token()).error().code, ErrorCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace veneer
