@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include <opencv2/imgproc.hpp>
 
 #include "calib/radial.h"
@@ -10,7 +11,7 @@ namespace veneer::calib {
 namespace {
 
 constexpr double kSearchPxPerMm = 3;
-constexpr double kMinRays = 0.6;
+constexpr double kMinRays = 0.85;
 constexpr double kDarker = 0.72;  // a hole against its surroundings
 constexpr double kBlack = 6;      // grey levels that noise and the scanner's black leave of a ratio in dark wood
 
@@ -66,6 +67,7 @@ bool is_hole(const cv::Mat& light, const cv::Mat& wood, const RoundFit& fit, dou
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
     return values[values.size() / 2];
   };
+  std::sort(inside.begin(), inside.end());
   return (median(inside) + kBlack) < kDarker * (median(around) + kBlack);
 }
 

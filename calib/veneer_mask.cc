@@ -83,6 +83,15 @@ std::vector<Zone> label_zones(cv::Mat& usable, cv::Mat& zones, const WorkMap& wo
   return list;
 }
 
+// 255 where all map pixels of a work pixel are set.
+cv::Mat all_set(const cv::Mat& mask, const WorkMap& work) {
+  cv::Mat lowest, padded;
+  cv::copyMakeBorder(mask, padded, 0, work.bgr.rows * work.fold - mask.rows, 0, work.bgr.cols * work.fold - mask.cols,
+                     cv::BORDER_REPLICATE);
+  cv::resize(padded, lowest, work.bgr.size(), 0, 0, cv::INTER_AREA);
+  return lowest == 255;
+}
+
 Raster<PanelFrame> grow(const cv::Mat& small, int fold, const Raster<PanelFrame>& map) {
   cv::Mat grown;
   cv::resize(small, grown, {}, fold, fold, cv::INTER_NEAREST);
@@ -92,9 +101,11 @@ Raster<PanelFrame> grow(const cv::Mat& small, int fold, const Raster<PanelFrame>
 }  // namespace
 
 Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducials& fiducials,
-                               const MaskOptions& options) {
+                               const MaskOptions& options, const Raster<PanelFrame>* earlier) {
   if (map.pixels.type() != CV_8UC3 || map.pixels.empty())
     return Error{ErrorCode::kInvalidArgument, "the veneer map to mask is empty or not an 8 bit colour picture"};
+  if (earlier != nullptr && (earlier->pixels.type() != CV_8UC1 || earlier->pixels.size() != map.pixels.size()))
+    return Error{ErrorCode::kInvalidArgument, "the earlier mask is not as large as the veneer map"};
   const WorkMap work = shrink(map);
   const cv::Mat marked = mark_fiducials(map, fiducials, work, options.fiducial_margin);
   cv::Mat wood = wood_mask(work, marked);
@@ -110,6 +121,7 @@ Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducia
                           Millimetres(screw.diameter / work.px_per_mm)});
   }
   cv::Mat usable = keep_away(wood, options.edge_margin.count() * work.px_per_mm), zones;
+  if (earlier != nullptr) cv::bitwise_and(usable, all_set(earlier->pixels, work), usable);
   out.list = label_zones(usable, zones, work, map, options);
   if (out.list.empty())
     return Error{ErrorCode::kRefused, "no veneer is seen on the map: check that the show face was scanned"};

@@ -42,8 +42,10 @@ struct VeneerMask {
   std::vector<ScrewHole> screws;
 };
 
-// `map` shows the show face, CV_8UC3. kInvalidArgument for another type, kRefused when no veneer is found.
+// `map` shows the show face, CV_8UC3. `earlier` is the usable mask of the same panel before something was cut (as large
+// as the map), or null: wood does not grow back, and a screw hole that a cut has opened is hard to see.
+// kInvalidArgument for another type or size, kRefused when no veneer is found.
 Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducials& fiducials,
-                               const MaskOptions& options = {});
+                               const MaskOptions& options = {}, const Raster<PanelFrame>* earlier = nullptr);
 
 }  // namespace veneer::calib

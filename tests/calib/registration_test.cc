@@ -55,6 +55,26 @@ struct Cell {
   }
 };
 
+// The perfect cell and its panel, whole on the glass; drawn once.
+const Cell& plain_cell() {
+  static const Cell cell;
+  return cell;
+}
+const TileView& plain_show() {
+  static const TileView view = plain_cell().scan(Face::kShow, plain_cell().whole(Face::kShow), "scan 7");
+  return view;
+}
+PanelFiducials plain_fiducials() {
+  static const auto found = register_first_scan(std::span(&plain_show(), 1), ScannerModel());
+  EXPECT_TRUE(found.ok());
+  return found->fiducials;
+}
+// The warped cell with its certificate.
+const Cell& warped_cell() {
+  static const Cell cell(true);
+  return cell;
+}
+
 // Errors over a 10 mm lattice of true points, after the best isometry on the true fiducials: DESIGN.md, section 3.
 FitResidual error_of(const Cell& cell, const calib::ScanMap& map, const GlassFromPanel& truth, Face face,
                      const PanelFiducials& found) {
@@ -97,7 +117,7 @@ TEST(Registration, OfALinearScannerIsBelowTenMicrometres) {
 }
 
 TEST(Registration, OfAWarpedScannerWithItsCertificateIsBelowThirtyMicrometres) {
-  const Cell cell(true);
+  const Cell& cell = warped_cell();
   const auto pose = cell.whole(Face::kShow, 3);
   const TileView tiles[] = {cell.scan(Face::kShow, pose)};
   const auto found = register_first_scan(tiles, cell.model);
@@ -155,21 +175,19 @@ TEST(Registration, JoinsTilesAndMeasuresTheirDisagreement) {
 }
 
 TEST(Registration, FitsALaterScanToTheFrozenFiducials) {
-  const Cell cell;
-  const TileView first[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
-  const auto known = register_first_scan(first, cell.model);
-  ASSERT_TRUE(known.ok());
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
   const auto pose = cell.whole(Face::kShow, 178);
   const TileView later[] = {cell.scan(Face::kShow, pose)};
-  const auto found = register_scan(later, Face::kShow, known->fiducials, cell.model);
+  const auto found = register_scan(later, Face::kShow, known, cell.model);
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_LT(found->rms->count(), 0.01);
   EXPECT_LT(error_of(cell, found->tiles[0], pose, Face::kShow, found->fiducials).rms, 0.010);
-  EXPECT_EQ(found->fiducials.tags[0].corners, known->fiducials.tags[0].corners);
+  EXPECT_EQ(found->fiducials.tags[0].corners, known.tags[0].corners);
 }
 
 TEST(Registration, TiesTheBackToTheShowFaceByItsHoles) {
-  const Cell cell(true);
+  const Cell& cell = warped_cell();
   const TileView show[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
   const auto known = register_first_scan(show, cell.model);
   ASSERT_TRUE(known.ok()) << known.error().message;
@@ -203,44 +221,39 @@ TEST(Registration, TiesTheBackToTheShowFaceByItsHoles) {
 // is not what the frozen fiducials say.
 TEST(Registration, RefusesTagsTurnedByHalfAgainstTheFrozenOnes) {
   Cell cell;
-  const TileView first[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
-  const auto known = register_first_scan(first, cell.model);
-  ASSERT_TRUE(known.ok());
+  const PanelFiducials known = plain_fiducials();
   for (auto& tag : cell.panel.tags) tag.upside_down = true;
   const TileView turned[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
-  const auto found = register_scan(turned, Face::kShow, known->fiducials, cell.model);
+  const auto found = register_scan(turned, Face::kShow, known, cell.model);
   ASSERT_FALSE(found.ok());
   EXPECT_EQ(found.error().code, ErrorCode::kRefused);
 }
 
 // The first trap: tags and holes counted by two conventions, half a pixel apart, disagree across a half turn.
 TEST(Registration, SeesHalfAPixelOfOffset) {
-  const Cell cell;
-  const TileView first[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
-  const auto known = register_first_scan(first, cell.model);
-  ASSERT_TRUE(known.ok());
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
   TileView shifted = cell.scan(Face::kShow, cell.whole(Face::kShow, 179));
-  ASSERT_TRUE(register_scan(std::span(&shifted, 1), Face::kShow, known->fiducials, cell.model).ok());
+  ASSERT_TRUE(register_scan(std::span(&shifted, 1), Face::kShow, known, cell.model).ok());
   for (auto& hole : shifted.holes) hole.centre.x += Pixels(0.5), hole.centre.y += Pixels(0.5);
-  const auto found = register_scan(std::span(&shifted, 1), Face::kShow, known->fiducials, cell.model);
+  const auto found = register_scan(std::span(&shifted, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(found.ok());
   EXPECT_EQ(found.error().code, ErrorCode::kRefused);
 }
 
 // The third trap: the back must be mirrored, and that is measured.
 TEST(Registration, RefusesTheWrongFace) {
-  const Cell cell;
-  const TileView show[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
-  const auto known = register_first_scan(show, cell.model);
-  ASSERT_TRUE(known.ok());
-  const auto wrong = register_scan(show, Face::kBack, known->fiducials, cell.model);
+  const Cell& cell = plain_cell();
+  const TileView show[] = {plain_show()};
+  const PanelFiducials known = plain_fiducials();
+  const auto wrong = register_scan(show, Face::kBack, known, cell.model);
   ASSERT_FALSE(wrong.ok());
   EXPECT_THAT(wrong.error().message, testing::HasSubstr("show face lies on the glass"));
 
   // A "back" whose holes lie as on the show face is no back.
   TileView fake = show[0];
   for (auto& tag : fake.tags) tag.id += 20;
-  const auto unmirrored = register_scan(std::span(&fake, 1), Face::kBack, known->fiducials, cell.model);
+  const auto unmirrored = register_scan(std::span(&fake, 1), Face::kBack, known, cell.model);
   ASSERT_FALSE(unmirrored.ok());
   EXPECT_THAT(unmirrored.error().message, testing::HasSubstr("not mirrored"));
 }
@@ -263,10 +276,9 @@ TEST(Registration, RefusesSymmetricHolesAndTooFew) {
 }
 
 TEST(Registration, NamesWhatIsWrongInOneSentence) {
-  const Cell cell;
-  const TileView good = cell.scan(Face::kShow, cell.whole(Face::kShow), "scan 7");
-  const auto known = register_first_scan(std::span(&good, 1), cell.model);
-  ASSERT_TRUE(known.ok());
+  const Cell& cell = plain_cell();
+  const TileView& good = plain_show();
+  const PanelFiducials known = plain_fiducials();
 
   TileView bare = good;
   bare.tags.clear();
@@ -289,13 +301,13 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
 
   TileView stranger = good;
   for (auto& tag : stranger.tags) tag.id += 100;
-  answer = register_scan(std::span(&stranger, 1), Face::kShow, known->fiducials, cell.model);
+  answer = register_scan(std::span(&stranger, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
   EXPECT_THAT(answer.error().message, testing::HasSubstr("another panel lies on the glass"));
 
   stranger = good;
   stranger.tags.back().id = 300;
-  answer = register_scan(std::span(&stranger, 1), Face::kShow, known->fiducials, cell.model);
+  answer = register_scan(std::span(&stranger, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
   EXPECT_THAT(answer.error().message, testing::HasSubstr("tag 300 does not belong"));
 
@@ -307,7 +319,7 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
 
   TileView moved = good;
   for (auto& corner : moved.tags[2].corners) corner.x += Pixels(3);
-  answer = register_scan(std::span(&moved, 1), Face::kShow, known->fiducials, cell.model);
+  answer = register_scan(std::span(&moved, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
   EXPECT_THAT(answer.error().message, testing::HasSubstr("calibrate the scanner"));
 
@@ -321,7 +333,7 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
 }
 
 TEST(ScanMap, UndoesItself) {
-  const Cell cell(true);
+  const Cell& cell = warped_cell();
   const auto pose = cell.whole(Face::kBack);
   const calib::ScanMap map(pose.inverse(), cell.model, cell.scanner.nominal());
   for (double x = 3; x < 2000; x += 311)
