@@ -97,6 +97,13 @@ std::vector<std::string> digests_of(const std::vector<Step>& day) {
   return digests;
 }
 
+// Sanitizers make a day long; then every fourth step must do.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int kStride = 4;
+#else
+constexpr int kStride = 1;
+#endif
+
 // What must hold when the file is opened again after `acknowledged` steps.
 void expect_true_after(const std::filesystem::path& file, std::size_t acknowledged,
                        const std::vector<std::string>& digests) {
@@ -134,7 +141,7 @@ TEST(PowerLoss, LeavesTheDatabaseTrueAtEveryStepOfTheDisk) {
     total = disk.steps();
   }
   ASSERT_GT(total, 100);
-  for (int step = 1; step <= total; ++step) {
+  for (int step = 1; step <= total; step += kStride) {
     PowerLossVfs disk;
     const testing::TempDirectory directory;
     disk.cut_at(step);

@@ -63,7 +63,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
 
       one_door("^(SQLiteCpp/|sqlite3)", "^(db|tests/db)/")
       one_door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
-      one_door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/)")
+      one_door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/|tests/drivers/sim_)")
       one_door("^polyclipping/", "^base/polygon_ops\\.cc$")
       one_door("^openssl/", "^(base/hash\\.cc|daemon/)")
       one_door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/|cli/|drivers/|tests/)")
