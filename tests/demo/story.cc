@@ -43,6 +43,14 @@ Status as_status(const Result<json>& result) { return result ? Ok() : Status(res
 Story::Story(SimulatedCell& cell, fs::path out, Narrator& narrator)
     : cell_(cell), out_(std::move(out)), narrator_(narrator) {}
 
+void Story::resume(const std::map<std::string, StoryPanel>& panels, const std::vector<std::int64_t>& jobs) {
+  for (const auto& [id, panel] : panels) {
+    stock_.push_back(panel);
+    sheet_of_panel_[id] = panel.sheet;
+  }
+  jobs_ = jobs;
+}
+
 Status Story::tell(const std::string& stage, const std::function<Result<std::string>()>& work) {
   stage_ = stage;
   const double began = now_s();
