@@ -32,7 +32,8 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
 
 // The pieces of one panel as a laser sees them from the back: x = panel width - x, millimetre units, layers `engrave`
 // (marks) and `cut` (the beam path: outlines grown by half the kerf).
-std::string cut_svg(const Plan& plan, const PlanPanel& panel);
+// kInvalidArgument: an outline cannot be cut with this kerf.
+Result<std::string> cut_svg(const Plan& plan, const PlanPanel& panel);
 
 Status write_text(const std::string& text, const std::filesystem::path& path);
 

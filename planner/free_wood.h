@@ -1,0 +1,58 @@
+// Which wood of one panel may still be taken, exactly.
+//
+// Two rules, for an outline grown by the kerf (and, towards wood that was never free, by the position margin):
+//   it touches no pixel square of the stock raster that is not free, and lies within the raster;
+//   it does not overlap the grown outline of an earlier placement (touching is allowed).
+// Both work on the polygons themselves, not on rotated masks. kSlack keeps them stricter than the ledger's arithmetic
+// on whole micrometres. Outlines are convex. Not thread-safe while allocate() runs.
+#pragma once
+
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/polygon_ops.h"
+#include "planner/stock.h"
+
+namespace veneer::planner {
+
+class FreeWood {
+ public:
+  // What rounding to whole micrometres can move a corner by, several times over.
+  static constexpr Millimetres kSlack{0.004};
+
+  FreeWood(const Raster<PanelFrame>& free, Millimetres kerf, Millimetres position_margin);
+
+  // Whether the outline (counter-clockwise) can be cut here.
+  bool admits(const Ring<PanelFrame>& outline) const;
+  // Only the second rule: against what allocate() has taken.
+  bool collides(const Ring<PanelFrame>& outline) const;
+  // Takes the wood of an admitted outline.
+  void allocate(const Ring<PanelFrame>& outline);
+
+  const Raster<PanelFrame>& raster() const { return free_; }
+  Millimetres kerf() const { return kerf_; }
+  // The growth that counts towards wood that was never free.
+  Millimetres border() const { return kerf_ + margin_ + kSlack; }
+
+ private:
+  struct Allocation {
+    Ring<PanelFrame> grown;
+    Box<PanelFrame> box;
+    Region<PanelFrame> region;  // as the ledger will book it
+  };
+  bool on_free_pixels(const Ring<PanelFrame>& grown) const;
+  int blocked_between(int row, int first, int last) const;
+
+  Raster<PanelFrame> free_;
+  Millimetres kerf_, margin_;
+  std::vector<std::int32_t> blocked_before_;  // per row cols + 1: blocked pixels left of a column
+  std::vector<Allocation> allocations_;
+};
+
+// A convex counter-clockwise outline with every side moved outwards by `by`; corners are mitred.
+Ring<PanelFrame> grown(const Ring<PanelFrame>& outline, Millimetres by);
+
+// Whether two convex counter-clockwise outlines share more than a border.
+bool convex_overlap(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b);
+
+}  // namespace veneer::planner

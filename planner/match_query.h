@@ -1,0 +1,49 @@
+// One patch, turned into the numbers that the search compares.
+#pragma once
+
+#include <vector>
+
+#include "planner/matcher.h"
+
+namespace veneer::planner {
+
+struct MatchQuery {
+  MatchQuery(const MatchPatch& patch, const WindowClass& windows, double entries_per_unit, int rows_a_sum);
+
+  // Every pixel.
+  kernels::WindowRows pixels() const { return pixel_rows.window(row_length); }
+  // Sums of RotatedPanel::sum_rows() rows; multiply their distance by 1 / sum_rows. With `leftover()` a bound.
+  kernels::WindowRows sums() const { return sum_rows.window(row_length); }
+  // The pixels of the rows that sums() leaves over.
+  kernels::WindowRows leftover() const { return leftover_rows.window(row_length); }
+  // The squared distance in entries that no place with at most this cost can exceed.
+  double entries_limit(double cost) const;
+
+  // A block feature of the target and where its block lies in the window.
+  struct Tap {
+    CellIndex::Part part;
+    int channel;
+    CellIndex::Feature feature;
+    int cell_x, cell_y;  // offset of the block in cells
+    std::uint16_t low, high;
+  };
+
+  struct Rows {
+    std::vector<std::int16_t> target;
+    std::vector<std::uint32_t> mask;
+    std::vector<int> rows;
+    kernels::WindowRows window(std::size_t length) const {
+      return {target.data(), mask.data(), length, rows.data(), static_cast<int>(rows.size())};
+    }
+  };
+
+  std::size_t row_length;
+  Rows pixel_rows, sum_rows, leftover_rows;
+  std::vector<Tap> taps;
+  double block_pixels;
+  double entries_per_unit;
+  int sum_height;       // rows in a sum
+  double rounding = 0;  // length of the difference vector that rounding to entries can make up
+};
+
+}  // namespace veneer::planner

@@ -1,0 +1,83 @@
+#include "planner/order.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/saliency.hpp>
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kSaliencySide = 512;
+
+// Sum of the map over a patch's bounding box, border pixels by their covered part.
+double sum_over(const cv::Mat& integral, double left, double top, double right, double bottom) {
+  // The integral image is linear within a pixel, so its bilinear value is the sum up to a point.
+  const auto upto = [&](double x, double y) {
+    const int c = std::clamp(static_cast<int>(x), 0, integral.cols - 2);
+    const int r = std::clamp(static_cast<int>(y), 0, integral.rows - 2);
+    const double fx = std::clamp(x - c, 0.0, 1.0), fy = std::clamp(y - r, 0.0, 1.0);
+    const auto at = [&](int row, int column) { return integral.at<double>(row, column); };
+    return (1 - fy) * ((1 - fx) * at(r, c) + fx * at(r, c + 1)) +
+           fy * ((1 - fx) * at(r + 1, c) + fx * at(r + 1, c + 1));
+  };
+  return upto(right, bottom) - upto(left, bottom) - upto(right, top) + upto(left, top);
+}
+
+std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches) {
+  const cv::Mat map = saliency_of(artwork.picture);
+  cv::Mat integral;
+  cv::integral(map, integral, CV_64F);
+  const double px_per_mm_x = map.cols / artwork.width.count(), px_per_mm_y = map.rows / artwork.height.count();
+  std::vector<double> out;
+  out.reserve(patches.size());
+  for (const Patch& patch : patches) {
+    const Box<ArtworkFrame> box = bounds(patch.outline);
+    const double sum =
+        sum_over(integral, box.min.x.count() * px_per_mm_x, (artwork.height - box.max.y).count() * px_per_mm_y,
+                 box.max.x.count() * px_per_mm_x, (artwork.height - box.min.y).count() * px_per_mm_y);
+    out.push_back(sum / (px_per_mm_x * px_per_mm_y));
+  }
+  return out;
+}
+
+std::vector<double> centre_distances(const Artwork& artwork, const std::vector<Patch>& patches) {
+  const Point<ArtworkFrame> centre{artwork.width / 2, artwork.height / 2};
+  std::vector<double> out;
+  out.reserve(patches.size());
+  for (const Patch& patch : patches) {
+    const Box<ArtworkFrame> box = bounds(patch.outline);
+    out.push_back(-distance(centre, {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2}).count());
+  }
+  return out;
+}
+
+}  // namespace
+
+cv::Mat saliency_of(const cv::Mat& bgr) {
+  const double scale = static_cast<double>(kSaliencySide) / std::min(bgr.cols, bgr.rows);
+  const cv::Size size(std::max(kSaliencySide, static_cast<int>(std::lround(bgr.cols * scale))),
+                      std::max(kSaliencySide, static_cast<int>(std::lround(bgr.rows * scale))));
+  cv::Mat scaled;
+  cv::resize(bgr, scaled, size, 0, 0, scale < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::Mat map;
+  const auto saliency = cv::saliency::StaticSaliencyFineGrained::create();
+  if (!saliency->computeSaliency(scaled, map) || map.empty()) return cv::Mat(size, CV_32FC1, cv::Scalar(0));
+  cv::Mat out;
+  map.convertTo(out, CV_32F);
+  return out;
+}
+
+std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority) {
+  return priority == Priority::kSaliency ? saliency_sums(artwork, patches) : centre_distances(artwork, patches);
+}
+
+std::vector<std::size_t> by_urgency(const std::vector<double>& urgency) {
+  std::vector<std::size_t> order(urgency.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return urgency[a] > urgency[b]; });
+  return order;
+}
+
+}  // namespace veneer::planner

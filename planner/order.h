@@ -1,0 +1,23 @@
+// Which patch chooses first (paper, section 3.3 and figure 6).
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "planner/layout_grid.h"
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+// Saliency after Montabone and Soto 2010, CV_32FC1, of the picture scaled to a shorter side of 512 px: the method's
+// windows are fixed in pixels, so the order must not depend on the working resolution.
+cv::Mat saliency_of(const cv::Mat& bgr);
+
+// One number a patch, the larger the earlier. Saliency: the map's sum over the patch, per mm2 so that patches of
+// several artworks compare. Centre: minus the distance from the artwork's centre in mm.
+std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority);
+
+// Indices by falling urgency; equal ones keep their order.
+std::vector<std::size_t> by_urgency(const std::vector<double>& urgency);
+
+}  // namespace veneer::planner

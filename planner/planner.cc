@@ -1,0 +1,175 @@
+// make_plan: the greedy algorithm of section 3.3.
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "planner/parallel.h"
+#include "planner/plan.h"
+#include "planner/problem.h"
+
+namespace veneer::planner {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// Passes progress on, a few times a second.
+class Reporter {
+ public:
+  explicit Reporter(const Progress& progress) : progress_(progress) {}
+  void operator()(double fraction, const std::string& text) {
+    if (!progress_ || seconds_since(last_) < 0.1) return;
+    last_ = Clock::now();
+    progress_(fraction, text);
+  }
+
+ private:
+  const Progress& progress_;
+  Clock::time_point last_{};
+};
+
+// Patches choose in the queue's order, but several search at once: the best place found on a state of the wood is still
+// the best on any later state, as long as it is still free, because wood only becomes less. A place that was taken
+// meanwhile is searched again.
+class Greedy {
+ public:
+  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop)
+      : queue_(problem.queue),
+        matcher_(matcher),
+        threads_(threads),
+        stop_(stop),
+        answers_(problem.queue.size()),
+        chosen_(problem.queue.size()) {}
+
+  std::vector<std::optional<Candidate>> run(const std::function<void(std::size_t)>& on_placed) {
+    while (placed_ < queue_.size() && !stop_.stop_requested()) {
+      search_ahead();
+      if (stop_.stop_requested()) break;
+      accept();
+      on_placed(placed_);
+    }
+    return std::move(chosen_);
+  }
+
+ private:
+  struct Answer {
+    bool known = false;
+    std::optional<Candidate> best;
+  };
+
+  void search_ahead() {
+    // One thread gains nothing by looking ahead; several would wait for each other without it.
+    const std::size_t wanted = threads_ == 1 ? 1 : static_cast<std::size_t>(threads_) * 4;
+    std::vector<std::size_t> open;
+    for (std::size_t i = placed_; i < queue_.size() && i < placed_ + 4 * wanted && open.size() < wanted; ++i)
+      if (!answers_[i].known) open.push_back(i);
+    run_parallel(open.size(), threads_, stop_, [&](std::size_t i) {
+      Answer& answer = answers_[open[i]];
+      answer.best = matcher_.best(queue_[open[i]].match, stop_);
+      answer.known = true;
+    });
+  }
+
+  void accept() {
+    for (; placed_ < queue_.size() && answers_[placed_].known; ++placed_) {
+      Answer& answer = answers_[placed_];
+      if (!answer.best) continue;
+      const MatchPatch& patch = queue_[placed_].match;
+      if (!matcher_.admits(patch, *answer.best)) {
+        answer.known = false;
+        return;
+      }
+      matcher_.take(patch, *answer.best);
+      chosen_[placed_] = answer.best;
+    }
+  }
+
+  const std::vector<Problem::Task>& queue_;
+  Matcher& matcher_;
+  int threads_;
+  const std::stop_token& stop_;
+  std::size_t placed_ = 0;
+  std::vector<Answer> answers_;
+  std::vector<std::optional<Candidate>> chosen_;
+};
+
+Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options) {
+  Plan plan;
+  for (const Artwork& artwork : artworks)
+    plan.artworks.push_back({artwork.name, artwork.letter, artwork.width, artwork.height});
+  for (const StockPanel& panel : stock)
+    plan.panels.push_back({panel.id, panel.picture.width(), panel.picture.height(), panel.picture.resolution.dpi()});
+  plan.dpi = options.dpi;
+  plan.kerf = options.kerf;
+  return plan;
+}
+
+void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
+                const Matcher& matcher, const std::vector<std::optional<Candidate>>& chosen, Plan& plan) {
+  std::vector<std::size_t> reading_order(problem.queue.size());
+  for (std::size_t i = 0; i < reading_order.size(); ++i) reading_order[i] = i;
+  std::sort(reading_order.begin(), reading_order.end(), [&](std::size_t a, std::size_t b) {
+    const Problem::Task &left = problem.queue[a], &right = problem.queue[b];
+    return std::pair(left.artwork, left.patch) < std::pair(right.artwork, right.patch);
+  });
+  for (const std::size_t i : reading_order) {
+    const Problem::Task& task = problem.queue[i];
+    const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
+    Piece& piece = plan.pieces.emplace_back();
+    piece.mark = mark_of(artworks[task.artwork].letter, patch);
+    piece.artwork = task.artwork;
+    piece.row = patch.row, piece.column = patch.column;
+    piece.artwork_outline = patch.outline;
+    piece.pixels = task.match.pixels.count;
+    if (!chosen[i]) continue;
+    const auto panel_from_artwork = matcher.panel_from_artwork(task.match, *chosen[i]);
+    piece.placement = Placement{stock[static_cast<std::size_t>(chosen[i]->panel)].id, panel_from_artwork,
+                                panel_from_artwork * patch.outline};
+    piece.cost = matcher.exact_cost(task.match, *chosen[i]);
+  }
+}
+
+}  // namespace
+
+Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
+                       const Progress& progress, std::stop_token stop) {
+  const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
+  constexpr double kIndexShare = 0.1;
+  Reporter report(progress);
+  const auto start = Clock::now();
+  report(0, "reading the wood");
+  Result<Problem> problem = make_problem(artworks, stock, options);
+  if (!problem.ok()) return problem.error();
+  if (stop.stop_requested()) return cancelled;
+
+  const int threads =
+      options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  Plan plan = describe(artworks, stock, options);
+  Matcher matcher(std::move(problem->panels), turns(options.rotations), problem->classes, problem->entries_per_unit);
+  run_parallel(
+      matcher.index_tasks(), threads, stop, [&](std::size_t task) { matcher.build_index(task); },
+      [&](std::size_t done) {
+        report(kIndexShare * static_cast<double>(done) / static_cast<double>(matcher.index_tasks()),
+               "indexing the wood");
+      });
+  if (stop.stop_requested()) return cancelled;
+  plan.seconds.features = seconds_since(start);
+
+  const auto match_start = Clock::now();
+  const std::size_t count = problem->queue.size();
+  Greedy greedy(*problem, matcher, threads, stop);
+  const auto chosen = greedy.run([&](std::size_t placed) {
+    report(kIndexShare + (1 - kIndexShare) * static_cast<double>(placed) / static_cast<double>(count),
+           fmt::format("placing pieces: {} of {}", placed, count));
+  });
+  if (stop.stop_requested()) return cancelled;
+  add_pieces(artworks, stock, *problem, matcher, chosen, plan);
+  plan.seconds.match = seconds_since(match_start);
+  if (progress) progress(1, fmt::format("placed {} of {} pieces", count - unfilled(plan), count));
+  return plan;
+}
+
+}  // namespace veneer::planner

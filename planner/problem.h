@@ -1,0 +1,45 @@
+// A planning problem at the working resolution: everything the matcher needs, checked.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "planner/layout_grid.h"
+#include "planner/matcher.h"
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+struct WorkingArtwork {
+  PixelGrid grid;
+  cv::Mat features;  // CV_32FC(n), after gamut mapping
+  std::vector<Patch> patches;
+};
+
+struct Problem {
+  std::vector<MatchPanel> panels;
+  std::vector<WorkingArtwork> artworks;
+  std::vector<WindowClass> classes;
+  struct Task {
+    std::size_t artwork, patch;
+    MatchPatch match;
+  };
+  // In the order in which patches choose. MatchPatch::features points into `artworks`, so a Problem is moved, never
+  // copied.
+  std::vector<Task> queue;
+  double entries_per_unit = 1;
+
+  Problem() = default;
+  Problem(Problem&&) = default;
+  Problem& operator=(Problem&&) = default;
+};
+
+// kInvalidArgument: see make_plan.
+Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
+Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                             const PlanOptions& options);
+
+// Rotations k * 360 / n degrees.
+std::vector<Radians> turns(int rotations);
+
+}  // namespace veneer::planner

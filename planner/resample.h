@@ -1,0 +1,32 @@
+// Pictures at the working resolution. The only place where the planner changes a picture's resolution.
+//
+// Shrinking averages over areas, enlarging interpolates linearly; the scale is exact (OpenCV's resize rounds the size
+// and then stretches to it), because half a pixel at the far end of a panel is wood cut in the wrong place.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "base/raster.h"
+
+namespace veneer::planner {
+
+// One axis: out pixel i averages source [offset + i * step, offset + (i + 1) * step).
+struct AxisScale {
+  int size = 0;       // pixels out
+  double step = 1;    // source pixels per pixel out
+  double offset = 0;  // source pixels before the first
+};
+
+// Keeps CV_8U depth and the number of channels.
+cv::Mat resample(const cv::Mat& source, const AxisScale& columns, const AxisScale& rows);
+
+// The whole picture stretched to the given size.
+cv::Mat stretch(const cv::Mat& source, int width, int height);
+
+// Keeps the lower left corner and the exact scale; what is less than a pixel at the right and upper border is dropped.
+template <class Frame>
+Raster<Frame> at_resolution(const Raster<Frame>& raster, ScanResolution resolution);
+
+extern template Raster<PanelFrame> at_resolution(const Raster<PanelFrame>&, ScanResolution);
+
+}  // namespace veneer::planner

@@ -1,0 +1,131 @@
+// The matcher against exhaustive search.
+#include "planner/matcher.h"
+
+#include <gtest/gtest.h>
+
+#include "planner/problem.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using test::blob_artwork;
+using test::wood_panel;
+
+// Every lattice place of every panel and rotation, one by one.
+std::optional<Candidate> exhaustive(const Matcher& matcher, const MatchPatch& patch, int rotations) {
+  Candidate best;
+  for (int panel = 0; panel < static_cast<int>(matcher.panels().size()); ++panel) {
+    for (int rotation = 0; rotation < rotations; ++rotation) {
+      const Lattice& lattice = matcher.lattice(panel, rotation);
+      for (int y = -1; y <= lattice.height(); ++y) {
+        for (int x = -1; x <= lattice.width(); ++x) {
+          Candidate candidate{0, panel, rotation, y, x};
+          if (!matcher.admits(patch, candidate)) continue;
+          candidate.cost = matcher.exact_cost(patch, candidate);
+          if (candidate < best) best = candidate;
+        }
+      }
+    }
+  }
+  if (best.cost == std::numeric_limits<double>::infinity()) return std::nullopt;
+  return best;
+}
+
+struct Case {
+  std::string name;
+  PlanOptions options;
+  std::vector<Artwork> artworks;
+  std::vector<StockPanel> stock;
+};
+
+// Places every patch by the matcher and asks the exhaustive search for each.
+void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
+  SCOPED_TRACE(it.name);
+  auto problem = make_problem(it.artworks, it.stock, it.options);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  Matcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes, problem->entries_per_unit);
+  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  std::size_t placed = 0;
+  for (const Problem::Task& task : problem->queue) {
+    if (placed++ == most) break;
+    const auto expected = exhaustive(matcher, task.match, it.options.rotations);
+    const auto found = matcher.best(task.match, {});
+    ASSERT_EQ(found.has_value(), expected.has_value()) << "patch " << placed;
+    if (!found) continue;
+    ASSERT_EQ(*found, *expected) << "patch " << placed << ": cost " << found->cost << " against " << expected->cost;
+    matcher.take(task.match, *found);
+  }
+}
+
+PlanOptions options(double patch_mm, double dpi, int rotations) {
+  PlanOptions out;
+  out.patch = Millimetres(patch_mm), out.dpi = dpi, out.rotations = rotations, out.threads = 1;
+  return out;
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoes) {
+  // 16 pixels a patch, one panel.
+  expect_exhaustive_choices(
+      {"plain", options(8, 50.8, 5), {blob_artwork("A", 40, 30, 24_mm, 1)}, {wood_panel("P", 90, 70, 50.8, 2)}});
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesOnSeveralPanelsOfOtherResolution) {
+  Case it{"two panels", options(9, 50.8, 4), {blob_artwork("A", 60, 50, 27_mm, 3)}, {}};
+  it.stock = {wood_panel("P", 100, 60, 75, 4), wood_panel("Q", 70, 80, 50.8, 5)};
+  it.stock[0].picture.origin = it.stock[0].free.origin = point<PanelFrame>(3.3, -7.1);
+  expect_exhaustive_choices(it, 5);
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesUntilTheWoodIsGone) {
+  expect_exhaustive_choices(
+      {"scarce", options(8, 50.8, 3), {blob_artwork("A", 40, 40, 48_mm, 6)}, {wood_panel("P", 60, 50, 50.8, 7)}});
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesWithOddSizesAndOneChannel) {
+  Case it{"odd", options(7.3, 61, 2), {blob_artwork("A", 50, 37, 22.7_mm, 8)}, {wood_panel("P", 80, 75, 61, 9)}};
+  it.options.w_edge = 0;
+  expect_exhaustive_choices(it);
+  it.options.w_edge = 0.9, it.options.w_intensity = 0.05;
+  expect_exhaustive_choices(it);
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesForTinyPatches) {
+  expect_exhaustive_choices(
+      {"tiny", options(3, 40, 3), {blob_artwork("A", 20, 20, 9_mm, 10)}, {wood_panel("P", 40, 40, 40, 11)}});
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesForSeveralPicturesWithOtherPatches) {
+  Case it{"pictures",
+          options(8, 50.8, 3),
+          {blob_artwork("A", 40, 40, 16_mm, 12), blob_artwork("B", 40, 30, 20_mm, 13)},
+          {}};
+  it.stock = {wood_panel("P", 100, 60, 50.8, 14)};
+  expect_exhaustive_choices(it);
+}
+
+TEST(Matcher, EqualWoodIsDecidedByPanelRotationRowAndColumn) {
+  // Flat wood: every place costs the same, so the first of all must win.
+  Case it{"flat", options(6, 50.8, 4), {blob_artwork("A", 30, 30, 12_mm, 15)}, {wood_panel("P", 50, 40, 50.8, 16)}};
+  it.stock[0].picture.pixels.setTo(cv::Scalar(90, 120, 150));
+  expect_exhaustive_choices(it);
+}
+
+TEST(Matcher, FindsTheCopyOfThePictureInTheWood) {
+  const StockPanel panel = wood_panel("P", 120, 90, 50.8, 17);
+  Artwork artwork;
+  artwork.name = "copy", artwork.letter = "A";
+  artwork.picture = panel.picture.pixels(cv::Rect(30, 40, 16, 16)).clone();
+  artwork.width = artwork.height = 8_mm;
+  PlanOptions o = options(8, 50.8, 6);
+  o.w_hist = 0, o.w_edge = 0;
+  const auto plan = make_plan(std::span(&artwork, 1), std::span(&panel, 1), o);
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  ASSERT_TRUE(plan->pieces[0].placement);
+  EXPECT_NEAR(plan->pieces[0].cost, 0, 1e-9);
+  EXPECT_NEAR(plan->pieces[0].placement->panel_outline[0].x.count(), 15, 1e-9);
+  EXPECT_NEAR(plan->pieces[0].placement->panel_outline[0].y.count(), (90 - 56) / 2.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace veneer::planner

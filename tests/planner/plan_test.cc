@@ -1,0 +1,303 @@
+#include "planner/plan.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "base/polygon_ops.h"
+#include "planner/features.h"
+#include "planner/histogram.h"
+#include "planner/order.h"
+#include "planner/plan_files.h"
+#include "planner/preview.h"
+#include "planner/resample.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using test::blob_artwork;
+using test::wood_panel;
+
+PlanOptions small_options() {
+  PlanOptions options;
+  options.patch = 7_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
+  return options;
+}
+
+Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options) {
+  const auto plan = make_plan(artworks, stock, options);
+  if (!plan.ok()) throw std::runtime_error(plan.error().message);
+  return *plan;
+}
+
+std::string error_of(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
+                     const PlanOptions& options) {
+  const auto plan = make_plan(artworks, stock, options);
+  if (plan.ok()) return "none";
+  EXPECT_EQ(plan.error().code, ErrorCode::kInvalidArgument);
+  return plan.error().message;
+}
+
+TEST(Plan, OutlinesAreRigidUnmirroredCopiesWithTheSameVertices) {
+  const Plan plan =
+      planned({blob_artwork("A", 50, 40, 28_mm, 1)}, {wood_panel("P", 150, 110, 50.8, 2)}, small_options());
+  ASSERT_EQ(plan.pieces.size(), 4U * 5U);
+  for (const Piece& piece : plan.pieces) {
+    ASSERT_TRUE(piece.placement) << piece.mark;
+    const auto& a = piece.artwork_outline;
+    const auto& p = piece.placement->panel_outline;
+    ASSERT_EQ(a.size(), p.size());
+    EXPECT_NEAR(signed_area(a), signed_area(p), 1e-9);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) EXPECT_NEAR(distance(a[i], a[j]).count(), distance(p[i], p[j]).count(), 1e-9);
+      EXPECT_NEAR(distance(p[i], piece.placement->panel_from_artwork * a[i]).count(), 0, 1e-9);
+    }
+    const double turns = to_degrees(piece.placement->panel_from_artwork.angle()) / 72;
+    EXPECT_NEAR(turns, std::round(turns), 1e-9);
+  }
+}
+
+RC_GTEST_PROP(Plan, NoWoodIsTakenTwiceAndNoneThatIsNotFree, ()) {
+  const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1000000);
+  PlanOptions options = small_options();
+  options.priority = Priority::kCentre;  // saliency costs more time than all the rest here
+  options.kerf = Millimetres(*rc::gen::inRange(0, 50) / 100.0);
+  options.rotations = *rc::gen::inRange(1, 8);
+  options.patch = Millimetres(*rc::gen::inRange(40, 110) / 10.0);
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, seed), wood_panel("Q", 60, 60, 45, seed + 9)};
+  const Plan plan = planned({blob_artwork("A", 40, 40, 35_mm, seed + 1)}, stock, options);
+  for (const StockPanel& panel : stock) {
+    std::vector<Region<PanelFrame>> allocations;
+    for (const Piece& piece : plan.pieces)
+      if (piece.placement && piece.placement->panel == panel.id)
+        allocations.push_back(offset(Region<PanelFrame>(piece.placement->panel_outline), options.kerf));
+    for (std::size_t i = 0; i < allocations.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) RC_ASSERT(intersect(allocations[i], allocations[j]).area().count() == 0.0);
+    // Runs of pixels that are not free, as polygons.
+    std::vector<Region<PanelFrame>> blocked;
+    const cv::Mat& free = panel.free.pixels;
+    for (int r = 0; r < free.rows; ++r) {
+      for (int c = 0, end = 0; c < free.cols; c = end + 1) {
+        for (end = c; end < free.cols && free.at<std::uint8_t>(r, end) == 0;) ++end;
+        if (end > c)
+          blocked.emplace_back(Ring<PanelFrame>{panel.free.from_pixels(c, r + 1), panel.free.from_pixels(end, r + 1),
+                                                panel.free.from_pixels(end, r), panel.free.from_pixels(c, r)});
+      }
+    }
+    RC_ASSERT(intersect(unite(blocked), unite(allocations)).area().count() == 0.0);
+  }
+}
+
+// The contract's cost, written down a second time from the plan's own outlines.
+double measured_cost(const Piece& piece, const Artwork& artwork, const StockPanel& panel,
+                     const std::vector<StockPanel>& stock, const PlanOptions& options, std::int64_t& pixels) {
+  const double px_per_mm = options.dpi / 25.4;
+  GreyHistogram tones;
+  for (const StockPanel& p : stock) tones.add(grey_of(p.picture.pixels), p.free.pixels);
+  const int width = static_cast<int>(std::lround(artwork.width.count() * px_per_mm));
+  const int height = static_cast<int>(std::lround(artwork.height.count() * px_per_mm));
+  const cv::Mat grey = grey_of(stretch(artwork.picture, width, height));
+  const cv::Mat tone = match_tones(grey, tones, options.w_hist), edge = edges_of(grey);
+  const cv::Mat wood = grey_of(panel.picture.pixels), wood_edge = edges_of(wood);
+  const auto sample = [](const cv::Mat& map, double x, double y) {
+    const int c = std::clamp(static_cast<int>(std::floor(x - 0.5)), 0, map.cols - 2);
+    const int r = std::clamp(static_cast<int>(std::floor(y - 0.5)), 0, map.rows - 2);
+    const double fx = std::clamp(x - 0.5 - c, 0.0, 1.0), fy = std::clamp(y - 0.5 - r, 0.0, 1.0);
+    return (1 - fy) * ((1 - fx) * map.at<float>(r, c) + fx * map.at<float>(r, c + 1)) +
+           fy * ((1 - fx) * map.at<float>(r + 1, c) + fx * map.at<float>(r + 1, c + 1));
+  };
+  const Box<ArtworkFrame> box = bounds(piece.artwork_outline);
+  double cost = 0;
+  pixels = 0;
+  for (int r = 0; r < height; ++r) {
+    for (int c = 0; c < width; ++c) {
+      const Point<ArtworkFrame> at{Millimetres((c + 0.5) / px_per_mm),
+                                   artwork.height - Millimetres((r + 0.5) / px_per_mm)};
+      if (at.x < box.min.x || at.x >= box.max.x || at.y <= box.min.y || at.y > box.max.y) continue;
+      const Point<PanelFrame> on = piece.placement->panel_from_artwork * at;
+      const double x = on.x.count() * px_per_mm, y = wood.rows - on.y.count() * px_per_mm;
+      const double di = sample(wood, x, y) - tone.at<float>(r, c), de = sample(wood_edge, x, y) - edge.at<float>(r, c);
+      cost += options.w_intensity * options.w_intensity * di * di + options.w_edge * options.w_edge * de * de;
+      ++pixels;
+    }
+  }
+  return cost;
+}
+
+TEST(Plan, CostsAreWhatThePlacedWoodMeasures) {
+  PlanOptions options = small_options();
+  options.w_intensity = 0.7, options.w_edge = 0.4, options.w_hist = 0.6;
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 21), wood_panel("Q", 80, 60, 50.8, 22)};
+  const Artwork artwork = blob_artwork("A", 56, 42, 21_mm, 23);
+  const Plan plan = planned({artwork}, stock, options);
+  double total = 0;
+  std::int64_t all_pixels = 0;
+  for (const Piece& piece : plan.pieces) {
+    ASSERT_TRUE(piece.placement);
+    const StockPanel& panel = piece.placement->panel.value == "P" ? stock[0] : stock[1];
+    std::int64_t pixels = 0;
+    const double cost = measured_cost(piece, artwork, panel, stock, options, pixels);
+    EXPECT_NEAR(piece.cost, cost, 1e-5 * cost) << piece.mark;
+    EXPECT_EQ(piece.pixels, pixels);
+    total += cost, all_pixels += pixels;
+  }
+  EXPECT_NEAR(cost_total(plan), total, 1e-5 * total);
+  EXPECT_NEAR(cost_per_pixel(plan), total / static_cast<double>(all_pixels), 1e-5 * cost_per_pixel(plan));
+}
+
+TEST(Plan, IsTheSameForAnyNumberOfThreads) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 50, 42_mm, 31), blob_artwork("B", 40, 50, 28_mm, 32)};
+  const std::vector<StockPanel> stock{wood_panel("P", 130, 100, 50.8, 33), wood_panel("Q", 70, 90, 60, 34)};
+  PlanOptions options = small_options();
+  const std::string alone = plan_to_json(planned(artworks, stock, options));
+  for (const int threads : {2, 3, 7}) {
+    options.threads = threads;
+    EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), alone) << threads << " threads";
+  }
+}
+
+TEST(Plan, FinishesWithUnfilledPatchesWhenWoodRunsOut) {
+  const Plan plan =
+      planned({blob_artwork("A", 40, 40, 70_mm, 41)}, {wood_panel("P", 60, 60, 50.8, 42)}, small_options());
+  EXPECT_EQ(plan.pieces.size(), 100U);
+  EXPECT_GT(unfilled(plan), 70U);
+  EXPECT_LT(unfilled(plan), 100U);
+  for (const Piece& piece : plan.pieces) {
+    if (!piece.placement) {
+      EXPECT_EQ(piece.cost, 0);
+    }
+  }
+}
+
+TEST(Plan, StopsWhenAsked) {
+  std::stop_source stop;
+  int calls = 0;
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 70_mm, 51)};
+  const std::vector<StockPanel> stock{wood_panel("P", 200, 200, 50.8, 52)};
+  const auto plan = make_plan(
+      artworks, stock, small_options(),
+      [&](double, std::string_view) {
+        ++calls;
+        stop.request_stop();
+      },
+      stop.get_token());
+  ASSERT_FALSE(plan.ok());
+  EXPECT_EQ(plan.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(Plan, ProgressRisesToOne) {
+  double last = -1;
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 21_mm, 51)};
+  const std::vector<StockPanel> stock{wood_panel("P", 100, 100, 50.8, 52)};
+  ASSERT_TRUE(make_plan(artworks, stock, small_options(), [&](double fraction, std::string_view text) {
+                EXPECT_GE(fraction, last);
+                EXPECT_FALSE(text.empty());
+                last = fraction;
+              }).ok());
+  EXPECT_EQ(last, 1);
+}
+
+TEST(Plan, RefusesUnusableInputInWords) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 28_mm, 1)};
+  const std::vector<StockPanel> stock{wood_panel("P", 100, 100, 50.8, 2)};
+  const PlanOptions good = small_options();
+  EXPECT_EQ(error_of(artworks, stock, good), "none");
+  EXPECT_NE(error_of({}, stock, good), "none");
+  EXPECT_NE(error_of(artworks, {}, good), "none");
+
+  PlanOptions options = good;
+  options.w_intensity = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(error_of(artworks, stock, options).find("intensity weight"), std::string::npos);
+  options = good, options.w_edge = 1.5;
+  EXPECT_NE(error_of(artworks, stock, options).find("edge weight"), std::string::npos);
+  options = good, options.w_edge = options.w_intensity = 0;
+  EXPECT_NE(error_of(artworks, stock, options).find("both 0"), std::string::npos);
+  options = good, options.patch = 60_mm;
+  EXPECT_NE(error_of({blob_artwork("A", 40, 40, 60_mm, 1)}, stock, options).find("larger than every panel"),
+            std::string::npos);
+  options = good, options.patch = 1_mm;
+  EXPECT_NE(error_of(artworks, stock, options).find("larger patches"), std::string::npos);
+  options = good, options.rotations = 0;
+  EXPECT_NE(error_of(artworks, stock, options).find("rotations"), std::string::npos);
+  options = good, options.kerf = Millimetres(-1);
+  EXPECT_NE(error_of(artworks, stock, options).find("kerf"), std::string::npos);
+
+  std::vector<StockPanel> empty = stock;
+  empty[0].free.pixels = cv::Mat(100, 100, CV_8UC1, cv::Scalar(0));
+  EXPECT_NE(error_of(artworks, empty, good).find("free wood"), std::string::npos);
+  std::vector<Artwork> dot = artworks;
+  dot[0].picture = cv::Mat(1, 1, CV_8UC3, cv::Scalar(1, 2, 3));
+  EXPECT_NE(error_of(dot, stock, good).find("1 x 1 pixels"), std::string::npos);
+}
+
+TEST(Plan, FreeWoodMayLieInAnotherRasterThanThePicture) {
+  StockPanel panel = wood_panel("P", 100, 80, 50.8, 61);
+  // Free: only x in [10, 30) mm and y in [5, 35) mm, as a coarse raster with its own origin.
+  panel.free.pixels = cv::Mat(30, 20, CV_8UC1, cv::Scalar(255));
+  panel.free.resolution = {1};
+  panel.free.origin = point<PanelFrame>(10, 5);
+  const Plan plan = planned({blob_artwork("A", 40, 40, 14_mm, 62)}, {panel}, small_options());
+  for (const Piece& piece : plan.pieces) {
+    if (!piece.placement) continue;
+    for (const auto& p : piece.placement->panel_outline) {
+      EXPECT_GE(p.x.count(), 10.15);
+      EXPECT_LE(p.x.count(), 29.85);
+      EXPECT_GE(p.y.count(), 5.15);
+      EXPECT_LE(p.y.count(), 34.85);
+    }
+  }
+  EXPECT_EQ(unfilled(plan), 0U);
+}
+
+TEST(Order, SalientPatchesChooseFirstAtAnyWorkingResolution) {
+  Artwork artwork = blob_artwork("A", 200, 200, 80_mm, 71);
+  artwork.picture.setTo(cv::Scalar::all(128));
+  cv::circle(artwork.picture, {150, 50}, 14, cv::Scalar::all(255), cv::FILLED);
+  const auto patches = grid_layout(artwork.width, artwork.height, 20_mm);
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
+  const auto& first = patches[order.front()];
+  EXPECT_TRUE(bounds(first.outline).max.x > 40_mm && bounds(first.outline).max.y > 40_mm);
+}
+
+TEST(Order, CentralPatchesChooseFirstByDistance) {
+  const Artwork artwork = blob_artwork("A", 50, 50, 50_mm, 72);
+  const auto patches = grid_layout(artwork.width, artwork.height, 10_mm);
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kCentre));
+  EXPECT_EQ(patches[order.front()].row, 2);
+  EXPECT_EQ(patches[order.front()].column, 2);
+  EXPECT_EQ(patches[order.back()].row % 4, 0);
+}
+
+TEST(Preview, ShowsTheWoodWhereItWillLieAndMagentaWhereThereIsNone) {
+  const std::vector<StockPanel> stock{wood_panel("P", 60, 60, 50.8, 81)};
+  PlanOptions options = small_options();
+  options.rotations = 1;
+  const Plan plan = planned({blob_artwork("A", 40, 40, 70_mm, 82)}, stock, options);
+  const auto preview = assemble_preview(plan, 0, stock, ScanResolution::from_dpi(50.8));
+  ASSERT_TRUE(preview.ok());
+  EXPECT_EQ(preview->pixels.cols, 140);
+  EXPECT_EQ(preview->pixels.rows, 140);
+  for (const Piece& piece : plan.pieces) {
+    const cv::Mat shown = preview->pixels(cv::Rect(piece.column * 14, piece.row * 14, 14, 14));
+    if (!piece.placement) {
+      EXPECT_EQ(cv::norm(shown, cv::Mat(14, 14, CV_8UC3, cv::Scalar(255, 0, 255)), cv::NORM_INF), 0);
+      continue;
+    }
+    // One rotation: the wood is copied pixel by pixel.
+    const Point<PanelFrame> corner = piece.placement->panel_outline[3];
+    double column = 0, row = 0;
+    stock[0].picture.to_pixels(corner, column, row);
+    const cv::Rect from(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)), 14, 14);
+    EXPECT_LE(cv::norm(shown, stock[0].picture.pixels(from), cv::NORM_INF), 1);
+  }
+  EXPECT_EQ(assemble_preview(plan, 0, {}, ScanResolution::from_dpi(50)).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(assemble_preview(plan, 1, stock, ScanResolution::from_dpi(50)).error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace veneer::planner
