@@ -2,9 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/command_context.h"
-#ifdef VENEER_PLAN_COMMAND
 #include "cli/plan_command.h"
-#endif
 
 namespace {
 
@@ -24,9 +22,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_panel_commands(app, context);
   veneer::cli::add_job_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
-#ifdef VENEER_PLAN_COMMAND
   veneer::cli::add_plan_command(app);
-#endif
   try {
     app.parse(argc, argv);
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why

@@ -22,8 +22,7 @@ TEST(Pattern, SpreadsItsRingsOverTheWholeArea) {
   const auto options = over(440, 320);
   const auto pattern = make_pattern(options);
   ASSERT_TRUE(pattern.ok());
-  EXPECT_EQ(pattern->rings.size(),
-            static_cast<std::size_t>(pattern->columns) * static_cast<std::size_t>(pattern->rows));
+  EXPECT_EQ(pattern->rings.size(), static_cast<std::size_t>(pattern->columns * pattern->rows));
   Box<MachineFrame> centres;
   for (const auto& ring : pattern->rings) centres.add(ring.centre);
   EXPECT_NEAR(centres.width().count(), 428, 1e-9);
@@ -36,10 +35,7 @@ TEST(Pattern, HasKeyRingsThatNoTurnOrMirroringMapsOntoThemselves) {
   ASSERT_TRUE(pattern.ok());
   const auto n = pattern->columns;
   ASSERT_EQ(n, pattern->rows) << "a square lattice is the hardest case";
-  const auto key_at = [&](int c, int r) {
-    return is_key(
-        pattern->rings[static_cast<std::size_t>(r) * static_cast<std::size_t>(n) + static_cast<std::size_t>(c)]);
-  };
+  const auto key_at = [&](int c, int r) { return is_key(pattern->rings[static_cast<std::size_t>(r * n + c)]); };
   for (int turn = 0; turn < 4; ++turn) {
     for (const bool mirrored : {false, true}) {
       if (turn == 0 && !mirrored) continue;

@@ -39,7 +39,6 @@ std::vector<ToolpathPiece> grid_of_pieces(int columns, int rows) {
 
 std::vector<std::pair<long, long>> micrometres(const std::vector<Point<BedFrame>>& points) {
   std::vector<std::pair<long, long>> out;
-  out.reserve(points.size());
   for (const auto& p : points) out.emplace_back(std::lround(p.x.count() * 1000), std::lround(p.y.count() * 1000));
   return out;
 }

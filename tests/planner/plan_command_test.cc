@@ -1,0 +1,164 @@
+// `veneerctl plan`, as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int status = -1;
+  std::string errors;
+};
+
+class PlanCommand : public ::testing::Test {
+ protected:
+  PlanCommand() : folder_(fs::temp_directory_path() / ("plan_command_test_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+    const StockPanel panel = test::wood_panel("P", 150, 120, 50.8, 3);
+    cv::imwrite(path("panel.png"), panel.picture.pixels);
+    cv::imwrite(path("mask.png"), panel.free.pixels);
+    cv::imwrite(path("target.png"), test::blob_artwork("A", 60, 40, 20_mm, 4).picture);
+  }
+  ~PlanCommand() override {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string text(const std::string& name) const {
+    std::ifstream file(path(name), std::ios::binary);
+    std::ostringstream out;
+    out << file.rdbuf();
+    return out.str();
+  }
+  nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text(name)); }
+
+  Outcome plan(const std::string& arguments) const {
+    const std::string command =
+        std::string(VENEERCTL) + " plan " + arguments + " 2>" + path("stderr") + " >" + path("stdout");
+    const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("stderr")};
+  }
+  std::string usual() const {
+    return "--target " + path("target.png") + " --panel " + path("panel.png") + ",mask=" + path("mask.png") +
+           ",dpi=50.8,id=P --size-mm 21 --patch-mm 7 --dpi 50.8 --rotations 5 --out " + path("out");
+  }
+  void expect_unusable(const std::string& arguments, const std::string& sentence) const {
+    const Outcome outcome = plan(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_THAT(outcome.errors, HasSubstr(sentence)) << arguments;
+  }
+  std::string replaced(std::string what, const std::string& with) const {
+    std::string all = usual();
+    return all.replace(all.find(what), what.size(), with);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(PlanCommand, WritesPlanPreviewCutFileAndReport) {
+  const Outcome outcome = plan(usual() + " --threads 2");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors, "");
+  const auto plan_json = json("out/plan.json"), report = json("out/report.json");
+  EXPECT_EQ(plan_json["pieces"].size(), 3U * 5U);  // 31.5 mm / 7 mm = 4.5 columns, rounded up
+  EXPECT_EQ(plan_json["panels"][0]["id"], "P");
+  EXPECT_DOUBLE_EQ(plan_json["artworks"][0]["width_mm"], 31.5);
+  double cost = 0;
+  for (const auto& piece : plan_json["pieces"]) cost += piece["cost"].get<double>();
+  EXPECT_NEAR(report["cost_total"].get<double>(), cost, 1e-9);
+  EXPECT_EQ(report["threads"], 2);
+  EXPECT_GT(report["peak_rss_bytes"], 1000000);
+  EXPECT_THAT(text("out/cut-P.svg"), HasSubstr("id=\"engrave\""));
+  const cv::Mat preview = cv::imread(path("out/preview.png"));
+  EXPECT_EQ(preview.cols, 63);
+  EXPECT_EQ(preview.rows, 42);
+}
+
+TEST_F(PlanCommand, GivesTheSameBytesAgain) {
+  ASSERT_EQ(plan(usual() + " --threads 1").status, 0);
+  const std::string first = text("out/plan.json"), preview = text("out/preview.png");
+  ASSERT_EQ(plan(usual() + " --threads 3").status, 0);
+  EXPECT_EQ(text("out/plan.json"), first);
+  EXPECT_EQ(text("out/preview.png"), preview);
+}
+
+TEST_F(PlanCommand, WarnsOfUnfilledPatchesAndStillSucceeds) {
+  const Outcome outcome = plan(replaced("--size-mm 21", "--size-mm 90"));
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.errors, HasSubstr("warning"));
+  EXPECT_GT(json("out/report.json")["unfilled"], 0);
+}
+
+TEST_F(PlanCommand, WritesOnlyTheFormatsAskedFor) {
+  ASSERT_EQ(plan(usual() + " --format json").status, 0);
+  EXPECT_FALSE(fs::exists(path("out/cut-P.svg")));
+  EXPECT_TRUE(fs::exists(path("out/plan.json")));
+}
+
+TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
+  expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
+  expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
+  expect_unusable(usual() + " --optimize global", "--optimize global is not available yet in this version");
+  expect_unusable(usual() + " --adaptive-levels 2", "--adaptive-levels 2 is not available yet in this version");
+  expect_unusable(usual() + " --format svg,dxf", "--format dxf is not available yet in this version");
+  expect_unusable(usual() + " --format tiff", "no format");
+}
+
+TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
+  expect_unusable("", "--target");
+  expect_unusable(replaced(path("target.png"), path("none.png")), "there is no file");
+  expect_unusable(replaced(path("panel.png"), path("none.png")), "there is no file");
+  expect_unusable(replaced(path("mask.png"), path("target.png")), "the mask");
+  expect_unusable(replaced(path("mask.png"), folder_.string()), "is a directory");
+  std::ofstream(path("text.png")) << "no picture";
+  expect_unusable(replaced(path("target.png"), path("text.png")), "not a picture");
+  cv::imwrite(path("dot.png"), cv::Mat(1, 1, CV_8UC3, cv::Scalar(9, 9, 9)));
+  expect_unusable(replaced(path("target.png"), path("dot.png")), "1 x 1 pixels");
+  cv::imwrite(path("black.png"), cv::Mat(120, 150, CV_8UC1, cv::Scalar(0)));
+  expect_unusable(replaced(path("mask.png"), path("black.png")), "no usable wood");
+  expect_unusable(usual() + " --w-edge nan", "edge weight");
+  expect_unusable(usual() + " --w-intensity -1", "intensity weight");
+  expect_unusable(usual() + " --w-hist 2", "histogram weight");
+  expect_unusable(replaced("dpi=50.8", "dpi=zero"), "not a number");
+  expect_unusable(replaced("--patch-mm 7", "--patch-mm 700 --size-mm 700"), "");
+  expect_unusable(replaced("--size-mm 21 --patch-mm 7", "--size-mm 700 --patch-mm 700"), "larger than every panel");
+  expect_unusable(replaced("--size-mm 21", "--size-mm nan"), "--size-mm");
+  expect_unusable(usual() + " --panel " + path("panel.png") + ",id=P", "two panels have the id P");
+  expect_unusable(replaced("id=P", "id=a/b"), "cannot be the id");
+}
+
+TEST_F(PlanCommand, FailsWithOneWhenTheResultsCannotBeWritten) {
+  std::ofstream(path("in_the_way")) << "a file";
+  const Outcome outcome = plan(replaced("--out " + path("out"), "--out " + path("in_the_way")));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("in_the_way"));
+}
+
+TEST_F(PlanCommand, PlansTheDevelopersPicturesWhenTheyAreThere) {
+  const fs::path data = fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
+  if (!fs::exists(data / "wood" / "panel_small.jpg")) GTEST_SKIP() << "no developer data beside the tree";
+  const Outcome outcome =
+      plan("--target " + (data / "targets/astronaut_head.png").string() + " --panel " +
+           (data / "wood/panel_small.jpg").string() + ",mask=" + (data / "wood/panel_small_mask.png").string() +
+           " --size-mm 40 --patch-mm 10 --dpi 75 --out " + path("out"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/report.json")["unfilled"], 0);
+}
+
+}  // namespace
+}  // namespace veneer::planner
