@@ -59,11 +59,11 @@ bool is_whole(std::string_view key) { return key == "rotations" || key == "seed"
 
 std::string render_new_job(const json& result) {
   const auto id = whole_or(result, "job", 0);
-  std::string text = "Job " + std::to_string(id) +
-                     " is planned and its wood reserved. Start it with `veneerctl job start " + std::to_string(id) +
-                     "`.\n";
-  if (const std::string warning = text_or(result, "warning", ""); !warning.empty())
-    text += "Warning: " + warning + "\n";
+  const auto pieces = whole_or(result, "pieces", 0);
+  const auto unfilled = whole_or(result, "unfilled", 0);
+  std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
+                                 id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
+  if (unfilled > 0) text += fmt::format("Warning: {} patches found no wood and stay open.\n", unfilled);
   return text;
 }
 

@@ -38,7 +38,7 @@ std::string progress_line(double fraction, const std::string& text, int columns)
   const int full = percent * kBar / 100;
   std::string number = std::to_string(percent);
   number.insert(0, 3 - std::min<std::size_t>(3, number.size()), ' ');
-  const std::string bar = "[" + std::string(static_cast<std::size_t>(full), '#') +
+  std::string bar = "[" + std::string(static_cast<std::size_t>(full), '#') +
                           std::string(static_cast<std::size_t>(kBar - full), '-') + "] " + number + " %";
   const int left = columns - static_cast<int>(bar.size()) - 3;
   if (left < 8) return bar;

@@ -95,6 +95,16 @@ std::string load_words(const json& load) {
                 "; ");
 }
 
+std::string difference_words(const json& difference) {
+  const json& place = member(difference, "place_mm");
+  std::string where;
+  if (place.is_array() && place.size() == 2 && place[0].is_number() && place[1].is_number()) {
+    where = fmt::format("at {:.1f}, {:.1f} mm", place[0].get<double>(), place[1].get<double>());
+  }
+  return joined(
+      {text_or(difference, "kind", "?"), where, fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))}, ", ");
+}
+
 std::string calibration_words(const json& calibration) {
   if (!calibration.is_object()) return "";
   std::vector<std::string> parts;
@@ -186,7 +196,7 @@ std::string render_scan_result(const json& result) {
     text += line("Ledger", differences.empty() ? "agrees with the wood"
                                                : fmt::format("{} DIFFERENCES from the wood", differences.size()));
     for (const json& difference : differences) {
-      text += line("", text_or(difference, "sentence", difference.dump()));
+      text += line("", difference_words(difference));
     }
   }
   return text;

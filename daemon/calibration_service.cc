@@ -79,21 +79,37 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   return outcome;
 }
 
-Result<planner::Pattern> CalibrationService::pattern(const Box<MachineFrame>& travel) const {
-  constexpr Millimetres kInset{40};
+Result<planner::Pattern> CalibrationService::pattern() const {
   planner::PatternOptions options;
-  options.area.add({travel.min.x + kInset, travel.min.y + kInset});
-  options.area.add({travel.max.x - kInset, travel.max.y - kInset});
+  {
+    const std::lock_guard lock(area_mutex_);
+    options.area = area_;
+  }
+  if (options.area.empty())
+    return Error{ErrorCode::kRefused, "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
   return planner::make_pattern(options);
 }
 
-Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel) const {
-  auto made = pattern(travel);
-  if (!made) return made.error();
+Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, Millimetres board_width,
+                                                 Millimetres board_height) {
+  constexpr Millimetres kOffCentre{25};  // 20 mm of placing, 5 mm of wood beyond the outer rings
+  constexpr double kAskew = 0.07;        // 4 degrees
+  const Millimetres half_width = board_width / 2 - kOffCentre - board_height * (kAskew / 2);
+  const Millimetres half_height = board_height / 2 - kOffCentre - board_width * (kAskew / 2);
+  const Point<MachineFrame> middle{(travel.min.x + travel.max.x) / 2, (travel.min.y + travel.max.y) / 2};
   {
-    const std::lock_guard lock(travel_mutex_);
-    travel_ = travel;
+    const std::lock_guard lock(area_mutex_);
+    area_ = {};
+    if (half_width > Millimetres(0) && half_height > Millimetres(0)) {
+      area_.add({std::max(travel.min.x, middle.x - half_width), std::max(travel.min.y, middle.y - half_height)});
+      area_.add({std::min(travel.max.x, middle.x + half_width), std::min(travel.max.y, middle.y + half_height)});
+    }
   }
+  auto made = pattern();
+  if (!made)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("a board of {:.0f} x {:.0f} mm is too small for the pattern: take one of 250 x 250 mm or more",
+                             board_width.count(), board_height.count())};
   LaserJob job;
   for (auto& stroke : planner::pattern_strokes(*made)) {
     Stroke& s = job.strokes.emplace_back();
@@ -112,12 +128,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!calibration->camera)
     return Error{ErrorCode::kRefused,
                  "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
-  Box<MachineFrame> travel;
-  {
-    const std::lock_guard lock(travel_mutex_);
-    travel = travel_;
-  }
-  auto burnt = pattern(travel);
+  auto burnt = pattern();
   if (!burnt) return burnt.error();
   std::vector<calib::PatternRing> rings;
   for (const auto& ring : burnt->rings) rings.push_back({ring.centre, ring.diameter});
@@ -139,14 +150,7 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
-  Box<MachineFrame> travel;
-  {
-    const std::lock_guard lock(travel_mutex_);
-    travel = travel_;
-  }
-  if (travel.empty())
-    return Error{ErrorCode::kRefused, "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
-  auto burnt = pattern(travel);
+  auto burnt = pattern();
   if (!burnt) return burnt.error();
   progress(0.02, "scanning the burnt board");
   auto image = scanner_.scan(ScanResolution::from_dpi(config_.scanner.dpi),

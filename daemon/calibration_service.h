@@ -1,8 +1,8 @@
 // The cell calibrates itself from pictures and burns: each function looks at what the operator laid down, fits, and
 // issues a certificate, or says in one sentence why not.
 //
-// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern() is
-// pure.
+// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job() on
+// the reactor.
 #pragma once
 
 #include <mutex>
@@ -47,11 +47,13 @@ class CalibrationService {
   // The burnt board on the glass.
   Result<CalibrationOutcome> kerf(const TaskProgress& progress, const std::stop_token& stop);
 
-  // What the laser burns for axes() and kerf(), 40 mm inside the machine's travel.
-  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel) const;
+  // What the laser burns for axes() and kerf() into a board of this size that lies in the middle of the bed, within
+  // 20 mm and 4 degrees.
+  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, Millimetres board_width, Millimetres board_height);
 
  private:
-  Result<planner::Pattern> pattern(const Box<MachineFrame>& travel) const;
+  // The pattern that was burnt last; kRefused when none was since the daemon started.
+  Result<planner::Pattern> pattern() const;
   Result<CertificateId> issue(db::CertificateKind kind, Millimetres rms, const std::string& payload);
 
   ScannerDriver& scanner_;
@@ -62,9 +64,9 @@ class CalibrationService {
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
   std::vector<calib::GridView> grid_views_;  // camera's worker
   int picture_width_ = 0, picture_height_ = 0;
-  // Where the pattern was burnt last; written before the burn, read by axes() and kerf() after it.
-  mutable std::mutex travel_mutex_;
-  mutable Box<MachineFrame> travel_;
+  // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
+  mutable std::mutex area_mutex_;
+  Box<MachineFrame> area_;  // guarded by area_mutex_
 };
 
 }  // namespace veneer::daemon

@@ -192,17 +192,26 @@ void finish_calibration(Cell& cell, const TaskReporter& task, const Result<Calib
   task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
 }
 
+// The bare board on the bed, as the operator measured it; width and height 0 = not said.
+struct Board {
+  Millimetres thickness, width, height;
+};
+
 // Burns on the reactor, then photographs and fits on the camera's worker.
-void calibrate_laser(Cell& cell, const TaskReporter& task, Millimetres height, const std::string& who) {
-  auto strokes = cell.calibrations->pattern_job(cell.runner->limits().travel);
-  if (!strokes || cell.runner->limits().travel.empty())
-    return task.fail(strokes ? Error{ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"}
-                             : strokes.error());
+void calibrate_laser(Cell& cell, const TaskReporter& task, const Board& board, const std::string& who) {
+  const auto& travel = cell.runner->limits().travel;
+  if (travel.empty())
+    return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
+  const Millimetres full(30);  // without a word about the board it nearly fills the bed
+  auto strokes = cell.calibrations->pattern_job(
+      travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
+      board.height > Millimetres(0) ? board.height : travel.height() - full);
+  if (!strokes) return task.fail(strokes.error());
   task.progress(0.05, "burning the pattern");
-  cell.runner->burn_pattern(std::move(*strokes), who, [&cell, task, height](const Status& burnt) {
+  cell.runner->burn_pattern(std::move(*strokes), who, [&cell, task, thickness = board.thickness](const Status& burnt) {
     if (!burnt) return task.fail(burnt.error());
-    cell.camera_worker->post([&cell, task, height] {
-      finish_calibration(cell, task, cell.calibrations->axes(height, [&](double f, const std::string& text) {
+    cell.camera_worker->post([&cell, task, thickness] {
+      finish_calibration(cell, task, cell.calibrations->axes(thickness, [&](double f, const std::string& text) {
         task.progress(f, text);
       }));
     });
@@ -216,7 +225,10 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
   const auto asked_more = field<bool>(*body, "more", false);
   const auto asked_height =
       field<double>(*body, "height_mm", device == "laser" ? cell.config.panel.thickness.count() : 0.0);
-  for (const Error* wrong : {error_of(asked_more), error_of(asked_height)})
+  const auto board_width = field<double>(*body, "board_width_mm", 0.0);
+  const auto board_height = field<double>(*body, "board_height_mm", 0.0);
+  for (const Error* wrong :
+       {error_of(asked_more), error_of(asked_height), error_of(board_width), error_of(board_height)})
     if (wrong != nullptr) return reply(ApiReply::error(*wrong));
   const bool more = *asked_more;
   const Millimetres height(*asked_height);
@@ -225,7 +237,9 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
         {ErrorCode::kNotFound, fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
   auto task = cell.tasks.start("calibrate " + device, "waiting for the device");
   reply(ApiReply::task(task.id()));
-  if (device == "laser") return calibrate_laser(cell, task, height, request.caller.who);
+  if (device == "laser")
+    return calibrate_laser(cell, task, {height, Millimetres(*board_width), Millimetres(*board_height)},
+                           request.caller.who);
   Worker& worker = device == "camera" ? *cell.camera_worker : *cell.scanner_worker;
   worker.post([&cell, task, device, more, height] {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };

@@ -86,8 +86,8 @@ class LaserDriver {
   // Rejects the whole job before moving if any point lies outside the limits (-> Failed).
   // -> StrokeExecuted..., PieceVerified..., then Done or Aborted.
   virtual void start(LaserJob job) = 0;
-  virtual void hold() = 0;              // -> Held
-  virtual void resume() = 0;            // -> Resumed
+  virtual void hold() = 0;    // -> Held
+  virtual void resume() = 0;  // -> Resumed, or Held again when the machine will not move: the lid is still open
   virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
   virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
   virtual LaserStatus status() const = 0;

@@ -76,7 +76,8 @@ struct ApiReply {
   static ApiReply task(std::int64_t id);
 };
 
-// Call it once, from any thread; later calls do nothing. Dropped without a call, the client gets 500.
+// Call it once, from any thread, while the reactor exists; later calls do nothing. Dropped without a call, the client
+// gets 500.
 using Reply = std::function<void(ApiReply)>;
 using Handler = std::function<void(const ApiRequest&, Reply)>;
 

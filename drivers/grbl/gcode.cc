@@ -191,7 +191,7 @@ Status check_job(const LaserJob& job, const MachineSettings& settings) {
   if (job.strokes.empty()) return Error{ErrorCode::kInvalidArgument, "the job has no strokes"};
   std::set<PieceId> finished;
   for (std::size_t i = 0; i < job.strokes.size(); ++i) {
-    if (const Status status = check_stroke(job.strokes[i], i, settings); !status.ok()) return status;
+    if (Status status = check_stroke(job.strokes[i], i, settings); !status.ok()) return status;
     const PieceId piece = job.strokes[i].piece;
     if (i > 0 && piece != job.strokes[i - 1].piece) finished.insert(job.strokes[i - 1].piece);
     if (piece != PieceId{} && finished.contains(piece))

@@ -9,8 +9,6 @@
 namespace veneer::grbl {
 namespace {
 
-constexpr char kSoftReset = '\x18';
-
 template <class... Handlers>
 struct Overloaded : Handlers... {
   using Handlers::operator()...;
@@ -426,128 +424,6 @@ TimePoint GrblCore::next_deadline() const {
     next = std::min(next, last_progress_ + options_.stall_timeout);
   }
   return next;
-}
-
-// ---- getting ready
-
-void GrblCore::enter(Phase phase) {
-  phase_ = phase;
-  phase_begin_ = now_;
-  deadline_.reset();
-  settled_at_.reset();
-  idle_since_.reset();
-  if (phase == Phase::kClosed) {
-    poll_.reset();
-    polls_lost_ = 0;
-    silent_since_.reset();
-    window_.clear();
-    outstanding_.clear();
-    last_report_.reset();
-    run_.reset();
-    return;
-  }
-  next_poll_ = now_;
-}
-
-void GrblCore::reset_machine() {
-  settled_at_.reset();
-  output_.urgent = kSoftReset;
-  output_.bytes.clear();
-  window_.clear();
-  outstanding_.clear();
-  poll_.reset();
-  next_poll_ = now_ + options_.fast_poll_period;
-}
-
-void GrblCore::connect_step(ConnectStep step) {
-  connect_step_ = step;
-  switch (step) {
-    case ConnectStep::kWake:
-      return;
-    case ConnectStep::kBuildInfo:
-      return send_text("$I\n");
-    case ConnectStep::kSettings:
-      return send_text("$$\n");
-    case ConnectStep::kParserState:
-      echo_seen_ = false;
-      return send_text("$G\n");
-    case ConnectStep::kStatus:
-      poll_.reset();
-      next_poll_ = now_;
-      return;
-  }
-}
-
-void GrblCore::on_connect_answer(std::optional<int> error_number) {
-  switch (connect_step_) {
-    case ConnectStep::kBuildInfo:
-      return connect_step(ConnectStep::kSettings);  // without $I: stock sizes
-    case ConnectStep::kSettings:
-      return connect_step(ConnectStep::kParserState);
-    case ConnectStep::kParserState:
-      if (error_number || !echo_seen_) {
-        fail({ErrorCode::kRefused, "the laser controller does not tell its modes ($G), so it cannot be supervised"});
-        output_.close = true;
-        return enter(Phase::kClosed);
-      }
-      return connect_step(ConnectStep::kStatus);
-    case ConnectStep::kWake:
-    case ConnectStep::kStatus:
-      return;
-  }
-}
-
-void GrblCore::finish_connect() {
-  auto settings = settings_reader_.finish();
-  if (!settings.ok()) {
-    fail(settings.error());
-    output_.close = true;
-    return enter(Phase::kClosed);
-  }
-  settings_ = std::move(settings).value();
-  window_ = SendWindow(settings_.receive_bytes);
-  enter(Phase::kReady);
-  events_.emplace_back(laser_event::Connected{{settings_.travel(), settings_.firmware}});
-}
-
-void GrblCore::begin_homing() {
-  homed_ = homing_answered_ = false;
-  enter(Phase::kHoming);
-  poll_.reset();
-  deadline_ = now_ + options_.homing_timeout;
-  send_text("$H\n");
-}
-
-void GrblCore::on_homing_answer(std::optional<int> error_number) {
-  if (error_number) {
-    fail({ErrorCode::kDeviceFault,
-          fmt::format("the laser refused to home with {}", describe_error(*error_number, settings_.family))});
-    return enter(Phase::kReady);
-  }
-  homing_answered_ = true;
-  next_poll_ = now_;
-}
-
-void GrblCore::finish_homing() {
-  if (!last_report_->is("Idle") || !position_) return;  // the homing deadline bounds the wait
-  enter(Phase::kReady);
-  const double tolerance = 0.05 + 1 / std::min(settings_.x.steps_per_mm, settings_.y.steps_per_mm);
-  if (std::abs((*position_)[0] - settings_.x.home_mm) > tolerance ||
-      std::abs((*position_)[1] - settings_.y.home_mm) > tolerance)
-    return fail(
-        {ErrorCode::kRefused,
-         fmt::format("after homing the laser says it is at ({:.3f}, {:.3f}), but its settings $23, $27 and $130 "
-                     "put the corner at ({:.3f}, {:.3f}): check them",
-                     (*position_)[0], (*position_)[1], settings_.x.home_mm, settings_.y.home_mm)});
-  homed_ = true;
-  events_.emplace_back(laser_event::Homed{});
-}
-
-void GrblCore::fail(Error error) { events_.emplace_back(laser_event::Failed{std::move(error)}); }
-
-void GrblCore::drop_out(Error error, bool connected) {
-  homed_ = false;
-  events_.emplace_back(laser_event::Fault{std::move(error), connected});
 }
 
 // ---- what goes out

@@ -94,7 +94,7 @@ class GrblCore {
   bool polling() const;
   Duration poll_period() const;
 
-  // grbl_core.cc: getting ready
+  // grbl_core_ready.cc: getting ready
   void enter(Phase phase);
   void connect_step(ConnectStep step);
   void on_connect_answer(std::optional<int> error_number);

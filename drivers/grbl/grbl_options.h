@@ -30,8 +30,8 @@ struct GrblOptions {
   Duration homing_timeout = std::chrono::seconds(120);
   Duration stall_timeout = std::chrono::seconds(5);  // running without moving
 
-  double queued_motion_s = 1.0;  // never more in the controller
-  double longest_move_s = 0.2;   // longer strokes are split
+  double queued_motion_s = 1.0;          // never more in the controller
+  double longest_move_s = 0.2;           // longer strokes are split
   Millimetres position_tolerance{0.01};  // beyond half a motor step
 
   // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the

@@ -13,6 +13,8 @@ namespace veneer::sim {
 namespace {
 
 constexpr int kStripRows = 100;
+constexpr int kBorder = 8;        // pixels around a sheet
+constexpr double kBlurPx = 0.7;   // of the lens, in camera pixels
 constexpr double kSurround = 70;  // mm of floor drawn around the bed
 constexpr double kBedPx = 5;      // pixels per mm of the drawn bed
 
@@ -69,7 +71,7 @@ struct HalfFace {
   double px_per_mm = 0;
 };
 
-HalfFace half_face(const Sheet& sheet, SheetFace face) {
+HalfFace half_face(const Sheet& sheet, SheetFace face, double blur_mm) {
   HalfFace out;
   // Whole pixels only, so that half a pixel of the raster stays exactly half.
   const cv::Rect even(0, 0, sheet.material.cols & ~1, sheet.material.rows & ~1);
@@ -91,13 +93,19 @@ HalfFace half_face(const Sheet& sheet, SheetFace face) {
     }
   });
   out.px_per_mm = sheet.px_per_mm / 2;
+  // The lens blurs before the sensor samples; blurred afterwards, an edge would move with its phase to the pixels.
+  const double sigma = blur_mm * out.px_per_mm;
+  cv::GaussianBlur(out.colour, out.colour, cv::Size(), sigma, sigma, cv::BORDER_REPLICATE);
+  cv::copyMakeBorder(out.cover, out.cover, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::GaussianBlur(out.cover, out.cover, cv::Size(), sigma);
   return out;
 }
 
 void lay_over(cv::Mat& strip, const HalfFace& face, const cv::Mat& map) {
   cv::Mat colour, cover;
   cv::remap(face.colour, colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  cv::remap(face.cover, cover, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
+  cv::remap(face.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
   for (int r = 0; r < strip.rows; ++r) {
     const auto* wood = colour.ptr<cv::Vec3b>(r);
     const auto* cov = cover.ptr<unsigned char>(r);
@@ -141,7 +149,7 @@ cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
   HalfFace face;
   std::unique_ptr<CoarseMap> face_map;
   if (view.sheet != nullptr) {
-    face = half_face(*view.sheet, view.face_up);
+    face = half_face(*view.sheet, view.face_up, kBlurPx * (camera_.position[2] - view.face_height_mm) / camera_.fx);
     face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) {
       const Vec2 at = view.bed_from_sheet.back_to_sheet(camera_.bed_at(p, view.face_height_mm));
       return view.sheet->pixel(at) * 0.5;
@@ -161,7 +169,6 @@ cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
         }
       },
       strips);
-  cv::GaussianBlur(picture, picture, cv::Size(), 0.7);
   const auto columns = falloff(size.width, camera_.uneven_light, lamps),
              rows = falloff(size.height, camera_.uneven_light, lamps);
   light_and_noise(picture, columns, rows, camera_.noise, random);

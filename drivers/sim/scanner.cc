@@ -12,6 +12,8 @@ namespace veneer::sim {
 namespace {
 
 constexpr int kStripRows = 96;
+constexpr int kBorder = 8;           // pixels around a sheet
+constexpr double kLeastBlur = 0.35;  // scan pixels; a sensor's pixel is never a point
 const cv::Vec3f kLid(234, 237, 238);
 
 // How much the sheet shades the lid behind it: 0 far away, up to 1 deep inside a narrow slit. One pixel per half mm.
@@ -30,11 +32,33 @@ LidShade shade_of(const Sheet& sheet) {
   return out;
 }
 
-void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, SheetFace face, const LidShade& lid) {
-  cv::Mat colour, cover, engraved, shade, shade_map(map.size(), CV_32FC2);
-  cv::remap(sheet.face(face), colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  cv::remap(sheet.material, cover, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::remap(sheet.engraved(face), engraved, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+// One face of a sheet as the device's optics blur it. Blurring the wood and not the picture keeps the sampling honest:
+// an edge comes out at its place whatever its phase to the pixels.
+struct SoftFace {
+  cv::Mat colour, cover, engraved;
+};
+
+cv::Mat blurred(const cv::Mat& sharp, double sigma) {
+  cv::Mat soft;
+  cv::GaussianBlur(sharp, soft, cv::Size(), sigma, sigma, cv::BORDER_REPLICATE);
+  return soft;
+}
+
+SoftFace soften(const Sheet& sheet, SheetFace face, double sigma) {
+  cv::Mat cover;
+  // The sheet ends inside the border, so that its edges are blurred into nothing.
+  cv::copyMakeBorder(sheet.material, cover, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar(0));
+  SoftFace soft{blurred(sheet.face(face), sigma), blurred(cover, sigma), sheet.engraved(face)};
+  if (!sheet.burns.empty()) soft.engraved = blurred(sheet.engraved(face), sigma);
+  return soft;
+}
+
+void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, const SoftFace& soft, const LidShade& lid) {
+  cv::Mat colour, cover, engraved;
+  cv::remap(soft.colour, colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::remap(soft.engraved, engraved, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
+  cv::remap(soft.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
   const auto factor = static_cast<float>(lid.px_per_mm / sheet.px_per_mm);
   for (int r = 0; r < map.rows; ++r) {
     const auto* from = map.ptr<cv::Vec2f>(r);
@@ -102,17 +126,14 @@ std::vector<float> uneven(int count, double amount, double px_per_mm, bool falls
 
 cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t seed) {
   const ScannerTruth& device = truth.scanner;
-  // A coarse scan is averaged down from a finer one, as the device's own electronics do.
-  const int fold = truth.px_per_mm < 9 ? 2 : 1;
-  const double px = truth.px_per_mm * fold;
-  const cv::Size size(static_cast<int>(std::lround(device.width_mm * truth.px_per_mm)) * fold,
-                      static_cast<int>(std::lround(device.height_mm * truth.px_per_mm)) * fold);
+  const cv::Size size(static_cast<int>(std::lround(device.width_mm * truth.px_per_mm)),
+                      static_cast<int>(std::lround(device.height_mm * truth.px_per_mm)));
   cv::Mat picture(size, CV_8UC3, cv::Scalar(kLid[0], kLid[1], kLid[2]));
   if (sheet != nullptr) {
     const LidShade lid = shade_of(*sheet);
-    ScanTruth fine = truth;
-    fine.px_per_mm = px;
-    const CoarseMap map(size, 8, [&](Vec2 p) { return sheet->pixel(fine.sheet_mm(p)); });
+    const SoftFace soft =
+        soften(*sheet, truth.face, std::max(device.psf_px, kLeastBlur) * sheet->px_per_mm / truth.px_per_mm);
+    const CoarseMap map(size, 8, [&](Vec2 p) { return sheet->pixel(truth.sheet_mm(p)); });
     const int strips = (size.height + kStripRows - 1) / kStripRows;
     cv::parallel_for_(
         cv::Range(0, strips),
@@ -120,15 +141,13 @@ cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t se
           for (int i = range.start; i < range.end; ++i) {
             const int first = i * kStripRows, rows = std::min(kStripRows, size.height - first);
             cv::Mat strip = picture.rowRange(first, first + rows);
-            image_strip(strip, map.rows(first, rows), *sheet, truth.face, lid);
+            image_strip(strip, map.rows(first, rows), *sheet, soft, lid);
           }
         },
         strips);
   }
   Random random(seed, "scan");
-  if (fold > 1) cv::resize(picture, picture, cv::Size(size.width / fold, size.height / fold), 0, 0, cv::INTER_AREA);
   add_dust(picture, truth.px_per_mm, device.dust, random);
-  if (device.psf_px > 0.05) cv::GaussianBlur(picture, picture, cv::Size(), device.psf_px);
   Random lamp(device.light_seed, "lamp");
   const auto columns = uneven(picture.cols, device.uneven_light, truth.px_per_mm, true, lamp);
   const auto rows = uneven(picture.rows, device.uneven_light, truth.px_per_mm, false, lamp);

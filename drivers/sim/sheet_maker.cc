@@ -227,8 +227,9 @@ std::shared_ptr<Sheet> make_grid(const std::string& name, double dpi, std::uint6
   for (int i = 0; i < kColumns * kRows; ++i) {
     TagPlace tag;
     tag.id = i, tag.square_mm = kSquare;
-    tag.centre = {kEdge + kSquare / 2 + (i % kColumns) * kPitch + random.spread(0.003),
-                  kEdge + kSquare / 2 + (i / kColumns) * kPitch + random.spread(0.003)};
+    const int column = i % kColumns, row = i / kColumns;
+    tag.centre = {kEdge + kSquare / 2 + column * kPitch + random.spread(0.003),
+                  kEdge + kSquare / 2 + row * kPitch + random.spread(0.003)};
     print_tag(*sheet, tag);
   }
   return sheet;

@@ -85,6 +85,17 @@ TEST(Render, PanelsLineUp) {
             "P-2       90 x 80 mm   50 cm2                                          P-0001\n");
 }
 
+TEST(Render, AReconciledScanNamesEachDifference) {
+  const json result = {{"panel", "P-1"},
+                       {"registration", {{"rms_mm", 0.0312}, {"max_mm", 0.07}}},
+                       {"differences", {{{"kind", "wood missing"}, {"place_mm", {10, 20.04}}, {"area_mm2", 3.25}}}}};
+  EXPECT_EQ(render_scan_result(result),
+            "Panel P-1\n"
+            "Registered   RMS 0.031 mm, worst 0.070 mm\n"
+            "Ledger       1 DIFFERENCES from the wood\n"
+            "             wood missing, at 10.0, 20.0 mm, 3.2 mm2\n");
+}
+
 TEST(Render, AnEmptyShelfTellsWhatToDo) {
   EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
   EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);

@@ -22,6 +22,8 @@ constexpr double kGlassWidth = 320, kGlassHeight = 300;
 
 // What an operator measures with a caliper: the AprilGrid sheet is a film, the bare board 2.1 mm of plywood.
 constexpr double kGridThickness = 0, kBoardThickness = 2.1;
+// Nearly as wide as the bed, and no higher than the glass, so that its kerf lines can be scanned.
+constexpr double kBoardWidth = 490, kBoardHeight = 290;
 
 Result<std::string> read_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -42,6 +44,14 @@ Status as_status(const Result<json>& result) { return result ? Ok() : Status(res
 
 Story::Story(SimulatedCell& cell, fs::path out, Narrator& narrator)
     : cell_(cell), out_(std::move(out)), narrator_(narrator) {}
+
+void Story::resume(const std::map<std::string, StoryPanel>& panels, const std::vector<std::int64_t>& jobs) {
+  for (const auto& [id, panel] : panels) {
+    stock_.push_back(panel);
+    sheet_of_panel_[id] = panel.sheet;
+  }
+  jobs_ = jobs;
+}
 
 Status Story::tell(const std::string& stage, const std::function<Result<std::string>()>& work) {
   stage_ = stage;
@@ -101,11 +111,11 @@ Result<std::string> Story::calibrate_camera() {
 }
 
 Result<std::string> Story::calibrate_laser() {
-  if (auto made = cell_.twin({{"cmd", "new-board"}, {"name", "board"}, {"width_mm", 490}, {"height_mm", 350}}); !made)
+  if (auto made = cell_.twin({{"cmd", "new-board"}, {"name", "board"}, {"width_mm", kBoardWidth}, {"height_mm", kBoardHeight}}); !made)
     return made.error();
   if (const Status placed = place("board", "bed", "show"); !placed) return placed.error();
   if (auto homed = cell_.api().post("/commands/reset"); !homed) return homed.error();
-  auto axes = task("calibrate laser", "/calibration/laser", {{"height_mm", kBoardThickness}});
+  auto axes = task("calibrate laser", "/calibration/laser", {{"height_mm", kBoardThickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
   if (!axes) return axes.error();
   if (const Status placed = place("board", "scanner", "show", "left"); !placed) return placed.error();
   auto kerf = task("calibrate laser", "/calibration/kerf", json::object());

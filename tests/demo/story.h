@@ -40,6 +40,9 @@ class Story {
  public:
   Story(SimulatedCell& cell, std::filesystem::path out, Narrator& narrator);
 
+  // Takes up a story that was begun before: panels in stock by id, and jobs planned.
+  void resume(const std::map<std::string, StoryPanel>& panels, const std::vector<std::int64_t>& jobs);
+
   // Scanner, camera, axes and kerf from pictures alone; certificates are stored.
   Status calibrate();
   Status scan_panel(const StoryPanel& panel);

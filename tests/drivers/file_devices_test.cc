@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 class FileDevicesTest : public ::testing::Test {
  protected:
   std::string picture(const std::string& name, int grey) {
-    const auto file = (directory_.path() / name).string();
+    auto file = (directory_.path() / name).string();
     EXPECT_TRUE(cv::imwrite(file, cv::Mat(8, 12, CV_8UC3, cv::Scalar::all(grey))));
     return file;
   }

@@ -1,6 +1,12 @@
 // The core against a script: what it says first, what it makes of answers no simulator would give.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
 #include "drivers/grbl/grbl_core.h"
 
 namespace veneer::grbl {
@@ -317,6 +323,64 @@ TEST_F(GrblCoreTest, WritesNoSettingEver) {
   const std::string sent = out();
   EXPECT_EQ(sent.find('='), std::string::npos);
   EXPECT_EQ(sent.find("$X"), std::string::npos) << "an alarm is never unlocked";
+}
+
+TEST_F(GrblCoreTest, SurvivesAnyAnswersInAnyOrder) {
+  const std::vector<std::string> words = {"ok\r\n",
+                                          "error:9\r\n",
+                                          "ALARM:2\r\n",
+                                          kBanner,
+                                          "<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>\r\n",
+                                          "<Run|MPos:-5.000,-1.000,0.000|FS:900,850>\r\n",
+                                          "<Hold:0|MPos:-5.000,-1.000,0.000|FS:0,0>\r\n",
+                                          "<Door:1|MPos:-5.000,-1.000,0.000>\r\n",
+                                          "<Alarm>\r\n",
+                                          "<Idle>\r\n",
+                                          "<Idle|WPos:1,2,3|WCO:1,1,1>\r\n",
+                                          "[GC:G1 G21 G91 G94 M4 F900 S850]\r\n",
+                                          "[GC:]\r\n",
+                                          "$130=\r\n",
+                                          "<<>>[]$$=\r\n",
+                                          std::string("\0\xff\x18", 3)};
+  std::mt19937 random(3);
+  for (int run = 0; run < 300; ++run) {
+    core = GrblCore();
+    if (run % 3 == 0) {
+      core.connect(now);
+    } else {
+      connect_and_home();
+      if (run % 3 == 1) core.start(line_job(), now);
+    }
+    for (int i = 0; i < 60; ++i) {
+      now += std::chrono::milliseconds(random() % 400);
+      core.tick(now);
+      switch (random() % 12) {
+        case 0:
+          core.hold(now);
+          break;
+        case 1:
+          core.resume(now);
+          break;
+        case 2:
+          core.start(line_job(), now);
+          break;
+        case 3:
+          core.stop_after_piece();
+          break;
+        case 4:
+          if (random() % 8 == 0) core.abort(now);
+          break;
+        default:
+          core.receive(words[random() % words.size()], now);
+      }
+      const GrblOutput output = core.take_output();
+      ASSERT_LE(core.queued_motion_s(), 1.0);
+      if (!core.job_running()) {
+        ASSERT_EQ(output.bytes.find("G1"), std::string::npos) << "burns without a job";
+      }
+      core.take_events();
+    }
+  }
 }
 
 }  // namespace

@@ -195,7 +195,7 @@ TEST(Settings, RefuseAControllerSetWrongly) {
 
 // ---- G-code
 
-Stroke stroke_of(std::vector<std::pair<double, double>> points, double speed = 15, double power = 0.85) {
+Stroke stroke_of(const std::vector<std::pair<double, double>>& points, double speed = 15, double power = 0.85) {
   Stroke stroke{PieceId{1}, StrokeRole::kCut, {}, MmPerSecond(speed), PowerFraction(power), 1};
   for (const auto& [x, y] : points) stroke.path.push_back(point<MachineFrame>(x, y));
   return stroke;
@@ -268,9 +268,9 @@ TEST(Gcode, RefusesAJobWithAnythingWrongAnywhere) {
                           stroke_of({{10, 20}, {12, 20}}, 0), stroke_of({{10, 20}, {12, 20}}, 500),
                           stroke_of({{10, 20}, {12, 20}}, 15, 1.01), stroke_of({{10, 20}, {12, 20}}, 15, nan)})
     EXPECT_EQ(check_job({{good, bad}}, settings).error().code, ErrorCode::kInvalidArgument);
-  auto first = good, other = good;
+  auto other = good;
   other.piece = PieceId{2};
-  EXPECT_FALSE(check_job({{first, other, first}}, settings).ok()) << "strokes of a piece lie together";
+  EXPECT_FALSE(check_job({{good, other, good}}, settings).ok()) << "strokes of a piece lie together";
   EXPECT_THAT(check_job({{stroke_of({{600, 20}, {610, 20}})}}, settings).error().message, HasSubstr("(600.00, 20.00)"));
 }
 
@@ -334,6 +334,7 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
 TEST(MotionQueue, LetsGoOfShortMotionsThePlannerMustHaveLetGo) {
   MotionQueue queue({.longest_s = 1.0, .planner_blocks = 15});
   std::vector<std::pair<double, double>> points;
+  points.reserve(60);
   for (int i = 0; i < 60; ++i) points.emplace_back(100 + 0.05 * i, 100);
   const auto moves = burns(points, 0.2);
   queue.start_at(moves.front().from);

@@ -49,8 +49,8 @@ TEST_F(ProofFigures, AreGreenForAFaultlessCell) {
   expect_green_marks(proof);
   expect_green_picture(proof);
   expect_green_ledger(proof);
-  EXPECT_EQ(proof.jobs.at(0).pieces, 6U);
-  EXPECT_EQ(proof.jobs.at(0).cut, 6U);
+  EXPECT_EQ(proof.jobs.at(0).pieces, 4U);
+  EXPECT_EQ(proof.jobs.at(0).cut, 4U);
   EXPECT_EQ(proof.unclaimed_cuts, 0U);
   ASSERT_TRUE(write_proof(proof, dir_).ok());
   EXPECT_TRUE(std::filesystem::exists(dir_ / "side-by-side-7.png"));
@@ -128,7 +128,7 @@ TEST_F(ProofFigures, SeeADeletedLedgerRow) {
 TEST_F(ProofFigures, SeeAPieceThatIsBookedButStillThere) {
   const Proof proof = judge({.skip_cut = true});
   EXPECT_FALSE(*proof.ledger_matches.at(0));
-  EXPECT_EQ(proof.jobs.at(0).cut, 5U);
+  EXPECT_EQ(proof.jobs.at(0).cut, 3U);
   expect_green_edges(proof);
 }
 

@@ -61,7 +61,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       if (room == "drivers/sim" && name ~ /^base\/(geometry|frames|raster|polygon_ops|point_fit)\.h$/)
         complain("the twin shares no geometry with what it checks")
 
-      one_door("^(SQLiteCpp/|sqlite3)", "^(db|tests/db)/")
+      one_door("^(SQLiteCpp/|sqlite3)", "^(db|tests/(db|scenarios))/")
       one_door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
       one_door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/|tests/drivers/sim_)")
       one_door("^polyclipping/", "^base/polygon_ops\\.cc$")

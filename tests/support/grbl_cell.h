@@ -116,7 +116,8 @@ class GrblCell {
 inline LaserJob square_job(int pieces, double side_mm = 12, double x0 = 40, double y0 = 50) {
   LaserJob job;
   for (int i = 0; i < pieces; ++i) {
-    const double x = x0 + (side_mm + 2) * (i % 20), y = y0 + (side_mm + 2) * (i / 20);
+    const int row = i / 20, column = i % 20;
+    const double x = x0 + (side_mm + 2) * column, y = y0 + (side_mm + 2) * row;
     const PieceId piece{i + 1};
     job.strokes.push_back({piece,
                            StrokeRole::kEngrave,

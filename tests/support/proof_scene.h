@@ -32,7 +32,7 @@ struct SceneFaults {
 
 class ProofScene {
  public:
-  static constexpr int kColumns = 3, kRows = 2;
+  static constexpr int kColumns = 2, kRows = 2;
   static constexpr double kPieceX = 12, kPieceY = 13, kKerf = 0.27;
 
   ProofScene(const SceneFaults& faults, std::filesystem::path dir) : faults_(faults), dir_(std::move(dir)) {

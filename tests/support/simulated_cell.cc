@@ -54,7 +54,7 @@ Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellO
 
 Status SimulatedCell::write_configs() const {
   std::ofstream twin(options_.dir / "veneer-twin.toml");
-  twin << fmt::format("[twin]\nseed = {}\ntime_scale = {}\n", options_.seed, options_.time_scale);
+  twin << fmt::format("[sim]\ntime_scale = {}\n[twin]\nseed = {}\n", options_.time_scale, options_.seed);
   std::ofstream daemon(config_file());
   daemon << fmt::format(
       "[laser]\nkind = \"sim\"\n[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"

@@ -58,7 +58,6 @@ Fit fit_contour(const std::vector<Vec2>& contour, const Ring& outline, double an
 }
 
 struct Laid {
-  std::size_t found = 0;
   std::size_t as = 0;
   Fit fit;
   bool mirrored = false;
@@ -151,10 +150,8 @@ double upright_turn(const ReadMark& mark) {
   return std::atan2(1.0, 0.0) - std::atan2(up.y, up.x);
 }
 
-Laid lay(const FoundPiece& piece, std::size_t found, const ClaimedJob& job, const Canvas& canvas,
-         const cv::Mat& preview_integral) {
+Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview_integral) {
   Laid laid;
-  laid.found = found;
   laid.as = *piece.laid_as;
   const ClaimedPiece& patch = job.pieces[laid.as];
   const double upright = upright_turn(*piece.mark);
@@ -253,6 +250,30 @@ ResidualSum edge_errors(const FoundPiece& piece, const ClaimedPiece& claimed) {
   return sum;
 }
 
+Residual edge_of_all(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads) {
+  std::vector<ResidualSum> edges(found.size());
+  parallel_for(found.size(), threads,
+               [&](std::size_t i, int) { edges[i] = edge_errors(found[i], job.pieces[found[i].cut_as]); });
+  ResidualSum edge;
+  for (const ResidualSum& e : edges) edge.add(e);
+  return edge.result();
+}
+
+// The pieces whose mark names a patch; the others are entered as unreadable.
+std::vector<std::size_t> readable_pieces(const ClaimedJob& job, const std::vector<FoundPiece>& found, JobProof& proof) {
+  std::vector<std::size_t> readable;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i].laid_as) {
+      readable.push_back(i);
+      continue;
+    }
+    ++proof.unreadable_ids;
+    proof.notes.push_back("the piece cut as " + job.pieces[found[i].cut_as].mark + " bears " +
+                          (found[i].mark ? "'" + found[i].mark->text + "'" : "no readable mark"));
+  }
+  return readable;
+}
+
 }  // namespace
 
 JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads) {
@@ -262,13 +283,7 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     if (!piece.panel.empty()) ++proof.pieces;
     if (piece.state == "suspect") ++proof.suspect;
   }
-
-  ResidualSum edge;
-  std::vector<ResidualSum> edges(found.size());
-  parallel_for(found.size(), threads,
-               [&](std::size_t i, int) { edges[i] = edge_errors(found[i], job.pieces[found[i].cut_as]); });
-  for (const ResidualSum& e : edges) edge.add(e);
-  proof.edge = edge.result();
+  proof.edge = edge_of_all(job, found, threads);
 
   Canvas canvas;
   cv::Mat integral;
@@ -283,19 +298,10 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     integral = grey_integral(proof.preview, cv::Mat());
   }
 
-  std::vector<std::size_t> readable;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (found[i].laid_as) {
-      readable.push_back(i);
-      continue;
-    }
-    ++proof.unreadable_ids;
-    proof.notes.push_back("the piece cut as " + job.pieces[found[i].cut_as].mark + " bears " +
-                          (found[i].mark ? "'" + found[i].mark->text + "'" : "no readable mark"));
-  }
+  const std::vector<std::size_t> readable = readable_pieces(job, found, proof);
   std::vector<Laid> laid(readable.size());
   parallel_for(readable.size(), threads,
-               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], readable[i], job, canvas, integral); });
+               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, integral); });
   if (!proof.preview.empty()) {
     judge_pictures(job, canvas, integral, laid, threads, proof);
     proof.assembled = assemble(job, canvas, laid);

@@ -128,7 +128,9 @@ std::optional<Vec2> ClaimedLattice::panel_at(Vec2 px) const {
   const int row = std::min(static_cast<int>(v), rows - 2);
   const double fu = u - column;
   const double fv = v - row;
-  const auto node = [this](int c, int r) { return panel[static_cast<std::size_t>(r * columns + c)]; };
+  const auto node = [this](int c, int r) {
+    return panel[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c)];
+  };
   return (node(column, row) * (1 - fu) + node(column + 1, row) * fu) * (1 - fv) +
          (node(column, row + 1) * (1 - fu) + node(column + 1, row + 1) * fu) * fv;
 }

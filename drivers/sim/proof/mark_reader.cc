@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 namespace veneer::proof {
@@ -73,6 +74,49 @@ std::optional<Bar> find_bar(const cv::Mat& labels, const cv::Mat& stats, int cou
     best = Bar{{box.x + m.m10 / m.m00, box.y + m.m01 / m.m00}, {std::cos(angle), std::sin(angle)}, label};
   }
   return best;
+}
+
+// The text's box, along the bar and away from it.
+struct TextBox {
+  cv::Point2d right, up;  // unit, in the picture (y down)
+  cv::Point2d corner;     // upper left
+  cv::Size size;
+};
+
+std::optional<TextBox> find_text(const cv::Mat& labels, const cv::Mat& stats, const Bar& bar, double px_per_mm) {
+  TextBox box;
+  box.right = bar.along;
+  box.up = {bar.along.y, -bar.along.x};
+  double low_u = 1e9;
+  double high_u = -1e9;
+  double low_v = 1e9;
+  double high_v = -1e9;
+  double sum = 0;
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x) {
+      const int label = labels.at<int>(y, x);
+      if (label == 0 || label == bar.label) continue;
+      if (stats.at<int>(label, cv::CC_STAT_AREA) < kSpeck * px_per_mm * px_per_mm) continue;
+      const cv::Point2d p = cv::Point2d(x, y) - bar.centre;
+      const double u = p.dot(box.right);
+      const double v = p.dot(box.up);
+      low_u = std::min(low_u, u);
+      high_u = std::max(high_u, u);
+      low_v = std::min(low_v, v);
+      high_v = std::max(high_v, v);
+      sum += v;
+    }
+  if (low_u > high_u) return std::nullopt;
+  if (sum < 0) {  // the ink lies on the other side: look at it from there
+    box.right = -box.right;
+    box.up = -box.up;
+    low_u = -std::exchange(high_u, -low_u);
+    low_v = -std::exchange(high_v, -low_v);
+  }
+  box.size = {static_cast<int>(high_u - low_u) + 3, static_cast<int>(high_v - low_v) + 3};
+  box.corner = bar.centre + box.right * (low_u - 1) + box.up * (high_v + 1);
+  const bool plausible = box.size.height > 0.8 * px_per_mm && box.size.height < 8 * px_per_mm;
+  return plausible && box.size.width < 40 * px_per_mm ? std::optional(box) : std::nullopt;
 }
 
 std::vector<Character> characters_of(const cv::Mat& line, double px_per_mm) {
@@ -188,6 +232,7 @@ std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per
         read_part(false, line, join(characters, letters, characters.size()), px_per_mm, characters.size() - letters);
     if (letter.text.empty() || number.text.empty() || number.text[hyphen - letters] != '-') continue;
     if (std::count(number.text.begin(), number.text.end(), '-') != 1) continue;
+    if (number.text[0] == '0' && hyphen - letters > 1) continue;  // an O, not a leading zero
     const double confidence = std::min(letter.confidence, number.confidence);
     if (!best || confidence > best->confidence) best = ReadMark{letter.text + number.text, mirrored, {}, confidence};
     if (confidence >= kSure) break;
@@ -203,46 +248,17 @@ std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm) 
   const int count = cv::connectedComponentsWithStats(ink, labels, stats, centroids, 8, CV_32S);
   const std::optional<Bar> bar = find_bar(labels, stats, count, px_per_mm);
   if (!bar) return std::nullopt;
-
-  // The text's box in coordinates along the bar and away from it (y of the picture runs down).
-  cv::Point2d right = bar->along;
-  cv::Point2d up(right.y, -right.x);
-  cv::Point2d sum(0, 0);
-  std::vector<cv::Point2d> points;
-  for (int y = 0; y < labels.rows; ++y)
-    for (int x = 0; x < labels.cols; ++x) {
-      const int label = labels.at<int>(y, x);
-      if (label == 0 || label == bar->label) continue;
-      if (stats.at<int>(label, cv::CC_STAT_AREA) < kSpeck * px_per_mm * px_per_mm) continue;
-      const cv::Point2d p = cv::Point2d(x, y) - bar->centre;
-      points.emplace_back(p.dot(right), p.dot(up));
-      sum += points.back();
-    }
-  if (points.empty()) return std::nullopt;
-  const double side = sum.y < 0 ? -1 : 1;
-  right *= side;
-  up *= side;
-  double low_u = 1e9;
-  double high_u = -1e9;
-  double low_v = 1e9;
-  double high_v = -1e9;
-  for (const cv::Point2d& p : points) {
-    low_u = std::min(low_u, p.x * side);
-    high_u = std::max(high_u, p.x * side);
-    low_v = std::min(low_v, p.y * side);
-    high_v = std::max(high_v, p.y * side);
-  }
-  const int columns = static_cast<int>(high_u - low_u) + 3;
-  const int rows = static_cast<int>(high_v - low_v) + 3;
-  if (rows < 0.8 * px_per_mm || rows > 8 * px_per_mm || columns > 40 * px_per_mm) return std::nullopt;
+  const std::optional<TextBox> box = find_text(labels, stats, *bar, px_per_mm);
+  if (!box) return std::nullopt;
 
   cv::Mat text = ink.clone();
   text.setTo(0, labels == bar->label);
-  const cv::Point2d corner = bar->centre + right * (low_u - 1) + up * (high_v + 1);
-  const cv::Matx23d picture_from_line(right.x, -up.x, corner.x, right.y, -up.y, corner.y);
+  const cv::Point2d& right = box->right;
+  const cv::Point2d& up = box->up;
+  const cv::Matx23d picture_from_line(right.x, -up.x, box->corner.x, right.y, -up.y, box->corner.y);
   cv::Mat line;
-  cv::warpAffine(text, line, picture_from_line, {columns, rows}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::warpAffine(text, line, picture_from_line, box->size, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
+                 cv::Scalar(0));
   std::optional<ReadMark> mark = read_line(line, px_per_mm, false);
   if (!mark || mark->confidence < kSure) {
     cv::flip(line, line, 1);

@@ -82,6 +82,12 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
     }
 }
 
+double BlockMeans::at(int column, int row) const {
+  const auto across = static_cast<std::size_t>(column + columns_);
+  const auto down = static_cast<std::size_t>(row + rows_);
+  return means_[down * 2 * static_cast<std::size_t>(columns_) + across];
+}
+
 BlockMeans BlockMeans::mirrored() const {
   BlockMeans out = *this;
   for (int row = 0; row < 2 * rows_; ++row) {
@@ -102,9 +108,8 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other) const {
   double sab = 0;
   for (int row = -rows; row < rows; ++row)
     for (int column = -columns; column < columns; ++column) {
-      const double a = means_[static_cast<std::size_t>((row + rows_) * 2 * columns_ + column + columns_)];
-      const double b =
-          other.means_[static_cast<std::size_t>((row + other.rows_) * 2 * other.columns_ + column + other.columns_)];
+      const double a = at(column, row);
+      const double b = other.at(column, row);
       if (std::isnan(a) || std::isnan(b)) continue;
       n += 1;
       sa += a;

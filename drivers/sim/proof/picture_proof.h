@@ -31,6 +31,8 @@ class BlockMeans {
   BlockMeans mirrored() const;  // left and right exchanged
 
  private:
+  double at(int column, int row) const;  // counted from the centre; negative ones lie left and above
+
   int columns_ = 0, rows_ = 0;  // each side of the centre
   std::vector<double> means_;   // NaN where absent
 };

@@ -1,0 +1,80 @@
+// The proof is itself proven: each error injected alone turns its own figure of the report red.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/demo/figures.h"
+#include "tests/scenarios/prepared_cell.h"
+
+namespace veneer::tests {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class NegativeControls : public PreparedCell {};
+
+TEST_F(NegativeControls, WithoutAnErrorEveryFigureIsGreen) {
+  cut_and_prove();
+  EXPECT_THAT(red_figures(story_->report()), IsEmpty()) << story_->report().dump(2);
+}
+
+// What mixing the two pixel conventions does at 300 dpi: fiducials lie 42 um beside the wood they belong to.
+TEST_F(NegativeControls, HalfAPixelOfOffsetTurnsTheRegistrationRed) {
+  tamper({"fiducials_are_frozen"}, R"(UPDATE fiducials SET corners_um = (
+    SELECT json_group_array(json_array(json_extract(value, '$[0]') + 42, json_extract(value, '$[1]') + 42))
+    FROM json_each(fiducials.corners_um)))");
+  cut_and_prove();
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/registration/0/rms_mm")));
+}
+
+TEST_F(NegativeControls, AKerfOfZeroTurnsTheEdgesRed) {
+  tamper({}, R"(INSERT INTO certificates (kind, issued_at, expires_at, rms_mm, payload)
+                VALUES ('kerf', strftime('%Y-%m-%dT%H:%M:%S.000Z', 'now', '+1 second'), '2999-01-01T00:00:00.000Z', 0,
+                        '{"kerf_mm":0}'))");
+  cut_and_prove();
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/edge_rms_mm")));
+}
+
+TEST_F(NegativeControls, AMachineThatIsThreePerMilleOffTurnsTheEdgesRed) {
+  ASSERT_TRUE(cell_->twin({{"cmd", "fault"}, {"name", "axis_drift"}, {"value", 0.003}}).ok());
+  cut_and_prove();
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/edge_rms_mm")));
+}
+
+TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
+  const std::string swap = R"(
+    UPDATE pieces SET mark = 'swap' WHERE job = 1 AND mark = 'A1-1';
+    UPDATE pieces SET mark = 'A1-1' WHERE job = 1 AND mark = 'A4-3';
+    UPDATE pieces SET mark = 'A4-3' WHERE job = 1 AND mark = 'swap';)";
+  tamper({"pieces_are_never_edited"}, swap);
+  ASSERT_TRUE(story_->cut(kJob).ok());
+  tamper({}, swap);
+  ASSERT_TRUE(story_->reconcile(kJob).ok());
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/wrong_pieces = 2")));
+}
+
+TEST_F(NegativeControls, ADeletedRowOfTheLedgerNoLongerMatchesTheBurn) {
+  ASSERT_TRUE(story_->cut(kJob).ok());
+  tamper({}, "DELETE FROM allocations WHERE id = (SELECT max(id) FROM allocations WHERE state = 'cut')");
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/ledger_matches_burn = false")));
+}
+
+TEST_F(NegativeControls, ALostOkLeavesOnePieceSuspectAndTheRestUncut) {
+  story_->before_unsuspend = [&]() -> Status {
+    auto set = cell_->twin({{"cmd", "fault"}, {"name", "drop_ok"}, {"value", 150}});
+    return set ? Ok() : Status(set.error());
+  };
+  cut_and_prove();
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  const auto red = red_figures(story_->report());
+  EXPECT_THAT(red, Contains(HasSubstr("/jobs/0/suspect = 1")));
+  EXPECT_THAT(red, Contains(HasSubstr("/jobs/0/cut")));
+}
+
+}  // namespace
+}  // namespace veneer::tests

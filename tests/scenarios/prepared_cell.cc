@@ -1,0 +1,92 @@
+#include "tests/scenarios/prepared_cell.h"
+
+#include <SQLiteCpp/Database.h>
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A head before a bright window: enough tone and edge that no two patches look alike.
+void draw_target(const fs::path& file) {
+  cv::Mat picture(240, 240, CV_8UC3);
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x)
+      picture.at<cv::Vec3b>(y, x) = cv::Vec3b::all(static_cast<unsigned char>(60 + x / 2 + y / 4));
+  cv::ellipse(picture, {130, 110}, {55, 75}, 15, 0, 360, {70, 90, 120}, cv::FILLED, cv::LINE_AA);
+  cv::ellipse(picture, {130, 60}, {62, 40}, 10, 180, 360, {20, 25, 35}, cv::FILLED, cv::LINE_AA);
+  cv::circle(picture, {110, 105}, 8, {15, 15, 15}, cv::FILLED, cv::LINE_AA);
+  cv::circle(picture, {155, 112}, 8, {15, 15, 15}, cv::FILLED, cv::LINE_AA);
+  cv::rectangle(picture, {20, 190}, {230, 239}, {40, 30, 90}, cv::FILLED);
+  cv::imwrite(file.string(), picture);
+}
+
+const StoryPanel kSheet{"control", 200, 140};
+
+}  // namespace
+
+fs::path PreparedCell::base_;
+
+fs::path PreparedCell::bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
+
+void PreparedCell::SetUpTestSuite() {
+  std::string pattern = (fs::temp_directory_path() / "veneer-scenario-XXXXXX").string();
+  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+  base_ = pattern;
+  fs::create_directories(base_ / "base");
+  draw_target(base_ / "target.png");
+  auto cell = SimulatedCell::start({base_ / "base", bin_dir(), 7, 40});
+  ASSERT_TRUE(cell.ok()) << cell.error().message;
+  QuietNarrator narrator;
+  Story story(**cell, base_, narrator);
+  for (const Status& step : {story.calibrate(), story.scan_panel(kSheet),
+                             story.plan({base_ / "target.png", "control", 48, 12})})
+    ASSERT_TRUE(step.ok()) << step.error().message;
+  ASSERT_EQ((*cell)->stop_daemon(), 0);
+  ASSERT_EQ((*cell)->stop_twin(), 0);
+}
+
+void PreparedCell::TearDownTestSuite() { fs::remove_all(base_); }
+
+void PreparedCell::SetUp() {
+  dir_ = base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::copy(base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  auto cell = SimulatedCell::start({dir_, bin_dir(), 7, 40});
+  ASSERT_TRUE(cell.ok()) << cell.error().message;
+  cell_ = std::move(*cell);
+  story_ = std::make_unique<Story>(*cell_, dir_, narrator_);
+  story_->resume({{kPanel, kSheet}}, {kJob});
+}
+
+void PreparedCell::TearDown() {
+  story_.reset();
+  cell_.reset();
+  if (!HasFailure()) fs::remove_all(dir_);
+}
+
+void PreparedCell::cut_and_prove() {
+  if (const Status cut = story_->cut(kJob); cut)
+    if (const Status compared = story_->reconcile(kJob); !compared) ADD_FAILURE() << compared.error().message;
+  const Status proven = story_->prove(bin_dir());
+  ASSERT_TRUE(proven.ok()) << proven.error().message;
+}
+
+nlohmann::json PreparedCell::get(const std::string& target) const {
+  auto reply = cell_->api().get(target);
+  EXPECT_TRUE(reply.ok()) << target << ": " << (reply ? "" : reply.error().message);
+  return reply ? *reply : nlohmann::json();
+}
+
+void PreparedCell::tamper(const std::vector<std::string>& without, const std::string& sql) const {
+  SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
+  database.setBusyTimeout(10000);
+  for (const auto& trigger : without) database.exec("DROP TRIGGER " + trigger);
+  database.exec(sql);
+}
+
+}  // namespace veneer::tests

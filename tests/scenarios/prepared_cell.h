@@ -1,0 +1,49 @@
+// A small cell, calibrated, with one panel in stock and a planned job of 16 pieces: made once for all tests of a program,
+// then copied for each, so that every test begins from the same wood, certificates and reservation.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/demo/story.h"
+#include "tests/support/simulated_cell.h"
+
+namespace veneer::tests {
+
+class QuietNarrator final : public Narrator {
+ public:
+  void progress(const std::string&, double, const std::string&) override {}
+  void done(const std::string&, const std::string&, double) override {}
+};
+
+class PreparedCell : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite();
+  static void TearDownTestSuite();
+  void SetUp() override;
+  void TearDown() override;
+
+  // The rest of the story: cut, reconcile, prove. Failures of the first two are no failure of the test.
+  void cut_and_prove();
+  nlohmann::json get(const std::string& target) const;
+  // Runs SQL on the daemon's database behind its back, triggers named in `without` dropped first.
+  void tamper(const std::vector<std::string>& without, const std::string& sql) const;
+
+  static std::filesystem::path bin_dir();
+  static constexpr std::int64_t kJob = 1;
+  static constexpr const char* kPanel = "P-0001";
+
+  std::filesystem::path dir_;
+  QuietNarrator narrator_;
+  std::unique_ptr<SimulatedCell> cell_;
+  std::unique_ptr<Story> story_;
+
+ private:
+  static std::filesystem::path base_;
+};
+
+}  // namespace veneer::tests
