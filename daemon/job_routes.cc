@@ -20,7 +20,7 @@ Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
     return Error{ErrorCode::kInvalidArgument, "the picture is missing: send the file as the request's body"};
   auto& o = job.options;
   o.threads = cell.config.planner_threads;
-  o.dpi = 100;  // finds the same places as 300 dpi for pieces of a centimetre, and nine times faster
+  o.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
   double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1;
   const std::pair<const char*, double*> numbers[] = {
       {"size_mm", &size},          {"patch_mm", &patch}, {"rotations", &rotations},

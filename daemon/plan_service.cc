@@ -15,6 +15,9 @@
 namespace veneer::daemon {
 namespace {
 
+// Finer than the plan's working resolution: people look at it.
+constexpr double kPreviewDpi = 150;
+
 nlohmann::json options_json(const JobRequest& request) {
   const auto& o = request.options;
   return {{"size_mm", request.size.count()},
@@ -24,6 +27,7 @@ nlohmann::json options_json(const JobRequest& request) {
           {"w_edge", o.w_edge},
           {"w_hist", o.w_hist},
           {"dpi", o.dpi},
+          {"preview_dpi", kPreviewDpi},
           {"kerf_mm", o.kerf.count()},
           {"position_margin_mm", o.position_margin.count()},
           {"seed", o.seed}};
@@ -125,7 +129,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   if (unfilled > 0) return too_little_wood(*plan, unfilled);
 
   progress(0.9, "drawing the preview");
-  auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(options.dpi));
+  auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(kPreviewDpi));
   if (!preview) return preview.error();
   auto preview_file = library_.store_picture(preview->pixels, "previews", "preview");
   if (!preview_file) return preview_file.error();

@@ -198,6 +198,14 @@ Status Story::plan(const StoryJob& job) {
   });
 }
 
+Status Story::clear_bed() {
+  auto sheets = cell_.twin({{"cmd", "status"}});
+  if (!sheets) return sheets.error();
+  for (const auto& sheet : (*sheets)["sheets"])
+    if (sheet["where"] == "bed") return as_status(cell_.twin({{"cmd", "lift"}, {"from", "bed"}}));
+  return Ok();
+}
+
 Status Story::load_panel(const std::string& panel_id) {
   const auto sheet = sheet_of_panel_.find(panel_id);
   if (sheet == sheet_of_panel_.end())
@@ -249,7 +257,8 @@ Status Story::cut(std::int64_t job) {
           },
           std::chrono::seconds(900));
       if (!status) return status.error();
-      if (auto lifted = cell_.twin({{"cmd", "lift"}, {"from", "bed"}}); !lifted) return lifted.error();
+      // What lies on the bed has been cut, or was left there by somebody: hands take it off.
+      if (const Status cleared = clear_bed(); !cleared) return cleared.error();
       if ((*status)["state"] != "Suspended") break;
       if (const Status loaded = load_panel((*status)["load"]["panel"]); !loaded) return loaded.error();
     }
@@ -326,7 +335,7 @@ Result<json> Story::claims() {
       out["poses"].push_back({{"panel", run["panel"]}, {"sheet_load", loads[run["panel"]]++},
                               {"bed_from_panel", run["bed_from_panel"]}});
     json claim = {{"job", job}, {"preview_file", fs::absolute(file).string()},
-                  {"preview_px_per_mm", record->value("/options/dpi"_json_pointer, 100.0) / 25.4},
+                  {"preview_px_per_mm", record->value("/options/preview_dpi"_json_pointer, 0.0) / 25.4},
                   {"width_mm", (*record)["width_mm"]}, {"height_mm", (*record)["height_mm"]},
                   {"pieces", (*pieces)["pieces"]}};
     out["jobs"].push_back(std::move(claim));

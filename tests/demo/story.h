@@ -71,6 +71,7 @@ class Story {
   Result<nlohmann::json> scan_face(const StoryPanel& panel, const std::string& face, const std::string& panel_id);
   Result<std::string> calibrate_camera();
   Result<std::string> calibrate_laser();
+  Status clear_bed();
   Status load_panel(const std::string& panel_id);
   Result<nlohmann::json> claims();
   Status save_picture(const std::string& target, const std::string& file);
@@ -86,7 +87,7 @@ class Story {
   std::map<std::int64_t, double> job_seconds_;
   int differences_ = 0;
   bool reconciled_ = false;
-  nlohmann::json report_;
+  nlohmann::json report_ = nlohmann::json::object();
 };
 
 }  // namespace veneer::tests
