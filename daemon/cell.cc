@@ -32,6 +32,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
+  c.picture_worker = std::make_unique<Worker>("pictures", 5);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.library, config.scanner.dpi, c.log);
   c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config,
                                                         c.log);
@@ -51,6 +52,7 @@ Cell::~Cell() {
   for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
   scanner_worker.reset();
   planner_worker.reset();
+  picture_worker.reset();
   camera_worker.reset();
   runner.reset();
 }

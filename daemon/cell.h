@@ -62,7 +62,7 @@ class Cell {
   void refresh_counts();
 
   // Last, so that they finish their work before what it uses is gone.
-  std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
+  std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker, picture_worker;
 
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);

@@ -133,12 +133,12 @@ ApiReply png_reply(const cv::Mat& picture, std::optional<double> width) {
   return ApiReply::bytes({bytes.begin(), bytes.end()}, "image/png");
 }
 
-// Pictures take a while: read and drawn on the planner's worker, not on the reactor.
+// Pictures take a while: read and drawn on a worker of their own, neither on the reactor nor behind a plan.
 void reply_picture(Cell& cell, const ApiRequest& request, Reply reply, bool stock) {
   const PanelId id{request.path_param("id")};
   auto width = request.query_number("width");
   if (!width) return reply(ApiReply::error(width.error()));
-  cell.planner_worker->post([&cell, id, width = *width, stock, reply = std::move(reply)] {
+  cell.picture_worker->post([&cell, id, width = *width, stock, reply = std::move(reply)] {
     struct Held {
       db::PanelRecord panel;
       std::vector<db::AllocationRecord> live;
