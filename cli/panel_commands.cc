@@ -1,5 +1,6 @@
 // panel scan|list|show|ledger, calibrate, certificates.
 #include <memory>
+#include <optional>
 
 #include "cli/command_context.h"
 #include "cli/render.h"
@@ -58,7 +59,7 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   struct Options {
     std::string device;
     bool more = false;
-    double height_mm = 0;
+    std::optional<double> height_mm, board_width_mm, board_height_mm;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* calibrate = app.add_subcommand("calibrate", "Calibrate a device from pictures or a burnt pattern");
@@ -66,12 +67,19 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember({"scanner", "camera", "laser", "kerf"}));
   calibrate->add_flag("--more", options->more, "Further pictures follow");
-  CLI::Option* height =
-      calibrate->add_option("--height-mm", options->height_mm, "Height of the sheet's printed face above the bed");
-  calibrate->callback([options, height, &context] {
+  calibrate->add_option("--height-mm", options->height_mm,
+                        "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
+  calibrate->add_option("--board-width-mm", options->board_width_mm, "laser: the board on the bed, along x")
+      ->check(CLI::PositiveNumber);
+  calibrate->add_option("--board-height-mm", options->board_height_mm, "laser: the board on the bed, along y")
+      ->check(CLI::PositiveNumber);
+  calibrate->callback([options, &context] {
     json body = {{"more", options->more}};
-    if (height->count() > 0) body["height_mm"] = options->height_mm;
-    context.finish(context.run_task(context.client().post("/calibration/" + options->device, body)), render_plain);
+    if (options->height_mm) body["height_mm"] = *options->height_mm;
+    if (options->board_width_mm) body["board_width_mm"] = *options->board_width_mm;
+    if (options->board_height_mm) body["board_height_mm"] = *options->board_height_mm;
+    context.finish(context.run_task(context.client().post("/calibration/" + options->device, body)),
+                   render_calibration);
   });
 }
 

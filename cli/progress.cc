@@ -39,7 +39,7 @@ std::string progress_line(double fraction, const std::string& text, int columns)
   std::string number = std::to_string(percent);
   number.insert(0, 3 - std::min<std::size_t>(3, number.size()), ' ');
   std::string bar = "[" + std::string(static_cast<std::size_t>(full), '#') +
-                          std::string(static_cast<std::size_t>(kBar - full), '-') + "] " + number + " %";
+                    std::string(static_cast<std::size_t>(kBar - full), '-') + "] " + number + " %";
   const int left = columns - static_cast<int>(bar.size()) - 3;
   if (left < 8) return bar;
   return bar + "  " + shortened(text, static_cast<std::size_t>(left));
@@ -47,11 +47,21 @@ std::string progress_line(double fraction, const std::string& text, int columns)
 
 Progress::Style Progress::style_of_stderr() { return isatty(STDERR_FILENO) != 0 ? Style::kTerminal : Style::kPlain; }
 
+bool Progress::is_news(double fraction, const std::string& text) {
+  const auto without_numbers = [](std::string words) {
+    std::erase_if(words, [](char c) { return c >= '0' && c <= '9'; });
+    return words;
+  };
+  if (text.empty() || text == last_) return false;
+  if (without_numbers(text) == without_numbers(last_) && fraction < last_fraction_ + 0.1) return false;
+  last_ = text;
+  last_fraction_ = fraction;
+  return true;
+}
+
 void Progress::show(double fraction, const std::string& text) {
   if (style_ == Style::kPlain) {
-    if (text.empty() || text == last_) return;
-    last_ = text;
-    out_ << text << std::endl;
+    if (is_news(fraction, text)) out_ << text << std::endl;
     return;
   }
   const std::string line = progress_line(fraction, text, terminal_columns());

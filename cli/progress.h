@@ -1,4 +1,5 @@
-// Progress of long work: one line that fills up on a terminal, a plain line per change of text elsewhere.
+// Progress of long work: one line that fills up on a terminal, a plain line per change of text elsewhere
+// (where only its numbers change, one per tenth of the way).
 #pragma once
 
 #include <ostream>
@@ -22,9 +23,12 @@ class Progress {
   void show(double fraction, const std::string& text);
 
  private:
+  bool is_news(double fraction, const std::string& text);
+
   std::ostream& out_;
   Style style_;
   std::string last_;
+  double last_fraction_ = 0;
 };
 
 // While it lives the first Ctrl-C only sets a flag; the second ends the program.

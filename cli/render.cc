@@ -119,11 +119,23 @@ std::string calibration_words(const json& calibration) {
   return joined(parts, ", ");
 }
 
+// For states that explain themselves.
+std::string what_next(const std::string& state) {
+  if (state == "Stopped") return "`veneerctl reset` homes the laser and makes the cell ready: hands off the machine.";
+  if (state == "Idle") return "Ready: `veneerctl job start N` starts a job.";
+  if (state == "Complete") return "The job is done: take the pieces out, then `veneerctl reset`.";
+  if (state == "Aborted") return "When the cause is gone: `veneerctl clear`, then `veneerctl reset`.";
+  if (state == "Held") return "`veneerctl unhold` goes on where it stopped.";
+  return "";
+}
+
 }  // namespace
 
 std::string render_status(const json& status) {
   std::string text = text_or(status, "state", "unknown") + "\n";
-  if (const std::string reason = text_or(status, "reason", ""); !reason.empty()) text += "  " + reason + "\n";
+  std::string reason = text_or(status, "reason", "");
+  if (reason.empty()) reason = what_next(text_or(status, "state", ""));
+  if (!reason.empty()) text += "  " + reason + "\n";
   text += "\n";
   const json& job = member(status, "job");
   text += line("Job", job.is_object() ? job_words(job) : "none");
@@ -205,12 +217,12 @@ std::string render_scan_result(const json& result) {
 std::string render_certificates(const json& reply) {
   const json& list = member(reply, "certificates");
   if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
-  TextTable table({">NO", "DEVICE", "KIND", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES"});
+  TextTable table({">NO", "DEVICE", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES"});
   for (const json& certificate : list) {
     table.add({std::to_string(whole_or(certificate, "id", 0)), text_or(certificate, "device", ""),
-               text_or(certificate, "kind", ""), text_or(certificate, "state", ""),
-               millimetres(certificate, "rms_mm", 3), millimetres(certificate, "max_mm", 3),
-               text_or(certificate, "issued", ""), text_or(certificate, "expires", "")});
+               text_or(certificate, "state", ""), millimetres(certificate, "rms_mm", 3),
+               millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
+               text_or(certificate, "expires", "")});
   }
   return table.str();
 }
@@ -318,12 +330,41 @@ std::string render_twin(const json& status) {
   return text + render_plain(rest);
 }
 
+std::string render_calibration(const json& result) {
+  const json& figures = member(result, "figures");
+  std::string text = "Calibrated " + text_or(result, "device", "") + "\n";
+  if (whole_or(result, "certificate", 0) == 0) {
+    text = fmt::format("Picture {} taken. Go on with the next; leave --more out for the last one.\n",
+                       whole_or(result, "views", 0));
+    return text;
+  }
+  text += line("Certificate", std::to_string(whole_or(result, "certificate", 0)));
+  text += line("Pictures", std::to_string(whole_or(result, "views", 0)));
+  text +=
+      line("Fit", joined({"RMS " + millimetres(result, "rms_mm", 3),
+                          member(figures, "max_mm").is_number() ? "worst " + millimetres(figures, "max_mm", 3) : ""},
+                         ", "));
+  text += line("Kerf", millimetres(figures, "kerf_mm", 3));
+  return text;
+}
+
 std::string render_plain(const json& result) {
   if (!result.is_object()) return result.is_null() ? "" : result.dump() + "\n";
   std::string text;
   for (const auto& [key, value] : result.items()) {
     if (key == "ok" || key == "schema_version") continue;
-    text += line(key, value.is_string() ? value.get<std::string>() : value.dump());
+    if (value.is_object()) {
+      std::vector<std::string> parts;
+      for (const auto& [name, inner] : value.items()) {
+        if (!inner.is_structured())
+          parts.push_back(name + " " + (inner.is_string() ? inner.get<std::string>() : inner.dump()));
+      }
+      text += line(key, joined(parts, ", "));
+    } else if (value.is_array() && value.size() > 16) {
+      text += line(key, fmt::format("{} values", value.size()));
+    } else {
+      text += line(key, value.is_string() ? value.get<std::string>() : value.dump());
+    }
   }
   return text;
 }

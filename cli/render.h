@@ -11,6 +11,7 @@ std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
 std::string render_panel(const nlohmann::json& panel);
 std::string render_registration(const nlohmann::json& registration);
 std::string render_scan_result(const nlohmann::json& result);
+std::string render_calibration(const nlohmann::json& result);
 std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
 std::string render_job(const nlohmann::json& job);

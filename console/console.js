@@ -5,6 +5,7 @@
 const $ = (id) => document.getElementById(id);
 const kPollMs = 2000;
 const kStaleMs = 6000;
+const kListsMs = 5000;  // between two looks at jobs and panels while pieces are being cut
 
 let cell = null;        // the last GET /status
 let statusAt = 0;       // when it came, in ms of performance.now()
@@ -13,6 +14,7 @@ let jobs = [];
 let panels = [];
 let chosenJob = 0;      // what Start starts; 0 = the one under way, else the newest
 let bedAt = 0;
+let listsAt = 0;
 
 // ---- speaking with the daemon ----------------------------------------------------------------------------------
 
@@ -158,9 +160,13 @@ function takeStatus(fresh) {
   statusAt = performance.now();
   const jobBefore = before && before.job ? `${before.job.id} ${before.job.cut} ${before.job.suspect}` : "";
   const jobNow = cell.job ? `${cell.job.id} ${cell.job.cut} ${cell.job.suspect}` : "";
-  if (!before || before.panels !== cell.panels) loadPanels();
-  if (!before || before.state !== cell.state) loadJobs();
-  if (jobBefore !== jobNow) loadPieces();
+  const turned = !before || before.state !== cell.state;
+  if (turned || before.panels !== cell.panels) loadPanels();
+  if (turned) loadJobs();
+  if (jobBefore !== jobNow) {
+    loadPieces();
+    if (!turned && performance.now() - listsAt > kListsMs) { loadJobs(); loadPanels(); }
+  }
   show();
 }
 
@@ -192,12 +198,28 @@ const kLooks = {
   Held: ["❚❚", "attention"], Suspended: ["◆", "attention"], Aborted: ["✖", "alarm"], Aborting: ["✖", "alarm"],
 };
 
+// For states that come without a reason of their own.
+function reasonOf() {
+  const what = cell.job ? cell.job.name : "the job";
+  switch (cell.state) {
+    case "Execute": return `Cutting ${what}.`;
+    case "Suspended": return cell.load && cell.load.found ? "The panel is found. The cell waits for your word." : "The cell waits for a panel on the bed.";
+    case "Idle": return "Ready for a job.";
+    case "Stopped": return "At rest. Reset makes the cell ready.";
+    case "Held": return `${what} is paused, its position kept.`;
+    case "Complete": return `${what} is done.`;
+    default: return "";
+  }
+}
+
+const asSentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?)]$/.test(text) ? "" : ".") : "");
+
 function showState() {
   const [mark, look] = kLooks[cell.state] || ["…", ""];
   $("state").className = "state " + look;
   $("state-mark").textContent = mark;
   $("state-word").textContent = cell.state;
-  $("state-reason").textContent = cell.reason || "";
+  $("state-reason").textContent = cell.reason || reasonOf();
   document.title = `${cell.state} – cell`;
   $("role").textContent = role === "viewer" ? "view only" : `you operate (${role})`;
 }
@@ -205,12 +227,13 @@ function showState() {
 function showLoad() {
   const load = cell.load;
   setPicture($("load-picture"), load ? `/api/v1/panels/${encodeURIComponent(load.panel)}/map.png?width=400` : "");
-  $("load-panel").textContent = !load ? "No panel is wanted" : load.found ? `Panel ${load.panel} is on the bed` : `Load panel ${load.panel}`;
+  $("load-panel").textContent = !load ? "Nothing to load" : load.found ? `Panel ${load.panel} is on the bed` : `Load panel ${load.panel}`;
   $("load-how").textContent = !load ? ""
       : load.face_up === "back" ? "Face down: the veneer looks at the bed, the plain back with its tags looks up at you."
                                 : "Face up: the veneer looks up at you.";
-  const fit = load && typeof load.rms_mm === "number" ? ` (fits within ${load.rms_mm.toFixed(2)} mm)` : "";
-  $("load-found").textContent = !load ? "" : load.found ? `✓ Found${fit}. ${load.sentence || ""}` : `◆ Not found yet. ${load.sentence || ""}`;
+  const mark = load && load.found ? "✓ " : "◆ ";
+  $("load-found").textContent = !load ? "" : mark + asSentence(load.sentence || (load.found ? "found" : "not found yet"));
+  for (const card of $("panels").children) card.classList.toggle("wanted", Boolean(load) && card.dataset.panel === load.panel);
 }
 
 function minutes(seconds) {
@@ -313,6 +336,7 @@ function showBed() {
 const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
 
 async function loadPanels() {
+  listsAt = performance.now();
   try { panels = (await ask("GET", "/api/v1/panels")).panels || []; } catch (fault) { return; }
   showPanels();
 }
@@ -322,6 +346,7 @@ function showPanels() {
   $("panels").replaceChildren(...panels.map((panel) => {
     const card = document.createElement("div");
     card.className = "panel" + (cell && cell.load && cell.load.panel === panel.id ? " wanted" : "");
+    card.dataset.panel = panel.id;
     const image = document.createElement("img");
     image.alt = `Free, reserved and cut wood of ${panel.id}`;
     image.src = `/api/v1/panels/${encodeURIComponent(panel.id)}/stock.png?width=640&at=${Date.now()}`;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "cli/progress.h"
@@ -48,7 +49,8 @@ TEST(Render, TheStatusReadsLikeASentenceAndAFewFacts) {
 
 TEST(Render, WhatIsMissingIsLeftOut) {
   EXPECT_EQ(render_status({{"state", "Stopped"}, {"laser", {{"connected", false}}}, {"job", nullptr}, {"panels", 1}}),
-            "Stopped\n\n"
+            "Stopped\n"
+            "  `veneerctl reset` homes the laser and makes the cell ready: hands off the machine.\n\n"
             "Job          none\n"
             "Laser        NOT CONNECTED: check its power and its cable\n"
             "Stock        1 panel\n");
@@ -147,6 +149,15 @@ TEST(Progress, PlainOutputIsOneLinePerChangeOfText) {
     progress.show(1, "");
   }
   EXPECT_EQ(out.str(), "scanning\nstitching\n");
+}
+
+TEST(Progress, ACountThatRunsIsToldEveryTenth) {
+  std::ostringstream out;
+  Progress progress(out, Progress::Style::kPlain);
+  for (int i = 0; i <= 100; ++i) progress.show(i / 100.0, "placing pieces: " + std::to_string(i) + " of 100");
+  const std::string text = out.str();
+  EXPECT_GE(std::ranges::count(text, '\n'), 10);
+  EXPECT_LE(std::ranges::count(text, '\n'), 11);
 }
 
 TEST(Progress, ATerminalsLineIsWrittenOverAndWipedAtTheEnd) {
