@@ -22,12 +22,12 @@ ApiClient CommandContext::client() const {
   return ApiClient(ApiAddress{socket, "", 0});
 }
 
-void fail(const Error& error) {
+void fail(const Error& error, int exit_status) {
   std::cerr << "veneerctl: " << error.message << std::endl;
-  throw CLI::RuntimeError(1);
+  throw CLI::RuntimeError(exit_status);
 }
 
-void CommandContext::finish(const Result<nlohmann::json>& outcome, const Render& render) const {
+void CommandContext::finish(const Result<nlohmann::json>& outcome, const Render& render, int exit_status) const {
   const auto print = [](nlohmann::json value) {
     if (!value.is_object()) value = {{"value", std::move(value)}};
     if (!value.contains("schema_version")) value["schema_version"] = 1;
@@ -36,7 +36,7 @@ void CommandContext::finish(const Result<nlohmann::json>& outcome, const Render&
   if (!outcome) {
     const Error& error = outcome.error();
     if (json) print({{"error", {{"code", to_string(error.code)}, {"message", error.message}}}});
-    fail(error);
+    fail(error, exit_status);
   }
   if (json) return print(*outcome);
   std::cout << render(*outcome) << std::flush;

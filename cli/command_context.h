@@ -20,14 +20,17 @@ struct CommandContext {
 
   using Render = std::function<std::string(const nlohmann::json&)>;
   // Prints the value (as JSON with "schema_version" under --json, else as `render` words it), or the error's sentence
-  // on stderr. Ends the command with exit status 1 when it failed.
-  void finish(const Result<nlohmann::json>& outcome, const Render& render) const;
+  // on stderr. Ends the command with `exit_status` when it failed.
+  void finish(const Result<nlohmann::json>& outcome, const Render& render, int exit_status = kWorkFailed) const;
   // Posts long work, shows its progress until it is over, lets Ctrl-C cancel it.
   Result<nlohmann::json> run_task(const Result<nlohmann::json>& started) const;
 };
 
-// The sentence on stderr; never returns.
-[[noreturn]] void fail(const Error& error);
+inline constexpr int kWorkFailed = 1;
+inline constexpr int kUnusableArguments = 2;
+
+// The sentence on stderr; ends the command with this exit status.
+[[noreturn]] void fail(const Error& error, int exit_status = kWorkFailed);
 
 // A file for the API, kNotFound or kInvalidArgument in words when it cannot be read.
 Result<std::string> read_file(const std::string& path);

@@ -81,7 +81,7 @@ void add_new(CLI::App& job, CommandContext& context) {
   }
   command->callback([options, &context] {
     const auto picture = read_file(options->picture);
-    if (!picture) return context.finish(picture.error(), render_new_job);
+    if (!picture) return context.finish(picture.error(), render_new_job, kUnusableArguments);
     const auto started =
         context.client().request("POST", "/jobs" + options->query(), *picture, content_type_of(options->picture));
     context.finish(context.run_task(started), render_new_job);

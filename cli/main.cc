@@ -6,8 +6,6 @@
 
 namespace {
 
-constexpr int kUnusableArguments = 2;
-
 int run(int argc, char** argv) {
   CLI::App app("Runs a scan-to-cut cell for computational parquetry", "veneerctl");
   app.require_subcommand(1);
@@ -28,7 +26,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
     return ended.get_exit_code();
   } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
-    return app.exit(wrong) == 0 ? 0 : kUnusableArguments;
+    return app.exit(wrong) == 0 ? 0 : veneer::cli::kUnusableArguments;
   }
   return 0;
 }

@@ -56,7 +56,7 @@ void add_place(CLI::App& sim, CommandContext& context) {
   const auto place = std::make_shared<Place>();
   CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
   command->add_option("SHEET", place->sheet, "Its name")->required();
-  command->add_option("--on", place->on, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
+  command->add_option("WHERE,--on", place->on, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
   command->add_option("--face", place->face, "Scanner: the face at the glass; bed: the face that looks up")
       ->check(CLI::IsMember({"show", "back"}));
   command->add_option("--part", place->part, "Which part of it lies on the glass (whole, left, right, ...)");

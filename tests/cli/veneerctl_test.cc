@@ -173,7 +173,7 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
 TEST(Veneerctl, AMissingPictureIsNamed) {
   ApiServer server;
   const Outcome outcome = ask(server, {"job", "new", "/nowhere/grace.jpg", "--json"});
-  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(outcome.err, "veneerctl: there is no file /nowhere/grace.jpg\n");
   EXPECT_EQ(json::parse(outcome.out)["error"]["code"], "not_found");
 }
