@@ -28,7 +28,8 @@ struct AprilGrid {
   // In the order of Tag::corners (lower left, lower right, upper right, upper left); `id` must be the grid's.
   std::array<Point<SheetFrame>, 4> corners(int id) const {
     const int k = id - first_id;
-    const Millimetres x = pitch * (k % columns), y = pitch * (k / columns);
+    const int row = k / columns, column = k % columns;
+    const Millimetres x = pitch * column, y = pitch * row;
     return {{{x, y}, {x + tag_size, y}, {x + tag_size, y + tag_size}, {x, y + tag_size}}};
   }
 };

@@ -203,8 +203,8 @@ Result<std::vector<Corner>> gather(std::span<const GridScan> scans, const AprilG
     for (const Tag<ScanFrame>& tag : scan.tags)
       if (grid.has(tag.id)) ++seen[static_cast<std::size_t>(tag.id - grid.first_id)];
     const auto there = [&](int c, int r) {
-      return c >= 0 && r >= 0 && c < grid.columns && r < grid.rows &&
-             seen[static_cast<std::size_t>(r * grid.columns + c)] == 1;
+      const int k = r * grid.columns + c;
+      return c >= 0 && r >= 0 && c < grid.columns && r < grid.rows && seen[static_cast<std::size_t>(k)] == 1;
     };
     int found = 0;
     for (const Tag<ScanFrame>& tag : scan.tags) {

@@ -15,7 +15,8 @@ Point<GlassFrame> ScannerModel::glass_from_scan(const Point<ScanFrame>& p, ScanR
   const SplineWeights down = spline_weights(y, data_.spacing_y_mm, data_.rows);
   double dx = 0, dy = 0;
   for (int r = 0; r < 4; ++r) {
-    const auto start = static_cast<std::size_t>((down.first + r) * data_.columns + across.first);
+    const int first = (down.first + r) * data_.columns + across.first;
+    const auto start = static_cast<std::size_t>(first);
     for (std::size_t c = 0; c < 4; ++c) {
       const double w = down.w[static_cast<std::size_t>(r)] * across.w[c];
       dx += w * data_.shift_x_mm[start + c];
@@ -41,8 +42,8 @@ Point<ScanFrame> ScannerModel::scan_from_glass(const Point<GlassFrame>& p, ScanR
 GridScan grid_scan(const cv::Mat& picture, ScanResolution nominal, const AprilGrid& grid) {
   GridScan scan{{}, nominal, picture.cols, picture.rows};
   const double cell_px = nominal.to_px(grid.tag_size).count() / 8;
-  for (Tag<ScanFrame>& tag : detect_tags<ScanFrame>(picture, {.decimate = cell_px > 14 ? 4.0 : 2.0}))
-    if (grid.has(tag.id)) scan.tags.push_back(std::move(tag));
+  for (const Tag<ScanFrame>& tag : detect_tags<ScanFrame>(picture, {.decimate = cell_px > 14 ? 4.0 : 2.0}))
+    if (grid.has(tag.id)) scan.tags.push_back(tag);
   return scan;
 }
 

@@ -44,6 +44,7 @@ std::vector<cv::Point> dark_spots(const cv::Mat& light, const cv::Mat& wood, con
     }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<cv::Point> spots;
+  spots.reserve(found.size());
   for (const auto& [s, p] : found) spots.push_back(p);
   return spots;
 }

@@ -26,10 +26,10 @@ double step_beyond(const cv::Mat& darkest, const cv::Point2d& p, const cv::Point
   constexpr int kHalf = 12;
   constexpr double kStep = 0.25;
   std::array<double, 2 * kHalf + 1> profile{};
-  for (int k = -kHalf; k <= kHalf; ++k) {
-    const cv::Point2d at = p + outwards * (k * kStep);
+  for (std::size_t k = 0; k < profile.size(); ++k) {
+    const cv::Point2d at = p + outwards * ((static_cast<double>(k) - kHalf) * kStep);
     if (at.x < 0 || at.y < 0 || at.x > darkest.cols - 1 || at.y > darkest.rows - 1) return 0.5;
-    profile[static_cast<std::size_t>(k + kHalf)] = level_at(darkest, at.x + 0.5, at.y + 0.5);
+    profile[k] = level_at(darkest, at.x + 0.5, at.y + 0.5);
   }
   const double low = (profile[0] + profile[1] + profile[2]) / 3;
   const double high = (profile[2 * kHalf] + profile[2 * kHalf - 1] + profile[2 * kHalf - 2]) / 3;

