@@ -11,6 +11,9 @@
 
 namespace veneer::cli {
 
+inline constexpr int kWorkFailed = 1;
+inline constexpr int kUnusableArguments = 2;
+
 struct CommandContext {
   std::string socket = "/run/veneerd/veneerd.sock";  // a path, or HOST:PORT
   std::string twin_socket = "/run/veneer-twin/twin.sock";
@@ -25,9 +28,6 @@ struct CommandContext {
   // Posts long work, shows its progress until it is over, lets Ctrl-C cancel it.
   Result<nlohmann::json> run_task(const Result<nlohmann::json>& started) const;
 };
-
-inline constexpr int kWorkFailed = 1;
-inline constexpr int kUnusableArguments = 2;
 
 // The sentence on stderr; ends the command with this exit status.
 [[noreturn]] void fail(const Error& error, int exit_status = kWorkFailed);
