@@ -12,9 +12,10 @@ PixelLine in_pixels(const FoundLine& line, ScanResolution resolution) {
   return {ax, ay, (bx - ax) / length, (by - ay) / length, length};
 }
 
-// Calls use(pixel, mm from the line) for all pixels within reach of the part [begin, end] of the line.
+// Calls use(pixel, mm from the line, fraction of its length) for all pixels within reach of the part [begin, end] of
+// the line.
 void across(const cv::Mat& scan, ScanResolution resolution, const PixelLine& line, double begin, double end,
-            double reach_mm, const std::function<void(const cv::Vec3b&, double)>& use) {
+            double reach_mm, const std::function<void(const cv::Vec3b&, double, double)>& use) {
   const double reach = resolution.to_px(Millimetres(reach_mm)).count();
   const double x0 = line.x + begin * line.length * line.along_x, y0 = line.y + begin * line.length * line.along_y;
   const double x1 = line.x + end * line.length * line.along_x, y1 = line.y + end * line.length * line.along_y;
@@ -29,7 +30,7 @@ void across(const cv::Mat& scan, ScanResolution resolution, const PixelLine& lin
       const double along = (dx * line.along_x + dy * line.along_y) / line.length;
       if (along < begin || along > end) continue;
       const double off = resolution.to_mm(Pixels(dx * line.along_y - dy * line.along_x)).count();
-      if (std::abs(off) < reach_mm) use(row[c], off);
+      if (std::abs(off) < reach_mm) use(row[c], off, along);
     }
   }
 }

@@ -14,9 +14,10 @@ struct PixelLine {
 };
 PixelLine in_pixels(const FoundLine& line, ScanResolution resolution);
 
-// Calls use(pixel, mm from the line) for all pixels within reach of the part [begin, end] (fractions) of the line.
+// Calls use(pixel, mm from the line, fraction of its length) for all pixels within reach of the part [begin, end]
+// (fractions) of the line.
 void across(const cv::Mat& scan, ScanResolution resolution, const PixelLine& line, double begin, double end,
-            double reach_mm, const std::function<void(const cv::Vec3b&, double)>& use);
+            double reach_mm, const std::function<void(const cv::Vec3b&, double, double)>& use);
 
 // The line moved onto measured points: `off` mm beside it at the fractions `at`. Points that stray are left out.
 FoundLine straightened(const FoundLine& line, ScanResolution resolution, std::span<const double> at,

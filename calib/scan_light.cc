@@ -14,8 +14,10 @@ namespace {
 
 constexpr int kDarkestLid = 215;  // when nothing of the scan is as bright, the board covers the glass
 constexpr int kUsualLid = 245;
-constexpr double kUsualBlurPx = 0.65;  // sigma, pixel aperture included, of flatbeds at their rated resolution
-constexpr double kReach = 0.6;         // mm to both sides of an edge
+// Sigma of flatbeds at their rated resolution, pixel aperture included, and of a sawn edge.
+constexpr double kUsualBlurPx = 0.62, kUsualBlurMm = 0.02;
+constexpr double kChordMm = 16;  // of an edge, looked at as straight
+constexpr double kReach = 0.4;   // mm to both sides of an edge
 
 // A step from wood to lid, each with its own light and the lid's with a curved shade, blurred.
 double edge_misfit(const std::vector<std::pair<double, double>>& samples, double place, double blur) {
@@ -38,7 +40,7 @@ using Samples = std::vector<std::pair<double, double>>;
 Samples sample_edge(const cv::Mat& scan, ScanResolution resolution, const FoundLine& edge, double begin, double end) {
   constexpr int kCells = 60;
   std::array<double, kCells> sum{}, place{}, weight{};
-  across(scan, resolution, in_pixels(edge, resolution), begin, end, kReach, [&](const cv::Vec3b& v, double d) {
+  across(scan, resolution, in_pixels(edge, resolution), begin, end, kReach, [&](const cv::Vec3b& v, double d, double) {
     const auto i = static_cast<std::size_t>(std::clamp((d + kReach) / (2 * kReach) * kCells, 0.0, kCells - 1.0));
     sum[i] += v[0], place[i] += d, weight[i] += 1;  // blue tells wood from lid best
   });
@@ -80,10 +82,30 @@ std::optional<double> blur_at(const cv::Mat& scan, ScanResolution resolution, co
   return blur;
 }
 
+// The chord of a contour between two of its points, if the contour is straight there and inside the picture.
+std::optional<FoundLine> straight_chord(const std::vector<cv::Point>& contour, std::size_t first, std::size_t last,
+                                        cv::Size picture, ScanResolution resolution) {
+  constexpr int kBorder = 8;
+  const cv::Point a = contour[first], b = contour[last];
+  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  if (length < 0.6 * kChordMm * resolution.px_per_mm) return std::nullopt;
+  for (std::size_t i = first; i <= last; ++i) {
+    const cv::Point p = contour[i];
+    if (p.x < kBorder || p.y < kBorder || p.x >= picture.width - kBorder || p.y >= picture.height - kBorder) return {};
+    const double off = ((p.x - a.x) * (b.y - a.y) - (p.y - a.y) * (b.x - a.x)) / length;
+    if (std::abs(off) > 0.15 * resolution.px_per_mm) return std::nullopt;
+  }
+  // findContours counts a pixel's centre as 0, and walks with the wood always on the same side.
+  const auto place = [&](const cv::Point& p) {
+    return Point<SlitFrame>{resolution.to_mm(Pixels(p.x + 0.5)), -resolution.to_mm(Pixels(p.y + 0.5))};
+  };
+  return FoundLine{0, place(b), place(a)};
+}
+
 }  // namespace
 
-double scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::array<double, 3>& lid) {
-  const double px = 1 / resolution.px_per_mm, usual = kUsualBlurPx * px;
+ScanBlur scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::array<double, 3>& lid) {
+  const double usual = std::hypot(kUsualBlurPx / resolution.px_per_mm, kUsualBlurMm);
   cv::Mat blue, wood;
   cv::extractChannel(scan, blue, 0);
   cv::medianBlur(blue < 0.88 * lid[0], wood, 5);
@@ -92,30 +114,17 @@ double scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::arra
   std::vector<double> blurs;
   for (const auto& contour : contours) {
     if (cv::contourArea(contour) < 400 * resolution.px_per_mm * resolution.px_per_mm) continue;
-    std::vector<cv::Point> corners;
-    cv::approxPolyDP(contour, corners, 0.4 * resolution.px_per_mm, true);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const cv::Point a = corners[i], b = corners[(i + 1) % corners.size()];
-      const double length = std::hypot(b.x - a.x, b.y - a.y);
-      const auto at_border = [&](const cv::Point& p) {
-        return p.x < 8 || p.y < 8 || p.x > scan.cols - 9 || p.y > scan.rows - 9;
-      };
-      if (length < 15 * resolution.px_per_mm || (at_border(a) && at_border(b) && (a.x == b.x || a.y == b.y))) continue;
-      // findContours counts a pixel's centre as 0.
-      const auto place = [&](const cv::Point& p) {
-        return Point<SlitFrame>{resolution.to_mm(Pixels(p.x + 0.5)), -resolution.to_mm(Pixels(p.y + 0.5))};
-      };
-      // Wood lies on one side of the contour for all of them; the step must rise with the distance.
-      FoundLine edge{0, place(a), place(b)};
-      const Samples across_edge = sample_edge(scan, resolution, edge, 0.3, 0.7);
-      if (across_edge.empty()) continue;
-      if (across_edge.front().second > across_edge.back().second) std::swap(edge.from, edge.to);
-      if (const auto blur = blur_at(scan, resolution, edge)) blurs.push_back(*blur);
+    // Short chords: over a long edge the scanner's own warp would look like blur.
+    const auto step = static_cast<std::size_t>(kChordMm * resolution.px_per_mm);
+    for (std::size_t k = 0; k + step < contour.size(); k += step) {
+      if (const auto edge = straight_chord(contour, k, k + step, scan.size(), resolution)) {
+        if (const auto blur = blur_at(scan, resolution, *edge)) blurs.push_back(*blur);
+      }
     }
   }
-  if (blurs.empty()) return usual;
+  if (blurs.size() < 3) return {usual, 0.15};
   std::nth_element(blurs.begin(), blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2), blurs.end());
-  return std::clamp(blurs[blurs.size() / 2], 0.7 * usual, 1.5 * usual);
+  return {std::clamp(blurs[blurs.size() / 2], 0.6 * usual, 2.5 * usual), 0.12};
 }
 
 std::array<double, 3> lid_colour(const cv::Mat& scan) {

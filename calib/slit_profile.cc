@@ -10,7 +10,10 @@ namespace veneer::calib {
 namespace {
 
 constexpr double kGrid = 0.01;  // mm, of the model before blurring
-constexpr int kMargin = 40;     // grid steps beyond the profile, for the blur
+// How much rougher a burnt slit's walls are than a sawn edge (mm, sigma), and how many independent readings a profile
+// is worth: few, since grain and dust are no noise.
+constexpr double kSlitRoughness = 0.02, kIndependent = 3;
+constexpr int kMargin = 40;  // grid steps beyond the profile, for the blur
 
 using Basis = Eigen::Matrix<double, SlitProfile::kBins, 4>;
 using Colours = Eigen::Matrix<double, SlitProfile::kBins, 3>;
@@ -121,13 +124,44 @@ double best_width(const Weighted& seen, const SlitShape& shape, double middle) {
                 [&](double width) { return misfit(seen, width, middle, shape); });
 }
 
+// How the wood beside the line differs from its mean, along the line: grain that crosses the line.
+class Grain {
+ public:
+  Grain(const cv::Mat& scan, ScanResolution resolution, const PixelLine& line, double begin, double end)
+      : begin_(begin), end_(end) {
+    constexpr double kWoodFrom = 0.45, kCellMm = 0.15;
+    const double length = resolution.to_mm(Pixels(line.length)).count() * (end - begin);
+    sums_.resize(static_cast<std::size_t>(std::max(2.0, length / kCellMm)));
+    std::vector<int> counts(sums_.size());
+    cv::Vec3d all;
+    int pixels = 0;
+    across(scan, resolution, line, begin, end, SlitProfile::kReach, [&](const cv::Vec3b& v, double d, double along) {
+      if (std::abs(d) < kWoodFrom) return;
+      const cv::Vec3d colour(v[0], v[1], v[2]);
+      sums_[cell(along)] += colour, ++counts[cell(along)], all += colour, ++pixels;
+    });
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      sums_[i] = counts[i] < 4 ? cv::Vec3d() : sums_[i] / counts[i] - all / std::max(1, pixels);
+    }
+  }
+  const cv::Vec3d& at(double along) const { return sums_[cell(along)]; }
+
+ private:
+  std::size_t cell(double along) const {
+    const double part = (along - begin_) / (end_ - begin_) * static_cast<double>(sums_.size());
+    return static_cast<std::size_t>(std::clamp(part, 0.0, static_cast<double>(sums_.size()) - 1));
+  }
+  double begin_, end_;
+  std::vector<cv::Vec3d> sums_;
+};
+
 // Where the slit's middle is in a part of the line: the centroid of what does not look like the wood beside it. Slit
 // and rims are symmetric, so neither their colours nor their widths matter.
 double middle_of(const cv::Mat& scan, ScanResolution resolution, const PixelLine& line, double begin, double end) {
   constexpr double kWoodFrom = 0.65, kWindow = 0.42, kIgnored = 10;  // mm, mm, grey levels
   std::vector<std::pair<double, cv::Vec3d>> pixels;
   std::array<std::vector<double>, 3> wood;
-  across(scan, resolution, line, begin, end, SlitProfile::kReach, [&](const cv::Vec3b& v, double d) {
+  across(scan, resolution, line, begin, end, SlitProfile::kReach, [&](const cv::Vec3b& v, double d, double) {
     pixels.emplace_back(d, cv::Vec3d(v[0], v[1], v[2]));
     if (std::abs(d) < kWoodFrom) return;
     for (int k = 0; k < 3; ++k) wood[static_cast<std::size_t>(k)].push_back(v[k]);
@@ -169,14 +203,17 @@ FoundLine centred_line(const cv::Mat& scan, ScanResolution resolution, const Fou
 
 SlitProfile sample_profile(const cv::Mat& scan, ScanResolution resolution, const FoundLine& line, double begin,
                            double end, const std::array<double, 3>& lid) {
-  std::array<std::vector<cv::Vec3b>, SlitProfile::kBins> bins;
+  const PixelLine px = in_pixels(line, resolution);
+  const Grain grain(scan, resolution, px, begin, end);
+  std::array<std::vector<cv::Vec3d>, SlitProfile::kBins> bins;
   std::array<double, SlitProfile::kBins> places{};
-  across(scan, resolution, in_pixels(line, resolution), begin, end, SlitProfile::kReach,
-         [&](const cv::Vec3b& v, double d) {
-           const int bin = static_cast<int>((d + SlitProfile::kReach) / SlitProfile::kBin);
-           if (bin >= 0 && bin < SlitProfile::kBins)
-             bins[static_cast<std::size_t>(bin)].push_back(v), places[static_cast<std::size_t>(bin)] += d;
-         });
+  across(scan, resolution, px, begin, end, SlitProfile::kReach, [&](const cv::Vec3b& v, double d, double along) {
+    const auto bin = static_cast<std::size_t>(
+        std::clamp(static_cast<int>((d + SlitProfile::kReach) / SlitProfile::kBin), 0, SlitProfile::kBins - 1));
+    // Grain shows on wood only.
+    const double wood = std::clamp((std::abs(d) - 0.10) / 0.06, 0.0, 1.0);
+    bins[bin].push_back(cv::Vec3d(v[0], v[1], v[2]) - wood * grain.at(along)), places[bin] += d;
+  });
   SlitProfile profile;
   profile.lid = lid;
   for (std::size_t b = 0; b < bins.size(); ++b) {
@@ -214,21 +251,41 @@ SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape) {
   return fit;
 }
 
-SlitShape fit_shape(const std::vector<SlitProfile>& profiles, double blur) {
-  std::vector<Weighted> seen;
-  seen.reserve(profiles.size());
-  for (const auto& profile : profiles) seen.push_back(weighted(profile));
-  const auto cost = [&](double rim) {
+SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& blur) {
+  struct Seen {
+    Weighted profile;
+    double middle = 0, width = 0;  // width: the last found, near which the next is looked for
+  };
+  std::vector<Seen> seen;
+  for (const auto& profile : profiles) {
+    const SlitFit fit = fit_width(profile, {blur.sigma, 0.1});
+    seen.push_back({weighted(profile), fit.middle, fit.width});
+  }
+  const auto cost = [&](const SlitShape& shape) {
     double sum = 0;
-    for (const auto& s : seen) sum += misfit(s, best_width(s, {blur, rim}, 0), 0, {blur, rim});
+    for (auto& s : seen) {
+      const auto of_width = [&](double width) { return misfit(s.profile, width, s.middle, shape); };
+      s.width = golden(std::max(0.02, s.width - 0.04), s.width + 0.04, 1e-3, of_width);
+      sum += of_width(s.width);
+    }
     return sum;
   };
-  double best = 0.1, least = cost(best);
-  for (const double rim : {0.04, 0.07, 0.15, 0.22, 0.32}) {
-    const double c = cost(rim);
-    if (c < least) least = c, best = rim;
-  }
-  return {blur, golden(best * 0.6, best * 1.5, 2e-3, cost)};
+  // Blur and rim trade against each other along a narrow valley, so the rim is found anew for every blur.
+  const auto best_rim = [&](double b) {
+    double best = 0.05, least = cost({b, best});
+    for (const double rim : {0.08, 0.12, 0.18}) {
+      const double c = cost({b, rim});
+      if (c < least) least = c, best = rim;
+    }
+    return golden(best * 0.6, best * 1.6, 2e-3, [&](double rim) { return cost({b, rim}); });
+  };
+  // The slit's walls are rougher than the sheet's edge, and a blur read there is itself uncertain: it is held loosely.
+  const double expected = std::hypot(blur.sigma, kSlitRoughness);
+  const double noise = cost({expected, best_rim(expected)}) / (kIndependent * static_cast<double>(profiles.size()));
+  const double best = golden(0.6 * expected, 1.6 * expected, 1e-3, [&](double b) {
+    return cost({b, best_rim(b)}) / noise + std::pow((b / expected - 1) / blur.trust, 2);
+  });
+  return {best, best_rim(best)};
 }
 
 }  // namespace veneer::calib

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/kerf_lines.h"
+#include "calib/scan_light.h"
 
 namespace veneer::calib {
 
@@ -45,7 +46,7 @@ SlitProfile sample_profile(const cv::Mat& scan, ScanResolution resolution, const
 // Width and middle with the shape given.
 SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape);
 
-// The shape common to several profiles, each with its own width, the blur being known.
-SlitShape fit_shape(const std::vector<SlitProfile>& profiles, double blur);
+// The shape common to several profiles, each with its own width; the blur is roughly known.
+SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& blur);
 
 }  // namespace veneer::calib
