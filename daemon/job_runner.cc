@@ -493,6 +493,9 @@ void JobRunner::on_laser(const LaserEvent& event) {
     on_resumed();
   } else if (std::holds_alternative<Done>(event)) {
     on_done();
+  } else if (const auto* fault = std::get_if<Fault>(&event)) {
+    laser_connected_ = fault->connected;
+    break_off(fault->error.message, {});
   } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
     if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
     break_off(aborted->error.message, aborted->suspect);
@@ -512,11 +515,17 @@ void JobRunner::on_failed(const Error& error) {
 }
 
 void JobRunner::on_held() {
-  if (view_.state != CellState::kHolding && view_.state != CellState::kExecute && view_.state != CellState::kStopping)
-    return;
-  const bool asked = view_.state == CellState::kHolding;
-  enter(CellState::kHeld, asked ? "held by the operator" : "held by the machine: check the lid, then Unhold");
-  answer(Ok());
+  switch (view_.state) {
+    case CellState::kHolding:
+      enter(CellState::kHeld, "held by the operator");
+      return answer(Ok());
+    case CellState::kUnholding:
+      enter(CellState::kHeld, "the machine stays held: close the lid, then Unhold");
+      return answer(Error{ErrorCode::kRefused, view_.reason});
+    case CellState::kExecute:
+    case CellState::kStopping: return enter(CellState::kHeld, "held by the machine: check the lid, then Unhold");
+    default: return;
+  }
 }
 
 void JobRunner::on_resumed() {

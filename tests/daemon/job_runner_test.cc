@@ -299,6 +299,26 @@ TEST_F(JobRunnerTest, HoldStopsInThePieceAndUnholdGoesOn) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
 }
 
+TEST_F(JobRunnerTest, UnholdUnderAnOpenLidStaysHeldAndSaysSo) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  laser_.lid_open = true;
+  const Status unheld = command(CellCommand::kUnhold);
+  ASSERT_FALSE(unheld.ok());
+  EXPECT_THAT(unheld.error().message, HasSubstr("close the lid"));
+  EXPECT_EQ(state(), CellState::kHeld);
+}
+
+TEST_F(JobRunnerTest, AMachineThatDropsOutAtRestEndsAborted) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.say(laser_event::Fault{{ErrorCode::kDisconnected, "the laser was unplugged"}, false});
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("unplugged"));
+}
+
 TEST_F(JobRunnerTest, StopAfterThisPieceFinishesItAndLeavesTheRestReserved) {
   laser_.burn_at_once = false;
   load_first_panel();

@@ -42,6 +42,7 @@ class SimLaser final : public LaserDriver {
   }
   void resume() override {
     calls.push_back("resume");
+    if (lid_open) return say(laser_event::Held{});
     say(laser_event::Resumed{});
     if (burn_at_once) finish();
   }
@@ -72,6 +73,7 @@ class SimLaser final : public LaserDriver {
   std::vector<std::string> calls;
   std::vector<PieceId> burnt;
   bool present = true;
+  bool lid_open = false;
   bool burn_at_once = true;
 
  private:
