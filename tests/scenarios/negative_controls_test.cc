@@ -46,6 +46,27 @@ TEST_F(NegativeControls, AMachineThatIsThreePerMilleOffTurnsTheEdgesRed) {
   EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/edge_rms_mm")));
 }
 
+// A back that was tied to the show face without its reflection. The proof itself sees mirrored marks and pieces
+// (proof_figures_test); the cell never lets it come to that.
+TEST_F(NegativeControls, AMirroredFaceIsNeverCut) {
+  tamper({"fiducials_are_frozen"}, R"(UPDATE fiducials SET corners_um = (
+    SELECT json_group_array(json_array(200000 - json_extract(value, '$[0]'), json_extract(value, '$[1]')))
+    FROM json_each(fiducials.corners_um)) WHERE face = 'back')");
+  ASSERT_TRUE(cell_->api().post("/commands/reset").ok());
+  ASSERT_TRUE(cell_->api().post(fmt::format("/jobs/{}/start", kJob)).ok());
+  ASSERT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "control"}, {"on", "bed"}, {"face", "back"}}).ok());
+  const auto looked = cell_->wait_status(
+      [](const nlohmann::json& s) {
+        const std::string sentence = s["load"].is_object() ? s["load"].value("sentence", "") : "";
+        return sentence.find("mirror") != std::string::npos || sentence.find("turn it over") != std::string::npos;
+      },
+      std::chrono::seconds(60));
+  ASSERT_TRUE(looked.ok()) << looked.error().message;
+  EXPECT_FALSE(cell_->api().post("/commands/unsuspend").ok());
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/cut = 0")));
+}
+
 TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
   const std::string swap = R"(
     UPDATE pieces SET mark = 'swap' WHERE job = 1 AND mark = 'A1-1';

@@ -67,16 +67,21 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
   };
   for (int row = -rows_; row < rows_; ++row)
     for (int column = -columns_; column < columns_; ++column) {
-      const int x0 = static_cast<int>(std::lround(centre_px.x + column * block));
-      const int x1 = static_cast<int>(std::lround(centre_px.x + (column + 1) * block));
-      const int y0 = static_cast<int>(std::lround(centre_px.y + row * block));
-      const int y1 = static_cast<int>(std::lround(centre_px.y + (row + 1) * block));
+      // Never beyond the piece itself: a row of pixels of a neighbour of another wood outweighs a plain piece's grain.
+      const int x0 = static_cast<int>(
+          std::max(std::ceil(centre_px.x - half_px.x), std::round(centre_px.x + column * block)));
+      const int x1 = static_cast<int>(
+          std::min(std::floor(centre_px.x + half_px.x), std::round(centre_px.x + (column + 1) * block)));
+      const int y0 =
+          static_cast<int>(std::max(std::ceil(centre_px.y - half_px.y), std::round(centre_px.y + row * block)));
+      const int y1 =
+          static_cast<int>(std::min(std::floor(centre_px.y + half_px.y), std::round(centre_px.y + (row + 1) * block)));
       const bool within = x0 >= 0 && y0 >= 0 && x1 < integral.cols && y1 < integral.rows && x1 > x0 && y1 > y0;
       double mean = kNone;
       if (within) {
         const cv::Rect box(x0, y0, x1 - x0, y1 - y0);
         const double weight = mask_integral.empty() ? box.area() : sum(mask_integral, box);
-        if (weight >= 0.6 * box.area()) mean = sum(integral, box) / weight;
+        if (weight >= 0.6 * block * block) mean = sum(integral, box) / weight;
       }
       means_.push_back(mean);
     }
