@@ -1,8 +1,8 @@
 // Maps between frames. A map is named to_from and composes only in the right order: bed_from_panel * panel_from_scan
 // compiles, the swapped order does not.
 //
-// Isometry2 moves without stretching, proper (rotation) or improper (with a reflection: the back of a panel on the bed).
-// Affine2 may also scale and skew. Both are values; thread-safe as such.
+// Isometry2 moves without stretching, proper (rotation) or improper (with a reflection: the back of a panel on the
+// bed). Affine2 may also scale and skew. Both are values; thread-safe as such.
 #pragma once
 
 #include <Eigen/Core>

@@ -29,7 +29,8 @@ MicroArea unite(const MicroArea& a, const MicroArea& b);
 MicroArea unite(const std::vector<MicroArea>& areas);
 MicroArea subtract(const MicroArea& a, const MicroArea& b);
 MicroArea intersect(const MicroArea& a, const MicroArea& b);
-// Grows (positive) or shrinks by `delta_um`. Corners are mitred up to a limit of 2, `round` corners are arcs within 5 um.
+// Grows (positive) or shrinks by `delta_um`. Corners are mitred up to a limit of 2, `round` corners are arcs within 5
+// um.
 MicroArea offset(const MicroArea& a, double delta_um, bool round);
 double area_um2(const MicroArea& a);
 bool contains(const MicroArea& a, MicroPoint p);  // boundary counts as inside

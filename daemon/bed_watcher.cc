@@ -119,9 +119,8 @@ void BedWatcher::prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pi
                          std::function<void(Result<std::vector<PieceBurn>>)> reply) {
   worker_.post([this, pose, pieces = std::move(pieces), reply = std::move(reply)]() mutable {
     auto burns = prepare_now(pose, pieces);
-    boost::asio::post(reactor_, [burns = std::move(burns), reply = std::move(reply)]() mutable {
-      reply(std::move(burns));
-    });
+    boost::asio::post(reactor_,
+                      [burns = std::move(burns), reply = std::move(reply)]() mutable { reply(std::move(burns)); });
   });
 }
 

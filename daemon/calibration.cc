@@ -97,7 +97,8 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
       out.camera_certificate = (*camera)->first;
     }
     // Axes measured with another lens certificate say nothing about this one's bed frame.
-    if (*axes && *camera && (*axes)->second.at("camera_certificate").get<std::int64_t>() == out.camera_certificate.value)
+    if (*axes && *camera &&
+        (*axes)->second.at("camera_certificate").get<std::int64_t>() == out.camera_certificate.value)
       out.bed = BedCalibration{camera_from_json((*axes)->second.at("camera")),
                                affine_from_json((*axes)->second.at("machine_from_bed"))};
     if (*kerf) out.kerf = Millimetres((*kerf)->second.at("kerf_mm").get<double>());
@@ -109,22 +110,26 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
 
 Status require_scanner(const Calibration& calibration) {
   if (calibration.scanner) return Ok();
-  return Error{ErrorCode::kRefused,
-               "the scanner has no valid certificate: lay the AprilGrid sheet on it and run veneerctl calibrate scanner"};
+  return Error{
+      ErrorCode::kRefused,
+      "the scanner has no valid certificate: lay the AprilGrid sheet on it and run veneerctl calibrate scanner"};
 }
 
 Status require_cutting(const Calibration& calibration) {
   if (!calibration.camera)
-    return Error{ErrorCode::kRefused,
-                 "the bed camera has no valid certificate: lay the AprilGrid sheet on the bed and run veneerctl calibrate "
-                 "camera"};
+    return Error{
+        ErrorCode::kRefused,
+        "the bed camera has no valid certificate: lay the AprilGrid sheet on the bed and run veneerctl calibrate "
+        "camera"};
   if (!calibration.bed)
-    return Error{ErrorCode::kRefused,
-                 "the machine's axes have no valid certificate: lay a bare board on the bed and run veneerctl calibrate "
-                 "laser"};
+    return Error{
+        ErrorCode::kRefused,
+        "the machine's axes have no valid certificate: lay a bare board on the bed and run veneerctl calibrate "
+        "laser"};
   if (!calibration.kerf)
-    return Error{ErrorCode::kRefused,
-                 "the kerf has no valid certificate: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
+    return Error{
+        ErrorCode::kRefused,
+        "the kerf has no valid certificate: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
   return Ok();
 }
 

@@ -31,13 +31,15 @@ Result<CertificateId> CalibrationService::issue(db::CertificateKind kind, Millim
 Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProgress& progress,
                                                        const std::stop_token& stop) {
   progress(0.02, "scanning the AprilGrid sheet");
-  auto image = scanner_.scan(ScanResolution::from_dpi(config_.scanner.dpi),
-                             [&](double f) { progress(0.02 + 0.5 * f, "scanning the AprilGrid sheet"); }, stop);
+  auto image = scanner_.scan(
+      ScanResolution::from_dpi(config_.scanner.dpi),
+      [&](double f) { progress(0.02 + 0.5 * f, "scanning the AprilGrid sheet"); }, stop);
   if (!image) return image.error();
   progress(0.55, "looking for tags");
   auto seen = calib::grid_scan(image->pixels, image->nominal);
   if (seen.tags.empty())
-    return Error{ErrorCode::kRefused, "the AprilGrid sheet is not on the glass: lay it there, print down, and try again"};
+    return Error{ErrorCode::kRefused,
+                 "the AprilGrid sheet is not on the glass: lay it there, print down, and try again"};
   grid_scans_.push_back(std::move(seen));
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
@@ -86,7 +88,8 @@ Result<planner::Pattern> CalibrationService::pattern() const {
     options.area = area_;
   }
   if (options.area.empty())
-    return Error{ErrorCode::kRefused, "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
+    return Error{ErrorCode::kRefused,
+                 "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
   return planner::make_pattern(options);
 }
 
@@ -107,9 +110,10 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   }
   auto made = pattern();
   if (!made)
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("a board of {:.0f} x {:.0f} mm is too small for the pattern: take one of 250 x 250 mm or more",
-                             board_width.count(), board_height.count())};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("a board of {:.0f} x {:.0f} mm is too small for the pattern: take one of 250 x 250 mm or more",
+                    board_width.count(), board_height.count())};
   LaserJob job;
   for (auto& stroke : planner::pattern_strokes(*made)) {
     Stroke& s = job.strokes.emplace_back();
@@ -153,8 +157,9 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   auto burnt = pattern();
   if (!burnt) return burnt.error();
   progress(0.02, "scanning the burnt board");
-  auto image = scanner_.scan(ScanResolution::from_dpi(config_.scanner.dpi),
-                             [&](double f) { progress(0.02 + 0.6 * f, "scanning the burnt board"); }, stop);
+  auto image = scanner_.scan(
+      ScanResolution::from_dpi(config_.scanner.dpi),
+      [&](double f) { progress(0.02 + 0.6 * f, "scanning the burnt board"); }, stop);
   if (!image) return image.error();
   progress(0.7, "measuring the kerf");
   std::vector<calib::KerfLine> lines;

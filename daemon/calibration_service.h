@@ -1,8 +1,8 @@
 // The cell calibrates itself from pictures and burns: each function looks at what the operator laid down, fits, and
 // issues a certificate, or says in one sentence why not.
 //
-// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job() on
-// the reactor.
+// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
+// on the reactor.
 #pragma once
 
 #include <mutex>
@@ -26,11 +26,11 @@
 namespace veneer::daemon {
 
 struct CalibrationOutcome {
-  std::string device;           // "scanner", "camera", "axes", "kerf"
-  std::size_t views = 0;        // collected so far
-  CertificateId certificate;    // {0} while further views follow
-  Millimetres rms{0};           // of the fit
-  std::string payload = "{}";   // JSON, as stored
+  std::string device;          // "scanner", "camera", "axes", "kerf"
+  std::size_t views = 0;       // collected so far
+  CertificateId certificate;   // {0} while further views follow
+  Millimetres rms{0};          // of the fit
+  std::string payload = "{}";  // JSON, as stored
 };
 
 class CalibrationService {

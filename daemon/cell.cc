@@ -14,7 +14,10 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       config(configuration),
       log(std::move(logger)),
       hub({}, log),
-      tasks(io, real_clock, [this](const TaskView& task) { hub.broadcast({{"type", "task"}, {"task", to_json(task)}}); }),
+      tasks(io, real_clock,
+            [this](const TaskView& task) {
+              hub.broadcast({{"type", "task"}, {"task", to_json(task)}});
+            }),
       devices(std::move(parts)),
       library(config.store.data_dir),
       look_timer_(io) {}
@@ -34,11 +37,13 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.planner_worker = std::make_unique<Worker>("planner", 10);
   c.picture_worker = std::make_unique<Worker>("pictures", 5);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.library, config.scanner.dpi, c.log);
-  c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config,
-                                                        c.log);
+  c.calibrations =
+      std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config, c.log);
   c.plans = std::make_unique<PlanService>(*c.database, c.library, config.panel.position_margin, c.log);
-  c.bed = std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log,
-                                       [&c] { c.hub.broadcast({{"type", "bed"}}); });
+  c.bed =
+      std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log, [&c] {
+        c.hub.broadcast({{"type", "bed"}});
+      });
   c.runner = std::make_unique<JobRunner>(reactor, *c.devices.laser, *c.database, *c.bed, c.log,
                                          [&c] { c.broadcast_status(); });
   c.runner->begin(*recovery);

@@ -1,7 +1,7 @@
 // The unit's state after PackML (ISA-TR88.00.02), as DESIGN.md section 2 narrows it.
 //
-// Pure: a table of which command leads where. What has to happen in an acting state (Resetting, Holding, ...) is the job
-// runner's business; it reports completion with `completed()`.
+// Pure: a table of which command leads where. What has to happen in an acting state (Resetting, Holding, ...) is the
+// job runner's business; it reports completion with `completed()`.
 #pragma once
 
 #include <optional>

@@ -155,8 +155,8 @@ Result<Config> load_config(const std::filesystem::path& file) {
   try {
     root = toml::parse_file(file.string());
   } catch (const toml::parse_error& e) {
-    return Error{ErrorCode::kInvalidArgument, fmt::format("{}:{}: {}: correct this line", file.string(),
-                                                          e.source().begin.line, e.description())};
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}:{}: {}: correct this line", file.string(), e.source().begin.line, e.description())};
   }
   Config config;
   std::vector<std::string> errors;
@@ -169,8 +169,8 @@ Result<Config> load_config(const std::filesystem::path& file) {
   read_devices(root, file.string(), config, errors);
   read_work(root, file.string(), config, errors);
   if (errors.empty() && config.laser.kind == "grbl" && config.laser.port.empty())
-    errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"serial:/dev/ttyUSB0?baud=115200\"",
-                                 file.string()));
+    errors.push_back(
+        fmt::format("{}: laser.port is missing: name it, as in \"serial:/dev/ttyUSB0?baud=115200\"", file.string()));
   if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
   return config;
 }

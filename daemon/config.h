@@ -1,5 +1,5 @@
-// The configuration file as one typed value. Strict: an unread key, a wrong type or a value out of range is an error that
-// names file, line and key. No other module sees TOML.
+// The configuration file as one typed value. Strict: an unread key, a wrong type or a value out of range is an error
+// that names file, line and key. No other module sees TOML.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ struct SimConfig {
 struct ApiConfig {
   std::filesystem::path unix_socket = "/run/veneerd/veneerd.sock";
   std::string listen = "127.0.0.1:8765";  // loopback only; "" = no TCP
-  std::string operator_group;             // members may operate over the Unix socket; "" = only root and the daemon's user
+  std::string operator_group;  // members may operate over the Unix socket; "" = only root and the daemon's user
 };
 
 struct StoreConfig {

@@ -1,7 +1,7 @@
 // The one thread that owns the database connection and all writes.
 //
-// call() waits and belongs to workers; async() belongs to the reactor: `work` runs on the database thread, `then` back on
-// the reactor with its result.
+// call() waits and belongs to workers; async() belongs to the reactor: `work` runs on the database thread, `then` back
+// on the reactor with its result.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -34,7 +34,8 @@ struct Repositories {
 class DatabaseThread {
  public:
   // Opens the file on its own thread; fails as db::Database::open does.
-  static Result<std::unique_ptr<DatabaseThread>> open(const std::filesystem::path& file, boost::asio::io_context& reactor);
+  static Result<std::unique_ptr<DatabaseThread>> open(const std::filesystem::path& file,
+                                                      boost::asio::io_context& reactor);
 
   template <class F>
   auto call(F work) {
@@ -43,9 +44,8 @@ class DatabaseThread {
   template <class F, class Then>
   void async(F work, Then then) {
     worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {
-      boost::asio::post(reactor_, [result = work(*repositories_), then = std::move(then)]() mutable {
-        then(std::move(result));
-      });
+      boost::asio::post(reactor_,
+                        [result = work(*repositories_), then = std::move(then)]() mutable { then(std::move(result)); });
     });
   }
 

@@ -23,9 +23,8 @@ Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
   o.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
   double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1;
   const std::pair<const char*, double*> numbers[] = {
-      {"size_mm", &size},          {"patch_mm", &patch}, {"rotations", &rotations},
-      {"w_intensity", &o.w_intensity}, {"w_edge", &o.w_edge}, {"w_hist", &o.w_hist},
-      {"dpi", &o.dpi},             {"seed", &seed}};
+      {"size_mm", &size},    {"patch_mm", &patch},  {"rotations", &rotations}, {"w_intensity", &o.w_intensity},
+      {"w_edge", &o.w_edge}, {"w_hist", &o.w_hist}, {"dpi", &o.dpi},           {"seed", &seed}};
   for (const auto& [name, out] : numbers) {
     auto value = request.query_number(name);
     if (!value) return value.error();
@@ -52,11 +51,12 @@ void new_job(Cell& cell, const ApiRequest& request, const Reply& reply) {
   auto task = cell.tasks.start("plan", "waiting for the planner");
   reply(ApiReply::task(task.id()));
   cell.planner_worker->post([&cell, task, job = std::move(*job)] {
-    auto outcome = cell.plans->make_job(job, [&](double f, const std::string& text) { task.progress(f, text); },
-                                        task.stop_token());
+    auto outcome = cell.plans->make_job(
+        job, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     if (outcome)
-      boost::asio::post(cell.reactor,
-                        [&cell, id = outcome->job.value] { cell.hub.broadcast({{"type", "job"}, {"job", id}}); });
+      boost::asio::post(cell.reactor, [&cell, id = outcome->job.value] {
+        cell.hub.broadcast({{"type", "job"}, {"job", id}});
+      });
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
   });
 }

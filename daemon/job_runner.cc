@@ -27,8 +27,8 @@ struct JobRunner::Run {
   }
 };
 
-JobRunner::JobRunner(boost::asio::io_context& reactor, LaserDriver& laser, DatabaseThread& database, RunSupport& support,
-                     Logger log, std::function<void()> on_change)
+JobRunner::JobRunner(boost::asio::io_context& reactor, LaserDriver& laser, DatabaseThread& database,
+                     RunSupport& support, Logger log, std::function<void()> on_change)
     : reactor_(reactor),
       laser_(laser),
       database_(database),
@@ -69,22 +69,28 @@ Status JobRunner::refuse(CellCommand command) const {
   return Error{ErrorCode::kConflict, fmt::format("{} is not possible while the cell is {}{}", to_string(command),
                                                  to_string(view_.state), [&] {
                                                    switch (view_.state) {
-                                                     case CellState::kAborted: return ": Clear it first, then Reset";
-                                                     case CellState::kStopped: return ": Reset it first";
-                                                     case CellState::kComplete: return ": Reset it first";
-                                                     case CellState::kHeld: return ": Unhold, Stop or Abort";
-                                                     case CellState::kSuspended: return ": Unsuspend, Stop or Abort";
-                                                     default: return "";
+                                                     case CellState::kAborted:
+                                                       return ": Clear it first, then Reset";
+                                                     case CellState::kStopped:
+                                                       return ": Reset it first";
+                                                     case CellState::kComplete:
+                                                       return ": Reset it first";
+                                                     case CellState::kHeld:
+                                                       return ": Unhold, Stop or Abort";
+                                                     case CellState::kSuspended:
+                                                       return ": Unsuspend, Stop or Abort";
+                                                     default:
+                                                       return "";
                                                    }
                                                  }())};
 }
 
 void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
-  database_.async(
-      [entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](Repositories& r) { return r.audit.append(entry); },
-      [log = log_](const Status& written) {
-        if (!written) log->error("the audit log could not be written: {}", written.error().message);
-      });
+  database_.async([entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](
+                      Repositories& r) { return r.audit.append(entry); },
+                  [log = log_](const Status& written) {
+                    if (!written) log->error("the audit log could not be written: {}", written.error().message);
+                  });
 }
 
 void JobRunner::answer(const Status& status) {
@@ -104,13 +110,20 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
   if (!after(view_.state, command)) return reply(refuse(command));
   audit(who, fmt::format("cell.{}", to_string(command)));
   switch (command) {
-    case CellCommand::kReset: return reset(std::move(reply));
-    case CellCommand::kHold: return hold(std::move(reply));
-    case CellCommand::kUnhold: return unhold(std::move(reply));
-    case CellCommand::kUnsuspend: return unsuspend(std::move(reply));
-    case CellCommand::kStop: return stop(std::move(reply));
-    case CellCommand::kClear: return clear(std::move(reply));
-    default: return reply(refuse(command));  // Start names a job; Suspend and Complete come from the work itself
+    case CellCommand::kReset:
+      return reset(std::move(reply));
+    case CellCommand::kHold:
+      return hold(std::move(reply));
+    case CellCommand::kUnhold:
+      return unhold(std::move(reply));
+    case CellCommand::kUnsuspend:
+      return unsuspend(std::move(reply));
+    case CellCommand::kStop:
+      return stop(std::move(reply));
+    case CellCommand::kClear:
+      return clear(std::move(reply));
+    default:
+      return reply(refuse(command));  // Start names a job; Suspend and Complete come from the work itself
   }
 }
 
@@ -151,28 +164,28 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
     if (!pieces) return pieces.error();
     return Loaded{std::move(*record), std::move(*pieces)};
   };
-  database_.async(load, while_current([this, job](Result<Loaded> loaded) {
-                    if (!loaded) {
-                      enter(CellState::kIdle);
-                      return answer(loaded.error());
-                    }
-                    to_cut_.clear();
-                    for (auto& piece : loaded->pieces)
-                      if (piece.state == db::PieceState::kReserved) to_cut_.push_back(std::move(piece));
-                    if (to_cut_.empty()) {
-                      enter(CellState::kIdle);
-                      return answer(
-                          Error{ErrorCode::kConflict, fmt::format("job {} has no piece left to cut", job.value)});
-                    }
-                    std::stable_sort(to_cut_.begin(), to_cut_.end(),
-                                     [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
-                    view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
-                    refresh_job([this] {
-                      enter(CellState::kSuspending);
-                      await_panel();
-                      answer(Ok());
-                    });
-                  }));
+  database_.async(
+      load, while_current([this, job](Result<Loaded> loaded) {
+        if (!loaded) {
+          enter(CellState::kIdle);
+          return answer(loaded.error());
+        }
+        to_cut_.clear();
+        for (auto& piece : loaded->pieces)
+          if (piece.state == db::PieceState::kReserved) to_cut_.push_back(std::move(piece));
+        if (to_cut_.empty()) {
+          enter(CellState::kIdle);
+          return answer(Error{ErrorCode::kConflict, fmt::format("job {} has no piece left to cut", job.value)});
+        }
+        std::stable_sort(to_cut_.begin(), to_cut_.end(),
+                         [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
+        view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
+        refresh_job([this] {
+          enter(CellState::kSuspending);
+          await_panel();
+          answer(Ok());
+        });
+      }));
 }
 
 void JobRunner::hold(Reply reply) {
@@ -310,8 +323,8 @@ void JobRunner::unsuspend(Reply reply) {
         std::max(distance(look->bed_from_panel * Point<PanelFrame>{}, shown.bed_from_panel * Point<PanelFrame>{}),
                  distance(look->bed_from_panel * corner, shown.bed_from_panel * corner));
     if (moved > Millimetres(0.3))
-      return back_to_waiting(fmt::format("the panel moved by {:.1f} mm since it was shown: check it and press Unsuspend",
-                                         moved.count()));
+      return back_to_waiting(
+          fmt::format("the panel moved by {:.1f} mm since it was shown: check it and press Unsuspend", moved.count()));
     begin_run(*look);
   }));
 }
@@ -334,7 +347,8 @@ void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burn
       [job = view_.job->id, pose](Repositories& r) {
         return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp());
       },
-      [this, epoch = epoch_, at = *epoch_, panel = pose.panel, burns = std::move(burns)](Result<db::RunId> run) mutable {
+      [this, epoch = epoch_, at = *epoch_, panel = pose.panel,
+       burns = std::move(burns)](Result<db::RunId> run) mutable {
         if (*epoch < 0) return;
         if (*epoch != at) {  // broken off meanwhile: nothing of it was cut
           if (run)
@@ -387,34 +401,37 @@ void JobRunner::burn_noted_piece() {
 void JobRunner::piece_verified() {
   const PieceId piece = run_->burns[run_->next - 1].piece;
   run_->burning = false;
-  database_.async([piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
-                  while_current([this, piece](const Status& booked) {
-                    if (!booked)
-                      return abort(fmt::format("a cut piece could not be booked ({}): make room on the disk, then Clear",
-                                               booked.error().message));
-                    std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
-                    ++view_.job->cut;
-                    view_.job->current_piece.clear();
-                    on_change_();
-                    next_piece();
-                  }));
+  database_.async(
+      [piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
+      while_current([this, piece](const Status& booked) {
+        if (!booked)
+          return abort(fmt::format("a cut piece could not be booked ({}): make room on the disk, then Clear",
+                                   booked.error().message));
+        std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
+        ++view_.job->cut;
+        view_.job->current_piece.clear();
+        on_change_();
+        next_piece();
+      }));
 }
 
 void JobRunner::end_run() {
   const bool stopped = run_->stop_after_piece && run_->next < run_->burns.size();
   const bool more = !stopped && !to_cut_.empty();
   if (!stopped) enter(more ? CellState::kSuspending : CellState::kCompleting);
-  database_.async(
-      [run = run_->id, more](Repositories& r) { return r.jobs.finish_run(run, more, utc_timestamp()); },
-      while_current([this, stopped, more](const Status& finished) {
-        if (!finished) return abort(fmt::format("the run could not be closed: {}", finished.error().message));
-        run_.reset();
-        refresh_job([this, stopped, more] {
-          if (stopped) return enter(CellState::kStopped, "stopped after a piece; Reset, then Start goes on with the rest");
-          if (more) return await_panel();
-          enter(CellState::kComplete, fmt::format("job {} is cut", view_.job ? view_.job->id.value : 0));
-        });
-      }));
+  database_.async([run = run_->id, more](Repositories& r) { return r.jobs.finish_run(run, more, utc_timestamp()); },
+                  while_current([this, stopped, more](const Status& finished) {
+                    if (!finished)
+                      return abort(fmt::format("the run could not be closed: {}", finished.error().message));
+                    run_.reset();
+                    refresh_job([this, stopped, more] {
+                      if (stopped)
+                        return enter(CellState::kStopped,
+                                     "stopped after a piece; Reset, then Start goes on with the rest");
+                      if (more) return await_panel();
+                      enter(CellState::kComplete, fmt::format("job {} is cut", view_.job ? view_.job->id.value : 0));
+                    });
+                  }));
 }
 
 // Everything that was going on ends here, with the beam already off.
@@ -432,11 +449,9 @@ void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspec
     refresh_job([this, reason] { enter(CellState::kAborted, reason); });
   };
   if (run_) {
-    database_.async(
-        [run = run_->id, suspects = std::move(suspects), reason](Repositories& r) {
-          return r.jobs.abort_run(run, suspects, reason, utc_timestamp());
-        },
-        while_current(finish));
+    database_.async([run = run_->id, suspects = std::move(suspects),
+                     reason](Repositories& r) { return r.jobs.abort_run(run, suspects, reason, utc_timestamp()); },
+                    while_current(finish));
   } else if (view_.job && !to_cut_.empty()) {
     database_.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
                     while_current([finish](const Status&) { finish(Ok()); }));  // a planned job stays planned
@@ -523,8 +538,10 @@ void JobRunner::on_held() {
       enter(CellState::kHeld, "the machine stays held: close the lid, then Unhold");
       return answer(Error{ErrorCode::kRefused, view_.reason});
     case CellState::kExecute:
-    case CellState::kStopping: return enter(CellState::kHeld, "held by the machine: check the lid, then Unhold");
-    default: return;
+    case CellState::kStopping:
+      return enter(CellState::kHeld, "held by the machine: check the lid, then Unhold");
+    default:
+      return;
   }
 }
 

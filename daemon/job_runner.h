@@ -1,13 +1,13 @@
 // The unit: one PackML state machine that owns the laser and walks a job through its panels, piece by piece.
 //
-// The way of one piece: `cutting` is on the disk before its first stroke is sent; the laser burns engraving and cut, ends
-// dark, drains and compares its own position with the expected one; only then the piece is booked `cut`. A kill at any
-// moment therefore leaves at most one piece in doubt, and recovery calls that one suspect. One piece is one LaserJob, so
-// nothing of the next piece can be burning while this one is in doubt.
+// The way of one piece: `cutting` is on the disk before its first stroke is sent; the laser burns engraving and cut,
+// ends dark, drains and compares its own position with the expected one; only then the piece is booked `cut`. A kill at
+// any moment therefore leaves at most one piece in doubt, and recovery calls that one suspect. One piece is one
+// LaserJob, so nothing of the next piece can be burning while this one is in doubt.
 //
-// Consent: the machine moves only after an operator's Reset (homing), Unsuspend (cutting on a proven pose, once per panel
-// loaded), Unhold, or pattern. Nothing here starts, resumes or reconnects by itself. Abort reaches the wire before this
-// object does anything else.
+// Consent: the machine moves only after an operator's Reset (homing), Unsuspend (cutting on a proven pose, once per
+// panel loaded), Unhold, or pattern. Nothing here starts, resumes or reconnects by itself. Abort reaches the wire
+// before this object does anything else.
 //
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
@@ -157,11 +157,11 @@ class JobRunner {
   bool laser_connected_ = false;
   LaserLimits limits_;
   bool looking_ = false;
-  std::optional<ProvenPose> seen_;           // the last look, when it proved the wanted panel
-  std::vector<db::PieceRecord> to_cut_;      // the job's reserved pieces, panel by panel
-  std::unique_ptr<Run> run_;                 // while a panel is being cut
-  Reply pending_;                            // the command whose acting state is on
-  Reply pattern_reply_;                      // while a pattern is burnt
+  std::optional<ProvenPose> seen_;       // the last look, when it proved the wanted panel
+  std::vector<db::PieceRecord> to_cut_;  // the job's reserved pieces, panel by panel
+  std::unique_ptr<Run> run_;             // while a panel is being cut
+  Reply pending_;                        // the command whose acting state is on
+  Reply pattern_reply_;                  // while a pattern is burnt
   // Counts up whenever what was going on is over, so that replies meant for it find out. Copies of the pointer outlive
   // the runner; then it holds -1.
   std::shared_ptr<std::int64_t> epoch_;

@@ -35,7 +35,8 @@ HttpServerOptions server_options(const Config& config) {
 }
 
 int run(const Config& config) {
-  const Logger log = make_stderr_logger("veneerd", getenv("JOURNAL_STREAM") != nullptr);  // NOLINT(concurrency-mt-unsafe)
+  const Logger log =
+      make_stderr_logger("veneerd", getenv("JOURNAL_STREAM") != nullptr);  // NOLINT(concurrency-mt-unsafe)
   log->set_level(spdlog::level::from_str(config.log_level));
   boost::asio::io_context reactor(1);
   const SteadyClock real_clock;
@@ -55,8 +56,9 @@ int run(const Config& config) {
   bind_job_routes(router, c);
   bind_task_routes(router, c.tasks);
   bind_console_routes(router, links, [&] { return tcp_port; });
-  auto server = HttpServer::open(reactor, server_options(config), router, c.hub, links,
-                                 [&c](const Caller& caller) { return stop_at_once(c, caller); }, log);
+  auto server = HttpServer::open(
+      reactor, server_options(config), router, c.hub, links,
+      [&c](const Caller& caller) { return stop_at_once(c, caller); }, log);
   if (!server) return fail(server.error());
   tcp_port = (*server)->tcp_port();
 

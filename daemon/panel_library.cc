@@ -17,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 Error storage_error(const fs::path& file) {
-  return {ErrorCode::kStorage,
-          fmt::format("cannot write {}: make room on the disk or give the daemon access, then try again", file.string())};
+  return {
+      ErrorCode::kStorage,
+      fmt::format("cannot write {}: make room on the disk or give the daemon access, then try again", file.string())};
 }
 
 // The whole file or none of it, and on the disk when this returns.
@@ -96,7 +97,8 @@ Result<cv::Mat> PanelLibrary::load_picture(const std::string& file) const {
 Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
   std::ifstream in(data_dir_ / file, std::ios::binary);
   if (!in)
-    return Error{ErrorCode::kStorage, fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
+    return Error{ErrorCode::kStorage,
+                 fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
@@ -196,7 +198,10 @@ cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask
     const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
     const bool reserved = allocation.state == db::AllocationState::kReserved;
     cv::polylines(small.pixels, to_pixels(allocation.area, small, kShift), true,
-                  gone ? grey : reserved ? blue : orange, 1, cv::LINE_AA, kShift);
+                  gone       ? grey
+                  : reserved ? blue
+                             : orange,
+                  1, cv::LINE_AA, kShift);
   }
 
   constexpr int kLegend = 34;
@@ -207,7 +212,8 @@ cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask
     const cv::Rect box(x, small.pixels.rows + 9, 16, 16);
     cv::rectangle(out, box, colour, cv::FILLED);
     cv::rectangle(out, box, grey, 1);
-    cv::putText(out, word, {x + 24, small.pixels.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1, cv::LINE_AA);
+    cv::putText(out, word, {x + 24, small.pixels.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1,
+                cv::LINE_AA);
     x += 44 + static_cast<int>(cv::getTextSize(word, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr).width);
   };
   entry({120, 170, 205}, "free");

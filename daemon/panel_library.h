@@ -1,8 +1,8 @@
 // Panels as files and records: raw scans, veneer maps and masks in the data folder, and the way between the database's
 // records and what calib and the planner speak of.
 //
-// Files are named by their content hash, written whole (temporary file, fsync, rename) and never changed. Any thread but
-// the reactor: these functions read and write megabytes.
+// Files are named by their content hash, written whole (temporary file, fsync, rename) and never changed. Any thread
+// but the reactor: these functions read and write megabytes.
 #pragma once
 
 #include <filesystem>
@@ -60,8 +60,8 @@ SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
 Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
                              Millimetres margin);
 
-// The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood marked,
-// with a legend. At most `width_px` wide.
+// The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood
+// marked, with a legend. At most `width_px` wide.
 cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask,
                    const std::vector<db::AllocationRecord>& live, int width_px);
 

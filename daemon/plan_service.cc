@@ -52,10 +52,11 @@ Error too_little_wood(const planner::Plan& plan, std::size_t unfilled) {
   double area = 0;
   for (const auto& piece : plan.pieces)
     if (!piece.placement) area += std::abs(signed_area(piece.artwork_outline));
-  return {ErrorCode::kRefused,
-          fmt::format("the free wood does not fill the picture: {} of {} patches ({:.0f} cm2) found no place; scan more "
-                      "panels, or make the picture or its patches smaller",
-                      unfilled, plan.pieces.size(), area / 100)};
+  return {
+      ErrorCode::kRefused,
+      fmt::format("the free wood does not fill the picture: {} of {} patches ({:.0f} cm2) found no place; scan more "
+                  "panels, or make the picture or its patches smaller",
+                  unfilled, plan.pieces.size(), area / 100)};
 }
 
 }  // namespace

@@ -13,7 +13,9 @@
 namespace veneer::daemon {
 namespace {
 
-db::PanelFace to_db(calib::Face face) { return face == calib::Face::kShow ? db::PanelFace::kShow : db::PanelFace::kBack; }
+db::PanelFace to_db(calib::Face face) {
+  return face == calib::Face::kShow ? db::PanelFace::kShow : db::PanelFace::kBack;
+}
 
 }  // namespace
 
@@ -26,8 +28,8 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
       const auto p = panel_from_scan * point<ScanFrame>(c * kStep, r * kStep);
       panel_mm.push_back({p.x.count(), p.y.count()});
     }
-  return nlohmann::json{{"origin_px", {0, 0}}, {"step_px", kStep}, {"cols", columns}, {"rows", rows},
-                        {"panel_mm", panel_mm}}
+  return nlohmann::json{
+      {"origin_px", {0, 0}}, {"step_px", kStep}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
       .dump();
 }
 
@@ -42,13 +44,15 @@ ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const
 Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const TaskProgress& progress,
                                           const std::stop_token& stop) {
   progress(0.02, "scanning");
-  auto image = scanner_.scan(resolution_, [&](double f) { progress(0.02 + 0.38 * f, "scanning"); }, stop);
+  auto image = scanner_.scan(
+      resolution_, [&](double f) { progress(0.02 + 0.38 * f, "scanning"); }, stop);
   if (!image) return image.error();
   progress(0.4, "looking for tags and holes");
   const std::string name = image->device;
   calib::TileView view = calib::view_tile(image->pixels, image->nominal, name);
   if (view.tags.empty())
-    return Error{ErrorCode::kRefused, "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
+    return Error{ErrorCode::kRefused,
+                 "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
   tiles_.push_back({std::move(*image), std::move(view)});
   if (request.more) {
     ScanOutcome outcome;
@@ -99,12 +103,12 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   for (const auto& panel : stock->panels)
     if (wanted && panel.id == *wanted) known.panel = panel;
   if (wanted && !known.panel)
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("there is no panel {}: see veneerctl panel list", wanted->value)};
+    return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", wanted->value)};
   if (!known.panel && request.face == calib::Face::kBack)
-    return Error{ErrorCode::kInvalidArgument,
-                 "these back tags are new: name the panel they belong to, as in veneerctl panel scan --face back --panel "
-                 "P-0001"};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "these back tags are new: name the panel they belong to, as in veneerctl panel scan --face back --panel "
+        "P-0001"};
   if (known.panel) known.fiducials = stock->fiducials[known.panel->id];
   const calib::AprilGrid grid;
   for (int i = 0; i < grid.tags(); ++i) known.foreign_tags.insert(grid.first_id + i);
@@ -126,9 +130,9 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   for (const auto& tile : tiles_) views.push_back(tile.view);
   calib::RegistrationOptions options;
   options.foreign_tags = known->foreign_tags;
-  auto registration = known->panel ? calib::register_scan(views, known->face, known->fiducials,
-                                                          *calibration->scanner, options)
-                                   : calib::register_first_scan(views, *calibration->scanner, options);
+  auto registration = known->panel
+                          ? calib::register_scan(views, known->face, known->fiducials, *calibration->scanner, options)
+                          : calib::register_first_scan(views, *calibration->scanner, options);
   if (!registration) return registration.error();
   if (!known->panel) return add_panel(*registration, progress);
   if (known->face == calib::Face::kBack) return add_back(*known, *registration);
@@ -192,8 +196,7 @@ Result<ScanOutcome> ScanService::add_panel(const calib::Registration& registrati
   panel.map_hash = map_file->sha256;
   panel.created_at = utc_timestamp();
   const auto fiducials = to_records(registration.fiducials, calib::Face::kShow);
-  const Status added =
-      database_.call([&](Repositories& r) { return r.panels.add(panel, *scans, fiducials); });
+  const Status added = database_.call([&](Repositories& r) { return r.panels.add(panel, *scans, fiducials); });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();

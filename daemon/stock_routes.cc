@@ -21,7 +21,9 @@ Result<T> field(const json& body, const char* name, T otherwise) {
   constexpr bool kText = std::is_same_v<T, std::string>, kTruth = std::is_same_v<T, bool>;
   if (kText ? it->is_string() : kTruth ? it->is_boolean() : it->is_number()) return it->template get<T>();
   return Error{ErrorCode::kInvalidArgument, fmt::format("{} must be {}", name,
-                                                        kText ? "a text" : kTruth ? "true or false" : "a number")};
+                                                        kText    ? "a text"
+                                                        : kTruth ? "true or false"
+                                                                 : "a number")};
 }
 
 template <class T>
@@ -125,8 +127,9 @@ Result<json> ledger_json(Repositories& r, const PanelId& id) {
 ApiReply png_reply(const cv::Mat& picture, std::optional<double> width) {
   cv::Mat shown = picture;
   if (width && *width >= 16 && *width < picture.cols)
-    cv::resize(picture, shown, {static_cast<int>(*width), std::max(1, static_cast<int>(picture.rows * *width / picture.cols))},
-               0, 0, cv::INTER_AREA);
+    cv::resize(picture, shown,
+               {static_cast<int>(*width), std::max(1, static_cast<int>(picture.rows * *width / picture.cols))}, 0, 0,
+               cv::INTER_AREA);
   std::vector<unsigned char> bytes;
   if (!cv::imencode(".png", shown, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3}))
     return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
@@ -176,8 +179,8 @@ void scan(Cell& cell, const ApiRequest& request, const Reply& reply) {
   wanted.more = *more;
   auto task = cell.tasks.start("scan", "waiting for the scanner");
   cell.scanner_worker->post([&cell, task, wanted] {
-    auto outcome = cell.scans->add_tile(wanted, [&](double f, const std::string& text) { task.progress(f, text); },
-                                        task.stop_token());
+    auto outcome = cell.scans->add_tile(
+        wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     boost::asio::post(cell.reactor, [&cell, panel = outcome && outcome->panel ? outcome->panel->value : std::string()] {
       cell.refresh_counts();
       if (!panel.empty()) cell.hub.broadcast({{"type", "panel"}, {"panel", panel}});
@@ -200,12 +203,11 @@ struct Board {
 // Burns on the reactor, then photographs and fits on the camera's worker.
 void calibrate_laser(Cell& cell, const TaskReporter& task, const Board& board, const std::string& who) {
   const auto& travel = cell.runner->limits().travel;
-  if (travel.empty())
-    return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
+  if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
   const Millimetres full(30);  // without a word about the board it nearly fills the bed
-  auto strokes = cell.calibrations->pattern_job(
-      travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
-      board.height > Millimetres(0) ? board.height : travel.height() - full);
+  auto strokes =
+      cell.calibrations->pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
+                                     board.height > Millimetres(0) ? board.height : travel.height() - full);
   if (!strokes) return task.fail(strokes.error());
   task.progress(0.05, "burning the pattern");
   cell.runner->burn_pattern(std::move(*strokes), who, [&cell, task, thickness = board.thickness](const Status& burnt) {
@@ -234,7 +236,8 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
   const Millimetres height(*asked_height);
   if (device != "scanner" && device != "camera" && device != "laser" && device != "kerf")
     return reply(ApiReply::error(
-        {ErrorCode::kNotFound, fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
+        {ErrorCode::kNotFound,
+         fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
   auto task = cell.tasks.start("calibrate " + device, "waiting for the device");
   reply(ApiReply::task(task.id()));
   if (device == "laser")
@@ -243,9 +246,10 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
   Worker& worker = device == "camera" ? *cell.camera_worker : *cell.scanner_worker;
   worker.post([&cell, task, device, more, height] {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
-    finish_calibration(cell, task, device == "scanner"  ? cell.calibrations->scanner(more, progress, task.stop_token())
-                                   : device == "camera" ? cell.calibrations->camera(more, height, progress)
-                                                        : cell.calibrations->kerf(progress, task.stop_token()));
+    finish_calibration(cell, task,
+                       device == "scanner"  ? cell.calibrations->scanner(more, progress, task.stop_token())
+                       : device == "camera" ? cell.calibrations->camera(more, height, progress)
+                                            : cell.calibrations->kerf(progress, task.stop_token()));
   });
 }
 

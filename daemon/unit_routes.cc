@@ -24,7 +24,8 @@ void run_command(Cell& cell, const ApiRequest& request, const Reply& reply) {
       *command == CellCommand::kComplete)
     return reply(ApiReply::error(
         {ErrorCode::kNotFound, fmt::format("there is no command {}: use hold, unhold, unsuspend, stop, abort, clear, "
-                                           "reset or stop-after-piece", word)}));
+                                           "reset or stop-after-piece",
+                                           word)}));
   cell.runner->command(*command, request.caller.who, reply_with_state(cell, reply));
 }
 
@@ -37,15 +38,14 @@ ApiReply stop_at_once(Cell& cell, const Caller& caller) {
 
 void bind_unit_routes(Router& router, Cell& cell) {
   router.bind("getStatus", [&cell](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(cell.status())); });
-  router.bind("command",
-              [&cell](const ApiRequest& request, const Reply& reply) { run_command(cell, request, reply); });
-  router.bind("stop", [&cell](const ApiRequest& request, const Reply& reply) {
-    reply(stop_at_once(cell, request.caller));
-  });
+  router.bind("command", [&cell](const ApiRequest& request, const Reply& reply) { run_command(cell, request, reply); });
+  router.bind("stop",
+              [&cell](const ApiRequest& request, const Reply& reply) { reply(stop_at_once(cell, request.caller)); });
   router.bind("getBedPicture", [&cell](const ApiRequest&, const Reply& reply) {
     std::string picture = cell.bed->picture();
     if (picture.empty())
-      return reply(ApiReply::error({ErrorCode::kNotFound, "the bed has not been photographed since the daemon started"}));
+      return reply(
+          ApiReply::error({ErrorCode::kNotFound, "the bed has not been photographed since the daemon started"}));
     reply(ApiReply::bytes(std::move(picture), "image/jpeg"));
   });
 }

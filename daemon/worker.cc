@@ -7,8 +7,7 @@
 
 namespace veneer::daemon {
 
-Worker::Worker(std::string name, int nice)
-    : thread_([this, name = std::move(name), nice] { run(name, nice); }) {}
+Worker::Worker(std::string name, int nice) : thread_([this, name = std::move(name), nice] { run(name, nice); }) {}
 
 Worker::~Worker() {
   {

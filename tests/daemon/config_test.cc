@@ -72,8 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Mistake{"[recipe]\ncut_power = \"high\"\n", "recipe.cut_power must be a number"},
                       Mistake{"[recipe]\ncut_power = nan\n", "recipe.cut_power"},
                       Mistake{"[laser]\nkind = \"grbl\"\n", "laser.port is missing"},
-                      Mistake{"laser = 3\n", "laser must be a table"},
-                      Mistake{"[laser\n", ":1:"}));
+                      Mistake{"laser = 3\n", "laser must be a table"}, Mistake{"[laser\n", ":1:"}));
 
 TEST_F(ConfigTest, AMissingFileIsNamed) {
   const auto config = load_config("/nonexistent/veneerd.toml");

@@ -55,8 +55,9 @@ class LaidBed final : public RunSupport {
 class JobRunnerTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    dir_ = std::filesystem::temp_directory_path() /
-           fmt::format("veneer-runner-{}-{}", getpid(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    dir_ =
+        std::filesystem::temp_directory_path() /
+        fmt::format("veneer-runner-{}-{}", getpid(), ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(dir_);
     auto opened = DatabaseThread::open(dir_ / "test.db", io_);
     ASSERT_TRUE(opened.ok());
@@ -207,7 +208,8 @@ TEST_F(JobRunnerTest, UnsuspendIsRefusedUntilTheRightPanelLiesBackUp) {
   EXPECT_FALSE(command(CellCommand::kUnsuspend).ok());
   bed_.lay("P-0002");
   look();
-  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("P-0002 is on the bed, but P-0001 is wanted"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message,
+              HasSubstr("P-0002 is on the bed, but P-0001 is wanted"));
   bed_.lay("P-0001", false);
   look();
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("turn it over"));

@@ -47,7 +47,8 @@ Result<fs::path> second_picture(const fs::path& first, const fs::path& out) {
   const cv::Mat whole = cv::imread(first.string());
   if (whole.empty())
     return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: install python-matplotlib-data or name "
-                                                   "another with --picture", first.string())};
+                                                   "another with --picture",
+                                                   first.string())};
   const int w = whole.cols, h = whole.rows;
   const cv::Rect face(w * 28 / 100, h * 12 / 100, w * 44 / 100, h * 44 / 100);
   const fs::path file = out / "second-target.png";
@@ -95,8 +96,8 @@ int run(const Arguments& arguments) {
     return 1;
   }
   const auto red = red_figures(story.report());
-  for (const auto& figure : red) std::fprintf(stderr, "demo (seed %llu): %s\n",
-                                              static_cast<unsigned long long>(arguments.seed), figure.c_str());
+  for (const auto& figure : red)
+    std::fprintf(stderr, "demo (seed %llu): %s\n", static_cast<unsigned long long>(arguments.seed), figure.c_str());
   std::printf("%s; pictures and report.json are in %s\n", red.empty() ? "every figure holds" : "figures were missed",
               arguments.out.c_str());
   return red.empty() ? 0 : 1;

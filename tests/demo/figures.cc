@@ -11,7 +11,9 @@ class Check {
  public:
   explicit Check(const json& report) : report_(report) {}
 
-  void at_most(const std::string& where, double bound) { compare(where, bound, "at most", [](double v, double b) { return v <= b; }); }
+  void at_most(const std::string& where, double bound) {
+    compare(where, bound, "at most", [](double v, double b) { return v <= b; });
+  }
   void at_least(const std::string& where, double bound) {
     compare(where, bound, "at least", [](double v, double b) { return v >= b; });
   }

@@ -71,8 +71,8 @@ Result<json> Story::task(const std::string& stage, const std::string& target, co
 
 Status Story::place(const std::string& sheet, const std::string& on, const std::string& face, const std::string& part,
                     double height_mm) {
-  return as_status(cell_.twin({{"cmd", "place"}, {"sheet", sheet}, {"on", on}, {"face", face}, {"part", part},
-                               {"height_mm", height_mm}}));
+  return as_status(cell_.twin(
+      {{"cmd", "place"}, {"sheet", sheet}, {"on", on}, {"face", face}, {"part", part}, {"height_mm", height_mm}}));
 }
 
 // ---- Calibration -------------------------------------------------------------------------------------------------
@@ -111,11 +111,15 @@ Result<std::string> Story::calibrate_camera() {
 }
 
 Result<std::string> Story::calibrate_laser() {
-  if (auto made = cell_.twin({{"cmd", "new-board"}, {"name", "board"}, {"width_mm", kBoardWidth}, {"height_mm", kBoardHeight}}); !made)
+  if (auto made =
+          cell_.twin({{"cmd", "new-board"}, {"name", "board"}, {"width_mm", kBoardWidth}, {"height_mm", kBoardHeight}});
+      !made)
     return made.error();
   if (const Status placed = place("board", "bed", "show"); !placed) return placed.error();
   if (auto homed = cell_.api().post("/commands/reset"); !homed) return homed.error();
-  auto axes = task("calibrate laser", "/calibration/laser", {{"height_mm", kBoardThickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
+  auto axes =
+      task("calibrate laser", "/calibration/laser",
+           {{"height_mm", kBoardThickness}, {"board_width_mm", kBoardWidth}, {"board_height_mm", kBoardHeight}});
   if (!axes) return axes.error();
   if (const Status placed = place("board", "scanner", "show", "left"); !placed) return placed.error();
   auto kerf = task("calibrate laser", "/calibration/kerf", json::object());
@@ -147,7 +151,9 @@ Result<json> Story::scan_face(const StoryPanel& panel, const std::string& face, 
 
 Status Story::scan_panel(const StoryPanel& panel) {
   return tell("scan " + panel.sheet, [&]() -> Result<std::string> {
-    if (auto made = cell_.twin({{"cmd", "new-panel"}, {"name", panel.sheet}, {"width_mm", panel.width_mm},
+    if (auto made = cell_.twin({{"cmd", "new-panel"},
+                                {"name", panel.sheet},
+                                {"width_mm", panel.width_mm},
                                 {"height_mm", panel.height_mm}});
         !made)
       return made.error();
@@ -159,11 +165,10 @@ Status Story::scan_panel(const StoryPanel& panel) {
     stock_.push_back(panel);
     sheet_of_panel_[id] = panel.sheet;
     const json tiles = (*show)["registration"]["rms_mm"], faces = (*back)["registration"]["rms_mm"];
-    return fmt::format("panel {}: {} tile(s){}, faces tied to {:.3f} mm, {:.0f} cm2 of usable wood in {} strips", id,
-                       show->value("tiles", 0),
-                       tiles.is_number() ? fmt::format(" agree to {:.3f} mm", tiles.get<double>()) : "",
-                       faces.is_number() ? faces.get<double>() : 0.0, show->value("usable_mm2", 0.0) / 100,
-                       show->value("zones", 0));
+    return fmt::format(
+        "panel {}: {} tile(s){}, faces tied to {:.3f} mm, {:.0f} cm2 of usable wood in {} strips", id,
+        show->value("tiles", 0), tiles.is_number() ? fmt::format(" agree to {:.3f} mm", tiles.get<double>()) : "",
+        faces.is_number() ? faces.get<double>() : 0.0, show->value("usable_mm2", 0.0) / 100, show->value("zones", 0));
   });
 }
 
@@ -174,8 +179,8 @@ Status Story::plan(const StoryJob& job) {
     auto picture = read_file(job.picture);
     if (!picture) return picture.error();
     const double began = now_s();
-    const std::string target = fmt::format("/jobs?name={}&size_mm={}&patch_mm={}", cli::url_encode(job.name), job.size_mm,
-                                           job.patch_mm);
+    const std::string target =
+        fmt::format("/jobs?name={}&size_mm={}&patch_mm={}", cli::url_encode(job.name), job.size_mm, job.patch_mm);
     auto started = cell_.api().request("POST", target, *picture, "application/octet-stream");
     if (!started) return started.error();
     auto planned = cell_.api().wait_task((*started)["task"], [&](const json& task) {
@@ -222,8 +227,8 @@ Status Story::load_panel(const std::string& panel_id) {
       std::chrono::seconds(60));
   if (!found) return found.error();
   if ((*found)["state"] != "Suspended")
-    return Error{ErrorCode::kDeviceFault, fmt::format("the cell went {}: {}", found->value("state", ""),
-                                                      found->value("reason", ""))};
+    return Error{ErrorCode::kDeviceFault,
+                 fmt::format("the cell went {}: {}", found->value("state", ""), found->value("reason", ""))};
   // Hands were in the machine until now: neither head nor beam may have stirred.
   auto after = cell_.twin({{"cmd", "burn-log"}});
   if (!after) return after.error();
@@ -264,8 +269,8 @@ Status Story::cut(std::int64_t job) {
     }
     const json& state = (*status)["job"];
     if ((*status)["state"] != "Complete")
-      return Error{ErrorCode::kDeviceFault, fmt::format("job {} ended {}: {}", job, status->value("state", ""),
-                                                        status->value("reason", ""))};
+      return Error{ErrorCode::kDeviceFault,
+                   fmt::format("job {} ended {}: {}", job, status->value("state", ""), status->value("reason", ""))};
     return fmt::format("{} pieces engraved, cut and booked", state.value("cut", 0));
   });
   job_seconds_[job] += now_s() - began;
@@ -304,12 +309,19 @@ Result<json> Story::claims() {
     if (!registration) return registration.error();
     auto ledger = cell_.api().get("/panels/" + id + "/ledger");
     if (!ledger) return ledger.error();
-    json claim = {{"id", id}, {"tags", json::array()}, {"fiducials", json::array()}, {"registration", json::array()},
-                  {"width_mm", (*panel)["width_mm"]}, {"height_mm", (*panel)["height_mm"]}};
+    json claim = {{"id", id},
+                  {"tags", json::array()},
+                  {"fiducials", json::array()},
+                  {"registration", json::array()},
+                  {"width_mm", (*panel)["width_mm"]},
+                  {"height_mm", (*panel)["height_mm"]}};
     for (const auto& f : (*panel)["fiducials"]) {
       if (f["kind"] == "tag") claim["tags"].push_back(f["tag_id"]);
-      claim["fiducials"].push_back({{"kind", f["kind"]}, {"tag_id", f["tag_id"]}, {"face", f["face"]},
-                                    {"x_mm", f["centre_mm"][0]}, {"y_mm", f["centre_mm"][1]}});
+      claim["fiducials"].push_back({{"kind", f["kind"]},
+                                    {"tag_id", f["tag_id"]},
+                                    {"face", f["face"]},
+                                    {"x_mm", f["centre_mm"][0]},
+                                    {"y_mm", f["centre_mm"][1]}});
     }
     for (const auto& scan : (*registration)["scans"]) {
       const std::string device = scan["device"];
@@ -318,8 +330,12 @@ Result<json> Story::claims() {
     }
     out["panels"].push_back(std::move(claim));
     for (const auto& a : (*ledger)["allocations"])
-      out["ledger"].push_back({{"panel", id}, {"mark", a["mark"]}, {"job", a["job"]}, {"state", a["state"]},
-                               {"outline_mm", a["outline_mm"]}, {"allocation_mm", a["allocation_mm"]}});
+      out["ledger"].push_back({{"panel", id},
+                               {"mark", a["mark"]},
+                               {"job", a["job"]},
+                               {"state", a["state"]},
+                               {"outline_mm", a["outline_mm"]},
+                               {"allocation_mm", a["allocation_mm"]}});
   }
   std::map<std::string, int> loads;  // how often each panel has been loaded
   for (const std::int64_t job : jobs_) {
@@ -332,11 +348,13 @@ Result<json> Story::claims() {
     const fs::path file = out_ / fmt::format("preview-{}.png", job);
     if (const Status saved = write_file(file, *preview); !saved) return saved.error();
     for (const auto& run : (*record)["runs"])
-      out["poses"].push_back({{"panel", run["panel"]}, {"sheet_load", loads[run["panel"]]++},
-                              {"bed_from_panel", run["bed_from_panel"]}});
-    json claim = {{"job", job}, {"preview_file", fs::absolute(file).string()},
+      out["poses"].push_back(
+          {{"panel", run["panel"]}, {"sheet_load", loads[run["panel"]]++}, {"bed_from_panel", run["bed_from_panel"]}});
+    json claim = {{"job", job},
+                  {"preview_file", fs::absolute(file).string()},
                   {"preview_px_per_mm", record->value("/options/preview_dpi"_json_pointer, 0.0) / 25.4},
-                  {"width_mm", (*record)["width_mm"]}, {"height_mm", (*record)["height_mm"]},
+                  {"width_mm", (*record)["width_mm"]},
+                  {"height_mm", (*record)["height_mm"]},
                   {"pieces", (*pieces)["pieces"]}};
     out["jobs"].push_back(std::move(claim));
   }
@@ -349,8 +367,9 @@ Status Story::prove(const fs::path& bin_dir) {
     if (!claimed) return claimed.error();
     const fs::path file = out_ / "claims.json";
     if (const Status saved = write_file(file, claimed->dump()); !saved) return saved.error();
-    const Finished finished = run_program({(bin_dir / "veneer-proof").string(), "--twin-state", cell_.twin_dir().string(),
-                                           "--claims", file.string(), "--out", out_.string()});
+    const Finished finished =
+        run_program({(bin_dir / "veneer-proof").string(), "--twin-state", cell_.twin_dir().string(), "--claims",
+                     file.string(), "--out", out_.string()});
     if (finished.status != 0)
       return Error{ErrorCode::kInternal, fmt::format("the proof could not be made: {}", finished.output)};
     auto text = read_file(out_ / "proof.json");

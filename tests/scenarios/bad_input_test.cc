@@ -9,10 +9,10 @@
 namespace veneer::tests {
 namespace {
 
+using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
-using nlohmann::json;
 
 class BadInput : public PreparedCell {
  protected:
@@ -119,8 +119,9 @@ TEST_F(BadInput, KilledInTheMiddleOfACutTheCellComesBackAbortedWithOnePieceSuspe
   place("control", "bed", "back");
   sentence_with("found");
   ASSERT_TRUE(cell_->api().post("/commands/unsuspend").ok());
-  ASSERT_TRUE(cell_->wait_status([](const json& s) { return s["job"].is_object() && s["job"].value("cut", 0) >= 2; },
-                                 std::chrono::seconds(60))
+  ASSERT_TRUE(cell_
+                  ->wait_status([](const json& s) { return s["job"].is_object() && s["job"].value("cut", 0) >= 2; },
+                                std::chrono::seconds(60))
                   .ok());
   cell_->kill_daemon();
   ASSERT_TRUE(cell_->start_daemon().ok());
@@ -141,8 +142,9 @@ TEST_F(BadInput, StopNeedsNothingAndSwitchesTheBeamOff) {
   place("control", "bed", "back");
   sentence_with("found");
   ASSERT_TRUE(cell_->api().post("/commands/unsuspend").ok());
-  ASSERT_TRUE(cell_->wait_status([](const json& s) { return s["job"].is_object() && s["job"].value("cut", 0) >= 1; },
-                                 std::chrono::seconds(60))
+  ASSERT_TRUE(cell_
+                  ->wait_status([](const json& s) { return s["job"].is_object() && s["job"].value("cut", 0) >= 1; },
+                                std::chrono::seconds(60))
                   .ok());
   ASSERT_TRUE(cell_->api().post("/stop").ok());
   auto aborted = cell_->wait_status([](const json& s) { return s["state"] == "Aborted"; }, std::chrono::seconds(20));

@@ -44,8 +44,8 @@ void PreparedCell::SetUpTestSuite() {
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   QuietNarrator narrator;
   Story story(**cell, base_, narrator);
-  for (const Status& step : {story.calibrate(), story.scan_panel(kSheet),
-                             story.plan({base_ / "target.png", "control", 48, 12})})
+  for (const Status& step :
+       {story.calibrate(), story.scan_panel(kSheet), story.plan({base_ / "target.png", "control", 48, 12})})
     ASSERT_TRUE(step.ok()) << step.error().message;
   ASSERT_EQ((*cell)->stop_daemon(), 0);
   ASSERT_EQ((*cell)->stop_twin(), 0);

@@ -1,5 +1,5 @@
-// A small cell, calibrated, with one panel in stock and a planned job of 16 pieces: made once for all tests of a program,
-// then copied for each, so that every test begins from the same wood, certificates and reservation.
+// A small cell, calibrated, with one panel in stock and a planned job of 16 pieces: made once for all tests of a
+// program, then copied for each, so that every test begins from the same wood, certificates and reservation.
 #pragma once
 
 #include <gtest/gtest.h>

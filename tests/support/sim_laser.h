@@ -1,5 +1,5 @@
-// A LaserDriver without bytes: it burns when told to, and tells what it was asked. For tests of what lies above a driver;
-// the driver itself is tested on the controller simulator.
+// A LaserDriver without bytes: it burns when told to, and tells what it was asked. For tests of what lies above a
+// driver; the driver itself is tested on the controller simulator.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

@@ -12,8 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Until `ready` says so or `process` is gone. Processes have no other way to say that they listen; the pause only bounds
-// how often they are asked.
+// Until `ready` says so or `process` is gone. Processes have no other way to say that they listen; the pause only
+// bounds how often they are asked.
 template <class Ready>
 Status await(ChildProcess& process, const std::string& name, const fs::path& log, Ready ready) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -68,10 +68,10 @@ Status SimulatedCell::write_configs() const {
 
 Status SimulatedCell::start_twin() {
   const fs::path log = options_.dir / "veneer-twin.log";
-  auto process = ChildProcess::start({(options_.bin_dir / "veneer-twin").string(), "--config",
-                                      (options_.dir / "veneer-twin.toml").string(), "--state-dir", twin_dir().string(),
-                                      "--socket", twin_socket().string()},
-                                     log);
+  auto process = ChildProcess::start(
+      {(options_.bin_dir / "veneer-twin").string(), "--config", (options_.dir / "veneer-twin.toml").string(),
+       "--state-dir", twin_dir().string(), "--socket", twin_socket().string()},
+      log);
   if (!process) return process.error();
   twin_process_.emplace(std::move(*process));
   twin_.emplace(twin_socket().string(), std::chrono::seconds(120));
@@ -80,8 +80,8 @@ Status SimulatedCell::start_twin() {
 
 Status SimulatedCell::start_daemon() {
   const fs::path log = options_.dir / "veneerd.log";
-  auto process = ChildProcess::start(
-      {(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);
+  auto process =
+      ChildProcess::start({(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);
   if (!process) return process.error();
   daemon_.emplace(std::move(*process));
   api_.emplace(cli::ApiAddress{api_socket().string(), "", 0}, std::chrono::seconds(120));
@@ -95,8 +95,8 @@ Result<json> SimulatedCell::wait_status(const std::function<bool(const json&)>& 
     auto status = api_->get("/status");
     if (!status || good(*status)) return status;
     if (std::chrono::steady_clock::now() > end)
-      return Error{ErrorCode::kTimeout, fmt::format("the cell stayed {}: {}", status->value("state", ""),
-                                                    status->value("reason", ""))};
+      return Error{ErrorCode::kTimeout,
+                   fmt::format("the cell stayed {}: {}", status->value("state", ""), status->value("reason", ""))};
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 }
