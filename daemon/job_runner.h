@@ -18,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -26,6 +27,7 @@
 #include "base/result.h"
 #include "daemon/cell_state.h"
 #include "daemon/database_thread.h"
+#include "daemon/panel_run.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
@@ -36,14 +38,6 @@ struct ProvenPose {
   bool back_up = false;
   Isometry2<BedFrame, PanelFrame> bed_from_panel;
   Millimetres rms{0};
-};
-
-// One piece of a run, ready to burn.
-struct PieceBurn {
-  PieceId piece;
-  std::string mark;
-  LaserJob strokes;
-  double seconds = 0;  // estimate
 };
 
 // What lies between the runner and the slow world: the camera and the planner's toolpaths.
@@ -110,8 +104,6 @@ class JobRunner {
   void look_again();
 
  private:
-  struct Run;
-
   void enter(CellState state, std::string reason = {});
   Status refuse(CellCommand command) const;
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -138,7 +130,11 @@ class JobRunner {
   void refresh_job(std::function<void()> then);
   // Wraps a continuation so that it is dropped when the epoch has changed meanwhile.
   template <class F>
-  auto while_current(F then);
+  auto while_current(F then) {
+    return [epoch = epoch_, at = *epoch_, then = std::move(then)](auto&& result) mutable {
+      if (*epoch == at) then(std::forward<decltype(result)>(result));
+    };
+  }
 
   void on_laser(const LaserEvent& event);
   void on_failed(const Error& error);
@@ -159,7 +155,7 @@ class JobRunner {
   bool looking_ = false;
   std::optional<ProvenPose> seen_;       // the last look, when it proved the wanted panel
   std::vector<db::PieceRecord> to_cut_;  // the job's reserved pieces, panel by panel
-  std::unique_ptr<Run> run_;             // while a panel is being cut
+  std::unique_ptr<PanelRun> run_;        // while a panel is being cut
   Reply pending_;                        // the command whose acting state is on
   Reply pattern_reply_;                  // while a pattern is burnt
   // Counts up whenever what was going on is over, so that replies meant for it find out. Copies of the pointer outlive

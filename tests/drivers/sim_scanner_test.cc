@@ -95,8 +95,8 @@ TEST(Scanner, SeesTheLidThroughKerfAndHolesAndEngravingOnItsOwnFaceOnly) {
       return static_cast<int>(scan.at<cv::Vec3b>(static_cast<int>(p.y), static_cast<int>(p.x))[1]);
     };
     EXPECT_NEAR(green({10, 10}), 90, 2);
-    EXPECT_GT(green({27, 27}), 170);                                  // the hole of the fallen piece
-    EXPECT_GT(green({60, 35}), 110);                                  // kerf: lid, blurred with its burnt edges
+    EXPECT_GT(green({27, 27}), 170);  // the hole of the fallen piece
+    EXPECT_GT(green({60, 35}), 110);  // kerf: lid, blurred with its burnt edges
     const bool engraved = green({70, 35}) < 60, untouched = std::abs(green({70, 35}) - 90) <= 2;
     EXPECT_TRUE(face == SheetFace::kBack ? engraved : untouched);
   }

@@ -89,7 +89,8 @@ class GcodeInterpreter {
   gcode::Modal next_modal(const Words& words) const;
   double feed_of(const Words& words, const gcode::Modal& next) const;
   void apply_non_modal(const Words& words, const gcode::Modal& next, std::vector<gcode::Action>& actions);
-  void emit(const Words& words, const gcode::Modal& next, const std::vector<Vec3>& path, std::vector<gcode::Action>& actions);
+  void emit(const Words& words, const gcode::Modal& next, const std::vector<Vec3>& path,
+            std::vector<gcode::Action>& actions);
 
   using Offsets = std::array<Vec3, 6>;
   const GrblSettings& settings_;

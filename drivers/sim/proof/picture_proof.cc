@@ -68,8 +68,8 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
   for (int row = -rows_; row < rows_; ++row)
     for (int column = -columns_; column < columns_; ++column) {
       // Never beyond the piece itself: a row of pixels of a neighbour of another wood outweighs a plain piece's grain.
-      const int x0 = static_cast<int>(
-          std::max(std::ceil(centre_px.x - half_px.x), std::round(centre_px.x + column * block)));
+      const int x0 =
+          static_cast<int>(std::max(std::ceil(centre_px.x - half_px.x), std::round(centre_px.x + column * block)));
       const int x1 = static_cast<int>(
           std::min(std::floor(centre_px.x + half_px.x), std::round(centre_px.x + (column + 1) * block)));
       const int y0 =

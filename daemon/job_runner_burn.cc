@@ -1,0 +1,187 @@
+// The runner's way with the laser: pieces one after the other, and what the machine says of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/job_runner.h"
+
+namespace veneer::daemon {
+
+void JobRunner::begin_run(const ProvenPose& pose) {
+  std::vector<db::PieceRecord> pieces;
+  for (const auto& piece : to_cut_)
+    if (piece.panel == pose.panel) pieces.push_back(piece);
+  support_.prepare(pose, std::move(pieces), while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
+                     if (burns) return run_prepared(pose, std::move(*burns));
+                     await_panel();
+                     answer(burns.error());
+                   }));
+}
+
+void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burns) {
+  database_.async(
+      [job = view_.job->id, pose](Repositories& r) {
+        return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp());
+      },
+      [this, epoch = epoch_, at = *epoch_, panel = pose.panel,
+       burns = std::move(burns)](Result<db::RunId> run) mutable {
+        if (*epoch < 0) return;
+        if (*epoch != at) {  // broken off meanwhile: nothing of it was cut
+          if (run)
+            database_.async(
+                [id = *run](Repositories& r) {
+                  return r.jobs.abort_run(id, {}, "broken off before the first piece", utc_timestamp());
+                },
+                [](const Status&) {});
+          return;
+        }
+        if (!run) {
+          await_panel();
+          return answer(run.error());
+        }
+        run_ = std::make_unique<PanelRun>();
+        run_->id = *run;
+        run_->panel = panel;
+        run_->burns = std::move(burns);
+        enter(CellState::kExecute);
+        answer(Ok());
+        next_piece();
+      });
+}
+
+void JobRunner::next_piece() {
+  if (run_->hold_wanted) return;  // unhold() comes back here
+  if (run_->noted) return burn_noted_piece();
+  if (run_->next == run_->burns.size() || run_->stop_after_piece) return end_run();
+  const PieceId piece = run_->burns[run_->next].piece;
+  database_.async([piece](Repositories& r) { return r.jobs.mark_cutting(piece, utc_timestamp()); },
+                  while_current([this](const Status& marked) {
+                    if (!marked)
+                      return abort(fmt::format("the next piece could not be noted ({}): nothing of it was cut",
+                                               marked.error().message));
+                    run_->noted = true;
+                    if (!run_->hold_wanted) burn_noted_piece();
+                  }));
+}
+
+void JobRunner::burn_noted_piece() {
+  PieceBurn& burn = run_->burns[run_->next++];
+  run_->noted = false;
+  run_->burning = true;
+  view_.job->current_piece = burn.mark;
+  view_.job->eta_seconds = run_->seconds_left() + burn.seconds;
+  on_change_();
+  laser_.start(std::move(burn.strokes));
+}
+
+void JobRunner::piece_verified() {
+  const PieceId piece = run_->burns[run_->next - 1].piece;
+  run_->burning = false;
+  database_.async(
+      [piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
+      while_current([this, piece](const Status& booked) {
+        if (!booked)
+          return abort(fmt::format("a cut piece could not be booked ({}): make room on the disk, then Clear",
+                                   booked.error().message));
+        std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
+        ++view_.job->cut;
+        view_.job->current_piece.clear();
+        on_change_();
+        next_piece();
+      }));
+}
+
+void JobRunner::end_run() {
+  const bool stopped = run_->stop_after_piece && run_->next < run_->burns.size();
+  const bool more = !stopped && !to_cut_.empty();
+  if (!stopped) enter(more ? CellState::kSuspending : CellState::kCompleting);
+  database_.async([run = run_->id, more](Repositories& r) { return r.jobs.finish_run(run, more, utc_timestamp()); },
+                  while_current([this, stopped, more](const Status& finished) {
+                    if (!finished)
+                      return abort(fmt::format("the run could not be closed: {}", finished.error().message));
+                    run_.reset();
+                    refresh_job([this, stopped, more] {
+                      if (stopped)
+                        return enter(CellState::kStopped,
+                                     "stopped after a piece; Reset, then Start goes on with the rest");
+                      if (more) return await_panel();
+                      enter(CellState::kComplete, fmt::format("job {} is cut", view_.job ? view_.job->id.value : 0));
+                    });
+                  }));
+}
+
+// ---- The laser ---------------------------------------------------------------------------------------------------
+
+void JobRunner::on_laser(const LaserEvent& event) {
+  using namespace laser_event;
+  if (const auto* connected = std::get_if<Connected>(&event)) {
+    laser_connected_ = true;
+    limits_ = connected->limits;
+    if (view_.state == CellState::kResetting) laser_.home();
+  } else if (const auto* failed = std::get_if<Failed>(&event)) {
+    on_failed(failed->error);
+  } else if (std::holds_alternative<Homed>(event)) {
+    if (view_.state != CellState::kResetting) return;
+    enter(CellState::kIdle);
+    answer(Ok());
+  } else if (std::holds_alternative<Held>(event)) {
+    on_held();
+  } else if (std::holds_alternative<Resumed>(event)) {
+    on_resumed();
+  } else if (std::holds_alternative<Done>(event)) {
+    on_done();
+  } else if (const auto* fault = std::get_if<Fault>(&event)) {
+    laser_connected_ = fault->connected;
+    break_off(fault->error.message, {});
+  } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
+    if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
+    break_off(aborted->error.message, aborted->suspect);
+  }
+}
+
+void JobRunner::on_failed(const Error& error) {
+  if (error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kDisconnected ||
+      error.code == ErrorCode::kTimeout)
+    laser_connected_ = false;
+  answer(error);
+  if (pattern_reply_) {
+    std::exchange(pattern_reply_, nullptr)(error);
+    return enter(CellState::kIdle, error.message);
+  }
+  break_off(error.message, {});
+}
+
+void JobRunner::on_held() {
+  switch (view_.state) {
+    case CellState::kHolding:
+      enter(CellState::kHeld, "held by the operator");
+      return answer(Ok());
+    case CellState::kUnholding:
+      enter(CellState::kHeld, "the machine stays held: close the lid, then Unhold");
+      return answer(Error{ErrorCode::kRefused, view_.reason});
+    case CellState::kExecute:
+    case CellState::kStopping:
+      return enter(CellState::kHeld, "held by the machine: check the lid, then Unhold");
+    default:
+      return;
+  }
+}
+
+void JobRunner::on_resumed() {
+  if (view_.state != CellState::kUnholding) return;
+  enter(CellState::kExecute);
+  answer(Ok());
+}
+
+void JobRunner::on_done() {
+  if (pattern_reply_) {
+    enter(CellState::kCompleting);
+    enter(CellState::kComplete, "the pattern is burnt");
+    return std::exchange(pattern_reply_, nullptr)(Ok());
+  }
+  if (run_ && run_->burning) piece_verified();
+}
+
+}  // namespace veneer::daemon
