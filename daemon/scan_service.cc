@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
@@ -53,6 +54,8 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
   if (view.tags.empty())
     return Error{ErrorCode::kRefused,
                  "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
+  // Tiles of the other face that were never finished belong to nothing.
+  if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
   tiles_.push_back({std::move(*image), std::move(view)});
   if (request.more) {
     ScanOutcome outcome;

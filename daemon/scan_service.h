@@ -77,6 +77,7 @@ class ScanService {
   ScanResolution resolution_;
   Logger log_;
   std::vector<Tile> tiles_;
+  calib::Face face_of_tiles_ = calib::Face::kShow;
 };
 
 // A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between. What
