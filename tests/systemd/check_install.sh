@@ -22,7 +22,7 @@ for path in $paths; do
   [[ -e $path ]] || fail "a unit names $path, which is not installed"
 done
 for unit in veneerd veneer-twin; do
-  grep -q "ExecStart=$prefix/bin/$unit --config $prefix/etc/veneerd/veneerd.toml" \
+  grep -q "ExecStart=$prefix/bin/$unit --config $prefix/etc/veneerd/$unit.toml" \
     "$prefix/lib/systemd/system/$unit.service" || fail "$unit.service starts something else"
 done
 
