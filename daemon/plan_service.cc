@@ -15,8 +15,8 @@
 namespace veneer::daemon {
 namespace {
 
-// Finer than the plan's working resolution: people look at it.
-constexpr double kPreviewDpi = 150;
+// As fine as the veneer maps: a coarser one blurs the grain that people look for.
+constexpr double kPreviewDpi = 300;
 
 nlohmann::json options_json(const JobRequest& request) {
   const auto& o = request.options;
