@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "planner/cell_index.h"
+#include "planner/kernels.h"
 #include "planner/matcher.h"
 
 namespace veneer::planner {

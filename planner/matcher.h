@@ -1,23 +1,20 @@
-// Dense template matching over all panels, places and rotations (equation 4), exact and fast.
+// Dense template matching over all panels, places and rotations (equation 4) on the wood that is still free.
 //
-// best() returns what an exhaustive search over all candidates would: a place is discarded only when a lower bound of
-// its cost exceeds the cost of a place already found. Bounds from coarse to fine: block features over cells of places
-// (cell_index.h), whole windows in 16 bits, stopped early (rotated_panel.h), then the exact cost (patch_pixels.h).
-// Equal costs are decided by panel, rotation, row, column, so the answer does not depend on the order of the search.
+// Two searches stand behind this interface: CertifiedMatcher (certified_matcher.h) returns what an exhaustive search
+// would, by proof; ShortlistMatcher (shortlist_matcher.h) is far faster and as good but for a per mille. Both agree on
+// what a place is, on its cost and on which wood is free: that is here. Both are deterministic: the answer depends on
+// the patch and on the wood taken so far, not on threads, earlier questions or the machine.
 //
-// best() may run on several threads at once, take() on one thread while no best() runs.
+// Questions (const) may run on several threads at once; take() on one thread while none runs.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
 
-#include "planner/cell_index.h"
 #include "planner/free_wood.h"
-#include "planner/kernels.h"
 #include "planner/patch_pixels.h"
 
 namespace veneer::planner {
@@ -44,52 +41,52 @@ struct MatchPatch {
   std::size_t window_class = 0;
 };
 
-// Counts of what a search did, for benchmarks.
-struct MatchCounts {
-  std::uint64_t chunks = 0, cells = 0, sums = 0, windows = 0, exact = 0;
-};
-
 class Matcher {
  public:
-  // `entries_per_unit` scales responses to 16-bit entries; kernels.h says what fits. `turns` are the rotations.
-  Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
-          double entries_per_unit);
+  virtual ~Matcher() = default;
+  Matcher(const Matcher&) = delete;
+  Matcher& operator=(const Matcher&) = delete;
 
-  // Building is cut into tasks that may run on several threads, each once; best() needs all of them.
-  std::size_t index_tasks() const { return lattices_.size(); }
-  void build_index(std::size_t task);
+  // Building is cut into tasks that may run on several threads, each once; questions need all of them.
+  virtual std::size_t index_tasks() const = 0;
+  virtual void build_index(std::size_t task) = 0;
+  virtual std::size_t index_bytes() const = 0;
 
-  // None when no place is free. Returns early, with anything, once `stop` is requested.
-  std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop,
-                                MatchCounts* counts = nullptr) const;
+  // The cheapest free place; none when no place is free. Returns early, with anything, once `stop` is requested.
+  virtual std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const = 0;
+  // Up to `count` free places, cheapest first, no two of them alike(); the first is best(). Costs are exact. Returns
+  // early, with anything, once `stop` is requested.
+  virtual std::vector<Candidate> places(const MatchPatch& patch, std::size_t count,
+                                        const std::stop_token& stop) const = 0;
 
   // Whether the place may (still) be taken.
   bool admits(const MatchPatch& patch, const Candidate& candidate) const;
   void take(const MatchPatch& patch, const Candidate& candidate);
 
+  // Whether two places of a patch are, to a person, the same piece of wood: on one panel, with centres closer than half
+  // the window's shorter side, whatever the rotations.
+  bool alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const;
+
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork(const MatchPatch& patch, const Candidate& candidate) const;
   double exact_cost(const MatchPatch& patch, const Candidate& candidate,
                     double limit = std::numeric_limits<double>::max()) const;
   const std::vector<MatchPanel>& panels() const { return panels_; }
-  const Lattice& lattice(int panel, int rotation) const;
-  std::size_t index_bytes() const;
+  int rotations() const { return static_cast<int>(turns_.size()); }
+  const Lattice& lattice(int panel, int rotation) const {
+    return lattices_[static_cast<std::size_t>(panel) * turns_.size() + static_cast<std::size_t>(rotation)];
+  }
+
+ protected:
+  // `turns` are the rotations.
+  Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns);
+
+  // Called by take(): `taken`, an outline grown by the kerf, is no longer free.
+  virtual void remove(int panel, const Ring<PanelFrame>& taken) = 0;
 
  private:
-  friend class Search;
-  struct IndexedLattice {
-    int panel = 0, rotation = 0;
-    Lattice lattice;
-    std::unique_ptr<RotatedPanel> pixels;
-    std::vector<CellIndex> cells;  // one a window class
-  };
-
   std::vector<MatchPanel> panels_;
   std::vector<Radians> turns_;
-  std::vector<WindowClass> classes_;
-  std::vector<std::vector<BlockedPixels>> blocked_;  // per panel, per window class
-  double entries_per_unit_;
-  int sum_rows_;
-  std::vector<IndexedLattice> lattices_;  // panel by panel, rotation by rotation
+  std::vector<Lattice> lattices_;  // panel by panel, rotation by rotation
 };
 
 }  // namespace veneer::planner

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "planner/certified_matcher.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
 #include "planner/problem.h"
@@ -148,7 +149,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads =
       options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   Plan plan = describe(artworks, stock, options);
-  Matcher matcher(std::move(problem->panels), turns(options.rotations), problem->classes, problem->entries_per_unit);
+  CertifiedMatcher matcher(std::move(problem->panels), turns(options.rotations), problem->classes,
+                           problem->entries_per_unit);
   run_parallel(
       matcher.index_tasks(), threads, stop, [&](std::size_t task) { matcher.build_index(task); },
       [&](std::size_t done) {

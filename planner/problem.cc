@@ -8,6 +8,7 @@
 
 #include "planner/features.h"
 #include "planner/histogram.h"
+#include "planner/kernels.h"
 #include "planner/order.h"
 #include "planner/resample.h"
 

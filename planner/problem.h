@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "planner/cell_index.h"
 #include "planner/layout_grid.h"
 #include "planner/matcher.h"
 #include "planner/plan.h"

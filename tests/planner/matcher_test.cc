@@ -1,5 +1,5 @@
-// The matcher against exhaustive search.
-#include "planner/matcher.h"
+// The certified matcher against exhaustive search.
+#include "planner/certified_matcher.h"
 
 #include <gtest/gtest.h>
 
@@ -44,7 +44,8 @@ void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
   SCOPED_TRACE(it.name);
   auto problem = make_problem(it.artworks, it.stock, it.options);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
-  Matcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes, problem->entries_per_unit);
+  CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
+                           problem->entries_per_unit);
   for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
   std::size_t placed = 0;
   for (const Problem::Task& task : problem->queue) {
@@ -102,6 +103,29 @@ TEST(Matcher, ChoosesAsExhaustiveSearchDoesForSeveralPicturesWithOtherPatches) {
           {}};
   it.stock = {wood_panel("P", 100, 60, 50.8, 14)};
   expect_exhaustive_choices(it);
+}
+
+TEST(Matcher, PlacesAreTheBestOnesThatAreNotAlike) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 8_mm, 18)};
+  const std::vector<StockPanel> stock{wood_panel("P", 70, 60, 50.8, 19)};
+  auto problem = make_problem(artworks, stock, options(8, 50.8, 3));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  CertifiedMatcher matcher(std::move(problem->panels), turns(3), problem->classes, problem->entries_per_unit);
+  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  const MatchPatch& patch = problem->queue.front().match;
+  const auto found = matcher.places(patch, 6, {});
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_EQ(found.front(), *matcher.best(patch, {}));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_TRUE(matcher.admits(patch, found[i]));
+    EXPECT_EQ(found[i].cost, matcher.exact_cost(patch, found[i]));
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_LE(found[j].cost, found[i].cost);
+      EXPECT_FALSE(matcher.alike(patch, found[i], found[j]));
+    }
+  }
+  // There are no more than fit side by side.
+  EXPECT_LT(matcher.places(patch, 1000, {}).size(), 100U);
 }
 
 TEST(Matcher, EqualWoodIsDecidedByPanelRotationRowAndColumn) {
