@@ -166,11 +166,9 @@ Isometry2<BedFrame, BedFrame> provisional_frame(const CameraModel& camera) {
 // A lattice over the bed, in the provisional frame.
 std::vector<Point<BedFrame>> bed_lattice() {
   std::vector<Point<BedFrame>> places;
-  for (double y = -kMiddleY; y <= kMiddleY; y += kMiddleY / 3) {
-    for (double x = -kMiddleX; x <= kMiddleX; x += kMiddleX / 4) {
-      places.push_back(point<BedFrame>(kMiddleX + x, kMiddleY + y));
-    }
-  }
+  for (int row = 0; row <= 6; ++row)
+    for (int column = 0; column <= 8; ++column)
+      places.push_back(point<BedFrame>(kMiddleX * column / 4, kMiddleY * row / 3));
   return places;
 }
 
