@@ -12,6 +12,7 @@
 //  - A piece counts only when its lines are answered, the machine has drained and stands idle, and the position the
 //  machine
 //    itself reports is the expected one.
+//  - A piece over which the lid was opened is finished when the operator resumes, but never counts: it has a gap.
 //  - Every doubt ends the job with a reset byte: an answer too many, an answer missing, silence, a reset nobody asked
 //  for,
 //    an alarm, a place off the path, a feed or power understood differently than sent.

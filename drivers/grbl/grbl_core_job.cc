@@ -62,6 +62,10 @@ void GrblCore::on_job_report(const StatusReport& report, const std::optional<Pol
                       fmt::format("the laser went into state \"{}\" in the middle of a job", report.state)});
   if (report.overrides && *report.overrides != std::array<int, 3>{100, 100, 100})
     return stop_softly({ErrorCode::kDeviceFault, "the speed or power override of the laser was changed during a job"});
+  // The lid's interlock darkens the tube at once, the head stands still only later: what lies between is not burnt.
+  if (report.is("Door") && hold_ != Hold::kHeld && position_ &&
+      run_->motion().may_have_burnt((*position_)[0], (*position_)[1]))
+    run_->doubt();
   follow_path();
   if (phase_ != Phase::kJob) return;
   on_hold_report(report);
@@ -147,6 +151,13 @@ void GrblCore::verify_group() {
   run_->motion().all_executed();
   emit_executed();
   if (!run_->all_sent()) return;  // the queue had run dry, nothing more
+  if (run_->doubtful()) {
+    reset_machine();
+    return end_job({ErrorCode::kDeviceFault,
+                    "the lid was opened while the beam was on, so the cut has a gap where the interlock darkened the "
+                    "beam: look at the piece before the panel is moved"},
+                   false);
+  }
   if (const auto piece = run_->verified()) events_.emplace_back(laser_event::PieceVerified{*piece});
   if (run_->finished()) finish_job();
 }

@@ -36,6 +36,9 @@ class JobRun {
 
   void stop_after_piece() { stop_after_piece_ = true; }
   bool stopped_early() const { return stopped_early_; }
+  // The piece under way may have a gap; it is finished, but not verified.
+  void doubt() { doubtful_ = true; }
+  bool doubtful() const { return doubtful_; }
   // Begun to burn and not verified.
   std::vector<PieceId> suspect() const;
 
@@ -50,6 +53,7 @@ class JobRun {
   std::vector<GcodeLine> lines_;
   std::size_t next_ = 0;
   bool burning_begun_ = false;
+  bool doubtful_ = false;
   bool stop_after_piece_ = false;
   bool finished_ = false;
   bool stopped_early_ = false;

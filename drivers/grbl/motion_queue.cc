@@ -30,7 +30,7 @@ bool MotionQueue::fits(const GcodeLine& line) const {
 }
 
 void MotionQueue::sent(const GcodeLine& line) {
-  moves_.push_back({line.from, line.to, line.longest_s, std::nullopt, false});
+  moves_.push_back({line.from, line.to, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;
@@ -71,6 +71,13 @@ bool MotionQueue::reported(double x_mm, double y_mm) {
 
 void MotionQueue::all_executed() {
   while (!moves_.empty()) pop_front();
+}
+
+bool MotionQueue::may_have_burnt(double x_mm, double y_mm) const {
+  const auto last = std::find_if(moves_.rbegin(), moves_.rend(), [&](const Move& move) {
+    return distance_to_segment_mm(x_mm, y_mm, move.from, move.to) <= limits_.tolerance_mm;
+  });
+  return std::any_of(last, moves_.rend(), [](const Move& move) { return move.burns; });
 }
 
 std::vector<std::size_t> MotionQueue::take_executed() { return std::exchange(executed_, {}); }

@@ -45,6 +45,9 @@ class MotionQueue {
   bool reported(double x_mm, double y_mm);
   // The machine stands still and every line was answered.
   void all_executed();
+  // May the beam have been on between the place reported last and this one? False only when every motion that may have
+  // run since was dark.
+  bool may_have_burnt(double x_mm, double y_mm) const;
 
   double queued_s() const { return queued_s_; }
   WirePoint end() const { return end_; }  // where the last motion sent leads to
@@ -58,6 +61,7 @@ class MotionQueue {
     double longest_s = 0;
     std::optional<std::size_t> ends_stroke;
     bool released = false;  // no longer counted in queued_s_
+    bool burns = false;
   };
   void release(Move& move);
   void pop_front();

@@ -2,6 +2,7 @@
 # usage: run.sh BUILD_DIR OUT.json [NAME]
 #
 # Campaigns longer than CI has time for, each with a fresh seed that is printed:
+#   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
@@ -16,12 +17,18 @@ fresh_seed() { od -An -N3 -tu4 /dev/urandom | tr -d ' '; }
 campaign() {
   [[ $1 == "$name"* ]] || return 0
   local started=$SECONDS result=pass log
+  mkdir -p "$(dirname "$out")"
   log=$(mktemp)
   "${@:3}" >"$log" 2>&1 || { result=fail; failed=1; tail -30 "$log" >&2; }
+  [[ -z ${show_table-} ]] || cat "$log"
   rm -f "$log"
   printf '%-44s seed %-9s %5d s  %s\n' "$1" "$2" $((SECONDS - started)) "$result"
   rows+=("{\"name\":\"$1\",\"seed\":$2,\"seconds\":$((SECONDS - started)),\"result\":\"$result\"}")
 }
+
+seed=$(fresh_seed)
+show_table=1 campaign "faults/grbl" "$seed" "$build/bin/veneer-soak-faults" --runs 500 --seed "$seed" \
+  --out "$(dirname "$out")/faults.json"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do
