@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "cli/progress.h"
+#include "planner/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 

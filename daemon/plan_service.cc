@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "daemon/calibration.h"
+#include "planner/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 

@@ -1,16 +1,18 @@
-// Pictures from files and uploads, brought to upright 8-bit BGR.
+#include "planner/pictures.h"
+
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <vector>
 
-#include "planner/plan_files.h"
+#include "planner/picture_colours.h"
+#include "planner/picture_inks.h"
+#include "planner/picture_metadata.h"
 
 namespace veneer::planner {
 namespace {
@@ -37,17 +39,16 @@ std::optional<cv::Mat> decoded(std::string_view bytes, int flags) {
   }
 }
 
-cv::Mat to_8_bit(const cv::Mat& picture) {
+// Whole numbers of 8 or 16 bits, full scale = white.
+cv::Mat to_whole_numbers(const cv::Mat& picture) {
   cv::Mat out;
   switch (picture.depth()) {
     case CV_8U:
-      return picture;
     case CV_16U:
-      picture.convertTo(out, CV_8U, 1.0 / 257);
-      return out;
+      return picture;
     case CV_32F:
     case CV_64F:
-      picture.convertTo(out, CV_8U, 255);
+      picture.convertTo(out, CV_16U, 65535);
       return out;
     default:
       picture.convertTo(out, CV_8U);
@@ -55,44 +56,112 @@ cv::Mat to_8_bit(const cv::Mat& picture) {
   }
 }
 
-cv::Mat over_white(const cv::Mat& bgra) {
-  cv::Mat out(bgra.size(), CV_8UC3);
-  for (int r = 0; r < bgra.rows; ++r) {
-    const auto* from = bgra.ptr<cv::Vec4b>(r);
-    auto* to = out.ptr<cv::Vec3b>(r);
-    for (int c = 0; c < bgra.cols; ++c)
-      for (int k = 0; k < 3; ++k)
-        to[c][k] = static_cast<std::uint8_t>((from[c][k] * from[c][3] + 255 * (255 - from[c][3]) + 127) / 255);
+cv::Mat to_8_bit(const cv::Mat& picture) {
+  if (picture.depth() == CV_8U) return picture;
+  cv::Mat out;
+  picture.convertTo(out, CV_8U, 1.0 / 257);
+  return out;
+}
+
+// `premultiplied`: the colours already are what they add to the light behind.
+void lay_over_white(cv::Mat& bgr, const cv::Mat& alpha, bool premultiplied) {
+  for (int r = 0; r < bgr.rows; ++r) {
+    auto* colour = bgr.ptr<cv::Vec3b>(r);
+    const auto* opaque = alpha.ptr<std::uint8_t>(r);
+    for (int c = 0; c < bgr.cols; ++c)
+      for (int k = 0; k < 3; ++k) {
+        const int light = premultiplied ? colour[c][k] * 255 : colour[c][k] * opaque[c];
+        colour[c][k] = cv::saturate_cast<std::uint8_t>((light + 255 * (255 - opaque[c]) + 127) / 255);
+      }
+  }
+}
+
+// EXIF: what to do with the stored pixels, by the number that the camera noted.
+cv::Mat turned_upright(const cv::Mat& stored, int orientation) {
+  cv::Mat out = stored;
+  if (orientation >= 5) out = out.t();
+  switch (orientation) {
+    case 2:
+    case 6:
+      cv::flip(out, out, 1);
+      break;
+    case 3:
+    case 7:
+      cv::flip(out, out, -1);
+      break;
+    case 4:
+    case 8:
+      cv::flip(out, out, 0);
+      break;
+    default:
+      break;
   }
   return out;
 }
 
-Error not_a_picture(const std::string& name) {
-  return {ErrorCode::kInvalidArgument, fmt::format("{} is not a picture that can be read", name)};
+// Grey, grey with alpha, BGR or BGR with alpha, of any depth.
+std::optional<cv::Mat> to_opaque_bgr(const cv::Mat& stored, PictureFormat format, const std::string& icc_profile) {
+  std::vector<cv::Mat> planes;
+  cv::split(to_whole_numbers(stored), planes);
+  if (planes.empty() || planes.size() > 4) return std::nullopt;
+  cv::Mat alpha, colour;
+  if (planes.size() % 2 == 0) {
+    alpha = to_8_bit(planes.back());
+    planes.pop_back();
+  }
+  if (planes.size() == 1) {
+    colour = planes.front();
+    if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
+    cv::cvtColor(colour, colour, cv::COLOR_GRAY2BGR);
+  } else {
+    cv::merge(planes, colour);
+  }
+  if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
+  colour = to_8_bit(colour);
+  // libtiff multiplies when it hands out 8-bit pixels.
+  if (!alpha.empty()) lay_over_white(colour, alpha, format == PictureFormat::kTiff && stored.depth() == CV_8U);
+  return colour;
+}
+
+Error not_a_picture(const std::string& name, std::string_view bytes) {
+  std::string remedy = "save it as PNG, JPEG or TIFF";
+  switch (picture_format(bytes)) {
+    case PictureFormat::kJpeg:
+    case PictureFormat::kPng:
+    case PictureFormat::kTiff:
+    case PictureFormat::kWebp:
+      return {ErrorCode::kInvalidArgument, fmt::format("the picture {} is damaged or too large to be read", name)};
+    case PictureFormat::kHeif:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is a HEIF or AVIF picture: {}", name, remedy)};
+    case PictureFormat::kSvg:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is an SVG drawing: {}", name, remedy)};
+    case PictureFormat::kPdf:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is a PDF document: {}", name, remedy)};
+    case PictureFormat::kOther:
+      break;
+  }
+  return {ErrorCode::kInvalidArgument, fmt::format("{} is not a picture that can be read: {}", name, remedy)};
 }
 
 }  // namespace
 
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
   if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, fmt::format("{} is empty", name)};
-  // OpenCV applies the EXIF orientation only when it also drops the alpha channel, so a picture with alpha is read as
-  // it is (formats that have one carry no orientation worth the name) and all others with orientation.
-  const auto raw = decoded(bytes, cv::IMREAD_UNCHANGED);
-  if (!raw) return not_a_picture(name);
-  if (raw->channels() == 4) return over_white(to_8_bit(*raw));
-  if (raw->channels() == 2) {
-    std::vector<cv::Mat> planes;
-    cv::split(to_8_bit(*raw), planes);
-    cv::Mat bgra;
-    cv::merge(std::vector<cv::Mat>{planes[0], planes[0], planes[0], planes[1]}, bgra);
-    return over_white(bgra);
+  try {
+    PictureMetadata metadata = picture_metadata(bytes);
+    const PictureFormat format = picture_format(bytes);
+    if (metadata.cut_short) return not_a_picture(name, bytes);
+    if (const auto inks = read_inks(bytes))
+      return turned_upright(inks_to_srgb(*inks, metadata.icc_profile), metadata.orientation);
+    const auto stored = decoded(bytes, cv::IMREAD_UNCHANGED);
+    if (!stored) return not_a_picture(name, bytes);
+    if (format == PictureFormat::kTiff) metadata.orientation = 1;  // OpenCV turns TIFF files itself
+    const auto colour = to_opaque_bgr(*stored, format, metadata.icc_profile);
+    if (!colour) return not_a_picture(name, bytes);
+    return turned_upright(*colour, metadata.orientation);
+  } catch (const std::exception&) {  // OpenCV's, or no memory for a picture of absurd size
+    return not_a_picture(name, bytes);
   }
-  const auto upright = decoded(bytes, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
-  if (!upright) return not_a_picture(name);
-  cv::Mat picture = to_8_bit(*upright);
-  if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
-  if (picture.type() != CV_8UC3) return not_a_picture(name);
-  return picture;
 }
 
 Result<cv::Mat> load_picture(const std::filesystem::path& path) {
@@ -105,7 +174,7 @@ Result<cv::Mat> load_mask(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
   const auto raw = decoded(*bytes, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-  if (!raw) return not_a_picture(path.string());
+  if (!raw) return not_a_picture(path.string(), *bytes);
   std::vector<cv::Mat> planes;
   cv::split(*raw, planes);
   // An alpha channel says nothing about wood: an opaque black mask is not all usable.

@@ -27,7 +27,7 @@ namespace veneer::planner {
 struct Artwork {
   std::string name;           // for people: usually the file's name
   std::string letter;         // starts the marks of its pieces: "A", "B", ... unique within a plan
-  cv::Mat picture;            // CV_8UC3, BGR, upright, decoded (plan_files.h: load_picture)
+  cv::Mat picture;            // CV_8UC3, BGR, upright, decoded (pictures.h)
   Millimetres width, height;  // of the finished artwork; the picture is stretched to it, so keep its aspect
 };
 

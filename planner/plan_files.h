@@ -10,14 +10,6 @@
 
 namespace veneer::planner {
 
-// CV_8UC3 BGR, upright (EXIF orientation applied), alpha laid over white, 16 bit and grey converted.
-// kNotFound: no such file. kInvalidArgument: not a picture, or one that cannot be decoded.
-Result<cv::Mat> load_picture(const std::filesystem::path& path);
-// The same from bytes in memory (an upload); `name` stands in error messages.
-Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
-// CV_8UC1, 255 where the file is non-zero in any colour channel.
-Result<cv::Mat> load_mask(const std::filesystem::path& path);
-
 // plan.json as text, and back. Beyond the contract's fields it holds dpi, kerf_mm and each piece's panel_from_artwork.
 // Reading gives back an equal plan (without PlanSeconds).
 std::string plan_to_json(const Plan& plan);

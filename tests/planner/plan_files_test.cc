@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <pugixml.hpp>
 
 #include "tests/support/synthetic_wood.h"
@@ -30,11 +29,6 @@ class PlanFiles : public ::testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << bytes;
     return folder_ / name;
   }
-  fs::path picture(const std::string& name, const cv::Mat& pixels) const {
-    cv::imwrite((folder_ / name).string(), pixels);
-    return folder_ / name;
-  }
-
   fs::path folder_;
 };
 
@@ -153,61 +147,6 @@ TEST_F(PlanFiles, CutFileShowsTheBackWithTheBeamsPath) {
               return p.placement && p.placement->panel == plan.panels[0].id;
             })));
   EXPECT_TRUE(engrave.child("path"));
-}
-
-TEST_F(PlanFiles, PicturesOfAllKindsBecomeEightBitColour) {
-  cv::Mat grey(4, 6, CV_8UC1, cv::Scalar(77)), deep(4, 6, CV_16UC3, cv::Scalar(257 * 10, 257 * 20, 257 * 30));
-  cv::Mat alpha(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0)), deep_grey(4, 6, CV_16UC1, cv::Scalar(65535));
-  alpha.at<cv::Vec4b>(0, 0) = {10, 20, 30, 255};
-  auto loaded = load_picture(picture("grey.png", grey));
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(loaded->at<cv::Vec3b>(1, 1), cv::Vec3b(77, 77, 77));
-  loaded = load_picture(picture("deep.png", deep));
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(loaded->at<cv::Vec3b>(1, 1), cv::Vec3b(10, 20, 30));
-  loaded = load_picture(picture("alpha.png", alpha));
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(loaded->at<cv::Vec3b>(0, 0), cv::Vec3b(10, 20, 30));
-  EXPECT_EQ(loaded->at<cv::Vec3b>(1, 1), cv::Vec3b(255, 255, 255));
-  loaded = load_picture(picture("deep_grey.png", deep_grey));
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(loaded->at<cv::Vec3b>(1, 1), cv::Vec3b(255, 255, 255));
-}
-
-TEST_F(PlanFiles, ExifOrientationTurnsThePictureUpright) {
-  // A JPEG whose EXIF block says "turned a quarter to the right": 6 columns of 4 rows are to be shown 4 x 6.
-  cv::Mat pixels(40, 60, CV_8UC3, cv::Scalar(200, 200, 200));
-  pixels(cv::Rect(0, 0, 20, 20)).setTo(cv::Scalar(0, 0, 0));
-  std::vector<std::uint8_t> jpeg;
-  cv::imencode(".jpg", pixels, jpeg);
-  const std::string exif(
-      "\xff\xe1\x00\x22"
-      "Exif\x00\x00"
-      "MM\x00\x2a\x00\x00\x00\x08\x00\x01\x01\x12\x00\x03\x00\x00\x00\x01\x00\x06\x00\x00\x00\x00\x00\x00",
-      36);
-  std::string bytes(jpeg.begin(), jpeg.end());
-  bytes.insert(2, exif);
-  const auto loaded = decode_picture(bytes, "turned.jpg");
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(loaded->cols, 40);
-  EXPECT_EQ(loaded->rows, 60);
-  EXPECT_LT(loaded->at<cv::Vec3b>(5, 35)[0], 50);  // upper left became upper right
-}
-
-TEST_F(PlanFiles, UnusablePicturesAreRefusedInWords) {
-  EXPECT_EQ(load_picture(folder_ / "none.png").error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(load_picture(folder_).error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(load_picture(file("text.png", "not a picture")).error().message, HasSubstr("not a picture"));
-  EXPECT_THAT(load_picture(file("empty.png", "")).error().message, HasSubstr("empty"));
-}
-
-TEST_F(PlanFiles, MasksAreNonZeroWhereAnyColourIs) {
-  cv::Mat mask(2, 3, CV_8UC4, cv::Scalar(0, 0, 0, 255));
-  mask.at<cv::Vec4b>(1, 2) = {0, 1, 0, 255};
-  const auto loaded = load_mask(picture("mask.png", mask));
-  ASSERT_TRUE(loaded.ok());
-  EXPECT_EQ(cv::countNonZero(*loaded), 1);
-  EXPECT_EQ(loaded->at<std::uint8_t>(1, 2), 255);
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+// Pictures from files and uploads, brought to one form: CV_8UC3, BGR, sRGB, upright. No function throws.
+//
+// JPEG, PNG, TIFF, WebP, BMP, PNM and what else OpenCV reads; 1 to 16 bit whole numbers or floating point, grey,
+// colour, palette, CMYK. The orientation a camera noted is applied, an embedded ICC profile is converted to sRGB, and
+// what is transparent shows white, as on paper. CMYK without a profile is taken as plain multiplying inks.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace veneer::planner {
+
+// kNotFound: no such file. kInvalidArgument: not a picture, or one that cannot be decoded.
+Result<cv::Mat> load_picture(const std::filesystem::path& path);
+// The same from bytes in memory (an upload); `name` stands in error messages.
+Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
+// CV_8UC1, 255 where the file is non-zero in any colour channel; neither turned nor converted, because a mask belongs
+// to the pixels of its panel's file.
+Result<cv::Mat> load_mask(const std::filesystem::path& path);
+
+}  // namespace veneer::planner
