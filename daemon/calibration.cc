@@ -101,6 +101,14 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
         (*axes)->second.at("camera_certificate").get<std::int64_t>() == out.camera_certificate.value)
       out.bed = BedCalibration{camera_from_json((*axes)->second.at("camera")),
                                affine_from_json((*axes)->second.at("machine_from_bed"))};
+    // The board was burnt by the machine, whatever has become of the camera since.
+    if (*axes)
+      if (const auto area = (*axes)->second.find("pattern_area_mm"); area != (*axes)->second.end()) {
+        const auto corners = area->get<std::array<double, 4>>();
+        out.pattern_area.emplace();
+        out.pattern_area->add(point<MachineFrame>(corners[0], corners[1]));
+        out.pattern_area->add(point<MachineFrame>(corners[2], corners[3]));
+      }
     if (*kerf) out.kerf = Millimetres((*kerf)->second.at("kerf_mm").get<double>());
     return out;
   } catch (const json::exception& e) {
@@ -165,12 +173,15 @@ json to_payload(const calib::CameraFit& fit) {
   return payload;
 }
 
-json to_payload(const calib::MachineAxes& axes, CertificateId camera) {
+json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area) {
   const auto& m = axes.machine_from_bed;
   return {{"camera_certificate", camera.value},
           {"camera", camera_json(axes.model.parameters())},
           {"machine_from_bed",
            {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
+          {"pattern_area_mm",
+           {pattern_area.min.x.count(), pattern_area.min.y.count(), pattern_area.max.x.count(),
+            pattern_area.max.y.count()}},
           {"scale_x", axes.scale_x},
           {"scale_y", axes.scale_y},
           {"skew_deg", to_degrees(axes.skew)},

@@ -31,6 +31,7 @@ struct Calibration {
   CertificateId camera_certificate;
   std::optional<BedCalibration> bed;
   std::optional<Millimetres> kerf;
+  std::optional<Box<MachineFrame>> pattern_area;  // of the pattern the axes were measured with
 };
 
 // Certificates in force at `now`; those that are missing or expired stay empty.
@@ -42,7 +43,7 @@ Status require_cutting(const Calibration& calibration);
 
 nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
 nlohmann::json to_payload(const calib::CameraFit& camera);
-nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera);
+nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area);
 nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
 
 }  // namespace veneer::daemon

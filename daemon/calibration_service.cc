@@ -81,15 +81,17 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   return outcome;
 }
 
-Result<planner::Pattern> CalibrationService::pattern() const {
+Box<MachineFrame> CalibrationService::area() const {
+  const std::lock_guard lock(area_mutex_);
+  return area_;
+}
+
+Result<planner::Pattern> CalibrationService::pattern(const Calibration& calibration) const {
   planner::PatternOptions options;
-  {
-    const std::lock_guard lock(area_mutex_);
-    options.area = area_;
-  }
+  options.area = area();
+  if (options.area.empty() && calibration.pattern_area) options.area = *calibration.pattern_area;
   if (options.area.empty())
-    return Error{ErrorCode::kRefused,
-                 "no pattern was burnt since the daemon started: run veneerctl calibrate laser first"};
+    return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
   return planner::make_pattern(options);
 }
 
@@ -108,7 +110,9 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
       area_.add({std::min(travel.max.x, middle.x + half_width), std::min(travel.max.y, middle.y + half_height)});
     }
   }
-  auto made = pattern();
+  planner::PatternOptions options;
+  options.area = area();
+  auto made = planner::make_pattern(options);
   if (!made)
     return Error{
         ErrorCode::kInvalidArgument,
@@ -132,7 +136,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!calibration->camera)
     return Error{ErrorCode::kRefused,
                  "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
-  auto burnt = pattern();
+  auto burnt = pattern(*calibration);
   if (!burnt) return burnt.error();
   std::vector<calib::PatternRing> rings;
   for (const auto& ring : burnt->rings) rings.push_back({ring.centre, ring.diameter});
@@ -143,7 +147,9 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!found) return found.error();
   auto fit = calib::fit_machine_axes(*found, *calibration->camera);
   if (!fit) return fit.error();
-  CalibrationOutcome outcome{"axes", 1, {}, fit->rms, to_payload(*fit, calibration->camera_certificate).dump()};
+  const Box<MachineFrame> burnt_area = area().empty() ? *calibration->pattern_area : area();
+  CalibrationOutcome outcome{
+      "axes", 1, {}, fit->rms, to_payload(*fit, calibration->camera_certificate, burnt_area).dump()};
   auto id = issue(db::CertificateKind::kAxes, fit->rms, outcome.payload);
   if (!id) return id.error();
   outcome.certificate = *id;
@@ -154,7 +160,7 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
-  auto burnt = pattern();
+  auto burnt = pattern(*calibration);
   if (!burnt) return burnt.error();
   progress(0.02, "scanning the burnt board");
   auto image = scanner_.scan(

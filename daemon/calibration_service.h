@@ -15,6 +15,7 @@
 #include "calib/camera_fit.h"
 #include "calib/camera_model.h"
 #include "calib/scanner_model.h"
+#include "daemon/calibration.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/scan_service.h"
@@ -52,8 +53,9 @@ class CalibrationService {
   Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, Millimetres board_width, Millimetres board_height);
 
  private:
-  // The pattern that was burnt last; kRefused when none was since the daemon started.
-  Result<planner::Pattern> pattern() const;
+  Box<MachineFrame> area() const;
+  // The pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when none.
+  Result<planner::Pattern> pattern(const Calibration& calibration) const;
   Result<CertificateId> issue(db::CertificateKind kind, Millimetres rms, const std::string& payload);
 
   ScannerDriver& scanner_;

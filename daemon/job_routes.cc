@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
 #include "daemon/cell_json.h"
 #include "daemon/cell_routes.h"
+#include "daemon/picture_reply.h"
 
 namespace veneer::daemon {
 namespace {
@@ -101,6 +101,18 @@ Result<ApiReply> as_reply(const Result<json>& value) {
   return ApiReply::json(*value);
 }
 
+// Read and drawn on the pictures' worker.
+void reply_preview(Cell& cell, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto width = request.query_number("width");
+  if (!width) return reply(ApiReply::error(width.error()));
+  cell.picture_worker->post([&cell, job = JobId{*id}, width = *width, reply] {
+    auto bytes = cell.plans->preview(job);
+    reply(bytes ? png_reply(std::move(*bytes), width) : ApiReply::error(bytes.error()));
+  });
+}
+
 }  // namespace
 
 void bind_job_routes(Router& router, Cell& cell) {
@@ -133,15 +145,8 @@ void bind_job_routes(Router& router, Cell& cell) {
       return ApiReply::bytes(*plan, "application/json");
     });
   });
-  router.bind("getJobPreview", [&cell](const ApiRequest& request, const Reply& reply) {
-    about_job(cell, request, reply, [&cell](Repositories& r, JobId id) -> Result<ApiReply> {
-      auto job = r.jobs.find(id);
-      if (!job) return job.error();
-      auto bytes = cell.library.load_bytes(job->preview_file);
-      if (!bytes) return bytes.error();
-      return ApiReply::bytes(std::move(*bytes), "image/png");
-    });
-  });
+  router.bind("getJobPreview",
+              [&cell](const ApiRequest& request, const Reply& reply) { reply_preview(cell, request, reply); });
   router.bind("startJob", [&cell](const ApiRequest& request, const Reply& reply) {
     auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));

@@ -10,6 +10,7 @@
 #include "daemon/api/http_server.h"
 #include "daemon/api/task_routes.h"
 #include "daemon/api/watchdog.h"
+#include "daemon/cell_health.h"
 #include "daemon/cell_routes.h"
 #include "daemon/wiring.h"
 
@@ -63,7 +64,17 @@ int run(const Config& config) {
   tcp_port = (*server)->tcp_port();
 
   SystemdNotifier notifier;
-  Watchdog watchdog(notifier, make_reactor_timer(reactor), [] { return true; });
+  CellHealth health(
+      real_clock,
+      {[&c](std::function<void()> answered) {
+         c.database->async([](Repositories&) { return 0; }, [answered = std::move(answered)](int) { answered(); });
+       },
+       [&c] { return may_move(c.runner->view().state); }, [&c] { return c.devices.laser->status().connected; }});
+  Watchdog watchdog(notifier, make_reactor_timer(reactor), [&] {
+    if (health.good()) return true;
+    log->error("the watchdog is not fed: {}", health.sentence());
+    return false;
+  });
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;

@@ -65,6 +65,12 @@ Error too_little_wood(const planner::Plan& plan, std::size_t unfilled) {
 PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, Millimetres position_margin, Logger log)
     : database_(database), library_(library), position_margin_(position_margin), log_(std::move(log)) {}
 
+Result<std::string> PlanService::preview(JobId job) {
+  auto record = database_.call([&](Repositories& r) { return r.jobs.find(job); });
+  if (!record) return record.error();
+  return library_.load_bytes(record->preview_file);
+}
+
 Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vector<PanelId>& wanted) {
   struct Held {
     db::PanelRecord panel;

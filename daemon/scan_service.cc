@@ -253,7 +253,9 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
   auto compared = calib::reconcile(*before, *map, unite(gone), known.fiducials);
   if (!compared) return compared.error();
   progress(0.82, "finding usable wood");
-  auto mask = calib::mask_veneer(*map, known.fiducials);
+  auto earlier = library_.load_mask(panel);
+  if (!earlier) return earlier.error();
+  auto mask = calib::mask_veneer(*map, known.fiducials, {}, &*earlier);
   if (!mask) return mask.error();
   progress(0.92, "entering stock");
   auto map_file = library_.store_picture(map->pixels, "panels/" + panel.id.value, "map");

@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 
 #include <map>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "base/clock.h"
 #include "daemon/cell_json.h"
 #include "daemon/cell_routes.h"
+#include "daemon/picture_reply.h"
 
 namespace veneer::daemon {
 namespace {
@@ -122,18 +121,6 @@ Result<json> ledger_json(Repositories& r, const PanelId& id) {
     out["allocations"].push_back(to_json(a, marks[a.job][a.piece]));
   }
   return out;
-}
-
-ApiReply png_reply(const cv::Mat& picture, std::optional<double> width) {
-  cv::Mat shown = picture;
-  if (width && *width >= 16 && *width < picture.cols)
-    cv::resize(picture, shown,
-               {static_cast<int>(*width), std::max(1, static_cast<int>(picture.rows * *width / picture.cols))}, 0, 0,
-               cv::INTER_AREA);
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", shown, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3}))
-    return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
-  return ApiReply::bytes({bytes.begin(), bytes.end()}, "image/png");
 }
 
 // Pictures take a while: read and drawn on a worker of their own, neither on the reactor nor behind a plan.

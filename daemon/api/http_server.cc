@@ -140,6 +140,9 @@ HttpServer::~HttpServer() { close(); }
 Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, HttpServerOptions options,
                                                      const Router& router, EventHub& hub, const ConsoleLinks& links,
                                                      std::function<ApiReply(const Caller&)> on_stop, Logger log) {
+  if (const auto unbound = router.unbound(); !unbound.empty())
+    return Error{ErrorCode::kInternal,
+                 "nothing answers the API's operation " + unbound.front() + ": this veneerd was built wrongly"};
   auto shared = std::make_shared<ServerShared>(
       ServerShared{std::move(options), router, hub, links, std::move(on_stop), std::move(log), 0, 0, {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));

@@ -37,7 +37,8 @@ struct HttpServerOptions {
 class HttpServer {
  public:
   // Listens at once. kInvalidArgument when `listen` is not a loopback address, kConflict when somebody else answers at
-  // the socket or port, kStorage when the socket cannot be made. `router`, `hub`, `links` outlive the server.
+  // the socket or port, kStorage when the socket cannot be made, kInternal when an operation of the API is bound to
+  // nothing. `router`, `hub`, `links` outlive the server.
   // `on_stop` is STOP: it must not wait for anything. Its reply is sent at once.
   static Result<std::unique_ptr<HttpServer>> open(boost::asio::io_context& reactor, HttpServerOptions options,
                                                   const Router& router, EventHub& hub, const ConsoleLinks& links,

@@ -1,5 +1,6 @@
 // Readiness and the watchdog towards systemd. It is fed by a timer on the reactor, the loop that owns the laser, and by
-// nothing else: a stuck reactor starves it and systemd ends the process (the beam dies with the bytes).
+// nothing else: a stuck reactor starves it and systemd ends the process (the beam dies with the bytes). `healthy` says
+// whether the rest answers too (cell_health.h).
 //
 // Bound to the reactor.
 #pragma once

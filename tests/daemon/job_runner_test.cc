@@ -22,6 +22,13 @@ using ::testing::Not;
 
 constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
 
+Box<MachineFrame> whole_bed() {
+  Box<MachineFrame> bed;
+  bed.add(point<MachineFrame>(0, 0));
+  bed.add(point<MachineFrame>(520, 380));
+  return bed;
+}
+
 // The bed as a test lays it: one panel or none, any way up.
 class LaidBed final : public RunSupport {
  public:
@@ -89,7 +96,8 @@ class JobRunnerTest : public ::testing::Test {
       }
       for (const auto& [kind, payload] :
            {std::pair(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}).dump()),
-            std::pair(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}).dump()),
+            std::pair(db::CertificateKind::kAxes,
+                      to_payload(calib::MachineAxes{}, CertificateId{1}, whole_bed()).dump()),
             std::pair(db::CertificateKind::kKerf, std::string("{\"kerf_mm\":0.27}"))}) {
         db::CertificateRecord certificate;
         certificate.kind = kind;

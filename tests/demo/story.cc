@@ -20,6 +20,8 @@ double now_s() { return Seconds(std::chrono::steady_clock::now().time_since_epoc
 // The simulated glass; panels larger than this are scanned in two tiles.
 constexpr double kGlassWidth = 320, kGlassHeight = 300;
 
+constexpr int kGridScans = 3;  // at different places: they cover the whole glass and average the noise
+
 // What an operator measures with a caliper: the AprilGrid sheet is a film, the bare board 2.1 mm of plywood.
 constexpr double kGridThickness = 0, kBoardThickness = 2.1;
 // Nearly as wide as the bed, and no higher than the glass, so that its kerf lines can be scanned.
@@ -81,13 +83,13 @@ Status Story::calibrate() {
   if (auto made = cell_.twin({{"cmd", "new-grid"}, {"name", "grid"}}); !made) return made.error();
   Status told = tell("calibrate scanner", [&]() -> Result<std::string> {
     Result<json> last = json();
-    for (int view = 1; view <= 2; ++view) {
+    for (int view = 1; view <= kGridScans; ++view) {
       if (const Status placed = place("grid", "scanner", "show"); !placed) return placed.error();
-      last = task("calibrate scanner", "/calibration/scanner", {{"more", view < 2}});
+      last = task("calibrate scanner", "/calibration/scanner", {{"more", view < kGridScans}});
       if (!last) return last.error();
     }
     report_["calibration"]["scanner"] = last->value("rms_mm", 0.0);
-    return fmt::format("2 scans of the AprilGrid sheet, {:.4f} mm rms", last->value("rms_mm", 0.0));
+    return fmt::format("{} scans of the AprilGrid sheet, {:.4f} mm rms", kGridScans, last->value("rms_mm", 0.0));
   });
   if (!told) return told;
   told = tell("calibrate camera", [&] { return calibrate_camera(); });

@@ -100,6 +100,16 @@ TEST_F(BadInput, AStrangePanelIsNotCut) {
   expect_refused(cell_->api().post("/commands/unsuspend"), kPanel);
 }
 
+// The pattern was burnt in an earlier life of the daemon; its board is still the one to measure.
+TEST_F(BadInput, TheKerfCanBeMeasuredAgainAfterARestart) {
+  auto placed =
+      cell_->twin({{"cmd", "place"}, {"sheet", "board"}, {"on", "scanner"}, {"face", "show"}, {"part", "left"}});
+  ASSERT_TRUE(placed.ok()) << placed.error().message;
+  auto kerf = cell_->api().post_and_wait("/calibration/kerf");
+  ASSERT_TRUE(kerf.ok()) << kerf.error().message;
+  EXPECT_NEAR((*kerf)["figures"].value("kerf_mm", 0.0), 0.27, 0.1);
+}
+
 TEST_F(BadInput, AJobThatDoesNotExistIsNamed) {
   ASSERT_TRUE(cell_->api().post("/commands/reset").ok());
   expect_refused(cell_->api().post("/jobs/99/start"), "99");

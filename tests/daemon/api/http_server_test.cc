@@ -40,6 +40,22 @@ TEST(HttpServer, AnswersManyRequestsOnOneConnection) {
   EXPECT_EQ(nlohmann::json::parse(probe.read().body)["operation"], "getStatus");
 }
 
+TEST(HttpServer, DoesNotOpenWhileAnOperationIsBoundToNothing) {
+  boost::asio::io_context reactor;
+  const ManualClock clock;
+  ConsoleLinks links(clock);
+  EventHub hub({}, make_null_logger());
+  Router router;
+  router.bind("getStatus", [](const ApiRequest&, const Reply&) {});
+  HttpServerOptions options;
+  options.listen = "127.0.0.1:0";
+  const auto opened = HttpServer::open(
+      reactor, options, router, hub, links, [](const Caller&) { return ApiReply::json(nlohmann::json::object()); },
+      make_null_logger());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_NE(opened.error().message.find("getSession"), std::string::npos) << opened.error().message;
+}
+
 TEST(HttpServer, StopRunsWhileAHandlerHangsAndNobodyIsLoggedIn) {
   std::vector<Reply> hanging;
   ApiServer server({}, {}, [&](Router& router) {

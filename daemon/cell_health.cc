@@ -1,0 +1,31 @@
+#include "daemon/cell_health.h"
+
+#include <utility>
+
+namespace veneer::daemon {
+
+CellHealth::CellHealth(const Clock& real_clock, Parts parts, Duration patience)
+    : clock_(real_clock), parts_(std::move(parts)), patience_(patience), alive_(std::make_shared<bool>(true)) {}
+
+CellHealth::~CellHealth() { *alive_ = false; }
+
+bool CellHealth::good() {
+  const TimePoint now = clock_.now();
+  sentence_.clear();
+  if (asked_ && now - *asked_ > patience_) sentence_ = "the database's thread does not answer";
+  if (!asked_) {
+    asked_ = now;
+    parts_.ask_database([this, alive = alive_] {
+      if (*alive) asked_.reset();
+    });
+  }
+  if (!parts_.moving() || parts_.laser_link())
+    link_lost_.reset();
+  else if (!link_lost_)
+    link_lost_ = now;
+  else if (now - *link_lost_ > patience_)
+    sentence_ = "the unit would move, but the laser's link does not answer";
+  return sentence_.empty();
+}
+
+}  // namespace veneer::daemon
