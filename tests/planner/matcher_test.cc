@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "planner/problem.h"
+#include "tests/support/exhaustive_matching.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -56,6 +57,23 @@ void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
     if (!found) continue;
     ASSERT_EQ(*found, *expected) << "patch " << placed << ": cost " << found->cost << " against " << expected->cost;
     matcher.take(task.match, *found);
+  }
+}
+
+// The same with matching in the spectrum as the judge, which larger panels and patches allow; nothing is taken.
+void expect_choices_of_the_oracle(const Case& it, std::size_t most) {
+  SCOPED_TRACE(it.name);
+  auto problem = make_problem(it.artworks, it.stock, it.options);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  Matcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes, problem->entries_per_unit);
+  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  test::ExhaustiveMatching oracle(matcher.panels(), turns(it.options.rotations), 1);
+  for (std::size_t i = 0; i < std::min(most, problem->queue.size()); ++i) {
+    const MatchPatch& patch = problem->queue[i].match;
+    const auto expected = oracle.best(patch).best;
+    const auto found = matcher.best(patch, {});
+    ASSERT_EQ(found.has_value(), expected.has_value()) << "patch " << i;
+    EXPECT_EQ(found, expected) << "patch " << i;
   }
 }
 
@@ -133,6 +151,42 @@ TEST(Matcher, EqualWoodIsDecidedByPanelRotationRowAndColumn) {
   Case it{"flat", options(6, 50.8, 4), {blob_artwork("A", 30, 30, 12_mm, 15)}, {wood_panel("P", 50, 40, 50.8, 16)}};
   it.stock[0].picture.pixels.setTo(cv::Scalar(90, 120, 150));
   expect_exhaustive_choices(it);
+}
+
+TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoes) {
+  const PlanOptions o = options(8, 50.8, 5);
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 24_mm, 1)};
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2), wood_panel("Q", 50, 60, 60, 3)};
+  auto problem = make_problem(artworks, stock, o);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  Matcher matcher(std::move(problem->panels), turns(5), problem->classes, problem->entries_per_unit);
+  test::ExhaustiveMatching oracle(matcher.panels(), turns(5), 2);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const MatchPatch& patch = problem->queue[i].match;
+    const auto expected = exhaustive(matcher, patch, 5);
+    ASSERT_TRUE(expected);
+    EXPECT_EQ(oracle.best(patch).best, expected) << "patch " << i;
+  }
+}
+
+TEST(ExhaustiveMatching, FindsNoPlaceWhereThereIsNone) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 10_mm, 1)};
+  std::vector<StockPanel> stock{wood_panel("P", 60, 60, 50.8, 2)};
+  stock[0].free.pixels.setTo(0);
+  stock[0].free.pixels(cv::Rect(10, 10, 12, 40)).setTo(255);  // narrower than a patch
+  auto problem = make_problem(artworks, stock, options(10, 50.8, 3));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  test::ExhaustiveMatching oracle(problem->panels, turns(3), 1);
+  EXPECT_FALSE(oracle.best(problem->queue[0].match).best);
+}
+
+TEST(Matcher, ChoosesAsTheOracleDoesForLargePatches) {
+  expect_choices_of_the_oracle(
+      {"48 px", options(12, 101.6, 7), {blob_artwork("A", 60, 50, 48_mm, 20)}, {wood_panel("P", 300, 260, 101.6, 21)}},
+      8);
+  expect_choices_of_the_oracle(
+      {"120 px", options(30, 101.6, 4), {blob_artwork("A", 60, 50, 60_mm, 22)}, {wood_panel("P", 400, 300, 101.6, 23)}},
+      4);
 }
 
 TEST(Matcher, FindsTheCopyOfThePictureInTheWood) {
