@@ -22,6 +22,7 @@
 #include <string>
 
 #include "drivers/sim/wood.h"
+#include "planner/certified_matcher.h"
 #include "planner/parallel.h"
 #include "planner/plan_files.h"
 #include "planner/problem.h"
@@ -252,8 +253,8 @@ Judged& judged(const Case& it) {
 
 // First choices on untouched wood against the oracle's.
 void compare_choices(const Judged& judged, benchmark::State& state) {
-  Matcher matcher(judged.problem.panels, turns(judged.options.rotations), judged.problem.classes,
-                  judged.problem.entries_per_unit);
+  CertifiedMatcher matcher(judged.problem.panels, turns(judged.options.rotations), judged.problem.classes,
+                           judged.problem.entries_per_unit);
   run_parallel(matcher.index_tasks(), kThreads, {}, [&](std::size_t task) { matcher.build_index(task); });
   std::vector<double> ratios(judged.sample.size(), 1);
   run_parallel(judged.sample.size(), kThreads, {}, [&](std::size_t i) {

@@ -65,7 +65,8 @@ void expect_choices_of_the_oracle(const Case& it, std::size_t most) {
   SCOPED_TRACE(it.name);
   auto problem = make_problem(it.artworks, it.stock, it.options);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
-  Matcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes, problem->entries_per_unit);
+  CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
+                           problem->entries_per_unit);
   for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
   test::ExhaustiveMatching oracle(matcher.panels(), turns(it.options.rotations), 1);
   for (std::size_t i = 0; i < std::min(most, problem->queue.size()); ++i) {
@@ -159,7 +160,7 @@ TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoes) {
   const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2), wood_panel("Q", 50, 60, 60, 3)};
   auto problem = make_problem(artworks, stock, o);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
-  Matcher matcher(std::move(problem->panels), turns(5), problem->classes, problem->entries_per_unit);
+  CertifiedMatcher matcher(std::move(problem->panels), turns(5), problem->classes, problem->entries_per_unit);
   test::ExhaustiveMatching oracle(matcher.panels(), turns(5), 2);
   for (std::size_t i = 0; i < 4; ++i) {
     const MatchPatch& patch = problem->queue[i].match;
