@@ -52,7 +52,8 @@ Samples sample_edge(const cv::Mat& scan, ScanResolution resolution, const FoundL
 
 double place_of(const Samples& samples, double blur) {
   double best = 0, least = 1e300;
-  for (double at = -0.3; at <= 0.3; at += 0.03) {
+  for (int step = -10; step <= 10; ++step) {
+    const double at = 0.03 * step;
     const double m = edge_misfit(samples, at, blur);
     if (m < least) least = m, best = at;
   }

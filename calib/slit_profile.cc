@@ -21,8 +21,9 @@ using Colours = Eigen::Matrix<double, SlitProfile::kBins, 3>;
 // Wood, slope of the light, browned rim, slit; blurred, at the places where the pixels are.
 Basis basis_of(const Eigen::Matrix<double, SlitProfile::kBins, 1>& places, double width, double middle,
                const SlitShape& shape) {
-  constexpr int kCells = static_cast<int>(2 * SlitProfile::kReach / kGrid + 0.5) + 2 * kMargin;
-  static_assert(kCells == 280);
+  constexpr int kCells = 280;
+  static_assert((kCells - 2 * kMargin) * kGrid - 2 * SlitProfile::kReach < 1e-9 &&
+                2 * SlitProfile::kReach - (kCells - 2 * kMargin) * kGrid < 1e-9);
   Eigen::Matrix<double, kCells, 2> sharp;
   const double half = width / 2;
   for (int i = 0; i < kCells; ++i) {
@@ -116,7 +117,8 @@ double misfit(const Weighted& seen, double width, double middle, const SlitShape
 
 double best_width(const Weighted& seen, const SlitShape& shape, double middle) {
   double best = 0.05, least = misfit(seen, best, middle, shape);
-  for (double width = 0.09; width <= 0.85; width += 0.04) {
+  for (int step = 1; step <= 20; ++step) {
+    const double width = 0.05 + 0.04 * step;
     const double m = misfit(seen, width, middle, shape);
     if (m < least) least = m, best = width;
   }
