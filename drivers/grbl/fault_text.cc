@@ -52,6 +52,102 @@ constexpr std::array<Meaning, 36> kErrors = {{
     {38, "the tool number is too large"},
 }};
 
+// Numbers beyond GRBL's own, from the families' own lists (grblHAL errors.h, FluidNC Error.h).
+constexpr std::array<Meaning, 44> kGrblHalErrors = {{
+    {18, "the controller was reset"},
+    {19, "a value must be above zero"},
+    {39, "a value is out of range"},
+    {40, "a tool change is pending"},
+    {41, "the spindle is not running"},
+    {42, "the wrong plane is selected"},
+    {43, "the feed rate is too high"},
+    {44, "the speed or power is out of range"},
+    {45, "a limit switch is engaged"},
+    {46, "homing is required"},
+    {47, "the tool is wrong"},
+    {48, "two words contradict each other"},
+    {49, "the self-test failed"},
+    {50, "the emergency stop is pressed"},
+    {51, "a motor reports a fault"},
+    {52, "the setting's value is out of range"},
+    {53, "the setting is switched off"},
+    {54, "the retract position is wrong"},
+    {55, "the homing setup is impossible"},
+    {56, "the coordinate system is locked"},
+    {57, "a file's demarcation was not expected"},
+    {58, "the auxiliary port is not there"},
+    {60, "the SD card does not mount"},
+    {61, "a file does not read"},
+    {62, "a folder does not open"},
+    {63, "a folder does not exist"},
+    {64, "no SD card is mounted"},
+    {65, "no file system is mounted"},
+    {66, "the file system is read-only"},
+    {70, "Bluetooth does not start"},
+    {71, "an unknown operator in an expression"},
+    {72, "a division by zero"},
+    {73, "an argument is out of range"},
+    {74, "an argument is wrong"},
+    {75, "an expression does not read"},
+    {76, "an expression has no valid result"},
+    {77, "authentication is required"},
+    {78, "access is denied"},
+    {79, "not allowed after a critical alarm"},
+    {80, "flow control works only in macros"},
+    {81, "flow control does not read"},
+    {82, "flow control is nested too deeply"},
+    {83, "flow control is out of memory"},
+    {84, "a file does not open"},
+}};
+
+constexpr std::array<Meaning, 45> kFluidNcErrors = {{
+    {18, "no homing cycle is configured"},
+    {19, "single axes cannot be homed"},
+    {39, "a parameter is too large"},
+    {40, "a control pin is active"},
+    {60, "the file system does not mount"},
+    {61, "a file does not read"},
+    {62, "a folder does not open"},
+    {63, "a folder does not exist"},
+    {64, "the file is empty"},
+    {65, "a file does not exist"},
+    {66, "a file does not open"},
+    {67, "the file system is busy"},
+    {68, "a folder cannot be deleted"},
+    {69, "a file cannot be deleted"},
+    {70, "a file cannot be renamed"},
+    {80, "the setting's number is out of range"},
+    {81, "the setting's value is wrong"},
+    {82, "a file cannot be created"},
+    {83, "the file system cannot be formatted"},
+    {90, "a message could not be sent"},
+    {100, "the stored settings cannot be written"},
+    {101, "the settings memory does not tell its state"},
+    {110, "authentication failed"},
+    {111, "the end of the line was reached"},
+    {112, "the end of the file was reached"},
+    {113, "the controller was reset"},
+    {114, "there is no data"},
+    {120, "another interface is busy"},
+    {130, "the jog was cancelled"},
+    {150, "a pin is described wrongly"},
+    {151, "a setting cannot be changed while it runs"},
+    {152, "the configuration is invalid"},
+    {160, "an upload failed"},
+    {161, "a download failed"},
+    {162, "the setting is read-only"},
+    {170, "a division by zero"},
+    {171, "an argument is wrong"},
+    {172, "an expression has no valid result"},
+    {173, "an unknown operator in an expression"},
+    {174, "an argument is out of range"},
+    {175, "an expression does not read"},
+    {176, "flow control does not read"},
+    {177, "flow control works only in macros"},
+    {178, "flow control is out of memory"},
+    {179, "flow control is nested too deeply"},
+}};
+
 constexpr std::array<Meaning, 9> kAlarms = {{
     {1, "a limit switch was hit"},
     {2, "the target lies outside the soft limits"},
@@ -127,7 +223,10 @@ std::string_view name_of(Family family) {
 }
 
 std::string describe_error(int number, Family family) {
-  return describe("error", number, family, find(kErrors, number));
+  std::string_view meaning = find(kErrors, number);
+  if (meaning.empty() && family == Family::kGrblHal) meaning = find(kGrblHalErrors, number);
+  if (meaning.empty() && family == Family::kFluidNc) meaning = find(kFluidNcErrors, number);
+  return describe("error", number, family, meaning);
 }
 
 std::string describe_alarm(int number, Family family) {

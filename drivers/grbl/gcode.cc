@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <set>
+#include <utility>
 
 namespace veneer::grbl {
 namespace {
@@ -55,23 +56,29 @@ double reach_mm(const Along& a, double time_s) {
 class GroupWriter {
  public:
   GroupWriter(WirePoint at, const MachineSettings& settings, double longest_move_s)
-      : at_(at), settings_(settings), longest_move_s_(longest_move_s) {}
+      : at_(at), settings_(settings), longest_move_s_(longest_move_s) {
+    hold_at(at);
+  }
 
-  void modal(const char* text) { lines_.push_back({std::string(text) + "\n", LineKind::kModal, at_, at_}); }
+  void modal(const std::string& text) { lines_.push_back({text + "\n", LineKind::kModal, at_, at_}); }
   void dwell() { lines_.push_back({"G4P0.01\n", LineKind::kDwell, at_, at_}); }
 
   void stroke(const Stroke& stroke, std::size_t index) {
     std::vector<WirePoint> path;
     path.reserve(stroke.path.size());
     for (const auto& p : stroke.path) path.push_back(settings_.to_wire(p));
+    const int feed = static_cast<int>(std::max(1L, std::lround(stroke.speed.count() * 60)));
+    if (std::exchange(feed_, feed) != feed) {
+      modal(fmt::format("F{}", feed));
+      echo(index, GcodeLine::kAny);
+    }
     travel_to(path.front());
     absolute_ = false;
-    feed_ = static_cast<int>(std::max(1L, std::lround(stroke.speed.count() * 60)));
     power_ = static_cast<int>(std::lround(stroke.power.count() * settings_.max_power));
     if (stroke.power.count() > 0) power_ = std::max(power_, 1);
     speed_mm_s_ = feed_ / 60.0;
     stroke_ = index;
-    set_modes_ = true;
+    set_power_ = true;
     for (int pass = 0; pass < stroke.passes; ++pass) {
       for (std::size_t i = 1; i < path.size(); ++i) burn_to(path[i]);
       // An open path is burnt back and forth.
@@ -85,20 +92,41 @@ class GroupWriter {
 
  private:
   void travel_to(WirePoint to) {
-    move(to, std::hypot(settings_.x.max_rate_mm_s, settings_.y.max_rate_mm_s), [&](WirePoint from, WirePoint next) {
+    move(to, std::hypot(settings_.x.max_rate_mm_s, settings_.y.max_rate_mm_s), [&](WirePoint next) {
       lines_.push_back({absolute_ ? "G53G0" + mm_word('X', next.x_um) + mm_word('Y', next.y_um) + "S0\n"
-                                  : "G0" + axis_words(from, next) + "S0\n",
-                        LineKind::kTravel, from, next});
+                                  : "G0" + step_words(next) + "S0\n",
+                        LineKind::kTravel, at_, next});
+      if (absolute_) hold_at(next);
     });
   }
 
   void burn_to(WirePoint to) {
-    move(to, speed_mm_s_, [&](WirePoint from, WirePoint next) {
-      const std::string words = axis_words(from, next);
+    move(to, speed_mm_s_, [&](WirePoint next) {
+      const std::string words = step_words(next);
       lines_.push_back(
-          {set_modes_ ? fmt::format("G1{}F{}S{}\n", words, feed_, power_) : words + "\n", LineKind::kBurn, from, next});
+          {set_power_ ? fmt::format("G1{}S{}\n", words, power_) : words + "\n", LineKind::kBurn, at_, next});
       lines_.back().stroke = stroke_;
     });
+  }
+
+  void echo(std::size_t stroke, int power) {
+    lines_.push_back({"$G\n", LineKind::kEcho, at_, at_, 0, stroke, false, feed_, power, power == GcodeLine::kAny});
+  }
+
+  // What the controller believes of its place, in its own arithmetic.
+  void hold_at(WirePoint at) {
+    held_x_ = static_cast<float>(static_cast<double>(at.x_um) / 1000);
+    held_y_ = static_cast<float>(static_cast<double>(at.y_um) / 1000);
+  }
+  WirePoint step_to(WirePoint next) const {
+    return {next.x_um - std::llround(static_cast<double>(held_x_) * 1000),
+            next.y_um - std::llround(static_cast<double>(held_y_) * 1000)};
+  }
+  std::string step_words(WirePoint next) {
+    const WirePoint by = step_to(next);
+    held_x_ += static_cast<float>(static_cast<double>(by.x_um) / 1000);
+    held_y_ += static_cast<float>(static_cast<double>(by.y_um) / 1000);
+    return axis_words(by);
   }
 
   template <class AddLine>
@@ -110,17 +138,12 @@ class GroupWriter {
     for (std::int64_t i = 1; i <= parts; ++i) {
       const WirePoint next{from.x_um + (to.x_um - from.x_um) * i / parts,
                            from.y_um + (to.y_um - from.y_um) * i / parts};
-      if (next == at_) continue;
-      add_line(at_, next);
+      if (next == at_ || (!absolute_ && step_to(next) == WirePoint{0, 0})) continue;
+      add_line(next);
       GcodeLine& line = lines_.back();
-      line.from = at_;
-      line.to = next;
       line.longest_s = stop_to_stop_s(at_, next, speed_mm_s, settings_);
       at_ = next;
-      if (line.kind == LineKind::kBurn && set_modes_) {
-        set_modes_ = false;
-        lines_.push_back({"$G\n", LineKind::kEcho, at_, at_, 0, stroke_, false, feed_, power_});
-      }
+      if (line.kind == LineKind::kBurn && std::exchange(set_power_, false)) echo(stroke_, power_);
     }
   }
 
@@ -131,8 +154,9 @@ class GroupWriter {
   int feed_ = 0, power_ = 0;
   double speed_mm_s_ = 0;
   std::size_t stroke_ = 0;
-  bool set_modes_ = false;
+  bool set_power_ = false;
   bool absolute_ = true;
+  float held_x_ = 0, held_y_ = 0;
 };
 
 Status check_stroke(const Stroke& stroke, std::size_t index, const MachineSettings& settings) {
@@ -162,10 +186,10 @@ Status check_stroke(const Stroke& stroke, std::size_t index, const MachineSettin
 
 }  // namespace
 
-std::string axis_words(WirePoint from, WirePoint to) {
+std::string axis_words(WirePoint by) {
   std::string words;
-  if (to.x_um != from.x_um) words += mm_word('X', to.x_um - from.x_um);
-  if (to.y_um != from.y_um) words += mm_word('Y', to.y_um - from.y_um);
+  if (by.x_um != 0) words += mm_word('X', by.x_um);
+  if (by.y_um != 0) words += mm_word('Y', by.y_um);
   return words;
 }
 

@@ -1,11 +1,12 @@
 // Writes strokes as GRBL lines: relative moves in whole micrometres, cut into pieces of bounded duration.
 //
-// Every absolute place is rounded once and moves are differences of rounded places, so rounding does not add up and a
-// digit lost on the wire shifts all that follows: it shows when the machine's position is compared at the end of the
-// piece. Only the dark way to a piece is absolute (G53), so that the controller's own single-precision sums start
-// afresh. Dark moves carry S0, so that even a G0 that arrives as G1 burns nothing. Each stroke's first burning line
-// sets feed and power and is followed by $G, whose answer shows what the controller understood. Pure functions;
-// thread-safe.
+// Every absolute place is rounded once, and a move is the difference to where the controller's own sum of moves has got
+// to. It adds in single precision, so the sum is followed in single precision: errors do not add up however many the
+// moves, and a digit lost on the wire shifts all that follows: it shows when the machine's position is compared at the
+// end of the piece. Only the dark way to a piece is absolute (G53). Dark moves carry S0, so that even a G0 that arrives
+// as G1 burns nothing. Modes and feed are set ahead of the motions that need them and asked back ($G); no motion goes
+// out before the answer is right, since a feed that lost a digit would make a short motion last for a minute. Each
+// stroke's first burning line sets the power and is asked back as well. Pure functions; thread-safe.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +28,16 @@ enum class LineKind {
 };
 
 struct GcodeLine {
+  static constexpr int kAny = -1;
   std::string text;  // with its newline
   LineKind kind = LineKind::kModal;
   WirePoint from, to;      // of a motion
   double longest_s = 0;    // of a motion: from standstill to standstill, so never shorter than the true duration
   std::size_t stroke = 0;  // of a burning motion: index into the job's strokes
   bool ends_stroke = false;
-  int feed = 0, power = 0;  // of an echo: what must come back
+  int feed = 0;       // of an echo: what must come back
+  int power = kAny;   // of an echo after a burning line
+  bool gate = false;  // of an echo: no motion is sent before its answer is right
 
   bool moves() const { return kind == LineKind::kTravel || kind == LineKind::kBurn; }
 };
@@ -43,8 +47,8 @@ struct GcodeLine {
 std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t first, WirePoint at,
                                    const MachineSettings& settings, double longest_move_s);
 
-// "X12.3Y-0.004": the axes that move.
-std::string axis_words(WirePoint from, WirePoint to);
+// "X12.3Y-0.004": the axes that move, by so many micrometres.
+std::string axis_words(WirePoint by);
 
 // Time a straight motion takes from standstill to standstill.
 double stop_to_stop_s(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings);

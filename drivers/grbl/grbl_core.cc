@@ -164,6 +164,7 @@ void GrblCore::handle(const Reply& reply) {
                  [&](const SettingLine& setting) { settings_reader_.setting(setting); },
                  [&](const BuildOptions& build) { settings_reader_.options(build); },
                  [&](const BuildVersion& version) { settings_reader_.version(version); },
+                 [&](const Firmware& firmware) { settings_reader_.firmware(firmware); },
                  [&](const ParserState& state) { on_parser_state(state); },
                  [](const Message&) {},
                  // Noise. If it was an answer, the missing answer will be noticed.
@@ -196,7 +197,9 @@ void GrblCore::on_answer(std::optional<int> error_number) {
   run_->acknowledged(answered.line);
   if (answered.line.kind == LineKind::kEcho && !std::exchange(echo_seen_, false))
     stop_softly({ErrorCode::kDeviceFault,
-                 fmt::format("the laser controller did not tell how it understood stroke {}", answered.line.stroke)});
+                 fmt::format("the laser controller did not tell how it understood stroke {}: its answers "
+                             "do not match the lines it was sent",
+                             answered.line.stroke)});
 }
 
 void GrblCore::on_alarm(int number) {

@@ -46,13 +46,17 @@ void GrblCore::on_parser_state(const ParserState& state) {
   // Answers come in order: this one belongs to the oldest $G that is unanswered.
   for (const Outstanding& waiting : outstanding_) {
     if (waiting.line.kind != LineKind::kEcho) continue;
-    const bool modes = state.has("G1") && state.has("G91") && state.has("G21") && state.has("G94") && state.has("M4");
-    if (modes && std::abs(state.feed - waiting.line.feed) < 1 && std::abs(state.power - waiting.line.power) < 1) return;
+    const GcodeLine& line = waiting.line;
+    const bool burning = line.power != GcodeLine::kAny;
+    const bool modes = state.has("G91") && state.has("G21") && state.has("G94") && state.has("M4");
+    if (modes && std::abs(state.feed - line.feed) < 1 &&
+        (!burning || (state.has("G1") && std::abs(state.power - line.power) < 1)))
+      return;
     return stop_softly(
         {ErrorCode::kDeviceFault,
-         fmt::format("the laser controller understood stroke {} as F{} S{}, it was sent F{} S{}: check "
-                     "the cable for disturbance",
-                     waiting.line.stroke, state.feed, state.power, waiting.line.feed, waiting.line.power)});
+         fmt::format("the laser controller understood stroke {} as \"{}\", it was sent G91 G21 G94 M4 F{}{}: check the "
+                     "cable for disturbance",
+                     line.stroke, state.text, line.feed, burning ? fmt::format(" G1 S{}", line.power) : "")});
   }
 }
 

@@ -17,17 +17,19 @@ JobRun::JobRun(LaserJob job, const MachineSettings& settings, const GrblOptions&
 const GcodeLine* JobRun::next() const {
   if (all_sent()) return nullptr;
   const GcodeLine& line = lines_[next_];
-  return line.moves() && !motion_.fits(line) ? nullptr : &line;
+  return line.moves() && (gates_ > 0 || !motion_.fits(line)) ? nullptr : &line;
 }
 
 void JobRun::sent() {
   const GcodeLine& line = lines_[next_++];
   if (line.moves()) motion_.sent(line);
   if (line.kind == LineKind::kBurn) burning_begun_ = true;
+  if (line.gate) ++gates_;
 }
 
 void JobRun::acknowledged(const GcodeLine& line) {
   if (line.moves()) motion_.acknowledged();
+  if (line.gate) --gates_;
 }
 
 std::optional<PieceId> JobRun::verified() {

@@ -54,6 +54,7 @@ class JobRun {
   std::size_t next_ = 0;
   bool burning_begun_ = false;
   bool doubtful_ = false;
+  int gates_ = 0;  // echoes unanswered before which nothing may move
   bool stop_after_piece_ = false;
   bool finished_ = false;
   bool stopped_early_ = false;

@@ -102,6 +102,7 @@ Reply parse_report(std::string_view line) {
 
 Reply parse_parser_state(std::string_view line, std::string_view body) {
   ParserState state;
+  state.text = body;
   for (const std::string_view word : split(body, ' ')) {
     if (word.empty()) continue;
     if (word.front() == 'F' || word.front() == 'S') {
@@ -121,6 +122,7 @@ Reply parse_bracket(std::string_view line) {
   const std::string_view name = inner.substr(0, colon);
   const std::string_view body = colon == std::string_view::npos ? std::string_view{} : inner.substr(colon + 1);
   if (name == "GC") return parse_parser_state(line, body);
+  if (name == "FIRMWARE") return Firmware{std::string(body)};
   if (name == "VER") return BuildVersion{std::string(body)};
   if (name == "OPT") {
     const auto parts = split(body, ',');

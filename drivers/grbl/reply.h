@@ -43,7 +43,11 @@ struct BuildOptions {  // "[OPT:V,15,128]"
 struct BuildVersion {  // "[VER:1.1h.20190830:]"
   std::string text;
 };
-struct ParserState {               // "[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S850]"
+struct Firmware {  // "[FIRMWARE:grblHAL]"
+  std::string name;
+};
+struct ParserState {  // "[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S850]"
+  std::string text;
   std::vector<std::string> words;  // without F and S
   double feed = 0, power = 0;
   bool has(std::string_view word) const;
@@ -56,7 +60,7 @@ struct UnknownReply {
 };
 
 using Reply = std::variant<Acknowledged, Refused, AlarmRaised, Banner, StatusReport, SettingLine, BuildOptions,
-                           BuildVersion, ParserState, Message, UnknownReply>;
+                           BuildVersion, Firmware, ParserState, Message, UnknownReply>;
 
 // `line` without its line ending, not empty.
 Reply parse_reply(std::string_view line);

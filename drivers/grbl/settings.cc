@@ -63,6 +63,7 @@ Point<MachineFrame> MachineSettings::from_wire(double x_mm, double y_mm) const {
 
 void SettingsReader::banner(const Banner& banner) { banner_ = banner.text; }
 void SettingsReader::version(const BuildVersion& version) { version_ = version.text; }
+void SettingsReader::firmware(const Firmware& firmware) { firmware_ = firmware.name; }
 void SettingsReader::options(const BuildOptions& options) { options_ = options; }
 
 double SettingsReader::value(int number, double otherwise) const {
@@ -72,7 +73,8 @@ double SettingsReader::value(int number, double otherwise) const {
 
 Result<MachineSettings> SettingsReader::finish() const {
   MachineSettings s;
-  s.family = family_of(banner_);
+  // A controller that was already running prints no banner; it names itself in the answer to $I then.
+  s.family = family_of(!banner_.empty() ? banner_ : !firmware_.empty() ? firmware_ : version_);
   const std::string version = version_.substr(0, version_.find('.', version_.find('.') + 1));
   s.firmware =
       banner_.empty() ? fmt::format("{} {}", name_of(s.family), version) : banner_.substr(0, banner_.find(" ["));
@@ -89,7 +91,7 @@ Result<MachineSettings> SettingsReader::finish() const {
   if (s.receive_bytes < 80) return refuse(fmt::format("its receive buffer of {} bytes is too small", s.receive_bytes));
   s.planner_blocks = options_.planner_blocks.value_or(15);
   s.max_power = value(kMaxPower, 0);
-  s.homing = value(kHomingEnable, 0) != 0;
+  s.homing = (static_cast<unsigned>(value(kHomingEnable, 0)) & 1U) != 0;  // grblHAL keeps more in the other bits
   s.pull_off_mm = value(kHomingPullOff, 1);
   const auto home_corner = static_cast<unsigned>(value(kHomingDirections, 0));
   const bool zero_at_home = options_.letters.find('Z') != std::string::npos;

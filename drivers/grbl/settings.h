@@ -49,6 +49,7 @@ class SettingsReader {
  public:
   void banner(const Banner& banner);
   void version(const BuildVersion& version);
+  void firmware(const Firmware& firmware);
   void options(const BuildOptions& options);
   void setting(const SettingLine& line) { values_[line.number] = line.value; }
   // kRefused for a controller that cannot be used as it is set, with the setting to change.
@@ -57,7 +58,7 @@ class SettingsReader {
  private:
   double value(int number, double otherwise) const;
   std::map<int, double> values_;
-  std::string banner_, version_;
+  std::string banner_, version_, firmware_;
   BuildOptions options_;
 };
 

@@ -95,6 +95,13 @@ class GrblCoreTest : public testing::Test {
     return {{stroke}};
   }
 
+  // A job whose modes and feed were understood; its motions are on their way.
+  std::string begin_line() {
+    core.start(line_job(), now);
+    EXPECT_EQ(out(), "G0G17G21G91G94\nG0M4S0\nF900\n$G\n");
+    return say("ok\r\nok\r\nok\r\n[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F900 S0]\r\nok\r\n");
+  }
+
   GrblCore core;
   TimePoint now{};
   std::vector<LaserEvent> events;
@@ -204,9 +211,8 @@ TEST_F(GrblCoreTest, SendsNoByteOfAJobThatLeavesTheTravel) {
 
 TEST_F(GrblCoreTest, ReportsNothingExecutedWhileTheMachineStandsAtTheStart) {
   connect_and_home();
-  core.start(line_job(), now);
-  std::string sent = out();
-  EXPECT_THAT(sent, HasSubstr("F900S850"));
+  const std::string sent = begin_line();
+  EXPECT_THAT(sent, HasSubstr("S850\n$G\n"));
   // All lines are answered at once, the machine has not moved yet.
   for (int i = 0; i < 12; ++i) say("ok\r\n");
   wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", 1s);
@@ -215,9 +221,8 @@ TEST_F(GrblCoreTest, ReportsNothingExecutedWhileTheMachineStandsAtTheStart) {
 
 TEST_F(GrblCoreTest, AbortsWhenPowerWasUnderstoodDifferently) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
-  say("ok\r\nok\r\nok\r\n");
+  begin_line();
+  say("ok\r\n");
   EXPECT_EQ(say("[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S50]\r\n"), "!");
   EXPECT_EQ(wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
   ASSERT_TRUE(event<laser_event::Aborted>());
@@ -225,10 +230,21 @@ TEST_F(GrblCoreTest, AbortsWhenPowerWasUnderstoodDifferently) {
   EXPECT_FALSE(event<laser_event::Aborted>()->position_lost) << "it stood still before the reset";
 }
 
-TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
+TEST_F(GrblCoreTest, SendsNoMotionBeforeModesAndFeedAreKnownToBeUnderstood) {
   connect_and_home();
   core.start(line_job(), now);
-  out();
+  EXPECT_THAT(out(), testing::Not(HasSubstr("X")));
+  say("ok\r\nok\r\nok\r\n");
+  EXPECT_EQ(say("[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F90 S0]\r\n"), "!") << "a digit of F900 was lost";
+  EXPECT_EQ(say("ok\r\n"), "");
+  EXPECT_EQ(wait_in("<Hold:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->suspect, testing::IsEmpty()) << "nothing was burnt";
+}
+
+TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
+  connect_and_home();
+  begin_line();
   wait_in("<Run|MPos:-3.000,-1.300,0.000|FS:900,850>", 250ms);
   EXPECT_FALSE(event<laser_event::Aborted>()) << "one report may be garbled";
   wait_in("<Run|MPos:-3.200,-1.300,0.000|FS:900,850>", 2s);
@@ -238,8 +254,7 @@ TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
 
 TEST_F(GrblCoreTest, AbortsWhenSomebodyTurnsTheOverrides) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
+  begin_line();
   wait_in("<Run|MPos:-3.000,-1.000,0.000|FS:900,850|Ov:100,100,110>", 400ms);
   wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 1s);
   ASSERT_TRUE(event<laser_event::Aborted>());
@@ -248,8 +263,7 @@ TEST_F(GrblCoreTest, AbortsWhenSomebodyTurnsTheOverrides) {
 
 TEST_F(GrblCoreTest, HoldsOnlyWhenTheBeamIsSeenOff) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
+  begin_line();
   wait_in("<Run|MPos:-2.000,-1.000,0.000|FS:900,850>", 200ms);
   core.hold(now);
   EXPECT_EQ(out(), "!");
@@ -264,8 +278,7 @@ TEST_F(GrblCoreTest, HoldsOnlyWhenTheBeamIsSeenOff) {
 
 TEST_F(GrblCoreTest, ResetsAMachineThatKeepsItsBeamOnInHold) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
+  begin_line();
   core.hold(now);
   out();
   EXPECT_THAT(wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,280>", 3s), HasSubstr("\x18"));
@@ -274,8 +287,7 @@ TEST_F(GrblCoreTest, ResetsAMachineThatKeepsItsBeamOnInHold) {
 
 TEST_F(GrblCoreTest, AbortsWhenTheMachineMovesOnByItself) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
+  begin_line();
   core.hold(now);
   out();
   wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 200ms);
@@ -285,8 +297,7 @@ TEST_F(GrblCoreTest, AbortsWhenTheMachineMovesOnByItself) {
 
 TEST_F(GrblCoreTest, SilenceEndsTheJobAndTheLink) {
   connect_and_home();
-  core.start(line_job(), now);
-  out();
+  begin_line();
   EXPECT_THAT(wait(3s), HasSubstr("\x18")) << "in case somebody still listens";
   ASSERT_TRUE(event<laser_event::Aborted>());
   EXPECT_EQ(event<laser_event::Aborted>()->error.code, ErrorCode::kDisconnected);
@@ -319,8 +330,7 @@ TEST_F(GrblCoreTest, AnImpatientDoubleStopIsNotAFault) {
 
 TEST_F(GrblCoreTest, WritesNoSettingEver) {
   connect_and_home();
-  core.start(line_job(), now);
-  const std::string sent = out();
+  const std::string sent = begin_line();
   EXPECT_EQ(sent.find('='), std::string::npos);
   EXPECT_EQ(sent.find("$X"), std::string::npos) << "an alarm is never unlocked";
 }
