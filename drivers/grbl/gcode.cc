@@ -85,7 +85,10 @@ class GroupWriter {
       if (path.front() != path.back()) std::reverse(path.begin(), path.end());
     }
     const auto last = std::find_if(lines_.rbegin(), lines_.rend(), [](const GcodeLine& l) { return l.moves(); });
-    if (last != lines_.rend()) last->ends_stroke = true;
+    if (last == lines_.rend()) return;
+    last->ends_stroke = true;
+    // A lost or changed word may have switched the motion or the power off in between.
+    if (last == lines_.rbegin()) echo(index, power_);
   }
 
   std::vector<GcodeLine> take() { return std::move(lines_); }

@@ -241,7 +241,8 @@ TEST(Gcode, WritesShortLinesWithoutSpacesEndingInNewlineOnly) {
 
 TEST(Gcode, AsksWhatWasUnderstoodBeforeItMovesAndOnceItBurns) {
   const auto settings = stock_settings();
-  const std::vector<Stroke> strokes = {stroke_of({{10, 20}, {12, 20}}), stroke_of({{15, 20}, {16, 20}}),
+  const std::vector<Stroke> strokes = {stroke_of({{10, 20}, {12, 20}}),
+                                       stroke_of({{15, 20}, {16, 20}, {16, 21}, {16, 22}}),
                                        stroke_of({{17, 20}, {18, 20}}, 80, 0.2)};
   const auto lines = write_group(strokes, 5, settings.to_wire(point<MachineFrame>(10, 20)), settings, 0.2);
   std::string text;
@@ -249,8 +250,8 @@ TEST(Gcode, AsksWhatWasUnderstoodBeforeItMovesAndOnceItBurns) {
   EXPECT_EQ(text,
             "G0G17G21G91G94\nG0M4S0\n"
             "F900\n$G\nG1X2S850\n$G\n"
-            "G0X3S0\nG1X1S850\n$G\n"
-            "F4800\n$G\nG0X1S0\nG1X1S200\n$G\n"
+            "G0X3S0\nG1X1S850\n$G\nY1\nY1\n$G\n"
+            "F4800\n$G\nG0X1Y-2S0\nG1X1S200\n$G\n"
             "G0M5S0\nM9\nG4P0.01\n");
   for (std::size_t i = 1; i < lines.size(); ++i) {
     if (lines[i].kind != LineKind::kEcho) continue;

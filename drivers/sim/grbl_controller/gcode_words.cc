@@ -39,7 +39,10 @@ int put(std::optional<int>& group, int code) {
 }  // namespace
 
 int GcodeInterpreter::read_g(double value, Words& w) {
-  const int code = static_cast<int>(std::lround(value * 10));
+  // GRBL reads a code to two decimals.
+  const auto hundredths = std::lround(value * 100);
+  if (hundredths % 10 != 0) return 23;
+  const int code = static_cast<int>(hundredths / 10);
   const auto take_axes = [&w](AxisUse use) {
     if (w.axis_use != AxisUse::kNone) return false;
     w.axis_use = use;
