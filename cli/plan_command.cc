@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -13,11 +12,11 @@
 #include <set>
 #include <stop_token>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "cli/command_context.h"
+#include "cli/plan_arguments.h"
 #include "cli/progress.h"
-#include "planner/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 
@@ -31,128 +30,28 @@ using planner::PlanOptions;
 using planner::StockPanel;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kFailed = 1, kUnusableArguments = 2;
-
 [[noreturn]] void end(int status, const std::string& sentence) {
   std::cerr << "veneerctl plan: " << sentence << "\n";
   throw CLI::RuntimeError(status);
 }
 
-// Unusable input is the caller's to mend; anything else is work that failed.
-[[noreturn]] void end(const Error& error) {
-  const bool input = error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
-  end(input ? kUnusableArguments : kFailed, error.message);
+[[noreturn]] void end(const Error& error) { end(exit_status(error), error.message); }
+
+template <class T>
+T or_end(Result<T> result) {
+  if (!result.ok()) end(result.error());
+  return std::move(*result);
 }
 
-struct PlanArguments {
-  std::vector<std::string> targets, panels;
-  double size_mm = 360, patch_mm = 14, kerf_mm = 0.15;
-  PlanOptions options;
-  std::string layout = "grid", priority = "saliency", refine = "none", optimize = "greedy", formats = "svg,json";
+struct Arguments {
+  PlanArguments plan;
+  std::string layout = "grid", refine = "none", optimize = "greedy", formats = "svg,json";
   int adaptive_levels = 0;
   std::string out;
 };
 
-struct PanelArgument {
-  std::string picture, mask, id;
-  double dpi = 300;
-};
-
-double number_of(const std::string& text, const std::string& what) {
-  std::size_t used = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used == 0 || used != text.size() || !std::isfinite(value))
-    end(kUnusableArguments, fmt::format("{} is not a number: \"{}\"", what, text));
-  return value;
-}
-
-// IMAGE[,mask=IMAGE][,dpi=300][,id=NAME]; a comma in a file's name is taken as part of it when no key follows.
-PanelArgument panel_argument(const std::string& text) {
-  PanelArgument panel;
-  std::string* open = &panel.picture;
-  std::string dpi;
-  std::size_t from = 0;
-  while (from <= text.size()) {
-    const std::size_t comma = std::min(text.find(',', from), text.size());
-    const std::string part = text.substr(from, comma - from);
-    if (from == 0) {
-      panel.picture = part;
-    } else if (part.rfind("mask=", 0) == 0) {
-      panel.mask = part.substr(5), open = &panel.mask;
-    } else if (part.rfind("dpi=", 0) == 0) {
-      dpi = part.substr(4), open = &dpi;
-    } else if (part.rfind("id=", 0) == 0) {
-      panel.id = part.substr(3), open = &panel.id;
-    } else {
-      *open += "," + part;
-    }
-    from = comma + 1;
-  }
-  if (panel.picture.empty()) end(kUnusableArguments, fmt::format("--panel {} names no picture", text));
-  if (!dpi.empty()) panel.dpi = number_of(dpi, "the dpi of --panel " + text);
-  if (panel.id.empty()) panel.id = fs::path(panel.picture).stem().string();
-  return panel;
-}
-
-// Ids become parts of file names.
-void check_ids(const std::vector<PanelArgument>& panels) {
-  std::set<std::string> seen;
-  for (const PanelArgument& panel : panels) {
-    if (panel.id.empty() || panel.id.find('/') != std::string::npos || panel.id == "." || panel.id == "..")
-      end(kUnusableArguments, fmt::format("\"{}\" cannot be the id of a panel", panel.id));
-    if (!seen.insert(panel.id).second)
-      end(kUnusableArguments,
-          fmt::format("two panels have the id {}: give one of them another with id=NAME", panel.id));
-  }
-}
-
-std::vector<StockPanel> load_panels(const std::vector<PanelArgument>& arguments) {
-  std::vector<StockPanel> stock;
-  for (const PanelArgument& argument : arguments) {
-    if (!(argument.dpi >= 1 && argument.dpi <= 10000))
-      end(kUnusableArguments, fmt::format("the dpi of panel {} must lie between 1 and 10000", argument.id));
-    StockPanel panel;
-    panel.id = {argument.id};
-    Result<cv::Mat> picture = planner::load_picture(argument.picture);
-    if (!picture.ok()) end(picture.error());
-    panel.picture.pixels = *picture;
-    panel.picture.resolution = ScanResolution::from_dpi(argument.dpi);
-    panel.free.resolution = panel.picture.resolution;
-    if (argument.mask.empty()) {
-      panel.free.pixels = cv::Mat(picture->size(), CV_8UC1, cv::Scalar(255));
-    } else {
-      Result<cv::Mat> mask = planner::load_mask(argument.mask);
-      if (!mask.ok()) end(mask.error());
-      if (mask->size() != picture->size())
-        end(kUnusableArguments, fmt::format("the mask {} has {} x {} pixels, its panel {} x {}", argument.mask,
-                                            mask->cols, mask->rows, picture->cols, picture->rows));
-      panel.free.pixels = *mask;
-    }
-    if (cv::countNonZero(panel.free.pixels) == 0)
-      end(kUnusableArguments, fmt::format("panel {} has no usable wood: its mask is empty", argument.id));
-    stock.push_back(std::move(panel));
-  }
-  return stock;
-}
-
-std::vector<Artwork> load_artworks(const PlanArguments& arguments) {
-  std::vector<Artwork> artworks;
-  for (const std::string& target : arguments.targets) {
-    Result<cv::Mat> picture = planner::load_picture(target);
-    if (!picture.ok()) end(picture.error());
-    const auto size = planner::artwork_size(*picture, Millimetres(arguments.size_mm));
-    artworks.push_back({target, planner::artwork_letter(artworks.size()), *picture, size.width, size.height});
-  }
-  return artworks;
-}
-
 // What CONTRACT.md promises for later versions is refused by name, so that a script never gets something else.
-void refuse_what_is_not_there(const PlanArguments& a) {
+void refuse_what_is_not_there(const Arguments& a) {
   const auto unavailable = [](const std::string& option) {
     end(kUnusableArguments, option + " is not available yet in this version");
   };
@@ -180,11 +79,12 @@ void make_directory(const fs::path& out) {
   std::error_code failed;
   fs::create_directories(out, failed);
   if (failed || !fs::is_directory(out))
-    end(kFailed, fmt::format("the directory {} cannot be made{}", out.string(), failed ? ": " + failed.message() : ""));
+    end(kWorkFailed,
+        fmt::format("the directory {} cannot be made{}", out.string(), failed ? ": " + failed.message() : ""));
   // Found out now rather than after the planning.
   const fs::path probe = out / ".veneerctl-probe";
   if (Status status = planner::write_text("", probe); !status.ok())
-    end(kFailed, fmt::format("the directory {} cannot be written to", out.string()));
+    end(kWorkFailed, fmt::format("the directory {} cannot be written to", out.string()));
   fs::remove(probe, failed);
 }
 
@@ -241,36 +141,28 @@ Result<Plan> plan_with_progress(const std::vector<Artwork>& artworks, const std:
       stop.get_token());
 }
 
-void run(const PlanArguments& arguments) {
+void run(const Arguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   refuse_what_is_not_there(arguments);
   const auto formats = wanted_formats(arguments.formats);
-  std::vector<PanelArgument> panels;
-  for (const std::string& panel : arguments.panels) panels.push_back(panel_argument(panel));
-  check_ids(panels);
-  if (!(arguments.size_mm > 0 && arguments.size_mm <= 1e5))
-    end(kUnusableArguments, "--size-mm must lie between 0 and 100000");
-
-  PlanOptions options = arguments.options;
-  options.patch = Millimetres(arguments.patch_mm);
-  options.kerf = Millimetres(arguments.kerf_mm);
-  options.priority = arguments.priority == "center" ? planner::Priority::kCentre : planner::Priority::kSaliency;
-  if (options.threads <= 0) options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-
-  const std::vector<Artwork> artworks = load_artworks(arguments);
-  const std::vector<StockPanel> stock = load_panels(panels);
+  const PlanOptions options = or_end(plan_options(arguments.plan));
+  if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
+    end(kUnusableArguments, "--repeat must lie between 1 and 1000");
+  const std::vector<Artwork> artworks = or_end(load_artworks(arguments.plan));
+  const std::vector<StockPanel> stock = or_end(load_panels(arguments.plan));
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
   const Result<Plan> plan = plan_with_progress(artworks, stock, options);
   if (!plan.ok()) end(plan.error());
   if (Status status = write_files(*plan, stock, formats, arguments.out); !status.ok())
-    end(kFailed, status.error().message);
+    end(kWorkFailed, status.error().message);
   spent.total = seconds();
   const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
   if (Status status = planner::write_text(report, fs::path(arguments.out) / "report.json"); !status.ok())
-    end(kFailed, status.error().message);
+    end(kWorkFailed, status.error().message);
+  for (const std::string& warning : plan->warnings) std::cerr << "veneerctl plan: warning: " << warning << "\n";
   if (const std::size_t empty = planner::unfilled(*plan); empty > 0)
     std::cerr << fmt::format("veneerctl plan: warning: no free wood was left for {} of {} patches\n", empty,
                              plan->pieces.size());
@@ -279,27 +171,16 @@ void run(const PlanArguments& arguments) {
 }  // namespace
 
 void add_plan_command(CLI::App& app) {
-  auto arguments = std::make_shared<PlanArguments>();
+  auto arguments = std::make_shared<Arguments>();
   CLI::App* plan = app.add_subcommand("plan", "Plan pictures from panel pictures, without a cell");
-  plan->add_option("--target", arguments->targets, "A picture to rebuild (repeatable)")->required();
-  plan->add_option("--panel", arguments->panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME] (repeatable)")->required();
-  plan->add_option("--size-mm", arguments->size_mm, "Shorter side of the picture")->capture_default_str();
-  plan->add_option("--patch-mm", arguments->patch_mm, "Side of a patch")->capture_default_str();
-  plan->add_option("--rotations", arguments->options.rotations, "Turns of the wood that are tried")
-      ->capture_default_str();
-  plan->add_option("--dpi", arguments->options.dpi, "Working resolution")->capture_default_str();
-  plan->add_option("--w-intensity", arguments->options.w_intensity, "Weight of brightness, 0 to 1")
-      ->capture_default_str();
-  plan->add_option("--w-edge", arguments->options.w_edge, "Weight of edges, 0 to 1")->capture_default_str();
-  plan->add_option("--w-hist", arguments->options.w_hist, "How far tones are mapped to the wood's, 0 to 1")
-      ->capture_default_str();
+  add_plan_arguments(*plan, arguments->plan);
+  plan->add_option("--repeat", arguments->plan.copies, "Plan each picture so many times")->capture_default_str();
+  plan->add_flag("--interleave", arguments->plan.options.interleave,
+                 "Let the most salient patches of all pictures choose first, instead of picture after picture");
   plan->add_option("--adaptive-levels", arguments->adaptive_levels, "Doublings of the patch size")
       ->capture_default_str();
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")
       ->check(CLI::IsMember({"grid", "morph", "mosaic", "segmentation"}))
-      ->capture_default_str();
-  plan->add_option("--priority", arguments->priority, "Which patches choose first")
-      ->check(CLI::IsMember({"saliency", "center"}))
       ->capture_default_str();
   plan->add_option("--refine", arguments->refine, "How borders between patches are refined")
       ->check(CLI::IsMember({"none", "dp"}))
@@ -307,9 +188,6 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--optimize", arguments->optimize, "How places are chosen")
       ->check(CLI::IsMember({"greedy", "global"}))
       ->capture_default_str();
-  plan->add_option("--kerf-mm", arguments->kerf_mm, "Full width that the beam burns away")->capture_default_str();
-  plan->add_option("--seed", arguments->options.seed, "For choices that are drawn")->capture_default_str();
-  plan->add_option("--threads", arguments->options.threads, "0: as many as the machine has")->capture_default_str();
   plan->add_option("--format", arguments->formats, "svg, json")->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->callback([arguments] { run(*arguments); });

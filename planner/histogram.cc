@@ -37,14 +37,14 @@ float value_at(const Shares& source, const GreyHistogram& histogram, double shar
 
 }  // namespace
 
-void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask) {
+void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight) {
   for (int r = 0; r < grey.rows; ++r) {
     const auto* from = grey.ptr<float>(r);
     const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
     for (int c = 0; c < grey.cols; ++c) {
       if (usable != nullptr && usable[c] == 0) continue;
       const long bin = std::clamp(std::lround(from[c] * 255.0F), 0L, 255L);
-      counts[static_cast<std::size_t>(bin)] += 1;
+      counts[static_cast<std::size_t>(bin)] += weight;
     }
   }
 }

@@ -10,8 +10,9 @@ namespace veneer::planner {
 struct GreyHistogram {
   std::array<double, 256> counts{};
 
-  // Counts the pixels of a CV_32FC1 picture; with a CV_8UC1 mask of the same size only where it is non-zero.
-  void add(const cv::Mat& grey, const cv::Mat& mask = {});
+  // Counts the pixels of a CV_32FC1 picture, each `weight` times; with a CV_8UC1 mask of the same size only where it is
+  // non-zero.
+  void add(const cv::Mat& grey, const cv::Mat& mask = {}, double weight = 1);
   double total() const;
 };
 

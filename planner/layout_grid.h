@@ -10,8 +10,9 @@ namespace veneer::planner {
 
 // One cell of a layout.
 struct Patch {
-  int row = 0, column = 0;     // counted from 0 at the upper left
+  int row = 0, column = 0;     // counted from 0 at the upper left; of a larger patch its upper left cell
   Ring<ArtworkFrame> outline;  // counter-clockwise, convex
+  int cells = 1;               // side of the patch in cells of the grid
 };
 
 // Rows and columns: max(1, round(side / patch)) per axis.

@@ -25,8 +25,8 @@ double sum_over(const cv::Mat& integral, double left, double top, double right, 
   return upto(right, bottom) - upto(left, bottom) - upto(right, top) + upto(left, top);
 }
 
-std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches) {
-  const cv::Mat map = saliency_of(artwork.picture);
+// Integrals of a map that is stretched over the artwork, in map units times mm2.
+std::vector<double> sums_over(const cv::Mat& map, const Artwork& artwork, const std::vector<Patch>& patches) {
   cv::Mat integral;
   cv::integral(map, integral, CV_64F);
   const double px_per_mm_x = map.cols / artwork.width.count(), px_per_mm_y = map.rows / artwork.height.count();
@@ -40,6 +40,21 @@ std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patc
     out.push_back(sum / (px_per_mm_x * px_per_mm_y));
   }
   return out;
+}
+
+// CV_32FC1 in [0, 1].
+cv::Mat importance_map(const Artwork& artwork, cv::Size size) {
+  cv::Mat scaled, out;
+  cv::resize(artwork.importance, scaled, size, 0, 0,
+             size.area() < artwork.importance.size().area() ? cv::INTER_AREA : cv::INTER_LINEAR);
+  scaled.convertTo(out, CV_32F, 1.0 / 255);
+  return out;
+}
+
+std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches) {
+  cv::Mat map = saliency_of(artwork.picture);
+  if (!artwork.importance.empty()) map = map.mul(importance_map(artwork, map.size()));
+  return sums_over(map, artwork, patches);
 }
 
 std::vector<double> centre_distances(const Artwork& artwork, const std::vector<Patch>& patches) {
@@ -71,6 +86,16 @@ cv::Mat saliency_of(const cv::Mat& bgr) {
 
 std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority) {
   return priority == Priority::kSaliency ? saliency_sums(artwork, patches) : centre_distances(artwork, patches);
+}
+
+std::vector<double> importances(const Artwork& artwork, const std::vector<Patch>& patches) {
+  if (artwork.importance.empty()) return std::vector<double>(patches.size(), 1.0);
+  std::vector<double> out = sums_over(importance_map(artwork, artwork.importance.size()), artwork, patches);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Box<ArtworkFrame> box = bounds(patches[i].outline);
+    out[i] /= (box.width() * box.height()).count();
+  }
+  return out;
 }
 
 std::vector<std::size_t> by_urgency(const std::vector<double>& urgency) {

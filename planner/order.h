@@ -14,8 +14,12 @@ namespace veneer::planner {
 cv::Mat saliency_of(const cv::Mat& bgr);
 
 // One number a patch, the larger the earlier. Saliency: the map's sum over the patch, per mm2 so that patches of
-// several artworks compare. Centre: minus the distance from the artwork's centre in mm.
+// several artworks compare, multiplied by the artwork's importance point by point. Centre: minus the distance from the
+// artwork's centre in mm. Neither depends on the working resolution.
 std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority);
+
+// Mean importance of each patch, in [0, 1]; 1 where the artwork names none.
+std::vector<double> importances(const Artwork& artwork, const std::vector<Patch>& patches);
 
 // Indices by falling urgency; equal ones keep their order.
 std::vector<std::size_t> by_urgency(const std::vector<double>& urgency);

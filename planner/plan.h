@@ -29,6 +29,9 @@ struct Artwork {
   std::string letter;         // starts the marks of its pieces: "A", "B", ... unique within a plan
   cv::Mat picture;            // CV_8UC3, BGR, upright, decoded (pictures.h)
   Millimetres width, height;  // of the finished artwork; the picture is stretched to it, so keep its aspect
+  // CV_8UC1 of any size, stretched over the artwork: white = as important as can be, black = not at all. It multiplies
+  // saliency and weighs costs where patches compete. Empty: all alike.
+  cv::Mat importance{};
 };
 
 // The size that gives `picture` the shorter side `shorter`.
@@ -45,12 +48,16 @@ enum class Priority { kSaliency, kCentre };
 struct PlanOptions {
   Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
   int rotations = 15;     // n_rot: turns by k * 360 / n_rot degrees
-  double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]; the first two not both 0
+  double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
+  // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
+  double w_colour = 0, w_texture = 0;
+  Millimetres edge{0};  // pictures are smoothed by this (standard deviation) before edges are taken; 0: not at all
   double dpi = 300;                                      // working resolution: panels and artworks are resampled to it
   Millimetres kerf{
       0.15};  // k, full width burnt away. Outlines keep 2k from each other and k from wood that is not free
   Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
   Priority priority = Priority::kSaliency;
+  bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };
@@ -95,6 +102,7 @@ struct Plan {
   double dpi = 0;
   Millimetres kerf;
   PlanSeconds seconds;
+  std::vector<std::string> warnings;  // one sentence each; not part of what a plan is
 };
 
 double cost_total(const Plan& plan);

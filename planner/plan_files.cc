@@ -195,9 +195,10 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                    {"match", plan.seconds.match},
                    {"refine", plan.seconds.refine},
                    {"total", seconds.total}}},
+                 {"warnings", plan.warnings},
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
-  return out.dump(1) + "\n";
+  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace veneer::planner

@@ -149,6 +149,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads =
       options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   Plan plan = describe(artworks, stock, options);
+  plan.warnings = std::move(problem->warnings);
   CertifiedMatcher matcher(std::move(problem->panels), turns(options.rotations), problem->classes,
                            problem->entries_per_unit);
   run_parallel(

@@ -2,28 +2,26 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "planner/cell_index.h"
 #include "planner/layout_grid.h"
 #include "planner/matcher.h"
 #include "planner/plan.h"
+#include "planner/working_pictures.h"
 
 namespace veneer::planner {
-
-struct WorkingArtwork {
-  PixelGrid grid;
-  cv::Mat features;  // CV_32FC(n), after gamut mapping
-  std::vector<Patch> patches;
-};
 
 struct Problem {
   std::vector<MatchPanel> panels;
   std::vector<WorkingArtwork> artworks;
   std::vector<WindowClass> classes;
+  std::vector<std::string> warnings;
   struct Task {
     std::size_t artwork, patch;
     MatchPatch match;
+    double importance = 1;  // mean over the patch: what its cost weighs where patches compete
   };
   // In the order in which patches choose. MatchPatch::features points into `artworks`, so a Problem is moved, never
   // copied.

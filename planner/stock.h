@@ -1,8 +1,13 @@
 // The wood a plan may use.
 #pragma once
 
+#include <span>
+#include <string>
+#include <vector>
+
 #include "base/ids.h"
 #include "base/raster.h"
+#include "base/result.h"
 
 namespace veneer::planner {
 
@@ -14,6 +19,13 @@ struct StockPanel {
   // allocations, already grown by kerf and position margin). Wood outside the raster is not free. A mask made by
   // testing pixel centres against polygons is up to 0.71 pixel too generous: shrink it, or plan with a position margin.
   Raster<PanelFrame> free;
+  std::string species{};   // "oak"; empty: not known
+  double tone_weight = 1;  // how many times its area counts when tones are mapped to the wood's; 0: not at all
 };
+
+// The panels of these species; all of them when none is named. kInvalidArgument: a species of which there is no panel.
+Result<std::vector<StockPanel>> only_species(std::span<const StockPanel> stock, std::span<const std::string> species);
+// Sets tone_weight of all panels of a species. kInvalidArgument: no such species, or a weight outside [0, 1000].
+Status weigh_tones(std::span<StockPanel> stock, const std::string& species, double weight);
 
 }  // namespace veneer::planner

@@ -110,6 +110,23 @@ TEST_F(PlanCommand, WritesOnlyTheFormatsAskedFor) {
   EXPECT_TRUE(fs::exists(path("out/plan.json")));
 }
 
+TEST_F(PlanCommand, TakesSpeciesImportanceAndSeveralPictures) {
+  cv::Mat importance(10, 10, CV_8UC1, cv::Scalar(255));
+  cv::imwrite(path("importance.png"), importance);
+  const std::string panels =
+      " --panel " + path("panel.png") + ",dpi=50.8,id=Q,species=oak --wood oak --wood-weight oak=2";
+  const Outcome outcome = plan(usual() + panels + " --importance " + path("importance.png") +
+                               " --repeat 2 --interleave --w-colour 0.2 --w-texture 0.1 --edge-mm 0.8");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto plan_json = json("out/plan.json");
+  ASSERT_EQ(plan_json["panels"].size(), 1U);
+  EXPECT_EQ(plan_json["panels"][0]["id"], "Q");
+  ASSERT_EQ(plan_json["artworks"].size(), 2U);
+  EXPECT_EQ(plan_json["artworks"][1]["letter"], "B");
+  EXPECT_TRUE(fs::exists(path("out/preview-B.png")));
+  EXPECT_TRUE(json("out/report.json")["warnings"].is_array());
+}
+
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
@@ -140,6 +157,13 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(replaced("--size-mm 21", "--size-mm nan"), "--size-mm");
   expect_unusable(usual() + " --panel " + path("panel.png") + ",id=P", "two panels have the id P");
   expect_unusable(replaced("id=P", "id=a/b"), "cannot be the id");
+  expect_unusable(usual() + " --wood elm", "no panel is known to be elm");
+  expect_unusable(usual() + " --wood-weight elm", "not SPECIES=NUMBER");
+  expect_unusable(usual() + " --w-colour nan", "colour weight");
+  expect_unusable(usual() + " --edge-mm -1", "scale of edges");
+  expect_unusable(usual() + " --repeat 0", "--repeat");
+  expect_unusable(usual() + " --importance " + path("target.png") + " --importance " + path("target.png"),
+                  "more --importance");
 }
 
 TEST_F(PlanCommand, FailsWithOneWhenTheResultsCannotBeWritten) {

@@ -10,7 +10,6 @@
 #include "base/polygon_ops.h"
 #include "planner/features.h"
 #include "planner/histogram.h"
-#include "planner/order.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 #include "planner/resample.h"
@@ -216,7 +215,7 @@ TEST(Plan, RefusesUnusableInputInWords) {
   options = good, options.w_edge = 1.5;
   EXPECT_NE(error_of(artworks, stock, options).find("edge weight"), std::string::npos);
   options = good, options.w_edge = options.w_intensity = 0;
-  EXPECT_NE(error_of(artworks, stock, options).find("both 0"), std::string::npos);
+  EXPECT_NE(error_of(artworks, stock, options).find("all filters are 0"), std::string::npos);
   options = good, options.patch = 60_mm;
   EXPECT_NE(error_of({blob_artwork("A", 40, 40, 60_mm, 1)}, stock, options).find("larger than every panel"),
             std::string::npos);
@@ -252,25 +251,6 @@ TEST(Plan, FreeWoodMayLieInAnotherRasterThanThePicture) {
     }
   }
   EXPECT_EQ(unfilled(plan), 0U);
-}
-
-TEST(Order, SalientPatchesChooseFirstAtAnyWorkingResolution) {
-  Artwork artwork = blob_artwork("A", 200, 200, 80_mm, 71);
-  artwork.picture.setTo(cv::Scalar::all(128));
-  cv::circle(artwork.picture, {150, 50}, 14, cv::Scalar::all(255), cv::FILLED);
-  const auto patches = grid_layout(artwork.width, artwork.height, 20_mm);
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
-  const auto& first = patches[order.front()];
-  EXPECT_TRUE(bounds(first.outline).max.x > 40_mm && bounds(first.outline).max.y > 40_mm);
-}
-
-TEST(Order, CentralPatchesChooseFirstByDistance) {
-  const Artwork artwork = blob_artwork("A", 50, 50, 50_mm, 72);
-  const auto patches = grid_layout(artwork.width, artwork.height, 10_mm);
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kCentre));
-  EXPECT_EQ(patches[order.front()].row, 2);
-  EXPECT_EQ(patches[order.front()].column, 2);
-  EXPECT_EQ(patches[order.back()].row % 4, 0);
 }
 
 TEST(Preview, ShowsTheWoodWhereItWillLieAndMagentaWhereThereIsNone) {

@@ -1,0 +1,214 @@
+#include "cli/plan_arguments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <thread>
+
+#include "cli/command_context.h"
+#include "planner/pictures.h"
+
+namespace veneer::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using planner::Artwork;
+using planner::StockPanel;
+
+Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+
+struct PanelArgument {
+  std::string picture, mask, id, species, dpi_text;
+  double dpi = 300;
+};
+
+Result<double> number_of(const std::string& text, const std::string& what) {
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used == 0 || used != text.size() || !std::isfinite(value))
+    return unusable(fmt::format("{} is not a number: \"{}\"", what, text));
+  return value;
+}
+
+// IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME]; a comma in a file's name is taken as part of it when no key
+// follows.
+Result<PanelArgument> panel_argument(const std::string& text) {
+  PanelArgument panel;
+  const std::pair<std::string, std::string*> keys[] = {
+      {"mask=", &panel.mask}, {"dpi=", &panel.dpi_text}, {"id=", &panel.id}, {"species=", &panel.species}};
+  std::string* open = &panel.picture;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', from), text.size());
+    const std::string part = text.substr(from, comma - from);
+    const auto key = std::find_if(std::begin(keys), std::end(keys),
+                                  [&](const auto& k) { return from > 0 && part.rfind(k.first, 0) == 0; });
+    if (from == 0) {
+      panel.picture = part;
+    } else if (key != std::end(keys)) {
+      open = key->second;
+      *open = part.substr(key->first.size());
+    } else {
+      *open += "," + part;
+    }
+    from = comma + 1;
+  }
+  if (panel.picture.empty()) return unusable(fmt::format("--panel {} names no picture", text));
+  if (!panel.dpi_text.empty()) {
+    const Result<double> dpi = number_of(panel.dpi_text, "the dpi of --panel " + text);
+    if (!dpi.ok()) return dpi.error();
+    panel.dpi = *dpi;
+  }
+  if (panel.id.empty()) panel.id = fs::path(panel.picture).stem().string();
+  return panel;
+}
+
+// Ids become parts of file names.
+Status check_ids(const std::vector<PanelArgument>& panels) {
+  std::set<std::string> seen;
+  for (const PanelArgument& panel : panels) {
+    if (panel.id.empty() || panel.id.find('/') != std::string::npos || panel.id == "." || panel.id == "..")
+      return unusable(fmt::format("\"{}\" cannot be the id of a panel", panel.id));
+    if (!seen.insert(panel.id).second)
+      return unusable(fmt::format("two panels have the id {}: give one of them another with id=NAME", panel.id));
+  }
+  return Ok();
+}
+
+Result<StockPanel> load_panel(const PanelArgument& argument) {
+  if (!(argument.dpi >= 1 && argument.dpi <= 10000))
+    return unusable(fmt::format("the dpi of panel {} must lie between 1 and 10000", argument.id));
+  StockPanel panel;
+  panel.id = {argument.id};
+  panel.species = argument.species;
+  const Result<cv::Mat> picture = planner::load_picture(argument.picture);
+  if (!picture.ok()) return picture.error();
+  panel.picture.pixels = *picture;
+  panel.picture.resolution = ScanResolution::from_dpi(argument.dpi);
+  panel.free.resolution = panel.picture.resolution;
+  if (argument.mask.empty()) {
+    panel.free.pixels = cv::Mat(picture->size(), CV_8UC1, cv::Scalar(255));
+  } else {
+    const Result<cv::Mat> mask = planner::load_mask(argument.mask);
+    if (!mask.ok()) return mask.error();
+    if (mask->size() != picture->size())
+      return unusable(fmt::format("the mask {} has {} x {} pixels, its panel {} x {}", argument.mask, mask->cols,
+                                  mask->rows, picture->cols, picture->rows));
+    panel.free.pixels = *mask;
+  }
+  if (cv::countNonZero(panel.free.pixels) == 0)
+    return unusable(fmt::format("panel {} has no usable wood: its mask is empty", argument.id));
+  return panel;
+}
+
+}  // namespace
+
+int exit_status(const Error& error) {
+  const bool input = error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
+  return input ? kUnusableArguments : kWorkFailed;
+}
+
+void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
+  planner::PlanOptions& options = arguments.options;
+  command.add_option("--target", arguments.targets, "A picture to rebuild (repeatable)")->required();
+  command.add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME] (repeatable)")
+      ->required();
+  command.add_option("--wood", arguments.woods, "Use only panels of this species (repeatable)");
+  command.add_option("--wood-weight", arguments.wood_weights,
+                     "SPECIES=F: count its area F times when tones are mapped (repeatable)");
+  command.add_option("--size-mm", arguments.size_mm, "Shorter side of the picture")->capture_default_str();
+  command.add_option("--patch-mm", arguments.patch_mm, "Side of the smallest patch")->capture_default_str();
+  command.add_option("--rotations", options.rotations, "Turns of the wood that are tried")->capture_default_str();
+  command.add_option("--dpi", options.dpi, "Working resolution")->capture_default_str();
+  command.add_option("--w-intensity", options.w_intensity, "Weight of brightness, 0 to 1")->capture_default_str();
+  command.add_option("--w-edge", options.w_edge, "Weight of edges, 0 to 1")->capture_default_str();
+  command.add_option("--w-colour", options.w_colour, "Weight of hue and saturation, 0 to 1")->capture_default_str();
+  command.add_option("--w-texture", options.w_texture, "Weight of lines and spots, 0 to 1")->capture_default_str();
+  command.add_option("--w-hist", options.w_hist, "How far tones are mapped to the wood's, 0 to 1")
+      ->capture_default_str();
+  command
+      .add_option("--edge-mm", arguments.edge_mm,
+                  "Scale at which edges are compared; 0: single pixels of the working resolution")
+      ->capture_default_str();
+  command.add_option("--importance", arguments.importances,
+                     "A picture, white where the target matters most; the n-th belongs to the n-th target");
+  command.add_option("--priority", arguments.priority, "Which patches choose first")
+      ->check(CLI::IsMember({"saliency", "center"}))
+      ->capture_default_str();
+  command.add_option("--kerf-mm", arguments.kerf_mm, "Full width that the beam burns away")->capture_default_str();
+  command.add_option("--seed", options.seed, "For choices that are drawn")->capture_default_str();
+  command.add_option("--threads", options.threads, "0: as many as the machine has")->capture_default_str();
+}
+
+Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
+  if (!(arguments.size_mm > 0 && arguments.size_mm <= 1e5)) return unusable("--size-mm must lie between 0 and 100000");
+  planner::PlanOptions options = arguments.options;
+  options.patch = Millimetres(arguments.patch_mm);
+  options.kerf = Millimetres(arguments.kerf_mm);
+  options.edge = Millimetres(arguments.edge_mm);
+  options.priority = arguments.priority == "center" ? planner::Priority::kCentre : planner::Priority::kSaliency;
+  if (options.threads <= 0) options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return options;
+}
+
+Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
+  std::vector<PanelArgument> panels;
+  for (const std::string& text : arguments.panels) {
+    Result<PanelArgument> panel = panel_argument(text);
+    if (!panel.ok()) return panel.error();
+    panels.push_back(std::move(*panel));
+  }
+  if (Status status = check_ids(panels); !status.ok()) return status.error();
+  std::vector<StockPanel> stock;
+  for (const PanelArgument& argument : panels) {
+    Result<StockPanel> panel = load_panel(argument);
+    if (!panel.ok()) return panel.error();
+    stock.push_back(std::move(*panel));
+  }
+  for (const std::string& text : arguments.wood_weights) {
+    const std::size_t equals = text.rfind('=');
+    if (equals == std::string::npos) return unusable(fmt::format("--wood-weight {} is not SPECIES=NUMBER", text));
+    const Result<double> weight = number_of(text.substr(equals + 1), "the number of --wood-weight " + text);
+    if (!weight.ok()) return weight.error();
+    if (Status status = planner::weigh_tones(stock, text.substr(0, equals), *weight); !status.ok())
+      return status.error();
+  }
+  return planner::only_species(stock, arguments.woods);
+}
+
+Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
+  if (arguments.importances.size() > arguments.targets.size())
+    return unusable("there are more --importance pictures than --target pictures");
+  std::vector<Artwork> once;
+  for (std::size_t i = 0; i < arguments.targets.size(); ++i) {
+    const Result<cv::Mat> picture = planner::load_picture(arguments.targets[i]);
+    if (!picture.ok()) return picture.error();
+    const auto size = planner::artwork_size(*picture, Millimetres(arguments.size_mm));
+    Artwork& artwork = once.emplace_back();
+    artwork.name = arguments.targets[i], artwork.picture = *picture;
+    artwork.width = size.width, artwork.height = size.height;
+    if (i >= arguments.importances.size()) continue;
+    const Result<cv::Mat> importance = planner::load_picture(arguments.importances[i]);
+    if (!importance.ok()) return importance.error();
+    cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
+  }
+  std::vector<Artwork> artworks;
+  for (int copy = 0; copy < arguments.copies; ++copy) {
+    for (Artwork artwork : once) {
+      artwork.letter = planner::artwork_letter(artworks.size());
+      artworks.push_back(std::move(artwork));
+    }
+  }
+  return artworks;
+}
+
+}  // namespace veneer::cli

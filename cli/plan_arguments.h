@@ -1,0 +1,33 @@
+// What `veneerctl plan` and `veneerctl series` are told: pictures, panels and options, read and checked.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "planner/plan.h"
+
+namespace veneer::cli {
+
+// kUnusableArguments when the caller's input is to be mended, otherwise kWorkFailed (command_context.h).
+int exit_status(const Error& error);
+
+struct PlanArguments {
+  std::vector<std::string> targets, importances, panels, woods, wood_weights;
+  double size_mm = 360, patch_mm = 14, kerf_mm = 0.15, edge_mm = 0;
+  int copies = 1;
+  std::string priority = "saliency";
+  planner::PlanOptions options;  // what has a number of its own above is filled in by plan_options()
+};
+
+// Adds the options that both commands share.
+void add_plan_arguments(CLI::App& command, PlanArguments& arguments);
+
+// Checks what make_plan does not; threads are counted.
+Result<planner::PlanOptions> plan_options(const PlanArguments& arguments);
+Result<std::vector<planner::StockPanel>> load_panels(const PlanArguments& arguments);
+// Every target `copies` times, in turn: all targets, then all again.
+Result<std::vector<planner::Artwork>> load_artworks(const PlanArguments& arguments);
+
+}  // namespace veneer::cli

@@ -1,0 +1,100 @@
+#include "planner/order.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "planner/problem.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using test::blob_artwork;
+using test::wood_panel;
+
+TEST(Order, SalientPatchesChooseFirstAtAnyWorkingResolution) {
+  Artwork artwork = blob_artwork("A", 200, 200, 80_mm, 71);
+  artwork.picture.setTo(cv::Scalar::all(128));
+  cv::circle(artwork.picture, {150, 50}, 14, cv::Scalar::all(255), cv::FILLED);
+  const auto patches = grid_layout(artwork.width, artwork.height, 20_mm);
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
+  const auto& first = patches[order.front()];
+  EXPECT_TRUE(bounds(first.outline).max.x > 40_mm && bounds(first.outline).max.y > 40_mm);
+}
+
+TEST(Order, CentralPatchesChooseFirstByDistance) {
+  const Artwork artwork = blob_artwork("A", 50, 50, 50_mm, 72);
+  const auto patches = grid_layout(artwork.width, artwork.height, 10_mm);
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kCentre));
+  EXPECT_EQ(patches[order.front()].row, 2);
+  EXPECT_EQ(patches[order.front()].column, 2);
+  EXPECT_EQ(patches[order.back()].row % 4, 0);
+}
+
+// Artwork and patch of every place in the queue.
+std::vector<std::pair<std::size_t, std::size_t>> queue_of(const std::vector<Artwork>& artworks,
+                                                          const PlanOptions& options) {
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 90, 50.8, 3)};
+  const auto problem = make_problem(artworks, stock, options);
+  if (!problem.ok()) throw std::runtime_error(problem.error().message);
+  std::vector<std::pair<std::size_t, std::size_t>> out;
+  for (const auto& task : problem->queue) out.emplace_back(task.artwork, task.patch);
+  return out;
+}
+
+PlanOptions options_at(double dpi) {
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = dpi, options.rotations = 1;
+  return options;
+}
+
+TEST(Order, DoesNotDependOnTheWorkingResolution) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 150, 110, 40_mm, 5)};
+  for (const Priority priority : {Priority::kSaliency, Priority::kCentre}) {
+    PlanOptions options = options_at(40);
+    options.priority = priority;
+    const auto coarse = queue_of(artworks, options);
+    ASSERT_EQ(coarse.size(), 8U * 11U);
+    for (const double dpi : {75.0, 150.0}) {
+      options.dpi = dpi;
+      EXPECT_EQ(queue_of(artworks, options), coarse) << dpi;
+    }
+  }
+}
+
+TEST(Order, ImportanceMovesPatchesForward) {
+  Artwork artwork = blob_artwork("A", 150, 150, 40_mm, 6);
+  artwork.importance = cv::Mat(30, 30, CV_8UC1, cv::Scalar(10));
+  artwork.importance(cv::Rect(20, 20, 10, 10)).setTo(255);  // the lower right third
+  const auto patches = grid_layout(artwork.width, artwork.height, 5_mm);
+  const auto important = importances(artwork, patches);
+  EXPECT_NEAR(important.front(), 10 / 255.0, 1e-6);
+  EXPECT_NEAR(important.back(), 1, 1e-6);
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_GE(patches[order[i]].row, 5) << i;
+    EXPECT_GE(patches[order[i]].column, 5) << i;
+  }
+  artwork.importance = cv::Mat();
+  EXPECT_EQ(importances(artwork, patches), std::vector<double>(patches.size(), 1.0));
+}
+
+TEST(Order, ArtworksChooseOneAfterTheOtherOrTogether) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 60, 60, 20_mm, 7), blob_artwork("B", 60, 60, 20_mm, 7)};
+  PlanOptions options = options_at(75);
+  const auto sequential = queue_of(artworks, options);
+  ASSERT_EQ(sequential.size(), 32U);
+  for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(sequential[i].first, i / 16) << i;
+  options.interleave = true;
+  const auto together = queue_of(artworks, options);
+  // The same picture twice: its patches stand side by side, the first picture's before the second's.
+  for (std::size_t i = 0; i < 32; ++i) {
+    EXPECT_EQ(together[i].first, i % 2) << i;
+    EXPECT_EQ(together[i].second, sequential[i / 2].second) << i;
+  }
+}
+
+}  // namespace
+}  // namespace veneer::planner

@@ -1,0 +1,124 @@
+// Which wood a plan may use, and by what it chooses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "planner/plan.h"
+#include "planner/preview.h"
+#include "planner/resample.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Patches of many hues, all of about the same brightness, with a little noise.
+cv::Mat coloured(int columns, int rows, int cell, std::uint64_t seed) {
+  cv::RNG random(seed);
+  cv::Mat lab(rows, columns, CV_32FC3), bgr, out;
+  for (int top = 0; top < rows; top += cell)
+    for (int left = 0; left < columns; left += cell)
+      lab(cv::Rect(left, top, std::min(cell, columns - left), std::min(cell, rows - top)))
+          .setTo(cv::Scalar(60 + random.gaussian(4), random.uniform(-10.0, 30.0), random.uniform(0.0, 40.0)));
+  cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
+  bgr.convertTo(out, CV_8UC3, 255);
+  return out;
+}
+
+double mean_colour_difference(const cv::Mat& a, const cv::Mat& b) {
+  const auto lab = [](const cv::Mat& bgr) {
+    cv::Mat scaled, converted;
+    bgr.convertTo(scaled, CV_32FC3, 1.0 / 255);
+    cv::cvtColor(scaled, converted, cv::COLOR_BGR2Lab);
+    return converted;
+  };
+  const cv::Mat x = lab(a), y = lab(b);
+  double sum = 0;
+  for (int r = 0; r < x.rows; ++r)
+    for (int c = 0; c < x.cols; ++c) sum += cv::norm(x.at<cv::Vec3f>(r, c) - y.at<cv::Vec3f>(r, c));
+  return sum / x.rows / x.cols;
+}
+
+TEST(WoodChoice, TheColourWeightLowersTheMeanColourDifference) {
+  const ScanResolution resolution = ScanResolution::from_dpi(50.8);
+  StockPanel panel = test::wood_panel("P", 200, 160, 50.8, 1);
+  panel.picture.pixels = coloured(200, 160, 20, 2);
+  Artwork artwork = test::blob_artwork("A", 60, 60, 30_mm, 3);
+  artwork.picture = coloured(60, 60, 10, 4);
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 3, options.threads = 1;
+  const auto difference = [&](double w_colour) {
+    options.w_colour = w_colour;
+    const auto plan = make_plan({&artwork, 1}, {&panel, 1}, options);
+    EXPECT_TRUE(plan.ok());
+    EXPECT_EQ(unfilled(*plan), 0U);
+    const cv::Mat preview = assemble_preview(*plan, 0, {&panel, 1}, resolution)->pixels;
+    return mean_colour_difference(preview, stretch(artwork.picture, preview.cols, preview.rows));
+  };
+  const double without = difference(0), some = difference(0.5), full = difference(1);
+  EXPECT_LT(some, 0.8 * without);
+  EXPECT_LT(full, 0.8 * without);
+}
+
+TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
+  std::vector<StockPanel> stock{test::wood_panel("P", 20, 20, 50.8, 1), test::wood_panel("Q", 20, 20, 50.8, 2),
+                                test::wood_panel("R", 20, 20, 50.8, 3)};
+  stock[0].species = "oak", stock[2].species = "walnut";
+  EXPECT_EQ(only_species(stock, {})->size(), 3U);
+  const std::vector<std::string> oak{"oak"}, elm{"elm"};
+  const auto chosen = only_species(stock, oak);
+  ASSERT_TRUE(chosen.ok());
+  ASSERT_EQ(chosen->size(), 1U);
+  EXPECT_EQ(chosen->front().id.value, "P");
+  EXPECT_EQ(only_species(stock, elm).error().message, "no panel is elm: there is oak, walnut");
+  EXPECT_TRUE(weigh_tones(stock, "walnut", 2.5).ok());
+  EXPECT_EQ(stock[2].tone_weight, 2.5);
+  EXPECT_EQ(stock[1].tone_weight, 1);
+  EXPECT_FALSE(weigh_tones(stock, "elm", 1).ok());
+  EXPECT_FALSE(weigh_tones(stock, "oak", std::nan("")).ok());
+}
+
+// A dark and a pale panel; a plain picture in between goes where the weights pull its tones.
+TEST(WoodChoice, ToneWeightsPullThePictureTowardsAWood) {
+  std::vector<StockPanel> stock{test::wood_panel("dark", 80, 80, 50.8, 1), test::wood_panel("pale", 80, 80, 50.8, 2)};
+  stock[0].picture.pixels.setTo(cv::Scalar::all(60)), stock[1].picture.pixels.setTo(cv::Scalar::all(190));
+  stock[0].species = "dark", stock[1].species = "pale";
+  Artwork artwork = test::blob_artwork("A", 60, 60, 15_mm, 3);
+  cv::randu(artwork.picture, 100, 150);
+  cv::GaussianBlur(artwork.picture, artwork.picture, {}, 3);
+  PlanOptions options;
+  options.patch = 3_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1;
+  options.w_edge = 0, options.w_hist = 1;
+  const auto dark_pieces = [&] {
+    const auto plan = make_plan({&artwork, 1}, stock, options);
+    EXPECT_TRUE(plan.ok());
+    return std::count_if(plan->pieces.begin(), plan->pieces.end(),
+                         [](const Piece& piece) { return piece.placement && piece.placement->panel.value == "dark"; });
+  };
+  const auto even = dark_pieces();
+  ASSERT_TRUE(weigh_tones(stock, "dark", 0).ok());
+  EXPECT_EQ(dark_pieces(), 0);
+  ASSERT_TRUE(weigh_tones(stock, "dark", 10).ok());
+  EXPECT_GT(dark_pieces(), even);
+}
+
+TEST(WoodChoice, APictureWithoutDetailIsWarnedOf) {
+  const std::vector<StockPanel> stock{test::wood_panel("P", 150, 150, 50.8, 1)};
+  Artwork artwork = test::blob_artwork("A", 60, 60, 20_mm, 3);
+  cv::randu(artwork.picture, 0, 255);
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1;
+  const auto warnings = [&] { return make_plan({&artwork, 1}, stock, options)->warnings; };
+  EXPECT_TRUE(warnings().empty());
+  cv::GaussianBlur(artwork.picture, artwork.picture, {}, 8);
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_THAT(warnings()[0], HasSubstr("hardly any detail at 50.8 dpi"));
+  options.w_edge = 0;
+  EXPECT_TRUE(warnings().empty());
+}
+
+}  // namespace
+}  // namespace veneer::planner
