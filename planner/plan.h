@@ -52,7 +52,7 @@ struct PlanOptions {
   // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
   double w_colour = 0, w_texture = 0;
   Millimetres edge{0};  // pictures are smoothed by this (standard deviation) before edges are taken; 0: not at all
-  double dpi = 300;                                      // working resolution: panels and artworks are resampled to it
+  double dpi = 300;     // working resolution: panels and artworks are resampled to it
   Millimetres kerf{
       0.15};  // k, full width burnt away. Outlines keep 2k from each other and k from wood that is not free
   Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
