@@ -24,7 +24,7 @@
 #include "drivers/sim/wood.h"
 #include "planner/certified_matcher.h"
 #include "planner/parallel.h"
-#include "planner/plan_files.h"
+#include "planner/pictures.h"
 #include "planner/problem.h"
 #include "tests/support/child_process.h"
 #include "tests/support/exhaustive_matching.h"
