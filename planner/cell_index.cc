@@ -137,7 +137,7 @@ void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::siz
     const auto at = static_cast<std::size_t>(base_[row] + begin_[row] + cell);
     mean.low[at] = rounded_down(least(e.sum_low) * scale - kTolerance);
     mean.high[at] = rounded_up(most(e.sum_high) * scale + kTolerance);
-    // A spread is a difference of large whole numbers below 2^53; the root's own rounding is covered by kTolerance.
+    // The root's own rounding is covered by kTolerance.
     deviation.low[at] = rounded_down(std::sqrt(std::max(least(e.spread_low), 0.0)) * scale - kTolerance);
     deviation.high[at] = rounded_up(std::sqrt(std::max(most(e.spread_high), 0.0)) * scale + kTolerance);
   }

@@ -52,7 +52,7 @@ struct RowExtremes;  // window_sums.h
 class CellIndex {
  public:
   // Fine units per entry of the rotated panel, for means and deviations.
-  static constexpr int kFineUnits = 16;
+  static constexpr int kFineUnits = 4;
   enum Feature { kMean, kDeviation, kFeatures };
   // A block (of the window whose corner is the cell's place), or what no block covers.
   enum Part { kBlock, kRest };
@@ -61,6 +61,7 @@ class CellIndex {
   CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
             const BlockedPixels& blocked, Millimetres border);
 
+  const WindowClass& windows() const { return windows_; }
   int cell_rows() const { return static_cast<int>(alive_begin_.size()); }
   // Cells of a row that may hold free places.
   int begin(int row) const { return alive_begin_[static_cast<std::size_t>(row)]; }

@@ -1,27 +1,18 @@
 // Exact matching, by proof: the answers are what an exhaustive search over all candidates would give.
 //
 // A place is discarded only when a lower bound of its cost exceeds the cost of a place already found. Bounds from
-// coarse to fine: block features over cells of places (cell_index.h), whole windows in 16 bits, stopped early
-// (rotated_panel.h), then the exact cost (patch_pixels.h). Equal costs are decided by panel, rotation, row, column, so
-// the answer does not depend on the order of the search.
+// coarse to fine: block features over cells of places (cell_index.h), sums of rows and whole windows in 16 bits,
+// stopped early (rotated_panel.h), then the exact cost (patch_pixels.h). Equal costs are decided by panel, rotation,
+// row, column, so the answer does not depend on the order of the search.
 #pragma once
 
-#include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "planner/cell_index.h"
-#include "planner/kernels.h"
-#include "planner/matcher.h"
+#include "planner/certified_search.h"
 
 namespace veneer::planner {
-
-// Counts of what a search did, for benchmarks.
-struct MatchCounts {
-  std::uint64_t chunks = 0, cells = 0, sums = 0, windows = 0, exact = 0;
-};
 
 class CertifiedMatcher final : public Matcher {
  public:
@@ -42,19 +33,11 @@ class CertifiedMatcher final : public Matcher {
   std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
 
  private:
-  friend class Search;
-  struct IndexedLattice {
-    int panel = 0, rotation = 0;
-    std::unique_ptr<RotatedPanel> pixels;
-    std::vector<CellIndex> cells;  // one a window class
-  };
-
   void remove(int panel, const Ring<PanelFrame>& taken) override;
 
   std::vector<WindowClass> classes_;
   std::vector<std::vector<BlockedPixels>> blocked_;  // per panel, per window class
   double entries_per_unit_;
-  int sum_rows_;
   std::vector<IndexedLattice> indexed_;  // panel by panel, rotation by rotation
 };
 

@@ -1,17 +1,17 @@
-// The two inner loops of matching. Written for several instruction sets; the machine's best is chosen at start.
+// The inner loops of certified matching. Written for several instruction sets; the machine's best is chosen at start.
 // Whole numbers only, so every machine gets the same result.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace veneer::planner::kernels {
 
 // Entries that are compared at once; rows of windows are padded to a multiple.
 inline constexpr std::size_t kRowStep = 32;
-// The largest entry of a rotated panel, and of sums of up to kTallestSum of them.
-inline constexpr int kLargestEntry = 1023;
-inline constexpr int kTallestSum = 8;
+// The largest entry of a rotated panel: 28 sums of two squares of such numbers fit 32 bits.
+inline constexpr int kLargestEntry = 8191;
 
 // Rows of target entries to compare with one place of a rotated panel.
 struct WindowRows {
@@ -28,6 +28,16 @@ using WindowSsd = std::uint64_t (*)(const WindowRows& window, const std::int16_t
                                     std::ptrdiff_t first, std::uint64_t limit);
 extern const WindowSsd window_ssd;
 
+// Sums of `height` rows of entries, an eighth of them, rounded: what a window is compared with first. At most
+// kTallestSum rows, so that sums fit 16 bits before they are divided.
+inline constexpr int kTallestSum = 8;
+inline constexpr int kSumDivisor = 8;
+// For group g in [0, groups) and shift s in [0, shifts): out[(s * groups + g) * length + i] is the sum over the rows
+// [g * height + s, g * height + s + height) of entry first + i. `length` is a multiple of kRowStep.
+using RowSums = void (*)(const std::int16_t* data, const std::ptrdiff_t* row_base, std::ptrdiff_t first, int height,
+                         int groups, int shifts, std::size_t length, std::int16_t* out);
+extern const RowSums row_sums;
+
 // One block feature of the target against the interval [lo, hi] that the feature takes within each cell of a row.
 struct TapRow {
   const std::uint16_t* lo;
@@ -37,13 +47,20 @@ struct TapRow {
 inline constexpr int kCellsAtOnce = 32;
 inline constexpr std::size_t kTapsBetweenChecks = 8;
 
-// For kCellsAtOnce cells from `first`: the sum over taps of (distance * scale / 65536, rounded down)^2, saturated at
-// 65535. Returns the smallest of them; stops early when all are above `limit`, leaving values above it.
-std::uint16_t cell_bounds(const TapRow* taps, std::size_t count, std::ptrdiff_t first, std::uint16_t scale,
-                          std::uint16_t limit, std::uint16_t* bounds);
+// For kCellsAtOnce cells from `first`: the sum over taps of (distance * 2^shift)^2 / 2^16, each rounded down and
+// distances cut off where 16 bits end, saturated at 65535. Returns a bit for each cell whose sum is at most `limit`;
+// stops early when there is none, with sums that are not finished.
+using CellBounds = std::uint32_t (*)(const TapRow* taps, std::size_t count, std::ptrdiff_t first, int shift,
+                                     std::uint16_t limit, std::uint16_t* bounds);
+extern const CellBounds cell_bounds;
 
-// The plain version of window_ssd, for tests of the others.
-std::uint64_t window_ssd_plain(const WindowRows& window, const std::int16_t* data, const std::ptrdiff_t* row_base,
-                               std::ptrdiff_t first, std::uint64_t limit);
+// Every version that this machine can run, the plain one first; for tests and benchmarks.
+struct Versions {
+  const char* name;
+  WindowSsd window_ssd;
+  RowSums row_sums;
+  CellBounds cell_bounds;
+};
+std::span<const Versions> versions();
 
 }  // namespace veneer::planner::kernels

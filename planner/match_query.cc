@@ -44,20 +44,41 @@ Entries rounded_entries(const MatchPatch& patch, double scale, double& squared_r
   return out;
 }
 
-// Adds the sum of `sum` rows from `row` on; entries count where all of their rows do.
-void add_row(const Entries& entries, int row, int sum, MatchQuery::Rows& out) {
+// The number of rows a sum for which sums and leftover rows together are fewest.
+int choose_sum_height(int window_height) {
+  int best = 1, fewest = window_height;
+  for (int rows = 2; rows <= kernels::kTallestSum; ++rows) {
+    const int left = window_height / rows + window_height % rows;
+    if (left <= fewest) best = rows, fewest = left;
+  }
+  return best;
+}
+
+struct RowOfEntries {
+  int first, count;  // rows of the window that are summed up; one: as it is
+  int number;        // what the row is compared with
+};
+
+// Adds a row; entries count where all of their rows do. `squared_rounding` grows by what rounding a sum takes away.
+void add_row(const Entries& entries, const RowOfEntries& row, MatchQuery::Rows& out, double& squared_rounding) {
   const std::size_t steps = entries.row_length / kernels::kRowStep;
   const std::size_t first = out.target.size(), first_mask = out.mask.size();
-  out.rows.push_back(row);
+  out.rows.push_back(row.number);
   out.target.resize(first + entries.row_length, 0);
   out.mask.resize(first_mask + steps, 0);
   for (std::size_t i = 0; i < entries.row_length; ++i) {
     int value = 0;
     bool counts = true;
-    for (int k = 0; k < sum; ++k) {
-      const std::size_t at = static_cast<std::size_t>(row + k) * entries.row_length + i;
+    for (int k = 0; k < row.count; ++k) {
+      const std::size_t at = static_cast<std::size_t>(row.first + k) * entries.row_length + i;
       value += entries.target[at];
       counts = counts && entries.counts[at] != 0;
+    }
+    if (row.count > 1) {
+      const int rounded = (value + kernels::kSumDivisor / 2) / kernels::kSumDivisor;
+      const double lost = rounded - static_cast<double>(value) / kernels::kSumDivisor;
+      if (counts) squared_rounding += lost * lost;
+      value = rounded;
     }
     out.target[first + i] = static_cast<std::int16_t>(value);
     if (counts) out.mask[first_mask + i / kernels::kRowStep] |= 1U << (i % kernels::kRowStep);
@@ -124,24 +145,48 @@ std::vector<MatchQuery::Tap> taps_of(const Entries& entries, const WindowClass& 
 
 }  // namespace
 
-MatchQuery::MatchQuery(const MatchPatch& patch, const WindowClass& windows, double scale, int rows_a_sum)
-    : block_pixels(windows.block_pixels()), entries_per_unit(scale), sum_height(rows_a_sum) {
-  double squared_rounding = 0;
+MatchQuery::MatchQuery(const MatchPatch& patch, const WindowClass& windows, double scale)
+    : block_pixels(windows.block_pixels()),
+      entries_per_unit(scale),
+      sum_height(choose_sum_height(patch.pixels.height)),
+      sum_groups(sum_height > 1 ? patch.pixels.height / sum_height : 0) {
+  double squared_rounding = 0, unused = 0, squared_sums_rounding = 0;
   const Entries entries = rounded_entries(patch, scale, squared_rounding);
   row_length = entries.row_length;
   rounding = std::sqrt(squared_rounding) +
              RotatedPanel::kRoundingPerEntry *
                  std::sqrt(static_cast<double>(patch.pixels.count) * static_cast<double>(entries.channels));
-  spread_over(entries.height, [&](int row) { add_row(entries, row, 1, pixel_rows); });
-  const int sums = entries.height / rows_a_sum;
-  spread_over(sums, [&](int i) { add_row(entries, i * rows_a_sum, rows_a_sum, sum_rows); });
-  for (int row = sums * rows_a_sum; row < entries.height; ++row) add_row(entries, row, 1, leftover_rows);
+  spread_over(entries.height, [&](int row) { add_row(entries, {row, 1, row}, pixel_rows, unused); });
+  spread_over(sum_groups, [&](int group) {
+    add_row(entries, {group * sum_height, sum_height, group}, sum_rows, squared_sums_rounding);
+  });
+  for (int row = sum_groups * sum_height; row < entries.height; ++row)
+    add_row(entries, {row, 1, row}, leftover_rows, unused);
+  double counted = 0;
+  for (const std::uint32_t bits : sum_rows.mask) counted += __builtin_popcount(bits);
+  sums_rounding = std::sqrt(squared_sums_rounding) + 0.5 * std::sqrt(counted);
   taps = taps_of(entries, windows);
 }
 
 double MatchQuery::entries_limit(double cost) const {
   const double length = std::sqrt(cost) * entries_per_unit + rounding;
   return length * length * (1 + 1e-9);
+}
+
+double MatchQuery::entries_limit_from(std::uint64_t distance) const {
+  const double length = std::sqrt(static_cast<double>(distance)) + 2 * rounding;
+  return length * length * (1 + 1e-9);
+}
+
+double MatchQuery::sums_limit(double entries) const {
+  const double length = std::sqrt(entries * sum_height) / kernels::kSumDivisor + sums_rounding;
+  return length * length * (1 + 1e-9);
+}
+
+double MatchQuery::least_entries(std::uint64_t sums_distance) const {
+  const double length =
+      std::max(0.0, std::sqrt(static_cast<double>(sums_distance)) - sums_rounding) * kernels::kSumDivisor;
+  return length * length / sum_height * (1 - 1e-9);
 }
 
 }  // namespace veneer::planner

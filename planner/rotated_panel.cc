@@ -31,16 +31,16 @@ std::pair<int, int> centres_on_panel(const Lattice& lattice, int row, const cv::
 
 }  // namespace
 
-RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit, int sum_rows)
-    : lattice_(lattice), channels_(features.channels()), sum_rows_(sum_rows) {
+RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit)
+    : lattice_(lattice), channels_(features.channels()) {
   find_spans(features.size());
   std::ptrdiff_t size = 0;
   for (int row = 0; row < rows(); ++row) {
     row_base_.push_back(size - static_cast<std::ptrdiff_t>(begin(row)) * channels_);
     size += static_cast<std::ptrdiff_t>(end(row) - begin(row)) * channels_;
   }
-  // The comparison reads whole steps, past the end of the last row.
-  data_.assign(static_cast<std::size_t>(size) + 2 * kernels::kRowStep, 0);
+  // Whole steps are read, for the widest window of a cell, past the end of the last row.
+  data_.assign(static_cast<std::size_t>(size + kReach * channels_) + 2 * kernels::kRowStep, 0);
   const auto scale = static_cast<float>(entries_per_unit);
   for (int row = 0; row < rows(); ++row) {
     switch (channels_) {
@@ -53,21 +53,6 @@ RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, doub
       default:
         sample_row<0>(features, row, scale);
         break;
-    }
-  }
-  add_up_rows();
-}
-
-void RotatedPanel::add_up_rows() {
-  row_sums_.assign(data_.size(), 0);
-  for (int row = 0; row < rows(); ++row) {
-    for (int k = 0; k < sum_rows_ && row + k < rows(); ++k) {
-      // Columns that a row further down lacks stay incomplete; no window reaches there.
-      const std::ptrdiff_t first = std::max(begin(row), begin(row + k)) * static_cast<std::ptrdiff_t>(channels_);
-      const std::ptrdiff_t last = std::min(end(row), end(row + k)) * static_cast<std::ptrdiff_t>(channels_);
-      const std::int16_t* from = data_.data() + row_base_[static_cast<std::size_t>(row + k)];
-      std::int16_t* to = row_sums_.data() + row_base_[static_cast<std::size_t>(row)];
-      for (std::ptrdiff_t i = first; i < last; ++i) to[i] = static_cast<std::int16_t>(to[i] + from[i]);
     }
   }
 }

@@ -16,11 +16,10 @@ namespace veneer::planner {
 class RotatedPanel {
  public:
   static constexpr int kReach = 8;
-  static constexpr double kRoundingPerEntry = 0.501;
+  static constexpr double kRoundingPerEntry = 0.505;
 
   // `features`: weighted responses of the whole panel, CV_32FC(n). Stored entry = response * entries_per_unit.
-  // `sum_rows`: how many rows row_sums() adds up, at most kernels::kTallestSum.
-  RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit, int sum_rows);
+  RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit);
 
   const Lattice& lattice() const { return lattice_; }
   int channels() const { return channels_; }
@@ -31,24 +30,18 @@ class RotatedPanel {
   // Entry of channel c at (column, row): data()[row_base()[row] + column * channels() + c].
   const std::int16_t* data() const { return data_.data(); }
   const std::ptrdiff_t* row_base() const { return row_base_.data(); }
-  // The same layout: entry (column, row) is the sum of the entries in rows [row, row + sum_rows()), exact. Windows of
-  // such sums are a bound a few times cheaper than the pixels: |x - y|^2 >= |sum x - sum y|^2 / n by Cauchy-Schwarz.
-  const std::int16_t* row_sums() const { return row_sums_.data(); }
-  int sum_rows() const { return sum_rows_; }
-  std::size_t bytes() const { return (data_.size() + row_sums_.size()) * sizeof(std::int16_t); }
+  std::size_t bytes() const { return data_.size() * sizeof(std::int16_t); }
 
  private:
   void find_spans(const cv::Size& panel);
   template <int kChannels>
   void sample_row(const cv::Mat& features, int row, float scale);
-  void add_up_rows();
 
   Lattice lattice_;
   int channels_;
-  int sum_rows_;
   std::vector<int> begin_, end_;
   std::vector<std::ptrdiff_t> row_base_;
-  std::vector<std::int16_t> data_, row_sums_;
+  std::vector<std::int16_t> data_;
 };
 
 }  // namespace veneer::planner

@@ -26,7 +26,7 @@ class ColumnSums {
     for (; added_ < std::min(row + height_, panel_.rows()); ++added_) change<1>(added_);
   }
   const std::uint32_t* sums() const { return sums_.data(); }
-  const std::uint32_t* squares() const { return squares_.data(); }
+  const std::uint64_t* squares() const { return squares_.data(); }
 
  private:
   template <int kSign>
@@ -35,18 +35,20 @@ class ColumnSums {
     const auto first = panel_.begin(row) * channels, last = panel_.end(row) * channels;
     const std::int16_t* entry = panel_.data() + panel_.row_base()[row];
     std::uint32_t* sums = sums_.data();
-    std::uint32_t* squares = squares_.data();
+    std::uint64_t* squares = squares_.data();
     for (std::ptrdiff_t i = first; i < last; ++i) {
       const auto value = static_cast<std::uint32_t>(entry[i]);
       sums[i] += kSign > 0 ? value : 0U - value;
-      squares[i] += kSign > 0 ? value * value : 0U - value * value;
+      const std::uint64_t square = value * value;
+      squares[i] += kSign > 0 ? square : 0U - square;
     }
   }
 
   const RotatedPanel& panel_;
   int height_;
   int dropped_ = 0, added_ = 0;
-  std::vector<std::uint32_t> sums_, squares_;
+  std::vector<std::uint32_t> sums_;
+  std::vector<std::uint64_t> squares_;
 };
 
 // A rectangle whose corner is the place, of which a part is made: blocks are one, the rest is a difference of two.
@@ -73,12 +75,12 @@ class PlaceSums {
   void add(const Term& term, int channel, int channels, int first, int count) {
     std::int64_t running_sum = 0, running_squares = 0;
     const std::uint32_t* s = term.columns.sums() + first * channels + channel;
-    const std::uint32_t* q = term.columns.squares() + first * channels + channel;
+    const std::uint64_t* q = term.columns.squares() + first * channels + channel;
     for (int i = 0; i < count + term.width; ++i) {
       sum_before_[static_cast<std::size_t>(i)] = running_sum;
       squares_before_[static_cast<std::size_t>(i)] = running_squares;
       running_sum += static_cast<std::int32_t>(s[i * channels]);
-      running_squares += q[i * channels];
+      running_squares += static_cast<std::int64_t>(q[i * channels]);
     }
     const std::int64_t* a = sum_before_.data();
     const std::int64_t* b = squares_before_.data();
@@ -113,11 +115,15 @@ struct RowExtremes {
     double *s_low = sum_low.data(), *s_high = sum_high.data(), *v_low = spread_low.data(), *v_high = spread_high.data();
     for (int i = 0; i < count; ++i) {
       const auto sum = static_cast<double>(s[i]);
-      const double spread = pixels * static_cast<double>(q[i]) - sum * sum;
+      const double squares = pixels * static_cast<double>(q[i]);
+      const double spread = squares - sum * sum, slack = squares * kRoundingOfSums;
       s_low[i] = std::min(s_low[i], sum), s_high[i] = std::max(s_high[i], sum);
-      v_low[i] = std::min(v_low[i], spread), v_high[i] = std::max(v_high[i], spread);
+      v_low[i] = std::min(v_low[i], spread - slack), v_high[i] = std::max(v_high[i], spread + slack);
     }
   }
+  // What the rounding of two products and their difference can make of the larger one, several times over.
+  static constexpr double kRoundingOfSums = 1e-15;
+
   std::vector<double> sum_low, sum_high;
   std::vector<double> spread_low, spread_high;  // n * sum of squares - square of sum = (n * deviation)^2
 };
