@@ -118,9 +118,11 @@ Status write_files(const Plan& plan, const std::vector<StockPanel>& stock, const
   if (Status status = write_previews(plan, stock, out); !status.ok()) return status;
   if (formats.count("svg") == 0) return Ok();
   for (const planner::PlanPanel& panel : plan.panels) {
-    const Result<std::string> svg = planner::cut_svg(plan, panel);
-    if (!svg.ok()) return svg.error();
-    if (Status status = planner::write_text(*svg, out / fmt::format("cut-{}.svg", panel.id.value)); !status.ok())
+    const Result<planner::CutDrawing> drawing = planner::cut_svg(plan, panel);
+    if (!drawing.ok()) return drawing.error();
+    for (const std::string& warning : drawing->warnings) std::cerr << "warning: " << warning << '\n';
+    if (Status status = planner::write_text(drawing->svg, out / fmt::format("cut-{}.svg", panel.id.value));
+        !status.ok())
       return status;
   }
   return Ok();

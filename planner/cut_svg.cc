@@ -54,7 +54,7 @@ pugi::xml_node add_layer(pugi::xml_node svg, const char* name, const char* colou
 
 }  // namespace
 
-Result<std::string> cut_svg(const Plan& plan, const PlanPanel& panel) {
+Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel) {
   const auto bed_from_panel = back_view(panel);
   std::vector<ToolpathPiece> pieces;
   for (std::size_t i = 0; i < plan.pieces.size(); ++i)
@@ -62,7 +62,7 @@ Result<std::string> cut_svg(const Plan& plan, const PlanPanel& panel) {
       pieces.push_back(toolpath_piece(plan.pieces[i], i, bed_from_panel));
   ToolpathOptions options;
   options.recipe.kerf = plan.kerf;
-  const Result<Toolpath> toolpath = make_toolpath(pieces, options);
+  Result<Toolpath> toolpath = make_toolpath(pieces, options);
   if (!toolpath.ok()) return toolpath.error();
 
   pugi::xml_document document;
@@ -89,7 +89,7 @@ Result<std::string> cut_svg(const Plan& plan, const PlanPanel& panel) {
   }
   std::ostringstream out;
   document.save(out, " ");
-  return out.str();
+  return CutDrawing{out.str(), std::move(toolpath->warnings)};
 }
 
 }  // namespace veneer::planner

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -107,6 +106,9 @@ Fit best_fit(const Turned& outline, const Text& text, const MarkOptions& options
   }
   const GlyphPoint middle{(low.x + high.x) / 2, (low.y + high.y) / 2};
   constexpr int kSteps = 20;
+  const double unit = options.min_height.count() / kGlyphHeight, margins = 2 * options.margin.count();
+  if (high.x - low.x < text.width * unit + margins || high.y - low.y < (kGlyphHeight + kBarDepth) * unit + margins)
+    return {};
   Fit best;
   double best_off = 0;
   const auto consider = [&](GlyphPoint centre) {
@@ -144,6 +146,38 @@ Mark place(const Text& text, const Fit& fit, double up) {
   return mark;
 }
 
+// In which directions, off upright, the text is tried: as the artwork stands and by quarters, along the outline's long
+// edges (slivers and triangles have room there), then by 15 degrees, the least turned first.
+std::vector<double> turns_for(const Ring<BedFrame>& outline, double up) {
+  std::vector<double> turns = {0, kPi / 2, -kPi / 2, kPi};
+  const auto add = [&](double turn) {
+    const auto same = [&](double other) {
+      return std::abs(std::remainder(turn - other, 2 * kPi)) < degrees(3).count();
+    };
+    if (std::none_of(turns.begin(), turns.end(), same)) turns.push_back(turn);
+  };
+  std::vector<std::pair<double, double>> edges;  // length, turn that lays the baseline along the edge
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const double along = std::atan2((b.y - a.y).count(), (b.x - a.x).count()) + kPi / 2 - up;
+    edges.emplace_back(distance(a, b).count(), std::remainder(along, 2 * kPi));
+  }
+  std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr std::size_t kMostEdges = 4;
+  if (edges.size() > kMostEdges) edges.resize(kMostEdges);
+  for (const auto& [length, turn] : edges) {
+    const double other = std::remainder(turn + kPi, 2 * kPi);
+    const bool upright = std::abs(turn) <= std::abs(other);
+    add(upright ? turn : other);
+    add(upright ? other : turn);
+  }
+  for (int step = 1; step < 12; ++step) {
+    add(step * degrees(15).count());
+    add(-step * degrees(15).count());
+  }
+  return turns;
+}
+
 }  // namespace
 
 bool has_glyph(char c) { return find_glyph(c) != nullptr; }
@@ -155,8 +189,7 @@ Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, 
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the mark \"{}\" cannot be engraved: only capitals, digits and '-' can", text)};
   if (outline.size() < 3) return Error{ErrorCode::kInvalidArgument, "a piece without an outline cannot carry a mark"};
-  constexpr std::array<double, 4> kTurns = {0, kPi / 2, -kPi / 2, kPi};
-  for (const double turn : kTurns) {
+  for (const double turn : turns_for(outline, artwork_up.count())) {
     const double up = artwork_up.count() + turn;
     const Fit fit = best_fit(turn_outline(outline, up), *composed, options);
     if (fit.height > 0) return place(*composed, fit, up);

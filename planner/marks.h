@@ -31,7 +31,8 @@ struct Mark {
 };
 
 // `artwork_up` is where the artwork's up points in BedFrame, counter-clockwise from +x. The text's up is that
-// direction; only when the mark does not fit so is it turned by a quarter (left, right, then upside down).
+// direction; only when the mark does not fit so is it turned: by a quarter (left, right, then upside down), along the
+// longest edges of the outline, then in steps of 15 degrees.
 // kInvalidArgument for a character without a glyph; kRefused when the mark does not fit at the least height.
 Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
                           const MarkOptions& options = {});

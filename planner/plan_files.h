@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "planner/plan.h"
 
@@ -25,7 +26,11 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
 // The pieces of one panel as a laser sees them from the back: x = panel width - x, millimetre units, layers `engrave`
 // (marks) and `cut` (the beam path: outlines grown by half the kerf).
 // kInvalidArgument: an outline cannot be cut with this kerf.
-Result<std::string> cut_svg(const Plan& plan, const PlanPanel& panel);
+struct CutDrawing {
+  std::string svg;
+  std::vector<std::string> warnings;  // one sentence for each mark that was left out
+};
+Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel);
 
 Status write_text(const std::string& text, const std::filesystem::path& path);
 

@@ -84,6 +84,37 @@ TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
   EXPECT_NEAR(std::abs(std::sin(mark->up.count())), 0, 1e-12);
 }
 
+// Inside the outline, a margin away from its edge.
+void expect_inside(const Mark& mark, const Ring<BedFrame>& outline) {
+  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
+  for (const auto& stroke : mark.strokes)
+    for (const auto& p : stroke) EXPECT_TRUE(inner.contains(p));
+}
+
+TEST(Marks, LieAlongASliverThatLeansAnyWay) {
+  for (int turn = 0; turn < 180; turn += 7) {
+    const auto sliver = rectangle(50, 50, 14, 5, turn);
+    const auto mark = lay_out_mark("A3-12", sliver, kUp);
+    ASSERT_TRUE(mark.ok()) << turn << " degrees: " << mark.error().message;
+    expect_inside(*mark, sliver);
+    // Of the two ways along the sliver the one that is less upside down.
+    EXPECT_GT(std::sin(mark->up.count()), -0.01) << turn;
+  }
+}
+
+TEST(Marks, FindRoomInTrianglesAlongTheirLongEdge) {
+  // The only wide place of a leaning triangle is beside its long edge.
+  for (int turn = 0; turn < 360; turn += 11) {
+    const double c = std::cos(degrees(turn).count()), s = std::sin(degrees(turn).count());
+    Ring<BedFrame> triangle;
+    for (const auto& [u, v] : {std::pair{0.0, 0.0}, {20.0, 0.0}, {3.0, 9.0}})
+      triangle.push_back(point<BedFrame>(c * u - s * v, s * u + c * v));
+    const auto mark = lay_out_mark("A3-12", triangle, kUp);
+    ASSERT_TRUE(mark.ok()) << turn << " degrees: " << mark.error().message;
+    expect_inside(*mark, triangle);
+  }
+}
+
 TEST(Marks, AvoidTheNotchOfAnLShapedPiece) {
   const Ring<BedFrame> l = {point<BedFrame>(0, 0), point<BedFrame>(14, 0), point<BedFrame>(14, 6),
                             point<BedFrame>(6, 6), point<BedFrame>(6, 14), point<BedFrame>(0, 14)};

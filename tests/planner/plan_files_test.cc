@@ -112,10 +112,11 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
 
 TEST_F(PlanFiles, CutFileShowsTheBackWithTheBeamsPath) {
   const Plan plan = small_plan();
-  const auto svg = cut_svg(plan, plan.panels[0]);
-  ASSERT_TRUE(svg.ok()) << svg.error().message;
+  const auto drawing = cut_svg(plan, plan.panels[0]);
+  ASSERT_TRUE(drawing.ok()) << drawing.error().message;
+  EXPECT_THAT(drawing->warnings, testing::IsEmpty());
   pugi::xml_document document;
-  ASSERT_TRUE(document.load_string(svg->c_str()));
+  ASSERT_TRUE(document.load_string(drawing->svg.c_str()));
   const pugi::xml_node root = document.child("svg");
   EXPECT_THAT(root.attribute("width").value(), HasSubstr("mm"));
   const pugi::xml_node cut = root.find_child_by_attribute("id", "cut");
@@ -147,6 +148,19 @@ TEST_F(PlanFiles, CutFileShowsTheBackWithTheBeamsPath) {
               return p.placement && p.placement->panel == plan.panels[0].id;
             })));
   EXPECT_TRUE(engrave.child("path"));
+}
+
+TEST_F(PlanFiles, CutFileNamesEveryMarkThatFoundNoRoom) {
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1, options.kerf = 0.2_mm;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 20_mm, 1)};
+  const std::vector<StockPanel> stock{test::wood_panel("P-1", 60, 60, 50.8, 2)};
+  const Plan plan = make_plan(artworks, stock, options).value();
+  const auto drawing = cut_svg(plan, plan.panels[0]);
+  ASSERT_TRUE(drawing.ok()) << drawing.error().message;
+  ASSERT_EQ(drawing->warnings.size(), plan.pieces.size() - unfilled(plan));
+  for (const Piece& piece : plan.pieces)
+    if (piece.placement) EXPECT_THAT(drawing->warnings, testing::Contains(HasSubstr('"' + piece.mark + '"')));
 }
 
 }  // namespace
