@@ -137,7 +137,7 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
   options.recipe.cut_power = recipe.cut_power;
   options.recipe.engrave_speed = recipe.engrave_speed;
   options.recipe.engrave_power = recipe.engrave_power;
-  options.recipe.kerf = *calibration->kerf;
+  options.recipe.kerf_back = options.recipe.kerf_show = *calibration->kerf;
   options.marks.height = recipe.mark_height;
   std::vector<planner::ToolpathPiece> to_burn;
   std::map<PieceId, std::string> marks;
@@ -154,20 +154,14 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
   for (const auto& warning : path->warnings) log_->warn("{}", warning);
 
   std::vector<PieceBurn> burns;
-  for (auto& stroke : path->strokes) {
-    if (burns.empty() || burns.back().piece != stroke.piece)
-      burns.push_back({stroke.piece, marks[stroke.piece], {}, 0});
-    PieceBurn& burn = burns.back();
-    const bool cut = stroke.role == planner::ToolpathRole::kCut;
-    Stroke& s = burn.strokes.strokes.emplace_back();
-    s.piece = stroke.piece;
-    s.role = cut ? StrokeRole::kCut : StrokeRole::kEngrave;
-    s.path = machine_from_bed * stroke.path;
-    s.speed = cut ? recipe.cut_speed : recipe.engrave_speed;
-    s.power = cut ? recipe.cut_power : recipe.engrave_power;
-    s.passes = cut ? options.recipe.cut_passes : 1;
-    for (std::size_t i = 1; i < s.path.size(); ++i)
-      burn.seconds += distance(s.path[i - 1], s.path[i]).count() / s.speed.count();
+  auto stroke = path->strokes.begin();
+  for (const auto& summary : path->pieces) {
+    PieceBurn& burn = burns.emplace_back(PieceBurn{summary.piece, marks[summary.piece], {}, summary.estimate.count()});
+    for (std::size_t i = 0; i < summary.strokes; ++i, ++stroke) {
+      const bool cut = stroke->role == planner::ToolpathRole::kCut;
+      burn.strokes.strokes.push_back({stroke->piece, cut ? StrokeRole::kCut : StrokeRole::kEngrave,
+                                      machine_from_bed * stroke->path, stroke->speed, stroke->power, stroke->passes});
+    }
   }
   return burns;
 }

@@ -61,7 +61,7 @@ Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel) {
     if (plan.pieces[i].placement && plan.pieces[i].placement->panel == panel.id)
       pieces.push_back(toolpath_piece(plan.pieces[i], i, bed_from_panel));
   ToolpathOptions options;
-  options.recipe.kerf = plan.kerf;
+  options.recipe.kerf_back = options.recipe.kerf_show = plan.kerf;
   Result<Toolpath> toolpath = make_toolpath(pieces, options);
   if (!toolpath.ok()) return toolpath.error();
 

@@ -1,5 +1,7 @@
-// How a material is burnt: from the material's settings and the kerf certificate.
+// How a material is burnt: its settings, one set for each species of wood.
 #pragma once
+
+#include <algorithm>
 
 #include "base/units.h"
 
@@ -11,13 +13,13 @@ struct Recipe {
   int cut_passes = 1;
   MmPerSecond engrave_speed{80};
   PowerFraction engrave_power{0.20};
-  Millimetres kerf{0.27};  // full width burnt away by a cut
-};
+  int engrave_passes = 1;
+  bool air = true;  // air assist while cutting and engraving
+  // Full width burnt away by a cut. Pieces are cut from the back: there the kerf is widest, and edges are judged on the
+  // show face.
+  Millimetres kerf_back{0.27}, kerf_show{0.27};
 
-// What of the machine the time estimate needs.
-struct Kinematics {
-  MmPerSecond rapid_speed{400};
-  MmPerSecond2 acceleration{1500};
+  Millimetres widest_kerf() const { return std::max(kerf_back, kerf_show); }
 };
 
 }  // namespace veneer::planner

@@ -159,8 +159,10 @@ TEST_F(PlanFiles, CutFileNamesEveryMarkThatFoundNoRoom) {
   const auto drawing = cut_svg(plan, plan.panels[0]);
   ASSERT_TRUE(drawing.ok()) << drawing.error().message;
   ASSERT_EQ(drawing->warnings.size(), plan.pieces.size() - unfilled(plan));
-  for (const Piece& piece : plan.pieces)
-    if (piece.placement) EXPECT_THAT(drawing->warnings, testing::Contains(HasSubstr('"' + piece.mark + '"')));
+  for (const Piece& piece : plan.pieces) {
+    if (!piece.placement) continue;
+    EXPECT_THAT(drawing->warnings, testing::Contains(HasSubstr('"' + piece.mark + '"')));
+  }
 }
 
 }  // namespace
