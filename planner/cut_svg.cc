@@ -54,13 +54,14 @@ pugi::xml_node add_layer(pugi::xml_node svg, const char* name, const char* colou
 
 }  // namespace
 
-Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel) {
+Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel, Millimetres fit_clearance) {
   const auto bed_from_panel = back_view(panel);
   std::vector<ToolpathPiece> pieces;
   for (std::size_t i = 0; i < plan.pieces.size(); ++i)
     if (plan.pieces[i].placement && plan.pieces[i].placement->panel == panel.id)
       pieces.push_back(toolpath_piece(plan.pieces[i], i, bed_from_panel));
   ToolpathOptions options;
+  options.fit_clearance = fit_clearance;
   options.recipe.kerf_back = options.recipe.kerf_show = plan.kerf;
   Result<Toolpath> toolpath = make_toolpath(pieces, options);
   if (!toolpath.ok()) return toolpath.error();
