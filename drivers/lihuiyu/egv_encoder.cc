@@ -39,7 +39,7 @@ class ProgramWriter {
     if (start.x != at_.x) text += (start.x > at_.x ? "B" : "T") + distance_code(std::abs(start.x - at_.x));
     if (start.y != at_.y) text += (start.y > at_.y ? "R" : "L") + distance_code(std::abs(start.y - at_.y));
     text += "NRBS1E";
-    at_ = start;
+    at_ = program_.start = start;
     if (packets()) fill_packet();
   }
 

@@ -1,0 +1,49 @@
+// Times and limits of the Lihuiyu driver. All durations are device time, but those of USB transfers, which are real.
+#pragma once
+
+#include <chrono>
+
+#include "base/clock.h"
+#include "drivers/lihuiyu/egv_encoder.h"
+
+namespace veneer::lihuiyu {
+
+struct LihuiyuOptions {
+  Board board = Board::kM2;
+  // The board knows neither its travel nor its position.
+  double travel_x_mm = 300, travel_y_mm = 200;
+
+  // Asking for the board's lines: while a packet waits or is confirmed, while a program's end is awaited, at rest. A
+  // supply that fails and returns resets the board; it boots for longer than this, so the failure is seen.
+  Duration busy_poll_period = std::chrono::milliseconds(10);
+  Duration poll_period = std::chrono::milliseconds(20);
+  Duration rest_poll_period = std::chrono::milliseconds(500);
+
+  Duration write_timeout = std::chrono::milliseconds(1500);  // real time
+  Duration status_timeout = std::chrono::milliseconds(200);  // real time
+  Duration drain_timeout = std::chrono::milliseconds(5);     // real time: late answers are thrown away for this long
+
+  Duration connect_timeout = std::chrono::milliseconds(4500);
+  Duration silence_timeout = std::chrono::seconds(2);  // without a status that makes sense
+  Duration busy_timeout = std::chrono::seconds(15);    // a board that stays busy has locked up
+  Duration finish_timeout = std::chrono::seconds(10);  // beyond the time the motion can need
+  Duration reset_retry = std::chrono::milliseconds(200);
+  int rejects = 10;  // of one packet, before the link is given up
+
+  // The board does not say when it is home: it is left alone for at least this long, and then until it is not busy.
+  Duration homing_wait = std::chrono::seconds(3);
+  Duration homing_timeout = std::chrono::seconds(60);
+
+  double packet_motion_s = 0.1;  // see egv_encoder.h
+  // How slow a board may be: dark ways, and motion in compact mode against what the speed code says.
+  double slowest_rapid_mm_s = 60;
+  double slowest_share = 0.6;
+  // A program that ends before this share of its shortest duration has not been executed.
+  double earliest_share = 0.95;
+
+  // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the
+  // limits on them.
+  static LihuiyuOptions for_time_scale(double scale);
+};
+
+}  // namespace veneer::lihuiyu
