@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -20,6 +21,15 @@ namespace veneer {
 struct LaserLimits {
   Box<MachineFrame> travel;  // where strokes may lie
   std::string firmware;      // as the controller names itself: "Grbl 1.1h"
+  // Does it find its corner itself, the same one each time? If not, home() takes the place where the head stands as the
+  // lower left corner, and nothing that was measured before holds.
+  bool finds_home = true;
+};
+
+// What the operator turns while a job runs: per cent of the programmed value.
+struct LaserOverrides {
+  int feed = 100, rapid = 100, power = 100;
+  friend bool operator==(const LaserOverrides&, const LaserOverrides&) = default;
 };
 
 namespace laser_event {
@@ -52,6 +62,12 @@ struct Aborted {
   std::vector<PieceId> suspect;
   bool position_lost = true;
 };
+// The controller has read every line of the job and would take it. Nothing moved.
+struct Checked {};
+// The head stands still after a jog; `error` when it did not get where it was sent.
+struct JogEnded {
+  std::optional<Error> error;
+};
 // While no job ran the machine dropped out by itself: link lost, alarm, a reset nobody asked for. Nothing moves;
 // connect() when `connected` is false, then home(), before anything else.
 struct Fault {
@@ -60,9 +76,10 @@ struct Fault {
 };
 }  // namespace laser_event
 
-using LaserEvent = std::variant<laser_event::Connected, laser_event::Failed, laser_event::Homed, laser_event::Held,
-                                laser_event::Resumed, laser_event::StrokeExecuted, laser_event::PieceVerified,
-                                laser_event::Done, laser_event::Aborted, laser_event::Fault>;
+using LaserEvent =
+    std::variant<laser_event::Connected, laser_event::Failed, laser_event::Homed, laser_event::Held,
+                 laser_event::Resumed, laser_event::StrokeExecuted, laser_event::PieceVerified, laser_event::Done,
+                 laser_event::Aborted, laser_event::Checked, laser_event::JogEnded, laser_event::Fault>;
 
 // What the machine says of itself, last heard.
 struct LaserStatus {
@@ -72,6 +89,7 @@ struct LaserStatus {
   bool beam_on = false;  // the controller reports power while moving; no proof of the tube itself
   bool homed = false;
   std::string firmware;
+  LaserOverrides overrides;
 };
 
 class LaserDriver {
@@ -81,7 +99,7 @@ class LaserDriver {
 
   // -> Connected or Failed within 5 s.
   virtual void connect(OnEvent on_event) = 0;
-  // -> Homed or Failed. Moves: an operator's command must stand behind it.
+  // -> Homed or Failed. Moves (but see LaserLimits::finds_home): an operator's command must stand behind it.
   virtual void home() = 0;
   // Rejects the whole job before moving if any point lies outside the limits (-> Failed).
   // -> StrokeExecuted..., PieceVerified..., then Done or Aborted.
@@ -91,6 +109,28 @@ class LaserDriver {
   virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
   virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
   virtual LaserStatus status() const = 0;
+
+  // What not every family can do; kRefused then.
+  //
+  // Lets the controller read the whole job without moving or burning. -> Checked or Failed.
+  virtual Status check(LaserJob job);
+  // Moves the head dark while no job runs. A homed head stays inside the limits. -> JogEnded, unless refused at once.
+  virtual Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed);
+  virtual void stop_jog();
+  // Feed 25 to 200, rapid 25, 50 or 100, power 10 to 200 per cent. Taken step by step while the machine runs; slowing
+  // down waits until no more than 1.0 s of slower motion is queued. Back to 100 after every reset.
+  virtual Status set_overrides(const LaserOverrides& overrides);
 };
+
+inline Status LaserDriver::check(LaserJob) {
+  return Error{ErrorCode::kRefused, "this laser's controller cannot read a job without burning it"};
+}
+inline Status LaserDriver::jog(Millimetres, Millimetres, MmPerSecond) {
+  return Error{ErrorCode::kRefused, "this laser cannot be jogged"};
+}
+inline void LaserDriver::stop_jog() {}
+inline Status LaserDriver::set_overrides(const LaserOverrides&) {
+  return Error{ErrorCode::kRefused, "this laser has no overrides"};
+}
 
 }  // namespace veneer

@@ -91,6 +91,14 @@ class GroupWriter {
     if (last == lines_.rbegin()) echo(index, power_);
   }
 
+  void jog_to(WirePoint to, double speed_mm_s) {
+    absolute_ = false;
+    const auto feed = std::max(1L, std::lround(speed_mm_s * 60));
+    move(to, static_cast<double>(feed) / 60, [&](WirePoint next) {
+      lines_.push_back({fmt::format("$J=G91G21{}F{}\n", step_words(next), feed), LineKind::kTravel, at_, next});
+    });
+  }
+
   std::vector<GcodeLine> take() { return std::move(lines_); }
 
  private:
@@ -211,6 +219,13 @@ std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t 
   writer.modal("G0M5S0");
   writer.modal("M9");
   writer.dwell();
+  return writer.take();
+}
+
+std::vector<GcodeLine> write_jog(WirePoint from, WirePoint to, MmPerSecond speed, const MachineSettings& settings,
+                                 double longest_move_s) {
+  GroupWriter writer(from, settings, longest_move_s);
+  writer.jog_to(to, speed.count());
   return writer.take();
 }
 

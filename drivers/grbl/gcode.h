@@ -48,6 +48,10 @@ struct GcodeLine {
 std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t first, WirePoint at,
                                    const MachineSettings& settings, double longest_move_s);
 
+// A dark way in jog lines ($J=), none lasting longer than `longest_move_s`.
+std::vector<GcodeLine> write_jog(WirePoint from, WirePoint to, MmPerSecond speed, const MachineSettings& settings,
+                                 double longest_move_s);
+
 // "X12.3Y-0.004": the axes that move, by so many micrometres.
 std::string axis_words(WirePoint by);
 

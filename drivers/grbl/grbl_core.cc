@@ -41,6 +41,8 @@ void GrblCore::connect(TimePoint now) {
   work_offset_.reset();
   homed_ = home_wanted_ = false;
   run_.reset();
+  jog_.reset();
+  check_.reset();
   enter(Phase::kConnecting);
   connect_step_ = ConnectStep::kWake;
   deadline_ = now + options_.connect_timeout;
@@ -54,8 +56,8 @@ void GrblCore::home(TimePoint now) {
     return fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"});
   if (phase_ == Phase::kHoming) return;
   if (job_running()) return fail({ErrorCode::kConflict, "a job is running: stop it before homing the laser"});
-  if (!settings_.homing)
-    return fail({ErrorCode::kRefused, "the laser has homing switched off; set $22=1, the cell needs its corner"});
+  if (phase_ == Phase::kJogging || phase_ == Phase::kChecking)
+    return fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then home it"});
   if (phase_ == Phase::kResetting) {
     // The banner that ends the reset is still awaited.
     home_wanted_ = true;
@@ -68,18 +70,10 @@ void GrblCore::home(TimePoint now) {
 
 void GrblCore::start(LaserJob job, TimePoint now) {
   now_ = now;
-  if (phase_ == Phase::kClosed || phase_ == Phase::kConnecting)
-    return fail({ErrorCode::kUnavailable, "the laser is not connected"});
-  if (phase_ != Phase::kReady) return fail({ErrorCode::kConflict, "the laser is busy"});
-  if (!homed_ || !position_ || !last_report_)
-    return fail({ErrorCode::kRefused, "the laser does not know its position: home it first"});
-  if (last_report_->state != "Idle")
-    return fail(
-        {ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", last_report_->state,
-                                          last_report_->is("Door") ? "close the lid" : "clear it and home it first")});
-  if (const Status checked = check_job(job, settings_); !checked.ok()) return fail(checked.error());
+  if (const Status allowed = may_run(job); !allowed.ok()) return fail(allowed.error());
   const WirePoint at{std::llround((*position_)[0] * 1000), std::llround((*position_)[1] * 1000)};
   run_.emplace(std::move(job), settings_, options_, at);
+  run_->motion().set_slowest(overrides_.slowest_wanted());
   hold_ = Hold::kNone;
   off_path_ = idle_reports_ = 0;
   last_progress_ = now_;
@@ -130,6 +124,10 @@ void GrblCore::abort(TimePoint now) {
     case Phase::kStopping:
       reset_machine();
       return end_job(stop_error_, true);
+    case Phase::kJogging:
+      return break_jog(cancelled);
+    case Phase::kChecking:
+      return fail_check(cancelled, false);
     case Phase::kConnecting:
     case Phase::kHoming:
       homed_ = false;
@@ -186,6 +184,8 @@ void GrblCore::on_answer(std::optional<int> error_number) {
   last_progress_ = now_;
   if (phase_ == Phase::kConnecting) return on_connect_answer(error_number);
   if (phase_ == Phase::kHoming) return on_homing_answer(error_number);
+  if (phase_ == Phase::kJogging) return on_jog_answer(error_number);
+  if (phase_ == Phase::kChecking) return on_check_answer(answered, error_number);
   if (phase_ != Phase::kJob) return;
   if (error_number) {
     std::string text = answered.line.text;
@@ -215,6 +215,10 @@ void GrblCore::on_alarm(int number) {
     case Phase::kStopping:
       reset_machine();
       return end_job(stop_error_, true);
+    case Phase::kJogging:
+      return break_jog(error);
+    case Phase::kChecking:
+      return fail_check(error, true);
     case Phase::kHoming:
       reset_machine();
       fail(error);
@@ -232,6 +236,7 @@ void GrblCore::on_banner(const Banner& banner) {
                     "the laser controller was reset, by itself or by a hand: check its power, then home it"};
   window_.clear();
   outstanding_.clear();
+  overrides_ = {};
   switch (phase_) {
     case Phase::kClosed:
       return;
@@ -245,6 +250,12 @@ void GrblCore::on_banner(const Banner& banner) {
       return;
     case Phase::kReady:
       return drop_out(error, true);
+    case Phase::kChecking:
+      if (check_->step != CheckStep::kLeaving) return fail_check(error, true);
+      settled_at_ = now_ + options_.settle_time;
+      return;
+    case Phase::kJogging:
+      return break_jog(error);
     case Phase::kHoming:
       homed_ = false;
       fail(error);
@@ -270,6 +281,7 @@ void GrblCore::on_report(const StatusReport& report) {
   }
   if (position_ != before) last_progress_ = now_;
   last_report_ = report;
+  const bool strangers = report.overrides && !overrides_.reported(*report.overrides);
   switch (phase_) {
     case Phase::kClosed:
       return;
@@ -282,6 +294,7 @@ void GrblCore::on_report(const StatusReport& report) {
       if (homing_answered_) finish_homing();
       return;
     case Phase::kReady:
+      drive_overrides();
       if (homed_ && report.is("Alarm")) {
         reset_machine();
         drop_out({ErrorCode::kDeviceFault, "the laser went into alarm: clear what stopped it, then home it"}, true);
@@ -290,8 +303,18 @@ void GrblCore::on_report(const StatusReport& report) {
       return;
     case Phase::kResetting:
       return;
+    case Phase::kJogging:
+      if (position_ != before) deadline_ = now_ + options_.stall_timeout;
+      return on_jog_report(report, poll);
+    case Phase::kChecking:
+      return on_check_report(report);
     case Phase::kJob:
-      return on_job_report(report, poll);
+      if (strangers)
+        return stop_softly(
+            {ErrorCode::kDeviceFault, "the speed or power override of the laser was changed at the machine"});
+      run_->motion().set_slowest(overrides_.slowest_wanted());
+      on_job_report(report, poll);
+      return drive_overrides();
     case Phase::kStopping:
       if (report.is("Idle") || report.state == "Hold:0" || report.state == "Hold" || report.state == "Door:0" ||
           report.state == "Door:1") {
@@ -308,7 +331,7 @@ void GrblCore::link_lost(const Error& error, TimePoint now) {
   const Phase phase = phase_;
   if (job_running()) {
     end_job(phase == Phase::kStopping ? stop_error_ : error, true);
-  } else if (phase == Phase::kConnecting || phase == Phase::kHoming || home_wanted_) {
+  } else if (phase == Phase::kConnecting || phase == Phase::kHoming || phase == Phase::kChecking || home_wanted_) {
     fail(error);
   } else {
     drop_out(error, false);
@@ -352,6 +375,11 @@ void GrblCore::on_deadline() {
       if (std::exchange(home_wanted_, false))
         fail({ErrorCode::kTimeout, "the laser controller does not come back from its reset: switch it off and on"});
       return;
+    case Phase::kJogging:
+      return break_jog(
+          {ErrorCode::kDeviceFault, "the laser neither moves nor answers while it is jogged: it is stuck"});
+    case Phase::kChecking:
+      return fail_check({ErrorCode::kDeviceFault, "the laser controller stopped answering in its check mode"}, false);
     case Phase::kStopping:
       reset_machine();
       return end_job(stop_error_, true);
@@ -371,6 +399,12 @@ void GrblCore::on_deadline() {
 
 void GrblCore::on_settled() {
   if (phase_ == Phase::kConnecting) return connect_step(ConnectStep::kBuildInfo);
+  if (phase_ == Phase::kChecking) {
+    check_.reset();
+    enter(Phase::kReady);
+    events_.emplace_back(laser_event::Checked{});
+    return;
+  }
   if (phase_ != Phase::kResetting) return;
   enter(Phase::kReady);
   if (std::exchange(home_wanted_, false)) begin_homing();
@@ -417,6 +451,29 @@ void GrblCore::poll_if_due() {
   next_poll_ = now_ + poll_period();
 }
 
+Status GrblCore::set_overrides(const LaserOverrides& overrides, TimePoint now) {
+  now_ = now;
+  if (phase_ != Phase::kReady && phase_ != Phase::kJob)
+    return Error{ErrorCode::kConflict, "the laser is not ready: overrides are set at rest or while a job runs"};
+  if (const Status allowed = overrides_.want(overrides); !allowed.ok()) return allowed;
+  if (run_) run_->motion().set_slowest(overrides_.slowest_wanted());
+  drive_overrides();
+  return Ok();
+}
+
+void GrblCore::drive_overrides() {
+  // A report under way may still tell of the time before the step.
+  if (poll_ || overrides_.settled() || (phase_ != Phase::kReady && phase_ != Phase::kJob)) return;
+  if (phase_ == Phase::kJob) {
+    if (hold_ != Hold::kNone) return;
+    // What is queued must still last no longer than allowed once it runs slower.
+    if (overrides_.slowest_wanted() < overrides_.slowest() && run_->motion().queued_s() > options_.queued_motion_s)
+      return;
+  }
+  output_.bytes += overrides_.next_step();
+  next_poll_ = std::max(next_poll_, now_ + options_.fast_poll_period / 2);
+}
+
 TimePoint GrblCore::next_deadline() const {
   if (phase_ == Phase::kClosed) return TimePoint::max();
   TimePoint next = std::min(deadline_.value_or(TimePoint::max()), settled_at_.value_or(TimePoint::max()));
@@ -444,6 +501,7 @@ LaserStatus GrblCore::status() const {
   status.beam_on = last_report_ && last_report_->power.value_or(0) > 0;
   status.homed = homed_;
   status.firmware = settings_.firmware;
+  status.overrides = overrides_.known();
   return status;
 }
 

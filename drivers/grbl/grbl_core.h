@@ -7,7 +7,8 @@
 //   after every call:   write(core.take_output()); deliver(core.take_events());
 //
 // What it keeps to:
-//  - Nothing that moves is sent but by home() and start(). connect() sends a reset, so a machine left running stops.
+//  - Nothing that moves is sent but by home(), jog() and start(). connect() sends a reset, so a machine left running
+//  stops.
 //  - Never more bytes unanswered than the receive buffer holds, never more than 1.0 s of motion unexecuted.
 //  - A piece counts only when its lines are answered, the machine has drained and stands idle, and the position the
 //  machine
@@ -29,6 +30,8 @@
 #include "drivers/grbl/gcode.h"
 #include "drivers/grbl/grbl_options.h"
 #include "drivers/grbl/job_run.h"
+#include "drivers/grbl/motion_queue.h"
+#include "drivers/grbl/overrides.h"
 #include "drivers/grbl/reply.h"
 #include "drivers/grbl/send_window.h"
 #include "drivers/grbl/settings.h"
@@ -53,6 +56,10 @@ class GrblCore {
   void resume(TimePoint now);
   void stop_after_piece();
   void abort(TimePoint now);
+  Status check(LaserJob job, TimePoint now);
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, TimePoint now);
+  void stop_jog(TimePoint now);
+  Status set_overrides(const LaserOverrides& overrides, TimePoint now);
 
   void receive(std::string_view bytes, TimePoint now);
   void link_lost(const Error& error, TimePoint now);
@@ -65,15 +72,35 @@ class GrblCore {
 
   LaserStatus status() const;
   bool job_running() const { return phase_ == Phase::kJob || phase_ == Phase::kStopping; }
-  double queued_motion_s() const { return run_ ? run_->motion().queued_s() : 0; }
+  // At the speed the machine runs at now; an override that is wanted but not taken counts only for what is sent next.
+  double queued_motion_s() const {
+    return run_ ? run_->motion().queued_s() * overrides_.slowest_wanted() / overrides_.slowest() : 0;
+  }
 
  private:
-  enum class Phase { kClosed, kConnecting, kReady, kResetting, kHoming, kJob, kStopping };
+  enum class Phase { kClosed, kConnecting, kReady, kResetting, kHoming, kJogging, kChecking, kJob, kStopping };
   enum class ConnectStep { kWake, kBuildInfo, kSettings, kParserState, kStatus };
+  enum class CheckStep { kEntering, kReading, kLeaving };
   enum class Hold { kNone, kRequested, kHeld, kResuming };
   struct Outstanding {
     GcodeLine line;
     std::size_t number = 0;
+  };
+  // A job the controller reads in its check mode.
+  struct CheckRun {
+    std::vector<GcodeLine> lines;
+    std::size_t next = 0;
+    CheckStep step = CheckStep::kEntering;
+    bool answered = false;  // the line that enters check mode
+  };
+  // A way of the head between jobs. One line is unanswered at a time, so that a cancel leaves none behind.
+  struct JogRun {
+    std::vector<GcodeLine> lines;
+    MotionQueue motion;
+    std::size_t next = 0;
+    bool cancelled = false;
+    std::optional<Error> error;
+    bool all_sent() const { return cancelled || next == lines.size(); }
   };
   struct Poll {
     TimePoint at;
@@ -107,7 +134,23 @@ class GrblCore {
   void drop_out(Error error, bool connected);
   void reset_machine();
 
+  void drive_overrides();
+
+  // grbl_core_check.cc: a job read in check mode
+  void pump_check();
+  void on_check_answer(const Outstanding& answered, std::optional<int> error_number);
+  void on_check_report(const StatusReport& report);
+  void fail_check(const Error& error, bool position_lost);
+
+  // grbl_core_jog.cc: moving by hand
+  void pump_jog();
+  void on_jog_answer(std::optional<int> error_number);
+  void on_jog_report(const StatusReport& report, const std::optional<Poll>& poll);
+  void end_jog(std::optional<Error> error);
+  void break_jog(const Error& error);
+
   // grbl_core_job.cc: a job under way
+  Status may_run(const LaserJob& job) const;
   void pump();
   void send(const GcodeLine& line);
   void send_text(std::string text);
@@ -154,6 +197,9 @@ class GrblCore {
   bool home_wanted_ = false;
   bool homing_answered_ = false;
 
+  Overrides overrides_;
+  std::optional<CheckRun> check_;
+  std::optional<JogRun> jog_;
   std::optional<JobRun> run_;
   Hold hold_ = Hold::kNone;
   bool echo_seen_ = false;

@@ -18,7 +18,22 @@ bool at_rest(const StatusReport& report, bool lines_outstanding) {
 
 }  // namespace
 
+Status GrblCore::may_run(const LaserJob& job) const {
+  if (phase_ == Phase::kClosed || phase_ == Phase::kConnecting)
+    return Error{ErrorCode::kUnavailable, "the laser is not connected"};
+  if (phase_ != Phase::kReady) return Error{ErrorCode::kConflict, "the laser is busy"};
+  if (!homed_ || !position_ || !last_report_)
+    return Error{ErrorCode::kRefused, "the laser does not know its position: home it first"};
+  if (last_report_->state != "Idle")
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the laser is not idle but says \"{}\": {}", last_report_->state,
+                             last_report_->is("Door") ? "close the lid" : "clear it and home it first")};
+  return check_job(job, settings_);
+}
+
 void GrblCore::pump() {
+  if (phase_ == Phase::kJogging) return pump_jog();
+  if (phase_ == Phase::kChecking) return pump_check();
   while (phase_ == Phase::kJob && hold_ == Hold::kNone) {
     const GcodeLine* line = run_->next();
     if (line == nullptr || !window_.fits(line->text)) return;
@@ -64,8 +79,6 @@ void GrblCore::on_job_report(const StatusReport& report, const std::optional<Pol
   if (!report.is("Idle") && !report.is("Run") && !report.is("Hold") && !report.is("Door"))
     return emergency({ErrorCode::kDeviceFault,
                       fmt::format("the laser went into state \"{}\" in the middle of a job", report.state)});
-  if (report.overrides && *report.overrides != std::array<int, 3>{100, 100, 100})
-    return stop_softly({ErrorCode::kDeviceFault, "the speed or power override of the laser was changed during a job"});
   // The lid's interlock darkens the tube at once, the head stands still only later: what lies between is not burnt.
   if (report.is("Door") && hold_ != Hold::kHeld && position_ &&
       run_->motion().may_have_burnt((*position_)[0], (*position_)[1]))

@@ -28,6 +28,8 @@ void GrblCore::enter(Phase phase) {
     outstanding_.clear();
     last_report_.reset();
     run_.reset();
+    jog_.reset();
+    check_.reset();
     return;
   }
   next_poll_ = now_;
@@ -39,6 +41,7 @@ void GrblCore::reset_machine() {
   output_.bytes.clear();
   window_.clear();
   outstanding_.clear();
+  overrides_ = {};
   poll_.reset();
   next_poll_ = now_ + options_.fast_poll_period;
 }
@@ -91,7 +94,7 @@ void GrblCore::finish_connect() {
   settings_ = std::move(settings).value();
   window_ = SendWindow(settings_.receive_bytes);
   enter(Phase::kReady);
-  events_.emplace_back(laser_event::Connected{{settings_.travel(), settings_.firmware}});
+  events_.emplace_back(laser_event::Connected{{settings_.travel(), settings_.firmware, settings_.homing}});
 }
 
 void GrblCore::begin_homing() {
@@ -99,7 +102,9 @@ void GrblCore::begin_homing() {
   enter(Phase::kHoming);
   poll_.reset();
   deadline_ = now_ + options_.homing_timeout;
-  send_text("$H\n");
+  // A machine without switches stays where it is. It may be locked by the reset that stopped it; the operator who homes
+  // it now vouches for the place where its head stands.
+  send_text(settings_.homing ? "$H\n" : "$X\n");
 }
 
 void GrblCore::on_homing_answer(std::optional<int> error_number) {
@@ -115,6 +120,13 @@ void GrblCore::on_homing_answer(std::optional<int> error_number) {
 void GrblCore::finish_homing() {
   if (!last_report_->is("Idle") || !position_) return;  // the homing deadline bounds the wait
   enter(Phase::kReady);
+  if (!settings_.homing) {
+    settings_.x.origin_mm = settings_.x.home_mm = (*position_)[0];
+    settings_.y.origin_mm = settings_.y.home_mm = (*position_)[1];
+    homed_ = true;
+    events_.emplace_back(laser_event::Homed{});
+    return;
+  }
   const double tolerance = 0.05 + 1 / std::min(settings_.x.steps_per_mm, settings_.y.steps_per_mm);
   if (std::abs((*position_)[0] - settings_.x.home_mm) > tolerance ||
       std::abs((*position_)[1] - settings_.y.home_mm) > tolerance)

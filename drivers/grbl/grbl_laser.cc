@@ -91,6 +91,29 @@ void GrblLaser::abort() noexcept {
 
 LaserStatus GrblLaser::status() const { return core_.status(); }
 
+Status GrblLaser::check(LaserJob job) {
+  const Status taken = core_.check(std::move(job), clock_.now());
+  pump();
+  return taken;
+}
+
+Status GrblLaser::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
+  const Status taken = core_.jog(dx, dy, speed, clock_.now());
+  pump();
+  return taken;
+}
+
+void GrblLaser::stop_jog() {
+  core_.stop_jog(clock_.now());
+  pump();
+}
+
+Status GrblLaser::set_overrides(const LaserOverrides& overrides) {
+  const Status taken = core_.set_overrides(overrides, clock_.now());
+  pump();
+  return taken;
+}
+
 void GrblLaser::pump() {
   flush_output();
   arm_timer();

@@ -32,6 +32,10 @@ class GrblLaser final : public LaserDriver {
   void stop_after_piece() override;
   void abort() noexcept override;
   LaserStatus status() const override;
+  Status check(LaserJob job) override;
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override;
+  void stop_jog() override;
+  Status set_overrides(const LaserOverrides& overrides) override;
 
  private:
   void pump();

@@ -26,7 +26,7 @@ void MotionQueue::start_at(WirePoint at) {
 }
 
 bool MotionQueue::fits(const GcodeLine& line) const {
-  return queued_s_ + line.longest_s <= limits_.longest_s - limits_.hidden_s;
+  return queued_s_ + line.longest_s <= (limits_.longest_s - limits_.hidden_s) * slowest_;
 }
 
 void MotionQueue::sent(const GcodeLine& line) {

@@ -49,7 +49,9 @@ class MotionQueue {
   // run since was dark.
   bool may_have_burnt(double x_mm, double y_mm) const;
 
-  double queued_s() const { return queued_s_; }
+  // Motion runs at this fraction of its programmed speed, by an override; at most 1 is counted on.
+  void set_slowest(double fraction) { slowest_ = fraction; }
+  double queued_s() const { return queued_s_ / slowest_; }
   WirePoint end() const { return end_; }  // where the last motion sent leads to
   bool empty() const { return moves_.empty(); }
   // Strokes executed since the last call, in order.
@@ -70,6 +72,7 @@ class MotionQueue {
   std::deque<Move> moves_;        // sent, not surely executed
   std::size_t acknowledged_ = 0;  // how many of moves_, from the front
   double queued_s_ = 0;
+  double slowest_ = 1;
   WirePoint begin_, end_;
   std::vector<std::size_t> executed_;
 };
