@@ -127,6 +127,12 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "SPECIES=F: count its area F times when tones are mapped (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Shorter side of the picture")->capture_default_str();
   command.add_option("--patch-mm", arguments.patch_mm, "Side of the smallest patch")->capture_default_str();
+  command.add_option("--adaptive-levels", options.adaptive_levels, "Patches may be so many times twice as large")
+      ->capture_default_str();
+  command
+      .add_option("--adaptive-factor", options.adaptive_factor,
+                  "A large patch stays when its cost a pixel is at most so many times that of four smaller ones")
+      ->capture_default_str();
   command.add_option("--rotations", options.rotations, "Turns of the wood that are tried")->capture_default_str();
   command.add_option("--dpi", options.dpi, "Working resolution")->capture_default_str();
   command.add_option("--w-intensity", options.w_intensity, "Weight of brightness, 0 to 1")->capture_default_str();

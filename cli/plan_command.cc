@@ -46,7 +46,6 @@ T or_end(Result<T> result) {
 struct Arguments {
   PlanArguments plan;
   std::string layout = "grid", refine = "none", optimize = "greedy", formats = "svg,json";
-  int adaptive_levels = 0;
   std::string out;
 };
 
@@ -58,7 +57,6 @@ void refuse_what_is_not_there(const Arguments& a) {
   if (a.layout != "grid") unavailable("--layout " + a.layout);
   if (a.refine != "none") unavailable("--refine " + a.refine);
   if (a.optimize != "greedy") unavailable("--optimize " + a.optimize);
-  if (a.adaptive_levels != 0) unavailable("--adaptive-levels " + std::to_string(a.adaptive_levels));
 }
 
 std::set<std::string> wanted_formats(const std::string& list) {
@@ -179,8 +177,6 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--repeat", arguments->plan.copies, "Plan each picture so many times")->capture_default_str();
   plan->add_flag("--interleave", arguments->plan.options.interleave,
                  "Let the most salient patches of all pictures choose first, instead of picture after picture");
-  plan->add_option("--adaptive-levels", arguments->adaptive_levels, "Doublings of the patch size")
-      ->capture_default_str();
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")
       ->check(CLI::IsMember({"grid", "morph", "mosaic", "segmentation"}))
       ->capture_default_str();

@@ -56,6 +56,10 @@ struct PlanOptions {
   Millimetres kerf{
       0.15};  // k, full width burnt away. Outlines keep 2k from each other and k from wood that is not free
   Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
+  // n_adaptive and w_adaptive: a patch may have 2^levels times the wished side, and stays that large where its cost per
+  // pixel is at most `factor` times that of four smaller ones.
+  int adaptive_levels = 0;
+  double adaptive_factor = 1.2;
   Priority priority = Priority::kSaliency;
   bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
   std::uint64_t seed = 1;
@@ -71,7 +75,8 @@ struct Placement {
 struct Piece {
   std::string mark;  // "A3-12": letter, row, column, both counted from 1 at the upper left; unique within the plan
   std::size_t artwork = 0;
-  int row = 0, column = 0;             // counted from 0 at the upper left
+  int row = 0, column = 0;             // counted from 0 at the upper left; of its upper left cell when it has several
+  int cells = 1;                       // side in cells of the grid; more than 1 only with adaptive levels
   Ring<ArtworkFrame> artwork_outline;  // counter-clockwise
   std::optional<Placement> placement;  // none: no wood was left for it
   double cost = 0;                     // CONTRACT.md, section 3; measured on what is placed; 0 when unfilled

@@ -85,6 +85,7 @@ json piece_to_json(const Piece& piece) {
            {"artwork", piece.artwork},
            {"row", piece.row},
            {"col", piece.column},
+           {"cells", piece.cells},
            {"panel", nullptr},
            {"rotation_deg", nullptr},
            {"cost", piece.cost},
@@ -111,6 +112,7 @@ Piece piece_from_json(const json& from, std::size_t artworks, Reader& read) {
   piece.artwork = static_cast<std::size_t>(artwork);
   piece.row = static_cast<int>(read.whole(from, "row"));
   piece.column = static_cast<int>(read.whole(from, "col"));
+  if (from.is_object() && from.contains("cells")) piece.cells = static_cast<int>(read.whole(from, "cells"));
   piece.cost = read.number(from, "cost");
   piece.pixels = read.whole(from, "pixels");
   piece.artwork_outline = read.ring<ArtworkFrame>(from, "artwork_outline_mm");

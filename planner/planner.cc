@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <chrono>
 #include <thread>
+#include <tuple>
 
 #include <fmt/format.h>
 
+#include "planner/adaptive.h"
 #include "planner/certified_matcher.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
@@ -114,7 +116,11 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
   for (std::size_t i = 0; i < reading_order.size(); ++i) reading_order[i] = i;
   std::sort(reading_order.begin(), reading_order.end(), [&](std::size_t a, std::size_t b) {
     const Problem::Task &left = problem.queue[a], &right = problem.queue[b];
-    return std::pair(left.artwork, left.patch) < std::pair(right.artwork, right.patch);
+    const auto place = [&](const Problem::Task& task) {
+      const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
+      return std::tuple(task.artwork, patch.row, patch.column);
+    };
+    return place(left) < place(right);
   });
   for (const std::size_t i : reading_order) {
     const Problem::Task& task = problem.queue[i];
@@ -122,7 +128,7 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
     Piece& piece = plan.pieces.emplace_back();
     piece.mark = mark_of(artworks[task.artwork].letter, patch);
     piece.artwork = task.artwork;
-    piece.row = patch.row, piece.column = patch.column;
+    piece.row = patch.row, piece.column = patch.column, piece.cells = patch.cells;
     piece.artwork_outline = patch.outline;
     piece.pixels = task.match.pixels.count;
     if (!chosen[i]) continue;
@@ -162,16 +168,19 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   plan.seconds.features = seconds_since(start);
 
   const auto match_start = Clock::now();
-  const std::size_t count = problem->queue.size();
-  Greedy greedy(*problem, matcher, threads, stop);
-  const auto chosen = greedy.run([&](std::size_t placed) {
+  const std::size_t count = problem->queue.size() + problem->squares.size();
+  const auto on_placed = [&](std::size_t placed) {
     report(kIndexShare + (1 - kIndexShare) * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
-  });
+  };
+  const auto chosen = options.adaptive_levels > 0
+                          ? place_squares(*problem, options.adaptive_factor, matcher, threads, stop, on_placed)
+                          : Greedy(*problem, matcher, threads, stop).run(on_placed);
   if (stop.stop_requested()) return cancelled;
   add_pieces(artworks, stock, *problem, matcher, chosen, plan);
   plan.seconds.match = seconds_since(match_start);
-  if (progress) progress(1, fmt::format("placed {} of {} pieces", count - unfilled(plan), count));
+  if (progress)
+    progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
   return plan;
 }
 

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
+#include <iterator>
+#include <map>
+#include <numeric>
 
 #include "planner/features.h"
 #include "planner/kernels.h"
+#include "planner/layout_adaptive.h"
 #include "planner/order.h"
 
 namespace veneer::planner {
@@ -18,11 +21,12 @@ constexpr int kSmallestPatch = 3;  // working pixels
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
 // Windows of patches that differ by the rounding of their borders share a class.
-WindowClass common_class(const std::vector<MatchPatch>& patches) {
+WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
   WindowClass out;
-  out.width = patches.front().pixels.width, out.height = patches.front().pixels.height;
+  out.width = patches.front()->pixels.width, out.height = patches.front()->pixels.height;
   out.left = out.top = -1e9, out.right = out.bottom = 1e9;
-  for (const MatchPatch& patch : patches) {
+  for (const MatchPatch* each : patches) {
+    const MatchPatch& patch = *each;
     out.width = std::min(out.width, patch.pixels.width), out.height = std::min(out.height, patch.pixels.height);
     const ScanResolution& resolution = patch.grid.resolution;
     const Box<ArtworkFrame> box = bounds(patch.outline);
@@ -61,6 +65,85 @@ std::size_t class_index(std::vector<WindowClass>& classes, const WindowClass& wa
   return classes.size() - 1;
 }
 
+// The layout of one artwork as tasks; squares that are larger than every panel are left out in favour of their parts.
+class Squares {
+ public:
+  Squares(const Artwork& artwork, std::size_t index, const std::vector<Radians>& all_turns, Problem& problem)
+      : artwork_(artwork), index_(index), turns_(all_turns), problem_(problem), work_(problem.artworks[index]) {}
+
+  std::vector<TaskTree> of(const std::vector<PatchTree>& layout) {
+    std::vector<TaskTree> out;
+    for (const PatchTree& tree : layout) add(tree, out);
+    return out;
+  }
+
+  // Gives each size its class of windows; kInvalidArgument when a patch has too few pixels.
+  Status classify(std::vector<TaskTree>& squares, const PlanOptions& options) {
+    std::map<int, std::vector<TaskTree*>> by_size;
+    for (TaskTree& square : squares) collect(square, by_size);
+    const std::vector<double> important = importances(artwork_, work_.patches);
+    for (auto& [cells, trees] : by_size) {
+      std::vector<const MatchPatch*> patches;
+      for (const TaskTree* tree : trees) patches.push_back(&tree->task.match);
+      const WindowClass windows = common_class(patches);
+      if (std::min(windows.width, windows.height) < kSmallestPatch)
+        return unusable(
+            fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
+                        "working resolution",
+                        artwork_.name, windows.width, windows.height, options.dpi));
+      const std::size_t index = class_index(problem_.classes, windows);
+      for (TaskTree* tree : trees) {
+        tree->task.match.window_class = index;
+        tree->task.importance = important[tree->task.patch];
+      }
+    }
+    return Ok();
+  }
+
+ private:
+  void add(const PatchTree& tree, std::vector<TaskTree>& out) {
+    if (!tree.parts.empty() && !fits_somewhere(tree.patch.outline, problem_, turns_)) {
+      for (const PatchTree& part : tree.parts) add(part, out);
+      return;
+    }
+    TaskTree& square = out.emplace_back();
+    square.task.artwork = index_;
+    square.task.patch = work_.patches.size();
+    square.task.match = {patch_pixels(tree.patch.outline, work_.grid, work_.features.cols, work_.features.rows),
+                         tree.patch.outline, &work_.features, work_.grid, 0};
+    work_.patches.push_back(tree.patch);
+    std::vector<TaskTree> parts;
+    for (const PatchTree& part : tree.parts) add(part, parts);
+    square.parts = std::move(parts);
+  }
+
+  void collect(TaskTree& tree, std::map<int, std::vector<TaskTree*>>& by_size) {
+    by_size[work_.patches[tree.task.patch].cells].push_back(&tree);
+    for (TaskTree& part : tree.parts) collect(part, by_size);
+  }
+
+  const Artwork& artwork_;
+  std::size_t index_;
+  const std::vector<Radians>& turns_;
+  Problem& problem_;
+  WorkingArtwork& work_;
+};
+
+Result<std::vector<TaskTree>> squares_of(const Artwork& artwork, std::size_t index, const PlanOptions& options,
+                                         const std::vector<Radians>& all_turns, Problem& problem) {
+  const auto layout = adaptive_layout(artwork.width, artwork.height, options.patch, options.adaptive_levels);
+  const Patch cell = grid_layout(artwork.width, artwork.height, options.patch).front();
+  Squares builder(artwork, index, all_turns, problem);
+  std::vector<TaskTree> squares = builder.of(layout);
+  if (Status status = builder.classify(squares, options); !status.ok()) return status.error();
+  if (!fits_somewhere(cell.outline, problem, all_turns)) {
+    const Box<ArtworkFrame> box = bounds(cell.outline);
+    return unusable(fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel", artwork.name,
+                                box.width().count(), box.height().count()));
+  }
+  return squares;
+}
+
 }  // namespace
 
 std::vector<Radians> turns(int rotations) {
@@ -68,6 +151,11 @@ std::vector<Radians> turns(int rotations) {
   for (int k = 0; k < rotations; ++k) out.push_back(degrees(360.0 * k / rotations));
   return out;
 }
+
+Problem::Problem() = default;
+Problem::Problem(Problem&&) noexcept = default;
+Problem& Problem::operator=(Problem&&) noexcept = default;
+Problem::~Problem() = default;
 
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
                              const PlanOptions& options) {
@@ -80,42 +168,30 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   problem.warnings = std::move(pictures->warnings);
 
   const auto all_turns = turns(options.rotations);
-  std::vector<Problem::Task> tasks;
+  std::vector<TaskTree> squares;
   std::vector<double> urgency;
   for (std::size_t a = 0; a < artworks.size(); ++a) {
-    WorkingArtwork& work = problem.artworks[a];
-    work.patches = grid_layout(artworks[a].width, artworks[a].height, options.patch);
-    std::vector<MatchPatch> patches;
-    for (const Patch& patch : work.patches)
-      patches.push_back({patch_pixels(patch.outline, work.grid, work.features.cols, work.features.rows), patch.outline,
-                         &work.features, work.grid, 0});
-    const WindowClass windows = common_class(patches);
-    if (std::min(windows.width, windows.height) < kSmallestPatch)
-      return unusable(
-          fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
-                      "working resolution",
-                      artworks[a].name, windows.width, windows.height, options.dpi));
-    if (!fits_somewhere(work.patches.front().outline, problem, all_turns)) {
-      const Box<ArtworkFrame> box = bounds(work.patches.front().outline);
-      return unusable(fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel",
-                                  artworks[a].name, box.width().count(), box.height().count()));
+    Result<std::vector<TaskTree>> own = squares_of(artworks[a], a, options, all_turns, problem);
+    if (!own.ok()) return own.error();
+    std::vector<Patch> patches;
+    for (const TaskTree& square : *own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
+    const auto urgent = urgencies(artworks[a], patches, options.priority);
+    if (options.interleave) {
+      std::move(own->begin(), own->end(), std::back_inserter(squares));
+      urgency.insert(urgency.end(), urgent.begin(), urgent.end());
+    } else {
+      for (const std::size_t i : by_urgency(urgent)) squares.push_back(std::move((*own)[i]));
     }
-    const std::size_t index = class_index(problem.classes, windows);
-    const auto urgent = urgencies(artworks[a], work.patches, options.priority);
-    const auto important = importances(artworks[a], work.patches);
-    for (std::size_t p = 0; p < patches.size(); ++p) {
-      patches[p].window_class = index;
-      tasks.push_back({a, p, std::move(patches[p]), important[p]});
-    }
-    if (!options.interleave) {
-      for (const std::size_t i : by_urgency(urgent)) problem.queue.push_back(std::move(tasks[i]));
-      tasks.clear();
-    }
-    urgency.insert(urgency.end(), urgent.begin(), urgent.end());
   }
-  if (options.interleave)
-    for (const std::size_t i : by_urgency(urgency)) problem.queue.push_back(std::move(tasks[i]));
-
+  std::vector<std::size_t> order(squares.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (options.interleave) order = by_urgency(urgency);
+  for (const std::size_t i : order) {
+    if (options.adaptive_levels > 0)
+      problem.squares.push_back(std::move(squares[i]));
+    else
+      problem.queue.push_back(std::move(squares[i].task));
+  }
   problem.entries_per_unit = (kernels::kLargestEntry - 1) / largest_response(options);
   return problem;
 }

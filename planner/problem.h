@@ -13,6 +13,8 @@
 
 namespace veneer::planner {
 
+struct TaskTree;
+
 struct Problem {
   std::vector<MatchPanel> panels;
   std::vector<WorkingArtwork> artworks;
@@ -26,11 +28,20 @@ struct Problem {
   // In the order in which patches choose. MatchPatch::features points into `artworks`, so a Problem is moved, never
   // copied.
   std::vector<Task> queue;
+  // With adaptive levels instead: squares, in the order in which they choose (adaptive.h); the queue is empty then.
+  std::vector<TaskTree> squares;
   double entries_per_unit = 1;
 
-  Problem() = default;
-  Problem(Problem&&) = default;
-  Problem& operator=(Problem&&) = default;
+  Problem();
+  Problem(Problem&&) noexcept;
+  Problem& operator=(Problem&&) noexcept;
+  ~Problem();
+};
+
+// A patch and the smaller ones it may be cut into.
+struct TaskTree {
+  Problem::Task task;
+  std::vector<TaskTree> parts;
 };
 
 // kInvalidArgument: see make_plan.

@@ -16,6 +16,8 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.w_hist, 0, 1)) return unusable("the histogram weight must lie between 0 and 1");
   if (!within(o.edge.count(), 0, 50)) return unusable("the scale of edges must lie between 0 and 50 mm");
   if (!within(o.patch.count(), 0.1, 10000)) return unusable("the patch size must lie between 0.1 and 10000 mm");
+  if (!within(o.adaptive_levels, 0, 6)) return unusable("the number of adaptive levels must lie between 0 and 6");
+  if (!within(o.adaptive_factor, 0, 1e6)) return unusable("the adaptive factor must not be negative");
   if (!within(o.dpi, 10, 2400)) return unusable("the working resolution must lie between 10 and 2400 dpi");
   if (!within(o.rotations, 1, 360)) return unusable("the number of rotations must lie between 1 and 360");
   if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");

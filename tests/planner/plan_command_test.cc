@@ -131,7 +131,6 @@ TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
   expect_unusable(usual() + " --optimize global", "--optimize global is not available yet in this version");
-  expect_unusable(usual() + " --adaptive-levels 2", "--adaptive-levels 2 is not available yet in this version");
   expect_unusable(usual() + " --format svg,dxf", "--format dxf is not available yet in this version");
   expect_unusable(usual() + " --format tiff", "no format");
 }
@@ -162,6 +161,8 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --w-colour nan", "colour weight");
   expect_unusable(usual() + " --edge-mm -1", "scale of edges");
   expect_unusable(usual() + " --repeat 0", "--repeat");
+  expect_unusable(usual() + " --adaptive-levels -1", "adaptive levels");
+  expect_unusable(usual() + " --adaptive-factor nan", "adaptive factor");
   expect_unusable(usual() + " --importance " + path("target.png") + " --importance " + path("target.png"),
                   "more --importance");
 }

@@ -1,0 +1,147 @@
+#include "planner/adaptive.h"
+
+#include <map>
+
+#include "planner/parallel.h"
+
+namespace veneer::planner {
+namespace {
+
+// How many different places are looked at when the best one lies on a sibling's.
+constexpr std::size_t kAlternatives = 8;
+
+struct ChosenPatch {
+  const Problem::Task* task = nullptr;
+  std::optional<Candidate> place;  // none: no wood was left for it
+};
+
+// The sizes that one square of the layout is cut into.
+class Square {
+ public:
+  Square(double factor, const Matcher& matcher, const std::stop_token& stop)
+      : factor_(factor), matcher_(matcher), stop_(stop) {}
+
+  void ask(const TaskTree& square, int threads) {
+    std::vector<const TaskTree*> nodes;
+    collect(square, nodes);
+    std::vector<std::optional<Candidate>> best(nodes.size());
+    run_parallel(nodes.size(), threads, stop_,
+                 [&](std::size_t i) { best[i] = matcher_.best(nodes[i]->task.match, stop_); });
+    for (std::size_t i = 0; i < nodes.size(); ++i) best_[nodes[i]] = best[i];
+  }
+
+  struct Choice {
+    std::vector<ChosenPatch> patches;
+    double cost = 0;  // weighed by importance
+    bool whole = true;
+  };
+  // `siblings`: outlines that are spoken for, grown; what is chosen here is added.
+  struct Taken {
+    int panel;
+    Ring<PanelFrame> grown;
+  };
+  Choice choose(const TaskTree& node, std::vector<Taken>& siblings) const {
+    Choice as_one;
+    as_one.patches.push_back({&node.task, place_beside(node, siblings)});
+    const std::optional<Candidate> place = as_one.patches.front().place;
+    as_one.whole = place.has_value();
+    if (place) as_one.cost = weighed_cost(node, *place);
+    std::vector<Taken> with_one = siblings;
+    if (place) with_one.push_back(taken(node, *place));
+    if (node.parts.empty()) {
+      siblings = std::move(with_one);
+      return as_one;
+    }
+    Choice parts;
+    std::vector<Taken> with_parts = siblings;
+    for (const TaskTree& part : node.parts) {
+      Choice choice = choose(part, with_parts);
+      parts.cost += choice.cost;
+      parts.whole = parts.whole && choice.whole;
+      parts.patches.insert(parts.patches.end(), choice.patches.begin(), choice.patches.end());
+    }
+    const bool stays = place && (!parts.whole || as_one.cost <= factor_ * parts.cost);
+    siblings = stays ? std::move(with_one) : std::move(with_parts);
+    return stays ? as_one : parts;
+  }
+
+ private:
+  static void collect(const TaskTree& node, std::vector<const TaskTree*>& nodes) {
+    nodes.push_back(&node);
+    for (const TaskTree& part : node.parts) collect(part, nodes);
+  }
+
+  Taken taken(const TaskTree& node, const Candidate& place) const {
+    const auto outline = matcher_.panel_from_artwork(node.task.match, place) * node.task.match.outline;
+    const FreeWood& wood = matcher_.panels()[static_cast<std::size_t>(place.panel)].wood;
+    return {place.panel, grown(outline, wood.kerf() + FreeWood::kSlack)};
+  }
+
+  bool clear_of(const Taken& wanted, const std::vector<Taken>& siblings) const {
+    for (const Taken& other : siblings)
+      if (other.panel == wanted.panel && convex_overlap(other.grown, wanted.grown)) return false;
+    return true;
+  }
+
+  std::optional<Candidate> place_beside(const TaskTree& node, const std::vector<Taken>& siblings) const {
+    const std::optional<Candidate>& best = best_.at(&node);
+    if (!best || clear_of(taken(node, *best), siblings)) return best;
+    for (const Candidate& other : matcher_.places(node.task.match, kAlternatives, stop_))
+      if (clear_of(taken(node, other), siblings)) return other;
+    return std::nullopt;
+  }
+
+  // Cell by cell, so that a large patch is judged by how well it serves what matters in it.
+  double weighed_cost(const TaskTree& node, const Candidate& place) const {
+    if (node.parts.empty()) return node.task.importance * matcher_.exact_cost(node.task.match, place);
+    double sum = 0;
+    for (const TaskTree& part : node.parts) {
+      Candidate same_motion = place;
+      same_motion.x += part.task.match.pixels.left - node.task.match.pixels.left;
+      same_motion.y += part.task.match.pixels.top - node.task.match.pixels.top;
+      sum += weighed_cost(part, same_motion);
+    }
+    return sum;
+  }
+
+  double factor_;
+  const Matcher& matcher_;
+  const std::stop_token& stop_;
+  std::map<const TaskTree*, std::optional<Candidate>> best_;
+};
+
+// Decides one square and takes its wood; takes nothing once `stop` is requested.
+std::vector<ChosenPatch> choose_sizes(const TaskTree& square, double factor, Matcher& matcher, int threads,
+                                      const std::stop_token& stop) {
+  Square search(factor, matcher, stop);
+  search.ask(square, threads);
+  if (stop.stop_requested()) return {};
+  std::vector<Square::Taken> nothing_yet;
+  std::vector<ChosenPatch> chosen = search.choose(square, nothing_yet).patches;
+  if (stop.stop_requested()) return {};
+  for (ChosenPatch& patch : chosen) {
+    // Alternatives came from a short list: on wood that is nearly used up another look may find more.
+    if (!patch.place || !matcher.admits(patch.task->match, *patch.place))
+      patch.place = matcher.best(patch.task->match, stop);
+    if (patch.place) matcher.take(patch.task->match, *patch.place);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<std::optional<Candidate>> place_squares(Problem& problem, double factor, Matcher& matcher, int threads,
+                                                    const std::stop_token& stop,
+                                                    const std::function<void(std::size_t)>& on_placed) {
+  std::vector<std::optional<Candidate>> places;
+  for (std::size_t done = 0; done < problem.squares.size() && !stop.stop_requested();) {
+    for (const ChosenPatch& patch : choose_sizes(problem.squares[done], factor, matcher, threads, stop)) {
+      problem.queue.push_back(*patch.task);
+      places.push_back(patch.place);
+    }
+    on_placed(++done);
+  }
+  return places;
+}
+
+}  // namespace veneer::planner
