@@ -109,7 +109,8 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
   return Ok();
 }
 
-Status write_files(const Plan& plan, const std::vector<StockPanel>& stock, const std::set<std::string>& formats,
+// Adds to the plan's warnings what the cut files had to leave out.
+Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::set<std::string>& formats,
                    const fs::path& out) {
   // plan.json is always there: everything else can be made from it again.
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
@@ -118,7 +119,7 @@ Status write_files(const Plan& plan, const std::vector<StockPanel>& stock, const
   for (const planner::PlanPanel& panel : plan.panels) {
     const Result<planner::CutDrawing> drawing = planner::cut_svg(plan, panel);
     if (!drawing.ok()) return drawing.error();
-    for (const std::string& warning : drawing->warnings) std::cerr << "warning: " << warning << '\n';
+    plan.warnings.insert(plan.warnings.end(), drawing->warnings.begin(), drawing->warnings.end());
     if (Status status = planner::write_text(drawing->svg, out / fmt::format("cut-{}.svg", panel.id.value));
         !status.ok())
       return status;
@@ -141,6 +142,15 @@ Result<Plan> plan_with_progress(const std::vector<Artwork>& artworks, const std:
       stop.get_token());
 }
 
+// The first few; the report has them all.
+void warn(const std::vector<std::string>& warnings) {
+  constexpr std::size_t kShown = 5;
+  for (std::size_t i = 0; i < std::min(kShown, warnings.size()); ++i)
+    std::cerr << "veneerctl plan: warning: " << warnings[i] << "\n";
+  if (warnings.size() > kShown)
+    std::cerr << fmt::format("veneerctl plan: {} more warnings are in report.json\n", warnings.size() - kShown);
+}
+
 void run(const Arguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -154,18 +164,18 @@ void run(const Arguments& arguments) {
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
-  const Result<Plan> plan = plan_with_progress(artworks, stock, options);
+  Result<Plan> plan = plan_with_progress(artworks, stock, options);
   if (!plan.ok()) end(plan.error());
   if (Status status = write_files(*plan, stock, formats, arguments.out); !status.ok())
     end(kWorkFailed, status.error().message);
+  if (const std::size_t empty = planner::unfilled(*plan); empty > 0)
+    plan->warnings.insert(plan->warnings.begin(),
+                          fmt::format("no free wood was left for {} of {} patches", empty, plan->pieces.size()));
   spent.total = seconds();
   const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
   if (Status status = planner::write_text(report, fs::path(arguments.out) / "report.json"); !status.ok())
     end(kWorkFailed, status.error().message);
-  for (const std::string& warning : plan->warnings) std::cerr << "veneerctl plan: warning: " << warning << "\n";
-  if (const std::size_t empty = planner::unfilled(*plan); empty > 0)
-    std::cerr << fmt::format("veneerctl plan: warning: no free wood was left for {} of {} patches\n", empty,
-                             plan->pieces.size());
+  warn(plan->warnings);
 }
 
 }  // namespace
