@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "planner/match_query.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
+
 CertifiedMatcher::CertifiedMatcher(std::vector<MatchPanel> all_panels, std::vector<Radians> turns,
                                    std::vector<WindowClass> classes, double entries_per_unit)
     : Matcher(std::move(all_panels), std::move(turns)),
@@ -22,8 +24,16 @@ CertifiedMatcher::CertifiedMatcher(std::vector<MatchPanel> all_panels, std::vect
   }
 }
 
-void CertifiedMatcher::build_index(std::size_t task) {
-  IndexedLattice& it = indexed_[task];
+void CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
+  run_parallel(
+      indexed_.size(), threads, stop, [&](std::size_t at) { index_lattice(at); },
+      [&](std::size_t done) {
+        if (progress) progress(static_cast<double>(done) / static_cast<double>(indexed_.size()));
+      });
+}
+
+void CertifiedMatcher::index_lattice(std::size_t at) {
+  IndexedLattice& it = indexed_[at];
   const MatchPanel& panel = panels()[static_cast<std::size_t>(it.panel)];
   it.pixels = std::make_unique<RotatedPanel>(panel.features.pixels, lattice(it.panel, it.rotation), entries_per_unit_);
   for (std::size_t k = 0; k < classes_.size(); ++k)

@@ -20,8 +20,7 @@ class CertifiedMatcher final : public Matcher {
   CertifiedMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
                    double entries_per_unit);
 
-  std::size_t index_tasks() const override { return indexed_.size(); }
-  void build_index(std::size_t task) override;
+  void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
   std::size_t index_bytes() const override;
 
   std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const override {
@@ -33,6 +32,7 @@ class CertifiedMatcher final : public Matcher {
   std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
 
  private:
+  void index_lattice(std::size_t at);
   void remove(int panel, const Ring<PanelFrame>& taken) override;
 
   std::vector<WindowClass> classes_;

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <stop_token>
@@ -47,9 +48,10 @@ class Matcher {
   Matcher(const Matcher&) = delete;
   Matcher& operator=(const Matcher&) = delete;
 
-  // Building is cut into tasks that may run on several threads, each once; questions need all of them.
-  virtual std::size_t index_tasks() const = 0;
-  virtual void build_index(std::size_t task) = 0;
+  // To be called once, before any question. `progress` gets fractions, on the calling thread. Returns within some tens
+  // of milliseconds of a stop request, with an index that must not be asked.
+  using IndexProgress = std::function<void(double fraction)>;
+  virtual void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) = 0;
   virtual std::size_t index_bytes() const = 0;
 
   // The cheapest free place; none when no place is free. Returns early, with anything, once `stop` is requested.

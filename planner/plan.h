@@ -62,6 +62,7 @@ struct PlanOptions {
   double adaptive_factor = 1.2;
   Priority priority = Priority::kSaliency;
   bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
+  bool exact = false;  // choose the cheapest place by proof, some hundred times slower
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };
@@ -119,8 +120,9 @@ std::size_t unfilled(const Plan& plan);
 using Progress = std::function<void(double fraction, std::string_view text)>;
 
 // Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
-// apart at the working resolution) and rotations, as an exhaustive search would find it; no wood twice. When wood runs
-// out the rest stays unfilled and the plan is still a success.
+// apart at the working resolution) and rotations; no wood twice. With `exact` the best place is what an exhaustive
+// search would find, else one whose cost is within a per mille on the whole. When wood runs out the rest stays unfilled
+// and the plan is still a success.
 //
 // kInvalidArgument: a picture, size, weight or panel is unusable, or a patch is larger than every panel.
 // kCancelled: within 100 ms of the stop request.

@@ -1,6 +1,7 @@
 // make_plan: the greedy algorithm of section 3.3.
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <thread>
 #include <tuple>
 
@@ -8,9 +9,11 @@
 
 #include "planner/adaptive.h"
 #include "planner/certified_matcher.h"
+#include "planner/features.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
 #include "planner/problem.h"
+#include "planner/shortlist_matcher.h"
 
 namespace veneer::planner {
 namespace {
@@ -34,9 +37,9 @@ class Reporter {
   Clock::time_point last_{};
 };
 
-// Patches choose in the queue's order, but several search at once: the best place found on a state of the wood is still
-// the best on any later state, as long as it is still free, because wood only becomes less. A place that was taken
-// meanwhile is searched again.
+// Patches choose in the queue's order, but several search at once: the place found on a state of the wood counts on any
+// later state, as long as it is still free, because wood only becomes less. A place that was taken meanwhile is
+// searched again. Who searches on which state depends on the queue alone, never on the number of threads.
 class Greedy {
  public:
   Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop)
@@ -58,17 +61,19 @@ class Greedy {
   }
 
  private:
+  static constexpr std::size_t kAhead = 16;
+
   struct Answer {
     bool known = false;
     std::optional<Candidate> best;
   };
 
+  bool is_free(std::size_t i) const { return matcher_.admits(queue_[i].match, *answers_[i].best); }
+
   void search_ahead() {
-    // One thread gains nothing by looking ahead; several would wait for each other without it.
-    const std::size_t wanted = threads_ == 1 ? 1 : static_cast<std::size_t>(threads_) * 4;
     std::vector<std::size_t> open;
-    for (std::size_t i = placed_; i < queue_.size() && i < placed_ + 4 * wanted && open.size() < wanted; ++i)
-      if (!answers_[i].known) open.push_back(i);
+    for (std::size_t i = placed_; i < std::min(queue_.size(), placed_ + kAhead); ++i)
+      if (!answers_[i].known || (answers_[i].best && !is_free(i))) open.push_back(i);
     run_parallel(open.size(), threads_, stop_, [&](std::size_t i) {
       Answer& answer = answers_[open[i]];
       answer.best = matcher_.best(queue_[open[i]].match, stop_);
@@ -78,14 +83,10 @@ class Greedy {
 
   void accept() {
     for (; placed_ < queue_.size() && answers_[placed_].known; ++placed_) {
-      Answer& answer = answers_[placed_];
+      const Answer& answer = answers_[placed_];
       if (!answer.best) continue;
-      const MatchPatch& patch = queue_[placed_].match;
-      if (!matcher_.admits(patch, *answer.best)) {
-        answer.known = false;
-        return;
-      }
-      matcher_.take(patch, *answer.best);
+      if (!is_free(placed_)) return;
+      matcher_.take(queue_[placed_].match, *answer.best);
       chosen_[placed_] = answer.best;
     }
   }
@@ -98,6 +99,14 @@ class Greedy {
   std::vector<Answer> answers_;
   std::vector<std::optional<Candidate>> chosen_;
 };
+
+std::unique_ptr<Matcher> make_matcher(Problem& problem, const PlanOptions& options) {
+  if (options.exact)
+    return std::make_unique<CertifiedMatcher>(std::move(problem.panels), turns(options.rotations), problem.classes,
+                                              problem.entries_per_unit);
+  return std::make_unique<ShortlistMatcher>(std::move(problem.panels), turns(options.rotations), problem.classes,
+                                            largest_response(options));
+}
 
 Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options) {
   Plan plan;
@@ -156,14 +165,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
       options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
-  CertifiedMatcher matcher(std::move(problem->panels), turns(options.rotations), problem->classes,
-                           problem->entries_per_unit);
-  run_parallel(
-      matcher.index_tasks(), threads, stop, [&](std::size_t task) { matcher.build_index(task); },
-      [&](std::size_t done) {
-        report(kIndexShare * static_cast<double>(done) / static_cast<double>(matcher.index_tasks()),
-               "indexing the wood");
-      });
+  const std::unique_ptr<Matcher> matcher = make_matcher(*problem, options);
+  matcher->build_index(threads, stop, [&](double done) { report(kIndexShare * done, "indexing the wood"); });
   if (stop.stop_requested()) return cancelled;
   plan.seconds.features = seconds_since(start);
 
@@ -174,10 +177,10 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
            fmt::format("placing pieces: {} of {}", placed, count));
   };
   const auto chosen = options.adaptive_levels > 0
-                          ? place_squares(*problem, options.adaptive_factor, matcher, threads, stop, on_placed)
-                          : Greedy(*problem, matcher, threads, stop).run(on_placed);
+                          ? place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed)
+                          : Greedy(*problem, *matcher, threads, stop).run(on_placed);
   if (stop.stop_requested()) return cancelled;
-  add_pieces(artworks, stock, *problem, matcher, chosen, plan);
+  add_pieces(artworks, stock, *problem, *matcher, chosen, plan);
   plan.seconds.match = seconds_since(match_start);
   if (progress)
     progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));

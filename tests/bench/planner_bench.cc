@@ -255,7 +255,7 @@ Judged& judged(const Case& it) {
 void compare_choices(const Judged& judged, benchmark::State& state) {
   CertifiedMatcher matcher(judged.problem.panels, turns(judged.options.rotations), judged.problem.classes,
                            judged.problem.entries_per_unit);
-  run_parallel(matcher.index_tasks(), kThreads, {}, [&](std::size_t task) { matcher.build_index(task); });
+  matcher.build_index(kThreads, {});
   std::vector<double> ratios(judged.sample.size(), 1);
   run_parallel(judged.sample.size(), kThreads, {}, [&](std::size_t i) {
     const auto found = matcher.best(judged.problem.queue[judged.sample[i]].match, {});

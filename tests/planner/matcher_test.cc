@@ -47,7 +47,7 @@ void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
   ASSERT_TRUE(problem.ok()) << problem.error().message;
   CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
                            problem->entries_per_unit);
-  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  matcher.build_index(1, {});
   std::size_t placed = 0;
   for (const Problem::Task& task : problem->queue) {
     if (placed++ == most) break;
@@ -67,7 +67,7 @@ void expect_choices_of_the_oracle(const Case& it, std::size_t most) {
   ASSERT_TRUE(problem.ok()) << problem.error().message;
   CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
                            problem->entries_per_unit);
-  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  matcher.build_index(1, {});
   test::ExhaustiveMatching oracle(matcher.panels(), turns(it.options.rotations), 1);
   for (std::size_t i = 0; i < std::min(most, problem->queue.size()); ++i) {
     const MatchPatch& patch = problem->queue[i].match;
@@ -130,7 +130,7 @@ TEST(Matcher, PlacesAreTheBestOnesThatAreNotAlike) {
   auto problem = make_problem(artworks, stock, options(8, 50.8, 3));
   ASSERT_TRUE(problem.ok()) << problem.error().message;
   CertifiedMatcher matcher(std::move(problem->panels), turns(3), problem->classes, problem->entries_per_unit);
-  for (std::size_t task = 0; task < matcher.index_tasks(); ++task) matcher.build_index(task);
+  matcher.build_index(1, {});
   const MatchPatch& patch = problem->queue.front().match;
   const auto found = matcher.places(patch, 6, {});
   ASSERT_EQ(found.size(), 6U);

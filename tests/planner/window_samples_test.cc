@@ -1,0 +1,64 @@
+#include "planner/window_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+namespace veneer::planner {
+namespace {
+
+cv::Mat random_entries(int columns, int rows, int channels) {
+  cv::Mat out(rows, columns, CV_MAKETYPE(CV_16S, channels));
+  cv::RNG random(5);
+  random.fill(out, cv::RNG::UNIFORM, -4095, 4096);
+  return out;
+}
+
+TEST(WindowSamples, AreBilinearAndTheBorderRepeats) {
+  const cv::Mat entries = random_entries(40, 30, 1);
+  for (const double angle : {0.0, 24.0, 90.0, 203.0}) {
+    const Lattice lattice(entries.cols, entries.rows, degrees(angle));
+    // Everything, and a good deal beyond.
+    const SampleGrid grid{-3.3, -2.1, 1.25, 0.75, lattice.width(), 2 * lattice.height()};
+    std::vector<std::int16_t> found(static_cast<std::size_t>(grid.columns * grid.rows));
+    sample(entries, lattice, grid, static_cast<std::size_t>(grid.columns), found.data());
+    for (int k = 0; k < grid.rows; ++k) {
+      for (int i = 0; i < grid.columns; ++i) {
+        double x = 0, y = 0;
+        lattice.to_panel(grid.x + (i + 0.5) * grid.step_x, grid.y + (k + 0.5) * grid.step_y, x, y);
+        x = std::clamp(x - 0.5, 0.0, entries.cols - 1.0), y = std::clamp(y - 0.5, 0.0, entries.rows - 1.0);
+        const int c = std::min(static_cast<int>(x), entries.cols - 2),
+                  r = std::min(static_cast<int>(y), entries.rows - 2);
+        const auto at = [&](int row, int column) { return static_cast<double>(entries.at<std::int16_t>(row, column)); };
+        const double fx = x - c, fy = y - r;
+        const double expected = (1 - fy) * ((1 - fx) * at(r, c) + fx * at(r, c + 1)) +
+                                fy * ((1 - fx) * at(r + 1, c) + fx * at(r + 1, c + 1));
+        // Positions are rounded to 1/256 pixel.
+        ASSERT_NEAR(found[static_cast<std::size_t>(k * grid.columns + i)], expected, 8192.0 * 2 / 256 + 1);
+      }
+    }
+  }
+}
+
+TEST(WindowSamples, OfTwoChannelsAreThoseOfEachAlone) {
+  // Two channels have code of their own.
+  const cv::Mat both = random_entries(50, 60, 2);
+  std::vector<cv::Mat> alone;
+  cv::split(both, alone);
+  for (const double angle : {0.0, 48.0, 180.0, 312.0}) {
+    const Lattice lattice(both.cols, both.rows, degrees(angle));
+    for (const int columns : {1, 2, 17, lattice.width() + 9}) {
+      const SampleGrid grid{-4, 20, 1, 1.5, columns, 25};
+      const auto length = static_cast<std::size_t>(columns);
+      std::vector<std::int16_t> two(2 * length * 25), one(length * 25);
+      sample(both, lattice, grid, 2 * length, two.data());
+      for (std::size_t channel = 0; channel < 2; ++channel) {
+        sample(alone[channel], lattice, grid, length, one.data());
+        for (std::size_t i = 0; i < one.size(); ++i) ASSERT_EQ(two[2 * i + channel], one[i]) << angle << " " << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace veneer::planner
