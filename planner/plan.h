@@ -62,7 +62,7 @@ struct PlanOptions {
   double adaptive_factor = 1.2;
   Priority priority = Priority::kSaliency;
   bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
-  bool exact = false;  // choose the cheapest place by proof, some hundred times slower
+  bool exact = false;       // choose the cheapest place by proof, some hundred times slower
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };

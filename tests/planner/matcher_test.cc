@@ -197,7 +197,7 @@ TEST(Matcher, FindsTheCopyOfThePictureInTheWood) {
   artwork.picture = panel.picture.pixels(cv::Rect(30, 40, 16, 16)).clone();
   artwork.width = artwork.height = 8_mm;
   PlanOptions o = options(8, 50.8, 6);
-  o.w_hist = 0, o.w_edge = 0;
+  o.w_hist = 0, o.w_edge = 0, o.exact = true;
   const auto plan = make_plan(std::span(&artwork, 1), std::span(&panel, 1), o);
   ASSERT_TRUE(plan.ok()) << plan.error().message;
   ASSERT_TRUE(plan->pieces[0].placement);
