@@ -30,7 +30,7 @@ struct UsbRead {
 };
 struct UsbRequest {
   std::variant<UsbSetup, UsbWrite, UsbRead> what;
-  Duration timeout{};  // real time
+  Duration timeout{};  // the port's own: real time, or a simulator's device time
 };
 
 struct UsbReply {

@@ -1,4 +1,4 @@
-// Times and limits of the Lihuiyu driver. All durations are device time, but those of USB transfers, which are real.
+// Times and limits of the Lihuiyu driver. All durations are device time.
 #pragma once
 
 #include <chrono>
@@ -13,15 +13,17 @@ struct LihuiyuOptions {
   // The board knows neither its travel nor its position.
   double travel_x_mm = 300, travel_y_mm = 200;
 
-  // Asking for the board's lines: while a packet waits or is confirmed, while a program's end is awaited, at rest. A
-  // supply that fails and returns resets the board; it boots for longer than this, so the failure is seen.
+  // Asking for the board's lines: while a packet waits or is confirmed, while a program's end is awaited, at rest.
   Duration busy_poll_period = std::chrono::milliseconds(10);
   Duration poll_period = std::chrono::milliseconds(20);
   Duration rest_poll_period = std::chrono::milliseconds(500);
 
-  Duration write_timeout = std::chrono::milliseconds(1500);  // real time
-  Duration status_timeout = std::chrono::milliseconds(200);  // real time
-  Duration drain_timeout = std::chrono::milliseconds(5);     // real time: late answers are thrown away for this long
+  // Of transfers. A board that said it takes packets takes one at once. One that does so only later may have lost its
+  // supply in between, and with it its program, without any poll having seen that: so this and the polls' period must
+  // be shorter than what a supply and a board need to come back.
+  Duration write_timeout = std::chrono::milliseconds(150);
+  Duration status_timeout = std::chrono::milliseconds(100);
+  Duration drain_timeout = std::chrono::milliseconds(5);  // late answers are thrown away for this long
 
   Duration connect_timeout = std::chrono::milliseconds(4500);
   Duration silence_timeout = std::chrono::seconds(2);  // without a status that makes sense

@@ -29,6 +29,9 @@ campaign() {
 seed=$(fresh_seed)
 show_table=1 campaign "faults/grbl" "$seed" "$build/bin/veneer-soak-faults" --runs 500 --seed "$seed" \
   --out "$(dirname "$out")/faults.json"
+seed=$(fresh_seed)
+show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak-lihuiyu" --runs 500 --seed "$seed" \
+  --out "$(dirname "$out")/faults-lihuiyu.json"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do

@@ -91,11 +91,14 @@ inline std::vector<MmLeg> burnt_legs(std::span<const sim::BurnSegment> burns) {
   return legs;
 }
 
-// Empty when these burns are the piece, the whole piece and nothing but the piece.
-inline std::string wrong_piece(const LaserJob& job, PieceId piece, std::span<const sim::BurnSegment> burns) {
+// Empty when these burns are the piece, the whole piece and nothing but the piece. `hausdorff_mm`, when given, grows to
+// what was found.
+inline std::string wrong_piece(const LaserJob& job, PieceId piece, std::span<const sim::BurnSegment> burns,
+                               double* hausdorff_mm = nullptr) {
   const auto planned = planned_legs(job, piece), burnt = burnt_legs(burns);
   if (burnt.empty()) return "nothing was burnt";
   const double outside = one_sided_hausdorff(burnt, planned), missing = one_sided_hausdorff(planned, burnt);
+  if (hausdorff_mm != nullptr) *hausdorff_mm = std::max({*hausdorff_mm, outside, missing});
   if (outside > kBurnTolerance) return "burnt " + std::to_string(outside) + " mm beside the path";
   if (missing > kBurnTolerance) return "a place " + std::to_string(missing) + " mm from the next burn is not burnt";
   double wanted = 0, found = 0;

@@ -35,8 +35,8 @@ struct BoardOptions {
   double rapid_mm_s = 150, homing_mm_s = 80;
   // From rest to rest takes speed / acceleration longer than at full speed.
   double acceleration_mm_s2 = 2500;
-  double true_speed = 1;  // of what the speed code says
-  Duration boot_time = std::chrono::milliseconds(100);
+  double true_speed = 1;                                // of what the speed code says
+  Duration boot_time = std::chrono::milliseconds(250);  // of supply and board, after power returns
   bool lid_cuts_supply = true;  // else it only holds the tube dark, which the board does not notice
   double reset_slip_mm = 0.3;   // a head that is stopped dead slides up to this far in x and y (drawn from the seed)
 };
