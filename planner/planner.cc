@@ -61,7 +61,8 @@ class Greedy {
   }
 
  private:
-  static constexpr std::size_t kAhead = 16;
+  // More of them would find more places taken: some 15 of 100 patches search again with 4, every other with 16.
+  static constexpr std::size_t kAhead = 4;
 
   struct Answer {
     bool known = false;

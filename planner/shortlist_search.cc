@@ -170,6 +170,7 @@ ShortlistSearch::Block ShortlistSearch::block_of(const Scored& cell) const {
 }
 
 void ShortlistSearch::look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted) {
+  sort_by_wood(blocks);
   samples_.resize(window.sample_entries());
   for (Block& block : blocks) {
     if (stop_.stop_requested()) return;
@@ -179,6 +180,23 @@ void ShortlistSearch::look_at(std::vector<Block>& blocks, const TargetWindow& wi
   }
   if (blocks.size() > wanted) complete_ = false;
   keep_smallest(blocks, std::max<std::size_t>(wanted, 1));
+}
+
+void ShortlistSearch::sort_by_wood(std::vector<Block>& blocks) const {
+  constexpr double kTile = 64;  // pixels
+  const double half_width = patch_.pixels.width / 2.0, half_height = patch_.pixels.height / 2.0;
+  std::vector<std::pair<std::uint64_t, Block>> keyed;
+  keyed.reserve(blocks.size());
+  for (const Block& block : blocks) {
+    double column = 0, row = 0;
+    matcher_.lattice_at(block.lattice)
+        .to_panel(block.middle_x() + half_width, block.middle_y() + half_height, column, row);
+    const auto tile = [&](double at) { return static_cast<std::uint64_t>(std::max(at, 0.0) / kTile) & 0xffffU; };
+    const auto panel = static_cast<std::uint64_t>(matcher_.panel_of(block.lattice));
+    keyed.emplace_back(panel << 32 | tile(row) << 16 | tile(column), block);
+  }
+  std::sort(keyed.begin(), keyed.end());
+  for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i] = keyed[i].second;
 }
 
 std::vector<ShortlistSearch::Block> ShortlistSearch::cut(const std::vector<Block>& blocks) const {

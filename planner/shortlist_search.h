@@ -58,6 +58,8 @@ class ShortlistSearch {
   Block block_of(const Scored& cell) const;
   // Looks at the middle of each block through `window` and keeps the best.
   void look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted);
+  // So that windows on the same wood follow each other and find it in the cache.
+  void sort_by_wood(std::vector<Block>& blocks) const;
   // Cuts blocks into smaller ones that still have free places.
   std::vector<Block> cut(const std::vector<Block>& blocks) const;
   std::vector<Place> free_places(const std::vector<Block>& blocks);

@@ -17,6 +17,7 @@ constexpr int kDropped = 5, kRest = 2 * kWeightBits - kDropped;
 
 struct Walk {
   std::int64_t column, row, column_step, row_step;
+  void advance(int samples) { column += column_step * samples, row += row_step * samples; }
 };
 
 std::int64_t fixed(double value) {
@@ -67,6 +68,15 @@ void keep_within(std::int64_t start, std::int64_t step, int size, int& first, in
   last = static_cast<int>(std::min<std::int64_t>(last, std::max(to_zero, to_end) + 2));
   while (first < last && !inside(first)) ++first;
   while (first < last && !inside(last - 1)) --last;
+}
+
+// Whether all samples of a row need no pixel beyond the map.
+bool stays_within(const Walk& walk, int count, const cv::Size& map) {
+  const auto within = [&](std::int64_t start, std::int64_t step, int size) {
+    const std::int64_t end = start + step * (count - 1);
+    return std::min(start, end) >= 0 && std::max(start, end) < static_cast<std::int64_t>(size - 1) << kFractionBits;
+  };
+  return within(walk.column, walk.column_step, map.width) && within(walk.row, walk.row_step, map.height);
 }
 
 // (kWhole - f, f) four times over, for every weight f.
@@ -134,30 +144,38 @@ cv::Mat rounded_entries(const cv::Mat& features, double entries_per_unit) {
 void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, std::size_t row_length,
             std::int16_t* out) {
   const std::int64_t column_step = fixed(lattice.cos() * grid.step_x), row_step = fixed(-lattice.sin() * grid.step_x);
-  for (int k = 0; k < grid.rows; ++k) {
+  const auto walk_of_row = [&](int k) {
     double column = 0, row = 0;
     lattice.to_panel(grid.x + 0.5 * grid.step_x, grid.y + (k + 0.5) * grid.step_y, column, row);
     // Positions count from pixel centres.
-    Walk walk{fixed(column - 0.5), fixed(row - 0.5), column_step, row_step};
-    std::int16_t* to = out + static_cast<std::size_t>(k) * row_length;
-    int done = 0;
+    return Walk{fixed(column - 0.5), fixed(row - 0.5), column_step, row_step};
+  };
 #ifdef __SSE2__
-    if (map.channels() == 2) {
+  if (map.channels() == 2) {
+    const bool inside = stays_within(walk_of_row(0), grid.columns, map.size()) &&
+                        stays_within(walk_of_row(grid.rows - 1), grid.columns, map.size());
+    for (int k = 0; k < grid.rows; ++k) {
+      Walk walk = walk_of_row(k);
+      std::int16_t* to = out + static_cast<std::size_t>(k) * row_length;
       // The samples in the middle of the row that need no pixel beyond the map.
       int first = 0, last = grid.columns;
-      keep_within(walk.column, column_step, map.cols, first, last);
-      keep_within(walk.row, row_step, map.rows, first, last);
-      if (first < last) {
+      if (!inside) {
+        keep_within(walk.column, column_step, map.cols, first, last);
+        keep_within(walk.row, row_step, map.rows, first, last);
+        last = std::max(first, last);
         sample_row(map, walk, first, to);
-        walk.column += column_step * first, walk.row += row_step * first;
-        sample_row_of_two(map, walk, last - first, to + static_cast<std::ptrdiff_t>(2) * first);
-        walk.column += column_step * (last - first), walk.row += row_step * (last - first);
-        done = last;
+        walk.advance(first);
       }
+      sample_row_of_two(map, walk, last - first, to + static_cast<std::ptrdiff_t>(2) * first);
+      if (inside) continue;
+      walk.advance(last - first);
+      sample_row(map, walk, grid.columns - last, to + static_cast<std::ptrdiff_t>(2) * last);
     }
-#endif
-    sample_row(map, walk, grid.columns - done, to + static_cast<std::ptrdiff_t>(map.channels()) * done);
+    return;
   }
+#endif
+  for (int k = 0; k < grid.rows; ++k)
+    sample_row(map, walk_of_row(k), grid.columns, out + static_cast<std::size_t>(k) * row_length);
 }
 
 BoxMeans box_means(const MatchPatch& patch, int columns, int rows, double box_width, double box_height) {
