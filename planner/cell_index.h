@@ -35,6 +35,7 @@ struct WindowClass {
   }
   // Features of the rest are scaled so that its pixels count as many as a block's.
   double rest_scale() const { return std::sqrt(rest_pixels() / block_pixels()); }
+  bool filled = true;  // all pixels of all windows belong to their patch
   // The rectangle, in pixels from the window's corner, that every outline of the class covers.
   double left = 0, top = 0, right = 0, bottom = 0;
 };

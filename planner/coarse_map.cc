@@ -44,12 +44,13 @@ struct CoarseMap::Measured {
   std::vector<std::int32_t> energy;  // an eighth of the mean squared length
 };
 
-CoarseMap::CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid)
-    : grid_(grid), channels_(entries.channels()) {
+CoarseMap::CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid, bool filled)
+    : grid_(grid), channels_(entries.channels()), filled_(filled) {
   find_rows(lattice, entries.size());
   const Measured cells = measure(entries, lattice);
   average_blocks(cells);
-  add_up_energy(cells);
+  half_energy_.assign(static_cast<std::size_t>(size_), 0);
+  if (filled) add_up_energy(cells);
 }
 
 void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
@@ -126,7 +127,7 @@ CoarseMap::Measured CoarseMap::measure(const cv::Mat& entries, const Lattice& la
 }
 
 void CoarseMap::average_blocks(const Measured& cells) {
-  planes_.assign(static_cast<std::size_t>((channels_ + 1) / 2),
+  planes_.assign(static_cast<std::size_t>((channels_ + (filled_ ? 0 : 1) + 1) / 2),
                  std::vector<std::int16_t>(static_cast<std::size_t>(2 * size_), 0));
   for (int row = 0; row + 1 < rows(); ++row) {
     const std::int16_t* upper = cells.means.data() + base_[static_cast<std::size_t>(row)] * channels_;
@@ -140,11 +141,17 @@ void CoarseMap::average_blocks(const Measured& cells) {
             static_cast<std::int16_t>((upper[left] + upper[right] + lower[left] + lower[right] + 2) >> 2);
       }
     }
+    if (filled_) continue;
+    const std::int32_t* energy = cells.energy.data() + base_[static_cast<std::size_t>(row)];
+    const std::int32_t* energy_below = cells.energy.data() + base_[static_cast<std::size_t>(row) + 1];
+    std::int16_t* to = planes_.back().data() + 2 * base_[static_cast<std::size_t>(row)] + channels_ % 2;
+    for (int cell = first; cell < last; ++cell)
+      to[2 * cell] = static_cast<std::int16_t>(
+          (energy[cell] + energy[cell + 1] + energy_below[cell] + energy_below[cell + 1]) / kEnergyUnit);
   }
 }
 
 void CoarseMap::add_up_energy(const Measured& cells) {
-  half_energy_.assign(static_cast<std::size_t>(size_), 0);
   int widest = 0;
   for (int row = 0; row < rows(); ++row) widest = std::max(widest, end(row));
   // Sums over the window's rows, slid down; windows that leave the panel get something small, but no place.

@@ -5,6 +5,9 @@
 // is, and block means of c, with which t . c is estimated: what deviates from the means of t and of c within a block is
 // taken as uncorrelated. So an estimate costs one product of whole numbers a block and channel.
 //
+// Where patches do not fill their windows, |c|^2 counts by each block's share of the patch: it becomes one more
+// channel.
+//
 // Only cells whose centre lies on the panel are stored. Scores of one window class compare across lattices and panels.
 #pragma once
 
@@ -32,8 +35,8 @@ int largest_score_entry(int channels);
 
 class CoarseMap {
  public:
-  // `entries`: the panel's (window_samples.h).
-  CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid);
+  // `entries`: the panel's (window_samples.h). `filled`: all windows are full of pixels that count.
+  CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid, bool filled);
 
   int rows() const { return static_cast<int>(begin_.size()); }
   int pairs() const { return static_cast<int>(planes_.size()); }
@@ -41,11 +44,15 @@ class CoarseMap {
   int begin(int row) const { return begin_[static_cast<std::size_t>(row)]; }
   int end(int row) const { return end_[static_cast<std::size_t>(row)]; }
 
+  // Unless windows are filled, the last channel is half the squared length in a block, divided by this; a tap is a
+  // share of the block times the same.
+  static constexpr int kEnergyUnit = 1024;
+
   // Two channels of the block whose upper left cell is begin(row) + k, at [2 * k]; reading a little beyond is safe.
   const std::int16_t* blocks(int pair, int row, int first_cell) const {
     return planes_[static_cast<std::size_t>(pair)].data() + 2 * (base_[static_cast<std::size_t>(row)] + first_cell);
   }
-  // Half the squared length of the features in the cell's window, in units of one block's: at [k].
+  // Half the squared length of the features in the cell's window, in units of one block's: at [k]. 0 unless filled.
   const std::int32_t* half_energy(int row) const {
     return half_energy_.data() + base_[static_cast<std::size_t>(row)] + begin(row);
   }
@@ -69,6 +76,7 @@ class CoarseMap {
 
   CellGrid grid_;
   int channels_;
+  bool filled_;
   std::vector<int> begin_, end_;
   std::vector<std::ptrdiff_t> base_;  // of each row, so that base + cell is an index
   std::ptrdiff_t size_ = 0;

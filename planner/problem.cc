@@ -28,6 +28,8 @@ WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
   for (const MatchPatch* each : patches) {
     const MatchPatch& patch = *each;
     out.width = std::min(out.width, patch.pixels.width), out.height = std::min(out.height, patch.pixels.height);
+    out.filled =
+        out.filled && patch.pixels.count == static_cast<std::int64_t>(patch.pixels.width) * patch.pixels.height;
     const ScanResolution& resolution = patch.grid.resolution;
     const Box<ArtworkFrame> box = bounds(patch.outline);
     out.left = std::max(out.left, resolution.to_px(box.min.x).count() - patch.pixels.left);
@@ -57,6 +59,7 @@ std::size_t class_index(std::vector<WindowClass>& classes, const WindowClass& wa
   for (std::size_t i = 0; i < classes.size(); ++i) {
     WindowClass& it = classes[i];
     if (it.width != wanted.width || it.height != wanted.height) continue;
+    it.filled = it.filled && wanted.filled;
     it.left = std::max(it.left, wanted.left), it.right = std::min(it.right, wanted.right);
     it.top = std::max(it.top, wanted.top), it.bottom = std::min(it.bottom, wanted.bottom);
     return i;

@@ -52,7 +52,7 @@ void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class) {
   auto& out = indexed_[window_class][at];
   out = std::make_unique<Indexed>(
       Indexed{PlaceBits(lattice, it.windows, panel.features, blocked_[p][window_class], panel.wood.border()),
-              CoarseMap(entries_[p], lattice, it.grid)});
+              CoarseMap(entries_[p], lattice, it.grid, it.windows.filled)});
   out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()});
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 // Cells are listed by their estimate, looked at on a sample of pixels, and the best again on more pixels; then all
 // places of the last are looked at on all pixels. Lists get longer when a look costs less.
-constexpr std::size_t kListed = 1024;
+constexpr std::size_t kListed = 1536;
 constexpr int kFewestSamples = 24;  // pixels of the first look, along the shorter side of a window
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
@@ -16,22 +16,23 @@ constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list o
 constexpr std::size_t kLongest = 256;  // times as long as usual a list may be to find a further place
 constexpr std::size_t kOverlong = 4;   // times as long as wanted a list may grow before it is cut
 
-std::vector<std::int32_t> block_taps(const MatchPatch& patch, const CellGrid& grid, double entries_per_unit) {
+std::vector<std::int32_t> block_taps(const MatchPatch& patch, const CellGrid& grid, bool filled,
+                                     double entries_per_unit) {
   const int columns = grid.columns / 2, rows = grid.rows / 2, channels = patch.features->channels();
   const BoxMeans boxes = box_means(patch, columns, rows, 2 * grid.width, 2 * grid.height);
-  const int pairs = (channels + 1) / 2;
+  const auto weight = [&](int block, int channel) {
+    const auto at = static_cast<std::size_t>(block);
+    if (channel < channels)
+      return -boxes.means[at * static_cast<std::size_t>(channels) + static_cast<std::size_t>(channel)] *
+             entries_per_unit;
+    return channel == channels && !filled ? boxes.coverage[at] * CoarseMap::kEnergyUnit : 0.0;
+  };
+  const auto bits = [](double value) { return static_cast<std::uint16_t>(std::lround(value)); };
   std::vector<std::int32_t> taps;
-  for (int pair = 0; pair < pairs; ++pair) {
-    for (int block = 0; block < rows * columns; ++block) {
-      std::int16_t weights[2] = {0, 0};
-      for (int k = 0; k < 2 && 2 * pair + k < channels; ++k)
-        weights[k] = static_cast<std::int16_t>(
-            -std::lround(boxes.means[static_cast<std::size_t>(block * channels + 2 * pair + k)] * entries_per_unit));
-      taps.push_back(
-          static_cast<std::int32_t>(static_cast<std::uint16_t>(weights[0]) |
-                                    static_cast<std::uint32_t>(static_cast<std::uint16_t>(weights[1])) << 16));
-    }
-  }
+  for (int channel = 0; channel < channels + (filled ? 0 : 1); channel += 2)
+    for (int block = 0; block < rows * columns; ++block)
+      taps.push_back(static_cast<std::int32_t>(bits(weight(block, channel)) |
+                                               static_cast<std::uint32_t>(bits(weight(block, channel + 1))) << 16));
   return taps;
 }
 
@@ -57,7 +58,7 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
       patch_(patch),
       stop_(stop),
       class_(matcher.classes_[patch.window_class]),
-      taps_(block_taps(patch, class_.grid, matcher.entries_per_unit_)) {
+      taps_(block_taps(patch, class_.grid, class_.windows.filled, matcher.entries_per_unit_)) {
   for (const int stride : strides(std::min(patch.pixels.width, patch.pixels.height)))
     windows_.emplace_back(patch, matcher.entries_per_unit_, stride);
 }
@@ -65,7 +66,9 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
 std::vector<Candidate> ShortlistSearch::run(std::size_t count) {
   if (count == 0) return {};
   const double samples = static_cast<double>(windows_.front().rows()) * windows_.front().columns();
-  const auto usual = static_cast<std::size_t>(kListed * std::max(1.0, kFewestSamples * kFewestSamples / samples));
+  const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
+  // Shares of blocks make coarser estimates.
+  const auto usual = static_cast<std::size_t>(kListed * cheapness * (class_.windows.filled ? 1 : 3));
   // Longer lists when too few of the listed places are free after all.
   for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
     complete_ = true;
@@ -86,8 +89,8 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
   for (const Scored& cell : cells) blocks.push_back(block_of(cell));
   const TargetWindow &few = windows_.front(), &more = windows_[std::min<std::size_t>(1, windows_.size() - 1)];
   if (std::max(class_.grid.width, class_.grid.height) <= kLargestBlock) {
-    look_at(blocks, few, listed / 4);
-    if (&few != &more) look_at(blocks, more, listed / 16);
+    look_at(blocks, few, listed / 6);
+    if (&few != &more) look_at(blocks, more, listed / 24);
     return blocks;
   }
   look_at(blocks, few, listed / 16);
@@ -98,8 +101,8 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
 }
 
 std::vector<ShortlistSearch::Scored> ShortlistSearch::score_cells(std::size_t wanted) {
-  const kernels::BlockTaps taps{taps_.data(), (patch_.features->channels() + 1) / 2, class_.grid.rows / 2,
-                                class_.grid.columns / 2};
+  const int rows = class_.grid.rows / 2, columns = class_.grid.columns / 2;
+  const kernels::BlockTaps taps{taps_.data(), static_cast<int>(taps_.size()) / (rows * columns), rows, columns};
   std::vector<Scored> found;
   limit_ = std::numeric_limits<std::int32_t>::max();
   for (std::uint32_t lattice = 0; lattice < matcher_.lattices(); ++lattice) score_lattice(lattice, taps, wanted, found);

@@ -105,6 +105,47 @@ TEST(ShortlistMatcher, TinyPatchesAreMatchedToo) {
   EXPECT_EQ(tally.misses, 0);
 }
 
+TEST(ShortlistMatcher, TrianglesAreMatchedByTheirOwnPixels) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 31)};
+  const std::vector<StockPanel> stock{wood_panel("P", 130, 110, 50.8, 32)};
+  auto problem = make_problem(artworks, stock, options(11, 50.8, 3));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  WindowClass& windows = problem->classes.front();
+  // What all triangles below cover is not more than a line.
+  windows.left = windows.right = (windows.left + windows.right) / 2;
+  windows.filled = false;
+  ShortlistMatcher matcher(problem->panels, turns(3), problem->classes, largest_response(PlanOptions{}));
+  matcher.build_index(1, {});
+  double found_cost = 0, best_cost = 0;
+  for (Problem::Task& task : problem->queue) {
+    MatchPatch& patch = task.match;
+    const Box<ArtworkFrame> box = bounds(patch.outline);
+    patch.outline = {box.min, {box.max.x, box.min.y}, {(box.min.x + box.max.x) / 2, box.max.y}};
+    const PatchPixels square = patch.pixels;
+    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    // The window stays the square's, or the grid of the class would not fit.
+    patch.pixels.left = square.left, patch.pixels.width = square.width;
+    const auto found = matcher.best(patch, {});
+    ASSERT_TRUE(found);
+    ASSERT_TRUE(matcher.admits(patch, *found));
+    Candidate best;
+    for (int rotation = 0; rotation < 3; ++rotation) {
+      const Lattice& lattice = matcher.lattice(0, rotation);
+      for (int y = 0; y < lattice.height(); ++y) {
+        for (int x = 0; x < lattice.width(); ++x) {
+          Candidate candidate{0, 0, rotation, y, x};
+          candidate.cost = matcher.exact_cost(patch, candidate, best.cost);
+          if (candidate < best && matcher.admits(patch, candidate)) best = candidate;
+        }
+      }
+    }
+    ASSERT_GE(found->cost, best.cost * (1 - 1e-9));
+    found_cost += found->cost, best_cost += best.cost;
+    matcher.take(patch, *found);
+  }
+  EXPECT_LE(found_cost, 1.001 * best_cost);
+}
+
 TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 18)};
   const std::vector<StockPanel> stock{wood_panel("P", 170, 160, 50.8, 19)};
