@@ -162,7 +162,7 @@ void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, 
       if (!inside) {
         keep_within(walk.column, column_step, map.cols, first, last);
         keep_within(walk.row, row_step, map.rows, first, last);
-        last = std::max(first, last);
+        if (first >= last) first = last = grid.columns;
         sample_row(map, walk, first, to);
         walk.advance(first);
       }
