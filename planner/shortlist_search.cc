@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 namespace veneer::planner {
 namespace {
@@ -147,15 +148,33 @@ void ShortlistSearch::score_lattice(std::uint32_t lattice, const kernels::BlockT
 
 std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<Scored>& cells, std::size_t wanted) {
   std::vector<Scored> out;
-  std::vector<Candidate> kept;
+  // By the wood under their centres, in squares as wide as alike places are apart: those alike lie in adjacent squares.
+  std::unordered_map<std::uint64_t, std::vector<Candidate>> kept;
+  const double half_width = patch_.pixels.width / 2.0, half_height = patch_.pixels.height / 2.0;
+  const double side = std::min(half_width, half_height);
   for (const Scored& cell : cells) {
     if (out.size() == wanted || stop_.stop_requested()) break;
     const Block block = block_of(cell);
     const Candidate at = candidate(block.lattice, block.middle_y(), block.middle_x());
-    const auto like = std::count_if(kept.begin(), kept.end(),
-                                    [&](const Candidate& other) { return matcher_.alike(patch_, at, other); });
+    double column = 0, row = 0;
+    matcher_.lattice_at(block.lattice).to_panel(at.x + half_width, at.y + half_height, column, row);
+    const auto square = [&](int right, int down) {
+      // Offset, since the centre of a block may lie a little outside the panel.
+      const auto index = [side](double along, int step) {
+        return static_cast<std::uint64_t>(std::floor(along / side) + step + 4096) & 0xffffffU;
+      };
+      return static_cast<std::uint64_t>(at.panel) << 48 | index(row, down) << 24 | index(column, right);
+    };
+    int like = 0;
+    for (int down = -1; down <= 1; ++down) {
+      for (int right = -1; right <= 1; ++right) {
+        const auto found = kept.find(square(right, down));
+        if (found == kept.end()) continue;
+        for (const Candidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
+      }
+    }
     if (like >= kMostAlike) continue;
-    kept.push_back(at);
+    kept[square(0, 0)].push_back(at);
     out.push_back(cell);
   }
   if (out.size() < cells.size()) complete_ = false;

@@ -139,7 +139,7 @@ std::string strange_ink_profile() {
   cmsStageSampleCLut16bit(
       table,
       [](const cmsUInt16Number in[], cmsUInt16Number out[], void*) -> cmsInt32Number {
-        out[0] = static_cast<cmsUInt16Number>(0xFF00 * (65535 - in[0]) / 65535), out[1] = out[2] = 0x8000;
+        out[0] = static_cast<cmsUInt16Number>(0xFF00U * (65535U - in[0]) / 65535U), out[1] = out[2] = 0x8000;
         return TRUE;
       },
       nullptr, 0);
