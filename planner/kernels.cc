@@ -10,14 +10,14 @@
 namespace veneer::planner::kernels {
 namespace {
 
-constexpr int kRowsBetweenChecks = 4;
 constexpr int kSumShift = 3;
 static_assert(1 << kSumShift == kSumDivisor);
 static_assert(kTallestSum * kLargestEntry + kSumDivisor / 2 <= 65535);
 
 #ifdef VENEER_X86_KERNELS
 
-// Lanes hold sums of pairs, at most 2 * kLargestEntry^2 each time, so some 30 additions fit 32 bits.
+// Lanes hold sums of pairs, at most 2 * kLargestEntry^2 each time, so 28 additions fit 32 bits. Adding the lanes
+// up takes as long as a dozen additions, so the limit is looked at only then.
 constexpr int kAdditionsPerLane = 28;
 
 // GCC 12 reports the undefined vectors that its own intrinsics start from.
@@ -47,13 +47,9 @@ __attribute__((target("avx512f,avx512bw"))) std::uint64_t window_ssd_avx512(cons
       lanes = _mm512_add_epi32(lanes, _mm512_madd_epi16(d, d));
       if (++additions == kAdditionsPerLane) {
         total += sum_of(lanes);
+        if (total > limit) return total;
         lanes = _mm512_setzero_si512(), additions = 0;
       }
-    }
-    if (i % kRowsBetweenChecks == kRowsBetweenChecks - 1) {
-      total += sum_of(lanes);
-      lanes = _mm512_setzero_si512(), additions = 0;
-      if (total > limit) return total;
     }
   }
   return total + sum_of(lanes);
@@ -96,13 +92,9 @@ __attribute__((target("avx2"))) std::uint64_t window_ssd_avx2(const WindowRows& 
       additions += 2;
       if (additions >= kAdditionsPerLane) {
         total += sum_of(lanes);
+        if (total > limit) return total;
         lanes = _mm256_setzero_si256(), additions = 0;
       }
-    }
-    if (i % kRowsBetweenChecks == kRowsBetweenChecks - 1) {
-      total += sum_of(lanes);
-      lanes = _mm256_setzero_si256(), additions = 0;
-      if (total > limit) return total;
     }
   }
   return total + sum_of(lanes);
@@ -235,7 +227,7 @@ std::uint64_t window_ssd_plain(const WindowRows& window, const std::int16_t* dat
       }
       total += sum;
     }
-    if (i % kRowsBetweenChecks == kRowsBetweenChecks - 1 && total > limit) return total;
+    if (total > limit) return total;
   }
   return total;
 }
