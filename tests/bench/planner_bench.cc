@@ -5,6 +5,7 @@
 // is grown. VENEER_BENCH_PATCHES sets how many patches are compared (40), which is most of the time it takes.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -42,6 +43,16 @@ constexpr double kMiss = 0.001;  // a choice that costs more than this part abov
 
 double seconds_since(SteadyClock::time_point start) {
   return std::chrono::duration<double>(SteadyClock::now() - start).count();
+}
+
+// Of this process, or of the programs it has run: what a machine with other work to do does not change.
+double cpu_seconds(int whose) {
+  struct rusage usage {};
+  getrusage(whose, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 [[noreturn]] void fail(const std::string& sentence) {
@@ -174,7 +185,7 @@ void make_pictures(const Case& it, Files& files) {
 
 // `veneerctl plan`, as a program of its own.
 struct Run {
-  double wall = 0;
+  double wall = 0, cpu = 0;
   nlohmann::json report;
 };
 
@@ -187,10 +198,11 @@ Run plan_by_command(const Case& it, const Files& files, const std::vector<std::s
       kDpi, kThreads, out.string());
   for (const std::string& option : tier) command += " " + option;
   const auto start = SteadyClock::now();
+  const double cpu_before = cpu_seconds(RUSAGE_CHILDREN);
   // A shell between us, because a program inherits the peak of what it was started from.
   const auto finished = tests::run_program({"/bin/sh", "-c", command + "; exit $?"});
   Run run;
-  run.wall = seconds_since(start);
+  run.wall = seconds_since(start), run.cpu = cpu_seconds(RUSAGE_CHILDREN) - cpu_before;
   if (finished.status != 0) fail(finished.output);
   std::ifstream file(out / "report.json");
   run.report = nlohmann::json::parse(file, nullptr, false);
@@ -205,7 +217,7 @@ struct Judged {
   Problem problem;
   std::vector<std::size_t> sample;  // of problem.queue
   std::vector<test::ExhaustiveMatching::Answer> best;
-  double oracle_seconds = 0;  // a patch
+  double oracle_seconds = 0, oracle_cpu = 0;  // a patch
 };
 
 template <class T>
@@ -240,6 +252,7 @@ std::unique_ptr<Judged> judge(const Case& it) {
   for (const std::size_t i : judged->sample) {
     judged->best.push_back(oracle.best(problem.queue[i].match));
     judged->oracle_seconds += judged->best.back().seconds / static_cast<double>(judged->sample.size());
+    judged->oracle_cpu += judged->best.back().cpu_seconds / static_cast<double>(judged->sample.size());
   }
   return judged;
 }
@@ -292,11 +305,14 @@ void plan_case(benchmark::State& state, const Case& it, const std::vector<std::s
   state.counters["index_s"] = part("load") + part("features");
   state.counters["plan_s"] = plan_seconds;
   state.counters["patch_s"] = part("match") / filled;
+  state.counters["run_cpu_s"] = run.cpu;
   state.counters["peak_mb"] = run.report.value("peak_rss_bytes", 0.0) / 1e6;
   if (known.best.empty()) return;
   state.counters["oracle_patch_s"] = known.oracle_seconds;
   state.counters["x_run"] = known.oracle_seconds * filled / run.wall;
   state.counters["x_plan"] = known.oracle_seconds * filled / plan_seconds;
+  state.counters["oracle_patch_cpu_s"] = known.oracle_cpu;
+  state.counters["x_run_cpu"] = known.oracle_cpu * filled / run.cpu;
   state.counters["x_patch"] = known.oracle_seconds * filled / part("match");
   compare_choices(known, state);
 }

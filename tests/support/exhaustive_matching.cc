@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -50,6 +51,8 @@ cv::Mat turned_free(const MatchPanel& panel, const Lattice& lattice) {
   }
   return out;
 }
+
+double process_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace
 
@@ -109,9 +112,11 @@ ExhaustiveMatching::Answer ExhaustiveMatching::best(const MatchPatch& patch) {
   const int before = cv::getNumThreads();
   cv::setNumThreads(1);
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = process_seconds();
   run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) { match(turned_[i], target); });
   Answer answer;
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  answer.cpu_seconds = process_seconds() - cpu_start;
   cv::setNumThreads(before);
 
   double energy = 0;

@@ -26,6 +26,7 @@ class ExhaustiveMatching {
     // For the template matching and the search of the smallest value, on `threads` threads; without what could be
     // prepared (turned maps, eroded masks) and without the planner's own test of the place.
     double seconds = 0;
+    double cpu_seconds = 0;  // the same in processor time of all threads
   };
   // The best place among all that may be taken; equal costs are decided as Candidate is ordered.
   Answer best(const MatchPatch& patch);
