@@ -168,9 +168,6 @@ void run(const Arguments& arguments) {
   if (!plan.ok()) end(plan.error());
   if (Status status = write_files(*plan, stock, formats, arguments.out); !status.ok())
     end(kWorkFailed, status.error().message);
-  if (const std::size_t empty = planner::unfilled(*plan); empty > 0)
-    plan->warnings.insert(plan->warnings.begin(),
-                          fmt::format("no free wood was left for {} of {} patches", empty, plan->pieces.size()));
   spent.total = seconds();
   const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
   if (Status status = planner::write_text(report, fs::path(arguments.out) / "report.json"); !status.ok())

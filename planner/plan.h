@@ -5,6 +5,7 @@
 // w_intens, w_edge, w_hist, n_rot = the options of like name; D (equation 4) = Piece::cost.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -100,6 +101,20 @@ struct PlanSeconds {
   double features = 0, match = 0, refine = 0;
 };
 
+// What was missing when wood ran out.
+struct Shortage {
+  std::size_t unfilled = 0;                    // patches without wood
+  SquareMillimetres area{};                    // of them together
+  std::array<SquareMillimetres, 8> missing{};  // the tones they look for (after gamut mapping), from dark to pale
+  SquareMillimetres left{};                    // free wood that no patch of the plan's sizes can use
+  struct Smaller {
+    Millimetres side;
+    std::size_t count = 0;  // at least so many squares of that side still fit
+  };
+  // The largest smaller patch of which enough fit for the area; if there is none, the smallest that was tried.
+  std::optional<Smaller> smaller;
+};
+
 // Pieces in reading order: artwork by artwork, row by row.
 struct Plan {
   std::vector<PlanArtwork> artworks;
@@ -107,8 +122,10 @@ struct Plan {
   std::vector<Piece> pieces;
   double dpi = 0;
   Millimetres kerf;
+  // Not part of what a plan is, and not in its file:
   PlanSeconds seconds;
-  std::vector<std::string> warnings;  // one sentence each; not part of what a plan is
+  std::optional<Shortage> shortage;
+  std::vector<std::string> warnings;  // one sentence each
 };
 
 double cost_total(const Plan& plan);

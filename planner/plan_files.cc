@@ -128,6 +128,23 @@ Piece piece_from_json(const json& from, std::size_t artworks, Reader& read) {
   return piece;
 }
 
+json shortage_to_json(const Shortage& shortage) {
+  json missing = json::array();
+  const double band = 1.0 / static_cast<double>(shortage.missing.size());
+  for (std::size_t i = 0; i < shortage.missing.size(); ++i)
+    missing.push_back({{"tone_from", static_cast<double>(i) * band},
+                       {"tone_to", static_cast<double>(i + 1) * band},
+                       {"area_mm2", shortage.missing[i].count()}});
+  json out{{"unfilled", shortage.unfilled},
+           {"area_mm2", shortage.area.count()},
+           {"missing", missing},
+           {"free_left_mm2", shortage.left.count()},
+           {"smaller", nullptr}};
+  if (shortage.smaller)
+    out["smaller"] = {{"patch_mm", shortage.smaller->side.count()}, {"count", shortage.smaller->count}};
+  return out;
+}
+
 }  // namespace
 
 std::string plan_to_json(const Plan& plan) {
@@ -198,6 +215,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                    {"refine", plan.seconds.refine},
                    {"total", seconds.total}}},
                  {"warnings", plan.warnings},
+                 {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";

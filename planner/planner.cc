@@ -13,6 +13,7 @@
 #include "planner/parallel.h"
 #include "planner/plan.h"
 #include "planner/problem.h"
+#include "planner/shortage.h"
 #include "planner/shortlist_matcher.h"
 
 namespace veneer::planner {
@@ -183,6 +184,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   if (stop.stop_requested()) return cancelled;
   add_pieces(artworks, stock, *problem, *matcher, chosen, plan);
   plan.seconds.match = seconds_since(match_start);
+  plan.shortage = shortage_of(*problem, *matcher, chosen, options.patch);
+  if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (progress)
     progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
   return plan;

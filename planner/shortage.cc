@@ -1,0 +1,131 @@
+#include "planner/shortage.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::planner {
+namespace {
+
+// Smaller patches that are offered, as shares of the wished side.
+constexpr std::array<double, 7> kShares{0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25};
+constexpr double kPixelsInTheSmallest = 8;
+
+// Free wood minus what the plan takes, coarser than the stock and never too generous.
+struct Leftover {
+  cv::Mat free;  // CV_8UC1, 1 = free
+  double px_per_mm = 1;
+};
+
+Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const Matcher& matcher,
+                     std::span<const std::optional<Candidate>> chosen, Millimetres smallest) {
+  const Raster<PanelFrame>& stock = panel.wood.raster();
+  const double wanted = kPixelsInTheSmallest / smallest.count();
+  const int step = std::max(1, static_cast<int>(stock.resolution.px_per_mm / wanted));
+  Leftover out;
+  out.px_per_mm = stock.resolution.px_per_mm / step;
+  out.free = cv::Mat(stock.pixels.rows / step, stock.pixels.cols / step, CV_8UC1, cv::Scalar(1));
+  for (int r = 0; r < out.free.rows * step; ++r)
+    for (int c = 0; c < out.free.cols * step; ++c)
+      if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (!chosen[i] || chosen[i]->panel != index) continue;
+    const MatchPatch& patch = problem.queue[i].match;
+    std::vector<cv::Point> corners;
+    for (const auto& p : grown(matcher.panel_from_artwork(patch, *chosen[i]) * patch.outline, panel.wood.kerf())) {
+      double column = 0, row = 0;
+      stock.to_pixels(p, column, row);
+      corners.emplace_back(cvFloor(column / step), cvFloor(row / step));
+    }
+    cv::fillConvexPoly(out.free, corners, cv::Scalar(0));
+    cv::polylines(out.free, corners, true, cv::Scalar(0), 2);  // pixels that a border only touches
+  }
+  return out;
+}
+
+// Upright squares side by side, row by row: fewer than would fit with turning and care.
+std::size_t squares_that_fit(const Leftover& leftover, Millimetres side) {
+  const int pixels = static_cast<int>(std::ceil(side.count() * leftover.px_per_mm));
+  // Free pixels on end in each column, up to the present row.
+  std::vector<int> height(static_cast<std::size_t>(leftover.free.cols), 0);
+  std::size_t count = 0;
+  for (int r = 0; r < leftover.free.rows; ++r) {
+    int width = 0;
+    for (int c = 0; c < leftover.free.cols; ++c) {
+      int& here = height[static_cast<std::size_t>(c)];
+      here = leftover.free.at<std::uint8_t>(r, c) == 0 ? 0 : here + 1;
+      width = here >= pixels ? width + 1 : 0;
+      if (width < pixels) continue;
+      std::fill_n(&here - (pixels - 1), pixels, 0);
+      ++count;
+      width = 0;
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher,
+                                    std::span<const std::optional<Candidate>> chosen, Millimetres patch) {
+  Shortage out;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i]) continue;
+    const MatchPatch& match = problem.queue[i].match;
+    const cv::Mat& tones = problem.artworks[problem.queue[i].artwork].tones;
+    const double mm2 = 1 / (match.grid.resolution.px_per_mm * match.grid.resolution.px_per_mm);
+    ++out.unfilled;
+    for (int r = 0; r < match.pixels.height; ++r) {
+      const auto [begin, end] = match.pixels.rows[static_cast<std::size_t>(r)];
+      for (int c = begin; c < end; ++c)
+        out.missing[tones.at<std::uint8_t>(match.pixels.top + r, c) * out.missing.size() / 256] +=
+            SquareMillimetres(mm2);
+    }
+  }
+  if (out.unfilled == 0) return std::nullopt;
+  for (const SquareMillimetres& band : out.missing) out.area += band;
+
+  std::vector<Leftover> leftovers;
+  for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
+    leftovers.push_back(
+        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, matcher, chosen, patch * kShares.back()));
+    out.left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
+                                  (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
+  }
+  for (const double share : kShares) {
+    const Millimetres side = patch * share;
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < leftovers.size(); ++p)
+      count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border());
+    if (count == 0) continue;
+    out.smaller = Shortage::Smaller{side, count};
+    if (static_cast<double>(count) * (side * side).count() >= out.area.count()) break;
+  }
+  return out;
+}
+
+std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
+  constexpr std::array<const char*, 4> kNames{"dark", "rather dark", "rather pale", "pale"};
+  std::vector<std::string> tones;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const double area = (shortage.missing[2 * i] + shortage.missing[2 * i + 1]).count();
+    if (area >= 0.01 * shortage.area.count()) tones.push_back(fmt::format("{:.0f} mm2 {}", area, kNames[i]));
+  }
+  std::string out =
+      fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces, fmt::join(tones, ", "));
+  if (!shortage.smaller)
+    return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: add a panel",
+                             shortage.left.count());
+  const double covered = static_cast<double>(shortage.smaller->count) *
+                         (shortage.smaller->side * shortage.smaller->side).count() / shortage.area.count();
+  return out + fmt::format("; {} {} patches of {:.1f} mm would still fit, {}: add a panel or choose smaller patches",
+                           covered >= 1 ? "at least" : "only about", shortage.smaller->count,
+                           shortage.smaller->side.count(),
+                           covered >= 1 ? "enough for them" : fmt::format("{:.0f} % of their area", 100 * covered));
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,110 @@
+// What a plan says when wood runs out.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "planner/plan.h"
+#include "planner/plan_files.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A picture whose left half is black and whose right half is white.
+Artwork black_and_white(Millimetres side) {
+  Artwork artwork = test::blob_artwork("A", 60, 60, side, 1);
+  artwork.picture.setTo(cv::Scalar::all(255));
+  artwork.picture(cv::Rect(0, 0, 30, 60)).setTo(cv::Scalar::all(0));
+  return artwork;
+}
+
+PlanOptions options() {
+  PlanOptions out;
+  out.patch = 10_mm, out.dpi = 50.8, out.rotations = 1, out.threads = 1, out.w_hist = 0, out.w_edge = 0;
+  out.priority = Priority::kCentre;
+  return out;
+}
+
+StockPanel clear_panel(int columns, int rows) {
+  StockPanel panel = test::wood_panel("P", columns, rows, 50.8, 2);
+  panel.free.pixels.setTo(255);
+  return panel;
+}
+
+Plan planned(const Artwork& artwork, const StockPanel& panel, const PlanOptions& how) {
+  const auto plan = make_plan({&artwork, 1}, {&panel, 1}, how);
+  if (!plan.ok()) throw std::runtime_error(plan.error().message);
+  return *plan;
+}
+
+TEST(Shortage, IsNotReportedWhenAllIsWell) {
+  const Plan plan = planned(black_and_white(20_mm), clear_panel(200, 200), options());
+  EXPECT_FALSE(plan.shortage);
+  EXPECT_TRUE(nlohmann::json::parse(report_to_json(plan, {}, 1, 1))["shortage"].is_null());
+}
+
+TEST(Shortage, NamesTheAreaAndTheTonesThatAreMissing) {
+  // Room for one patch of 10 mm, and beside it a strip of 6 mm.
+  const Plan plan = planned(black_and_white(20_mm), clear_panel(34, 22), options());
+  ASSERT_TRUE(plan.shortage);
+  EXPECT_EQ(plan.shortage->unfilled, 3U);
+  EXPECT_EQ(unfilled(plan), 3U);
+  EXPECT_NEAR(plan.shortage->area.count(), 300, 1e-6);
+  const auto& missing = plan.shortage->missing;
+  double sum = 0;
+  for (const auto& band : missing) sum += band.count();
+  EXPECT_NEAR(sum, 300, 1e-6);
+  // One or two of the four patches are black, the others white; nothing lies in between.
+  EXPECT_NEAR(missing.front().count() + missing.back().count(), 300, 1e-6);
+  EXPECT_GE(missing.front().count(), 99.0);
+  EXPECT_GE(missing.back().count(), 99.0);
+  ASSERT_EQ(plan.warnings.size(), 1U);
+  EXPECT_THAT(plan.warnings[0], HasSubstr("no free wood was left for 3 of 4 patches"));
+  EXPECT_THAT(plan.warnings[0], HasSubstr("mm2 dark"));
+}
+
+TEST(Shortage, OffersASmallerPatchThatReallyFits) {
+  const Artwork artwork = black_and_white(20_mm);
+  const StockPanel panel = clear_panel(34, 22);
+  const Plan plan = planned(artwork, panel, options());
+  ASSERT_TRUE(plan.shortage && plan.shortage->smaller);
+  const auto smaller = *plan.shortage->smaller;
+  EXPECT_LT(smaller.side, 10_mm);
+  EXPECT_GT(smaller.count, 0U);
+  // As many squares of that side as promised are there: with the first patch's wood gone, plan them.
+  Artwork rest = artwork;
+  rest.width = smaller.side * static_cast<double>(smaller.count), rest.height = smaller.side;
+  StockPanel left = panel;
+  for (const Piece& piece : plan.pieces) {
+    if (!piece.placement) continue;
+    const Box<PanelFrame> box = bounds(piece.placement->panel_outline);
+    double c0 = 0, r0 = 0, c1 = 0, r1 = 0;
+    left.free.to_pixels({box.min.x, box.max.y}, c0, r0);
+    left.free.to_pixels({box.max.x, box.min.y}, c1, r1);
+    const cv::Rect taken(cv::Point(static_cast<int>(c0) - 1, static_cast<int>(r0) - 1),
+                         cv::Point(static_cast<int>(c1) + 1, static_cast<int>(r1) + 1));
+    left.free.pixels(taken & cv::Rect(0, 0, left.free.pixels.cols, left.free.pixels.rows)).setTo(0);
+  }
+  PlanOptions small = options();
+  small.patch = smaller.side;
+  EXPECT_GE(planned(rest, left, small).pieces.size() - unfilled(planned(rest, left, small)), 1U);
+}
+
+TEST(Shortage, SaysSoWhenNothingFitsAnyMore) {
+  // 11 mm: one patch with its kerf, and a rim that is good for nothing.
+  const Plan plan = planned(black_and_white(20_mm), clear_panel(22, 22), options());
+  ASSERT_TRUE(plan.shortage);
+  EXPECT_FALSE(plan.shortage->smaller);
+  EXPECT_THAT(plan.warnings[0], HasSubstr("not even small patches fit"));
+  const auto report = nlohmann::json::parse(report_to_json(plan, {}, 1, 1));
+  EXPECT_EQ(report["shortage"]["unfilled"], 3);
+  EXPECT_EQ(report["shortage"]["missing"].size(), 8U);
+  EXPECT_TRUE(report["shortage"]["smaller"].is_null());
+}
+
+}  // namespace
+}  // namespace veneer::planner
