@@ -56,7 +56,6 @@ void refuse_what_is_not_there(const Arguments& a) {
   };
   if (a.layout != "grid") unavailable("--layout " + a.layout);
   if (a.refine != "none") unavailable("--refine " + a.refine);
-  if (a.optimize != "greedy") unavailable("--optimize " + a.optimize);
 }
 
 std::set<std::string> wanted_formats(const std::string& list) {
@@ -151,12 +150,27 @@ void warn(const std::vector<std::string>& warnings) {
     std::cerr << fmt::format("veneerctl plan: {} more warnings are in report.json\n", warnings.size() - kShown);
 }
 
+// What the joint optimisation did, in a sentence.
+void tell_gain(const planner::GlobalReport& global) {
+  const std::string stopped =
+      global.stopped ? fmt::format(", stopped after {} of {} iterations", global.iterations, global.budget) : "";
+  if (global.unfilled < global.greedy_unfilled) {
+    std::cerr << fmt::format("veneerctl plan: {} patches more than greedy are filled{}\n",
+                             global.greedy_unfilled - global.unfilled, stopped);
+  } else {
+    std::cerr << fmt::format("veneerctl plan: cost {:.2f} instead of greedy's {:.2f} ({:.1f} % less){}\n", global.cost,
+                             global.greedy_cost,
+                             global.greedy_cost > 0 ? 100 * (1 - global.cost / global.greedy_cost) : 0.0, stopped);
+  }
+}
+
 void run(const Arguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   refuse_what_is_not_there(arguments);
   const auto formats = wanted_formats(arguments.formats);
-  const PlanOptions options = or_end(plan_options(arguments.plan));
+  PlanOptions options = or_end(plan_options(arguments.plan));
+  if (arguments.optimize == "global") options.optimize = planner::Optimize::kGlobal;
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
   const std::vector<Artwork> artworks = or_end(load_artworks(arguments.plan));
@@ -172,6 +186,7 @@ void run(const Arguments& arguments) {
   const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
   if (Status status = planner::write_text(report, fs::path(arguments.out) / "report.json"); !status.ok())
     end(kWorkFailed, status.error().message);
+  if (plan->global) tell_gain(*plan->global);
   warn(plan->warnings);
 }
 
@@ -192,6 +207,12 @@ void add_plan_command(CLI::App& app) {
       ->capture_default_str();
   plan->add_option("--optimize", arguments->optimize, "How places are chosen")
       ->check(CLI::IsMember({"greedy", "global"}))
+      ->capture_default_str();
+  plan->add_option("--optimize-seconds", arguments->plan.options.optimize_seconds,
+                   "Stop --optimize global after so long; 0: when it is done")
+      ->capture_default_str();
+  plan->add_option("--optimize-iterations", arguments->plan.options.optimize_iterations,
+                   "Stop --optimize global after so many iterations, as report.json counts them; 0: when it is done")
       ->capture_default_str();
   plan->add_option("--format", arguments->formats, "svg, json")->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();

@@ -52,17 +52,24 @@ bool convex_overlap(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
 FreeWood::FreeWood(const Raster<PanelFrame>& free, Millimetres kerf, Millimetres position_margin)
     : free_(free), kerf_(kerf), margin_(position_margin) {
   const auto row_length = static_cast<std::size_t>(free_.pixels.cols) + 1;
-  blocked_before_.assign(row_length * static_cast<std::size_t>(free_.pixels.rows), 0);
+  std::vector<std::int32_t> blocked_before(row_length * static_cast<std::size_t>(free_.pixels.rows));
   for (int r = 0; r < free_.pixels.rows; ++r) {
     const auto* usable = free_.pixels.ptr<std::uint8_t>(r);
-    auto* before = blocked_before_.data() + row_length * static_cast<std::size_t>(r);
+    auto* before = blocked_before.data() + row_length * static_cast<std::size_t>(r);
     for (int c = 0; c < free_.pixels.cols; ++c) before[c + 1] = before[c] + (usable[c] == 0 ? 1 : 0);
   }
+  blocked_before_ = std::make_shared<const std::vector<std::int32_t>>(std::move(blocked_before));
+}
+
+FreeWood FreeWood::untouched() const {
+  FreeWood wood = *this;
+  wood.allocations_.clear();
+  return wood;
 }
 
 int FreeWood::blocked_between(int row, int first, int last) const {
   const auto* before =
-      blocked_before_.data() + (static_cast<std::size_t>(free_.pixels.cols) + 1) * static_cast<std::size_t>(row);
+      blocked_before_->data() + (static_cast<std::size_t>(free_.pixels.cols) + 1) * static_cast<std::size_t>(row);
   return before[last + 1] - before[first];
 }
 
@@ -114,9 +121,9 @@ bool FreeWood::collides(const Ring<PanelFrame>& outline) const {
   return false;
 }
 
-bool FreeWood::admits(const Ring<PanelFrame>& outline) const {
-  return on_free_pixels(grown(outline, border())) && !collides(outline);
-}
+bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const { return on_free_pixels(grown(outline, border())); }
+
+bool FreeWood::admits(const Ring<PanelFrame>& outline) const { return on_free_wood(outline) && !collides(outline); }
 
 void FreeWood::allocate(const Ring<PanelFrame>& outline) {
   Allocation allocation;

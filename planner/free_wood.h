@@ -7,6 +7,8 @@
 // on whole micrometres. Outlines are convex. Not thread-safe while allocate() runs.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "base/geometry.h"
@@ -24,10 +26,15 @@ class FreeWood {
 
   // Whether the outline (counter-clockwise) can be cut here.
   bool admits(const Ring<PanelFrame>& outline) const;
+  // Only the first rule: whether all of it lies on wood that was free at the start.
+  bool on_free_wood(const Ring<PanelFrame>& outline) const;
   // Only the second rule: against what allocate() has taken.
   bool collides(const Ring<PanelFrame>& outline) const;
   // Takes the wood of an admitted outline.
   void allocate(const Ring<PanelFrame>& outline);
+
+  // The same wood with nothing allocated.
+  FreeWood untouched() const;
 
   const Raster<PanelFrame>& raster() const { return free_; }
   Millimetres kerf() const { return kerf_; }
@@ -45,7 +52,8 @@ class FreeWood {
 
   Raster<PanelFrame> free_;
   Millimetres kerf_, margin_;
-  std::vector<std::int32_t> blocked_before_;  // per row cols + 1: blocked pixels left of a column
+  // Per row cols + 1: blocked pixels left of a column. Copies share it.
+  std::shared_ptr<const std::vector<std::int32_t>> blocked_before_;
   std::vector<Allocation> allocations_;
 };
 

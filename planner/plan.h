@@ -44,6 +44,8 @@ ArtworkSize artwork_size(const cv::Mat& picture, Millimetres shorter);
 std::string artwork_letter(std::size_t index);
 
 enum class Priority { kSaliency, kCentre };
+// kGlobal: greedy first, then all patches choose together (global_plan.h).
+enum class Optimize { kGreedy, kGlobal };
 
 // Defaults are the paper's Table 1.
 struct PlanOptions {
@@ -64,6 +66,11 @@ struct PlanOptions {
   Priority priority = Priority::kSaliency;
   bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
   bool exact = false;       // choose the cheapest place by proof, some hundred times slower
+  Optimize optimize = Optimize::kGreedy;
+  // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
+  // the clock stopped is repeated by the iterations that it reports.
+  double optimize_seconds = 0;
+  std::uint64_t optimize_iterations = 0;
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };
@@ -115,6 +122,15 @@ struct Shortage {
   std::optional<Smaller> smaller;
 };
 
+// What `Optimize::kGlobal` gained over the greedy plan it started from.
+struct GlobalReport {
+  double greedy_cost = 0, cost = 0;  // weighed by importance where that is given
+  std::size_t greedy_unfilled = 0, unfilled = 0;
+  std::uint64_t iterations = 0, budget = 0;  // made, and those of a whole run
+  bool stopped = false;                      // before the whole run: the best so far
+  double seconds = 0;                        // on top of greedy's; not part of what a plan is
+};
+
 // Pieces in reading order: artwork by artwork, row by row.
 struct Plan {
   std::vector<PlanArtwork> artworks;
@@ -125,6 +141,7 @@ struct Plan {
   // Not part of what a plan is, and not in its file:
   PlanSeconds seconds;
   std::optional<Shortage> shortage;
+  std::optional<GlobalReport> global;
   std::vector<std::string> warnings;  // one sentence each
 };
 
@@ -142,7 +159,8 @@ using Progress = std::function<void(double fraction, std::string_view text)>;
 // and the plan is still a success.
 //
 // kInvalidArgument: a picture, size, weight or panel is unusable, or a patch is larger than every panel.
-// kCancelled: within 100 ms of the stop request.
+// kCancelled: within 100 ms of the stop request; Optimize::kGlobal that has greedy's plan already gives the best so
+// far.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
                        const Progress& progress = {}, std::stop_token stop = {});
 

@@ -128,6 +128,18 @@ Piece piece_from_json(const json& from, std::size_t artworks, Reader& read) {
   return piece;
 }
 
+json global_to_json(const GlobalReport& global) {
+  return {{"greedy_cost", global.greedy_cost},
+          {"greedy_unfilled", global.greedy_unfilled},
+          {"cost", global.cost},
+          {"unfilled", global.unfilled},
+          {"gain", global.greedy_cost > 0 ? 1 - global.cost / global.greedy_cost : 0},
+          {"iterations", global.iterations},
+          {"budget", global.budget},
+          {"stopped", global.stopped},
+          {"seconds", global.seconds}};
+}
+
 json shortage_to_json(const Shortage& shortage) {
   json missing = json::array();
   const double band = 1.0 / static_cast<double>(shortage.missing.size());
@@ -216,6 +228,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                    {"total", seconds.total}}},
                  {"warnings", plan.warnings},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
+                 {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";

@@ -10,6 +10,7 @@
 #include "planner/adaptive.h"
 #include "planner/certified_matcher.h"
 #include "planner/features.h"
+#include "planner/global_plan.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
 #include "planner/problem.h"
@@ -122,7 +123,7 @@ Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> sto
 }
 
 void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
-                const Matcher& matcher, const std::vector<std::optional<Candidate>>& chosen, Plan& plan) {
+                const Matcher& matcher, const LaidPatches& laid, Plan& plan) {
   std::vector<std::size_t> reading_order(problem.queue.size());
   for (std::size_t i = 0; i < reading_order.size(); ++i) reading_order[i] = i;
   std::sort(reading_order.begin(), reading_order.end(), [&](std::size_t a, std::size_t b) {
@@ -142,11 +143,12 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
     piece.row = patch.row, piece.column = patch.column, piece.cells = patch.cells;
     piece.artwork_outline = patch.outline;
     piece.pixels = task.match.pixels.count;
-    if (!chosen[i]) continue;
-    const auto panel_from_artwork = matcher.panel_from_artwork(task.match, *chosen[i]);
-    piece.placement = Placement{stock[static_cast<std::size_t>(chosen[i]->panel)].id, panel_from_artwork,
-                                panel_from_artwork * patch.outline};
-    piece.cost = matcher.exact_cost(task.match, *chosen[i]);
+    if (!laid[i]) continue;
+    const auto panel = static_cast<std::size_t>(laid[i]->panel);
+    const auto& panel_from_artwork = laid[i]->panel_from_artwork;
+    piece.placement = Placement{stock[panel].id, panel_from_artwork, panel_from_artwork * patch.outline};
+    piece.cost = placement_cost(*task.match.features, task.match.grid, task.match.pixels,
+                                matcher.panels()[panel].features, panel_from_artwork);
   }
 }
 
@@ -174,17 +176,28 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
 
   const auto match_start = Clock::now();
   const std::size_t count = problem->queue.size() + problem->squares.size();
+  // Of what the index leaves, greedy's part of the time.
+  const double greedy_share = (1 - kIndexShare) * (options.optimize == Optimize::kGlobal ? 0.2 : 1);
   const auto on_placed = [&](std::size_t placed) {
-    report(kIndexShare + (1 - kIndexShare) * static_cast<double>(placed) / static_cast<double>(count),
+    report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
   };
   const auto chosen = options.adaptive_levels > 0
                           ? place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed)
                           : Greedy(*problem, *matcher, threads, stop).run(on_placed);
   if (stop.stop_requested()) return cancelled;
-  add_pieces(artworks, stock, *problem, *matcher, chosen, plan);
+  LaidPatches patches = laid(*problem, *matcher, chosen);
+  if (options.optimize == Optimize::kGlobal) {
+    const double done = kIndexShare + greedy_share;
+    JointOutcome joint = plan_jointly(
+        *problem, *matcher, chosen, options, threads,
+        [&](double share, const std::string& text) { report(done + (1 - done) * share, text); }, stop);
+    patches = std::move(joint.patches);
+    plan.global = joint.report;
+  }
+  add_pieces(artworks, stock, *problem, *matcher, patches, plan);
   plan.seconds.match = seconds_since(match_start);
-  plan.shortage = shortage_of(*problem, *matcher, chosen, options.patch);
+  plan.shortage = shortage_of(*problem, *matcher, patches, options.patch);
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (progress)
     progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));

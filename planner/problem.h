@@ -1,6 +1,7 @@
 // A planning problem at the working resolution: everything the matcher needs, checked.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +44,13 @@ struct TaskTree {
   Problem::Task task;
   std::vector<TaskTree> parts;
 };
+
+// Where a patch of the queue is cut from.
+struct Laid {
+  int panel = 0;
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+};
+using LaidPatches = std::vector<std::optional<Laid>>;  // one a task of the queue; none: unfilled
 
 // kInvalidArgument: see make_plan.
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);

@@ -21,8 +21,8 @@ struct Leftover {
   double px_per_mm = 1;
 };
 
-Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const Matcher& matcher,
-                     std::span<const std::optional<Candidate>> chosen, Millimetres smallest) {
+Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const LaidPatches& patches,
+                     Millimetres smallest) {
   const Raster<PanelFrame>& stock = panel.wood.raster();
   const double wanted = kPixelsInTheSmallest / smallest.count();
   const int step = std::max(1, static_cast<int>(stock.resolution.px_per_mm / wanted));
@@ -32,11 +32,10 @@ Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem,
   for (int r = 0; r < out.free.rows * step; ++r)
     for (int c = 0; c < out.free.cols * step; ++c)
       if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (!chosen[i] || chosen[i]->panel != index) continue;
-    const MatchPatch& patch = problem.queue[i].match;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (!patches[i] || patches[i]->panel != index) continue;
     std::vector<cv::Point> corners;
-    for (const auto& p : grown(matcher.panel_from_artwork(patch, *chosen[i]) * patch.outline, panel.wood.kerf())) {
+    for (const auto& p : grown(patches[i]->panel_from_artwork * problem.queue[i].match.outline, panel.wood.kerf())) {
       double column = 0, row = 0;
       stock.to_pixels(p, column, row);
       corners.emplace_back(cvFloor(column / step), cvFloor(row / step));
@@ -70,11 +69,11 @@ std::size_t squares_that_fit(const Leftover& leftover, Millimetres side) {
 
 }  // namespace
 
-std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher,
-                                    std::span<const std::optional<Candidate>> chosen, Millimetres patch) {
+std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const LaidPatches& patches,
+                                    Millimetres patch) {
   Shortage out;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (chosen[i]) continue;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (patches[i]) continue;
     const MatchPatch& match = problem.queue[i].match;
     const cv::Mat& tones = problem.artworks[problem.queue[i].artwork].tones;
     const double mm2 = 1 / (match.grid.resolution.px_per_mm * match.grid.resolution.px_per_mm);
@@ -92,7 +91,7 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
   std::vector<Leftover> leftovers;
   for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
     leftovers.push_back(
-        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, matcher, chosen, patch * kShares.back()));
+        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back()));
     out.left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
                                   (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
   }

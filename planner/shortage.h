@@ -2,9 +2,7 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "planner/matcher.h"
 #include "planner/plan.h"
@@ -12,9 +10,9 @@
 
 namespace veneer::planner {
 
-// None when every patch has its wood. `chosen` holds a place, or none, for each task of the problem's queue.
-std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher,
-                                    std::span<const std::optional<Candidate>> chosen, Millimetres patch);
+// None when every patch has its wood.
+std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const LaidPatches& patches,
+                                    Millimetres patch);
 
 // "no free wood was left for 12 of 600 patches (2352 mm2: ...); ...".
 std::string sentence_of(const Shortage& shortage, std::size_t pieces);

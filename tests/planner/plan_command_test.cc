@@ -130,10 +130,20 @@ TEST_F(PlanCommand, TakesSpeciesImportanceAndSeveralPictures) {
   EXPECT_TRUE(json("out/report.json")["warnings"].is_array());
 }
 
+TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
+  const Outcome outcome = plan(usual() + " --optimize global --optimize-iterations 4096");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("greedy"));
+  const auto report = json("out/report.json");
+  EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
+  EXPECT_NEAR(report["global"]["cost"], report["cost_total"], 1e-9 * report["cost_total"].get<double>());
+  EXPECT_LE(report["global"]["iterations"], 4096);
+  expect_unusable(usual() + " --optimize-seconds -1", "must not be negative");
+}
+
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
-  expect_unusable(usual() + " --optimize global", "--optimize global is not available yet in this version");
   expect_unusable(usual() + " --format svg,dxf", "--format dxf is not available yet in this version");
   expect_unusable(usual() + " --format tiff", "no format");
 }

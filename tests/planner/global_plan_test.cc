@@ -1,0 +1,164 @@
+#include "planner/global_plan.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "base/polygon_ops.h"
+#include "planner/arrangement.h"
+#include "planner/free_wood.h"
+#include "planner/plan_files.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using test::blob_artwork;
+using test::wood_panel;
+
+PlanOptions small_options() {
+  PlanOptions options;
+  options.patch = 7_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
+  options.priority = Priority::kCentre;  // saliency costs more time than all the rest here
+  options.optimize = Optimize::kGlobal;
+  return options;
+}
+
+Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options,
+             const Progress& progress = {}, std::stop_token stop = {}) {
+  const auto plan = make_plan(artworks, stock, options, progress, std::move(stop));
+  if (!plan.ok()) throw std::runtime_error(plan.error().message);
+  return *plan;
+}
+
+PlanOptions greedy(PlanOptions options) {
+  options.optimize = Optimize::kGreedy;
+  return options;
+}
+
+class GlobalPlanOfSeed : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
+  const std::uint64_t seed = GetParam();
+  cv::RNG random(seed);
+  PlanOptions options = small_options();
+  options.kerf = Millimetres(random.uniform(0, 50) / 100.0);
+  options.position_margin = Millimetres(random.uniform(0, 3) / 10.0);
+  options.rotations = random.uniform(1, 8);
+  options.patch = Millimetres(random.uniform(50, 110) / 10.0);
+  options.optimize_iterations = 5000;
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, seed), wood_panel("Q", 60, 60, 45, seed + 9)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, Millimetres(random.uniform(20, 60)), seed + 1)};
+  const Plan plan = planned(artworks, stock, options), before = planned(artworks, stock, greedy(options));
+  ASSERT_TRUE(plan.global.has_value());
+  EXPECT_EQ(plan.global->greedy_unfilled, unfilled(before));
+  EXPECT_TRUE(std::abs(plan.global->greedy_cost - cost_total(before)) <= 1e-9 * cost_total(before));
+  EXPECT_TRUE(unfilled(plan) <= unfilled(before));
+  EXPECT_TRUE(unfilled(plan) < unfilled(before) || cost_total(plan) <= cost_total(before) * (1 + 1e-12));
+  for (const StockPanel& panel : stock) {
+    FreeWood wood(panel.free, options.kerf, options.position_margin);
+    std::vector<Region<PanelFrame>> allocations;
+    for (const Piece& piece : plan.pieces) {
+      if (!piece.placement || piece.placement->panel != panel.id) continue;
+      EXPECT_TRUE(wood.on_free_wood(piece.placement->panel_outline));
+      allocations.push_back(offset(Region<PanelFrame>(piece.placement->panel_outline), options.kerf));
+    }
+    for (std::size_t i = 0; i < allocations.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) EXPECT_TRUE(!overlaps(allocations[i], allocations[j]));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, GlobalPlanOfSeed, testing::Range<std::uint64_t>(1, 13));
+
+TEST(GlobalPlan, GainsWhereWoodIsScarce) {
+  const std::vector<StockPanel> stock{wood_panel("P", 150, 110, 50.8, 2)};
+  PlanOptions options = small_options();
+  options.optimize_iterations = 50000;
+  const Plan plan = planned({blob_artwork("A", 50, 50, 42_mm, 1)}, stock, options);
+  EXPECT_EQ(unfilled(plan), 0U);
+  EXPECT_LT(plan.global->cost, 0.97 * plan.global->greedy_cost);
+}
+
+TEST(GlobalPlan, AWholeRunUsesItsWholeBudget) {
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2)};
+  const Plan plan = planned({blob_artwork("A", 50, 50, 21_mm, 1)}, stock, small_options());
+  EXPECT_EQ(plan.global->iterations, plan.global->budget);
+  EXPECT_FALSE(plan.global->stopped);
+}
+
+TEST(GlobalPlan, IsTheSameForAnyNumberOfThreadsAndAnotherForAnotherSeed) {
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2), wood_panel("Q", 70, 90, 50.8, 3)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
+  PlanOptions options = small_options();
+  options.optimize_iterations = 20000;
+  const std::string one = plan_to_json(planned(artworks, stock, options));
+  EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), one);
+  options.threads = 3;
+  EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), one);
+  options.threads = 1, options.seed = 2;
+  EXPECT_NE(plan_to_json(planned(artworks, stock, options)), one);
+}
+
+TEST(GlobalPlan, AStoppedRunGivesTheBestSoFarAndIsRepeatedByItsIterations) {
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
+  PlanOptions options = small_options();
+  options.optimize_iterations = 30000;
+  const Plan plan = planned(artworks, stock, options);
+  EXPECT_TRUE(plan.global->stopped);
+  EXPECT_EQ(plan.global->iterations, 30000U);
+  EXPECT_LT(plan.global->cost, plan.global->greedy_cost);
+
+  // A stop at a moment that nobody chose.
+  std::stop_source stop;
+  options.optimize_iterations = 0;
+  const Plan broken_off = planned(
+      artworks, stock, options,
+      [&](double, std::string_view text) {
+        if (text.starts_with("optimising")) stop.request_stop();
+      },
+      stop.get_token());
+  ASSERT_TRUE(broken_off.global->stopped);
+  ASSERT_GT(broken_off.global->iterations, 0U);
+  options.optimize_iterations = broken_off.global->iterations;
+  EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), plan_to_json(broken_off));
+}
+
+TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2)};
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
+  PlanOptions options = small_options();
+  options.optimize_seconds = 1e-9;
+  const Plan plan = planned(artworks, stock, options);
+  EXPECT_TRUE(plan.global->stopped);
+  EXPECT_EQ(plan.global->iterations, 0U);
+  EXPECT_EQ(plan_to_json(plan), plan_to_json(planned(artworks, stock, greedy(options))));
+}
+
+// What the fast test calls free, the rule of free_wood.h must admit; what it calls taken may only be closer than the
+// slack.
+RC_GTEST_PROP(Footprint, AgreesWithTheRuleOfFreeWood, ()) {
+  const auto number = [](int low, int high) { return *rc::gen::inRange(low * 1000, high * 1000) / 1000.0; };
+  const Millimetres kerf(number(0, 1));
+  const auto square = [](double w, double h) {
+    return Ring<ArtworkFrame>{point<ArtworkFrame>(3, 5), point<ArtworkFrame>(3 + w, 5),
+                              point<ArtworkFrame>(3 + w, 5 + h), point<ArtworkFrame>(3, 5 + h)};
+  };
+  const Ring<ArtworkFrame> a = square(number(2, 8), number(2, 8)), b = square(number(2, 8), number(2, 8));
+  const Pose at_a = pose_at(0, 50, 50, number(0, 7)), at_b = pose_at(0, number(40, 60), number(40, 60), number(0, 7));
+  Raster<PanelFrame> free;
+  free.pixels = cv::Mat(100, 100, CV_8UC1, cv::Scalar(255));
+  free.resolution = ScanResolution{1};
+  const auto taken = [&](Millimetres growth) {
+    const Footprint fa(a, growth), fb(b, growth);
+    return Footprint::overlap(fa, at_a, fb, at_b);
+  };
+  const Footprint shape_a(a, kerf), shape_b(b, kerf);
+  FreeWood wood(free, kerf, Millimetres(0));
+  wood.allocate(shape_a.panel_from_artwork(at_a) * a);
+  const bool collides = wood.collides(shape_b.panel_from_artwork(at_b) * b);
+  if (!taken(kerf + FreeWood::kSlack)) RC_ASSERT(!collides);
+  if (taken(kerf)) RC_ASSERT(collides);
+}
+
+}  // namespace
+}  // namespace veneer::planner
