@@ -6,7 +6,7 @@
 namespace veneer {
 namespace {
 
-constexpr std::size_t kLeastLines = 3, kMostLines = 400;
+constexpr std::size_t kLeastLines = 3, kMostLines = 96;
 constexpr double kLongestLineTurn = std::numbers::pi / 4;
 
 double dx(MicroPoint a, MicroPoint b) { return static_cast<double>(b.x_um - a.x_um); }
@@ -64,10 +64,14 @@ std::vector<PathMove> fit_arcs(std::span<const MicroPoint> path, const ArcFitOpt
       best = arc;
       end = at + lines;
     }
-    moves.push_back({path[end], best});
+    moves.push_back({path[end], best, end - at});
     at = end;
   }
   return moves;
+}
+
+std::optional<ArcShape> fit_arc(std::span<const MicroPoint> path, const ArcFitOptions& options) {
+  return path.size() > kLeastLines ? arc_through(path, options) : std::nullopt;
 }
 
 double arc_turn_rad(MicroPoint from, MicroPoint to, const ArcShape& arc) {

@@ -20,6 +20,7 @@ struct ArcShape {
 struct PathMove {
   MicroPoint to;
   std::optional<ArcShape> arc;  // without: straight
+  std::size_t lines = 1;        // of the path that it stands for
 };
 
 struct ArcFitOptions {
@@ -32,6 +33,9 @@ struct ArcFitOptions {
 // The moves from path.front() to path.back(). Every arc replaces at least three lines and begins and ends at points of
 // the path; straight moves are the path's own lines.
 std::vector<PathMove> fit_arcs(std::span<const MicroPoint> path, const ArcFitOptions& options = {});
+
+// One arc for the whole path of at least three lines, if there is one.
+std::optional<ArcShape> fit_arc(std::span<const MicroPoint> path, const ArcFitOptions& options = {});
 
 // How far the arc turns from `from` to `to`; radians, positive.
 double arc_turn_rad(MicroPoint from, MicroPoint to, const ArcShape& arc);

@@ -160,7 +160,8 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
     for (std::size_t i = 0; i < summary.strokes; ++i, ++stroke) {
       const bool cut = stroke->role == planner::ToolpathRole::kCut;
       burn.strokes.strokes.push_back({stroke->piece, cut ? StrokeRole::kCut : StrokeRole::kEngrave,
-                                      machine_from_bed * stroke->path, stroke->speed, stroke->power, stroke->passes});
+                                      machine_from_bed * stroke->path, stroke->speed, stroke->power, stroke->passes,
+                                      stroke->air});
     }
   }
   return burns;

@@ -21,6 +21,10 @@ struct Stroke {
   MmPerSecond speed{0};
   PowerFraction power{0};
   int passes = 1;
+  bool air = false;  // air assist from the stroke's group (its piece) on; a machine without it takes no notice
+  // Of a line of a fill: dark run-up and run-out in the line's direction, so that it is burnt at full speed. Only with
+  // one pass. A driver without it burns the line alone.
+  Millimetres overscan{0};
 };
 
 // Strokes in the order of burning; all strokes of one piece are adjacent, engraving before cutting.

@@ -5,8 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "base/arc_fit.h"
-
 namespace veneer::planner {
 namespace {
 
@@ -39,25 +37,10 @@ class Route {
   Route(Point<BedFrame> from, const Kinematics& kinematics)
       : kinematics_(kinematics), at_{from.x.count(), from.y.count()} {}
 
-  void travel(const Point<BedFrame>& to) {
-    add({to.x.count(), to.y.count()}, std::numeric_limits<double>::infinity(), true);
-  }
+  void travel(const Point<BedFrame>& to) { add({to.x.count(), to.y.count()}, std::numeric_limits<double>::infinity()); }
 
   void burn(const Polyline<BedFrame>& path, double speed) {
-    if (!kinematics_.arcs) {
-      for (std::size_t i = 1; i < path.size(); ++i) add({path[i].x.count(), path[i].y.count()}, speed, true);
-      return;
-    }
-    std::vector<MicroPoint> fine;
-    fine.reserve(path.size());
-    for (const auto& p : path) fine.push_back({std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
-    for (const PathMove& move : fit_arcs(fine)) {
-      const Vector to{static_cast<double>(move.to.x_um) / 1000, static_cast<double>(move.to.y_um) / 1000};
-      if (move.arc)
-        add_arc(to, *move.arc, speed);
-      else
-        add(to, speed, true);
-    }
+    for (std::size_t i = 1; i < path.size(); ++i) add({path[i].x.count(), path[i].y.count()}, speed);
   }
 
   double seconds() const {
@@ -93,8 +76,8 @@ class Route {
            (1 - s);
   }
 
-  // The driver splits what takes longer than its longest move; an arc's chords it does not see.
-  void add(Vector to, double speed, bool split) {
+  // The driver splits what takes longer than its longest move.
+  void add(Vector to, double speed) {
     const Vector way{to.x - at_.x, to.y - at_.y};
     const double length = std::hypot(way.x, way.y);
     if (length < 5e-4) return;
@@ -103,7 +86,7 @@ class Route {
     move.acceleration = acceleration_along(move.unit);
     move.speed = std::min(speed, along(move.unit, kinematics_.rapid_x.count(), kinematics_.rapid_y.count()));
     const double longest = reach(kinematics_.longest_move.count(), move.speed, move.acceleration);
-    const int parts = split ? static_cast<int>(std::ceil(length / longest)) : 1;
+    const int parts = static_cast<int>(std::ceil(length / longest));
     move.length = length / parts;
     move.alone_s = alone_s(move.length, move.speed, move.acceleration);
     for (int i = 0; i < parts; ++i) {
@@ -113,22 +96,6 @@ class Route {
       moves_.push_back(move);
     }
     at_ = to;
-  }
-
-  void add_arc(Vector to, const ArcShape& arc, double speed) {
-    const Vector centre{static_cast<double>(arc.centre.x_um) / 1000, static_cast<double>(arc.centre.y_um) / 1000};
-    const MicroPoint from{std::llround(at_.x * 1000), std::llround(at_.y * 1000)};
-    const MicroPoint end{std::llround(to.x * 1000), std::llround(to.y * 1000)};
-    const double turn = arc_turn_rad(from, end, arc) * (arc.clockwise ? -1 : 1);
-    const Vector spoke{at_.x - centre.x, at_.y - centre.y};
-    const double radius = std::hypot(spoke.x, spoke.y), sagitta = kinematics_.arc_tolerance.count();
-    const double half_chord = std::sqrt(std::max(1e-12, sagitta * (2 * radius - sagitta)));
-    const int chords = static_cast<int>(std::abs(turn) * radius / (2 * half_chord));
-    for (int k = 1; k < chords; ++k) {
-      const double c = std::cos(turn * k / chords), s = std::sin(turn * k / chords);
-      add({centre.x + c * spoke.x - s * spoke.y, centre.y + s * spoke.x + c * spoke.y}, speed, false);
-    }
-    add(to, speed, false);
   }
 
   // How fast the i-th move may end, as far as the controller can see then: it must be able to stop where the queue

@@ -1,6 +1,7 @@
 // How long the machine takes, from accelerations and junction deviation: a model of a GRBL-class controller of its own,
 // sharing nothing with the simulator that it is measured against.
 //
+// Curves count as the short lines they are given as; a controller makes about as many chords of an arc.
 // Every piece begins and ends at rest. Between them the controller looks ahead over as many moves as its planner holds
 // and the driver queues; a corner is taken at the speed at which a circle through it, `junction_deviation` off its tip,
 // needs no more than the acceleration. Pure functions; thread-safe.
@@ -13,13 +14,11 @@
 
 namespace veneer::planner {
 
-// What of the machine the estimate needs. GRBL's settings $110, $111, $120, $121, $11, $12.
+// What of the machine the estimate needs. GRBL's settings $110, $111, $120, $121, $11.
 struct Kinematics {
   MmPerSecond rapid_x{400}, rapid_y{400};
   MmPerSecond2 acceleration_x{1500}, acceleration_y{1500};
   Millimetres junction_deviation{0.01};
-  Millimetres arc_tolerance{0.002};  // between an arc and the chords the controller makes of it
-  bool arcs = true;                  // curves are sent as arcs
   int planner_moves = 15;
   // The driver: the longest motion it queues, the longest single move it sends, and what a piece's end costs until it
   // is verified.

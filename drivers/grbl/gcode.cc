@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "drivers/grbl/arc_guard.h"
+
 namespace veneer::grbl {
 namespace {
 
@@ -53,6 +55,11 @@ double reach_mm(const Along& a, double time_s) {
   return time_s >= 2 * ramp ? a.speed * (time_s - ramp) : a.acceleration * time_s * time_s / 4;
 }
 
+Point<MachineFrame> beyond(const Point<MachineFrame>& end, const Point<MachineFrame>& before, Millimetres by) {
+  const double share = by.count() / std::max(1e-6, distance(end, before).count());
+  return {end.x + (end.x - before.x) * share, end.y + (end.y - before.y) * share};
+}
+
 class GroupWriter {
  public:
   GroupWriter(WirePoint at, const MachineSettings& settings, double longest_move_s)
@@ -72,23 +79,30 @@ class GroupWriter {
       modal(fmt::format("F{}", feed));
       echo(index, GcodeLine::kAny);
     }
-    travel_to(path.front());
+    const bool overscan = stroke.overscan.count() > 0 && stroke.passes == 1;
+    const WirePoint run_up =
+        overscan ? settings_.to_wire(beyond(stroke.path[0], stroke.path[1], stroke.overscan)) : path[0];
+    travel_to(run_up);
     absolute_ = false;
     power_ = static_cast<int>(std::lround(stroke.power.count() * settings_.max_power));
     if (stroke.power.count() > 0) power_ = std::max(power_, 1);
     speed_mm_s_ = feed_ / 60.0;
     stroke_ = index;
+    if (overscan) dark_to(path.front());
     set_power_ = true;
     for (int pass = 0; pass < stroke.passes; ++pass) {
-      for (std::size_t i = 1; i < path.size(); ++i) burn_to(path[i]);
+      burn_along(path, stays_inside(stroke));
       // An open path is burnt back and forth.
       if (path.front() != path.back()) std::reverse(path.begin(), path.end());
     }
+    if (overscan)
+      dark_to(settings_.to_wire(beyond(*stroke.path.rbegin(), *(stroke.path.rbegin() + 1), stroke.overscan)));
     const auto last = std::find_if(lines_.rbegin(), lines_.rend(), [](const GcodeLine& l) { return l.moves(); });
     if (last == lines_.rend()) return;
     last->ends_stroke = true;
+    last->stroke = index;
     // A lost or changed word may have switched the motion or the power off in between.
-    if (last == lines_.rbegin()) echo(index, power_);
+    if (last == lines_.rbegin()) echo(index, overscan ? 0 : power_);
   }
 
   void jog_to(WirePoint to, double speed_mm_s) {
@@ -107,21 +121,96 @@ class GroupWriter {
       lines_.push_back({absolute_ ? "G53G0" + mm_word('X', next.x_um) + mm_word('Y', next.y_um) + "S0\n"
                                   : "G0" + step_words(next) + "S0\n",
                         LineKind::kTravel, at_, next});
+      motion_ = 0;
       if (absolute_) hold_at(next);
     });
   }
 
-  void burn_to(WirePoint to) {
+  // Dark, at the speed of burning: G1 with S0, so that the power changes in full motion.
+  void dark_to(WirePoint to) {
     move(to, speed_mm_s_, [&](WirePoint next) {
       const std::string words = step_words(next);
-      lines_.push_back(
-          {set_power_ ? fmt::format("G1{}S{}\n", words, power_) : words + "\n", LineKind::kBurn, at_, next});
-      lines_.back().stroke = stroke_;
+      lines_.push_back({(motion_ == 1 ? words : "G1" + words) + "S0\n", LineKind::kTravel, at_, next});
+      motion_ = 1;
     });
   }
 
+  // An arc bulges a little beyond its points.
+  bool stays_inside(const Stroke& stroke) const {
+    Box<MachineFrame> inside = settings_.travel();
+    const Millimetres slack{0.05};
+    inside.min = {inside.min.x + slack, inside.min.y + slack};
+    inside.max = {inside.max.x - slack, inside.max.y - slack};
+    return std::all_of(stroke.path.begin(), stroke.path.end(), [&](const auto& p) { return inside.contains(p); });
+  }
+
+  void burn_along(const std::vector<WirePoint>& path, bool arcs) {
+    if (!arcs) {
+      for (std::size_t i = 1; i < path.size(); ++i) burn_to(path[i]);
+      return;
+    }
+    std::size_t at = 0;
+    for (const PathMove& run : fit_arcs(path)) {
+      const std::size_t end = at + run.lines;
+      while (at < end) at += run.arc ? burn_arc(std::span(path).subspan(at, end - at + 1)) : burn_line_to(path[at + 1]);
+    }
+  }
+
+  std::size_t burn_line_to(WirePoint to) {
+    burn_to(to);
+    return 1;
+  }
+
+  // As long an arc from the run's begin as is safe to send, or else its first line; how many lines were burnt.
+  std::size_t burn_arc(std::span<const WirePoint> run) {
+    for (std::size_t lines = run.size() - 1; lines >= 3; lines = lines * 2 / 3) {
+      const auto arc = fit_arc(run.first(lines + 1));
+      if (!arc || !arc_is_safe(run[0], run[lines], *arc) || too_long(run[0], run[lines], *arc)) continue;
+      arc_to(run[lines], *arc);
+      return lines;
+    }
+    return burn_line_to(run[1]);
+  }
+
+  double arc_s(WirePoint from, WirePoint to, const ArcShape& arc) const {
+    const double radius_mm =
+        std::hypot(static_cast<double>(from.x_um - arc.centre.x_um), static_cast<double>(from.y_um - arc.centre.y_um)) /
+        1000;
+    return arc_stop_to_stop_s(arc_turn_rad(from, to, arc) * radius_mm, radius_mm, speed_mm_s_, settings_);
+  }
+  bool too_long(WirePoint from, WirePoint to, const ArcShape& arc) const {
+    return arc_s(from, to, arc) > longest_move_s_;
+  }
+
+  void burn_to(WirePoint to) {
+    move(to, speed_mm_s_, [&](WirePoint next) { burn_line(next, 1, step_words(next)); });
+  }
+
+  void arc_to(WirePoint to, const ArcShape& arc) {
+    const WirePoint from = at_;
+    burn_line(to, arc.clockwise ? 2 : 3, step_words(to) + centre_words(from, arc));
+    lines_.back().arc = arc;
+    finish_move(to, arc_s(from, to, arc));
+  }
+
+  void burn_line(WirePoint next, int motion, std::string words) {
+    ask_ = std::exchange(motion_, motion) != motion || set_power_;
+    if (ask_) words = fmt::format("G{}{}", motion, words);
+    if (std::exchange(set_power_, false)) words += fmt::format("S{}", power_);
+    lines_.push_back({words + "\n", LineKind::kBurn, at_, next});
+    lines_.back().stroke = stroke_;
+  }
+
+  // A G2 that arrives as G3 ends at the same place by another way: the mode is asked back whenever it changes.
+  void finish_move(WirePoint next, double longest_s) {
+    lines_.back().longest_s = longest_s;
+    at_ = next;
+    if (std::exchange(ask_, false)) echo(stroke_, power_);
+  }
+
   void echo(std::size_t stroke, int power) {
-    lines_.push_back({"$G\n", LineKind::kEcho, at_, at_, 0, stroke, false, feed_, power, power == GcodeLine::kAny});
+    lines_.push_back(
+        {"$G\n", LineKind::kEcho, at_, at_, 0, stroke, false, feed_, power, motion_, power == GcodeLine::kAny});
   }
 
   // What the controller believes of its place, in its own arithmetic.
@@ -151,10 +240,7 @@ class GroupWriter {
                            from.y_um + (to.y_um - from.y_um) * i / parts};
       if (next == at_ || (!absolute_ && step_to(next) == WirePoint{0, 0})) continue;
       add_line(next);
-      GcodeLine& line = lines_.back();
-      line.longest_s = stop_to_stop_s(at_, next, speed_mm_s, settings_);
-      at_ = next;
-      if (line.kind == LineKind::kBurn && std::exchange(set_power_, false)) echo(stroke_, power_);
+      finish_move(next, stop_to_stop_s(at_, next, speed_mm_s, settings_));
     }
   }
 
@@ -165,7 +251,9 @@ class GroupWriter {
   int feed_ = 0, power_ = 0;
   double speed_mm_s_ = 0;
   std::size_t stroke_ = 0;
-  bool set_power_ = false;
+  int motion_ = 0;          // G0 to G3, as the controller has it
+  bool set_power_ = false;  // the stroke's power is still to be said
+  bool ask_ = false;        // the mode has changed with the line just written
   bool absolute_ = true;
   float held_x_ = 0, held_y_ = 0;
 };
@@ -182,7 +270,13 @@ Status check_stroke(const Stroke& stroke, std::size_t index, const MachineSettin
     return refuse(fmt::format("has a speed outside 0 to {:.0f} mm/s, the slower axis's limit", fastest));
   const Box<MachineFrame> travel = settings.travel();
   bool moves = false;
-  for (const auto& p : stroke.path) {
+  if (!(stroke.overscan.count() >= 0 && stroke.overscan.count() < 100)) return refuse("has an impossible overscan");
+  Polyline<MachineFrame> reached = stroke.path;
+  if (stroke.overscan.count() > 0) {
+    reached.push_back(beyond(stroke.path[0], stroke.path[1], stroke.overscan));
+    reached.push_back(beyond(*stroke.path.rbegin(), *(stroke.path.rbegin() + 1), stroke.overscan));
+  }
+  for (const auto& p : reached) {
     const bool finite = std::isfinite(p.x.count()) && std::isfinite(p.y.count());
     if (!finite || !travel.contains(p))
       return refuse(
@@ -204,6 +298,20 @@ std::string axis_words(WirePoint by) {
   return words;
 }
 
+double arc_stop_to_stop_s(double length_mm, double radius_mm, double speed_mm_s, const MachineSettings& settings) {
+  const double acceleration = std::min(settings.x.acceleration_mm_s2, settings.y.acceleration_mm_s2);
+  const double sagitta = std::clamp(settings.arc_tolerance_mm, 1e-4, radius_mm / 2);
+  const double chord = 2 * std::sqrt(sagitta * (2 * radius_mm - sagitta));
+  // The sine of half the angle between two chords; the controller's chords are up to twice as long on a short arc.
+  const double s = std::sqrt(1 - std::min(0.75, (chord / radius_mm) * (chord / radius_mm)));
+  const double corner = std::sqrt(acceleration * settings.junction_deviation_mm * s / (1 - s));
+  // With all but two blocks of the planner ahead it can always stop in time; a short arc is one chord, or a few.
+  const double ahead = chord * std::max(1.0, static_cast<double>(settings.planner_blocks) - 2);
+  const double sight = std::sqrt(2 * acceleration * ahead);
+  const double fastest = std::min(settings.x.max_rate_mm_s, settings.y.max_rate_mm_s);
+  return duration_s({length_mm, std::min({speed_mm_s, fastest, corner, sight}), acceleration});
+}
+
 double stop_to_stop_s(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings) {
   const Along a = along(from, to, speed_mm_s, settings);
   return a.length_mm <= 0 ? 0 : duration_s(a);
@@ -215,6 +323,7 @@ std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t 
   writer.modal("G0G17G21G91G94");
   // M4: power follows the true speed and is zero at rest, so the beam dies with the bytes.
   writer.modal("G0M4S0");
+  if (std::any_of(strokes.begin(), strokes.end(), [](const Stroke& stroke) { return stroke.air; })) writer.modal("M8");
   for (std::size_t i = 0; i < strokes.size(); ++i) writer.stroke(strokes[i], first + i);
   writer.modal("G0M5S0");
   writer.modal("M9");

@@ -11,10 +11,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/arc_fit.h"
 #include "drivers/grbl/settings.h"
 #include "drivers/laser_job.h"
 
@@ -38,11 +40,16 @@ struct GcodeLine {
   bool ends_stroke = false;
   int feed = 0;       // of an echo: what must come back
   int power = kAny;   // of an echo after a burning line
+  int motion = 1;     // of such an echo: G1, G2 or G3
   bool gate = false;  // of an echo: no motion is sent before its answer is right
+
+  std::optional<ArcShape> arc = std::nullopt;  // of a motion that is no straight line
 
   bool moves() const { return kind == LineKind::kTravel || kind == LineKind::kBurn; }
 };
 
+// Curves of fine lines are sent as arcs, within 0.01 mm of them, as far as that is safe (arc_guard.h).
+//
 // All strokes of one piece, from the machine's place `at`, ending with the beam off and a dwell. `first` is the index
 // of the first of them in the job. No motion lasts longer than `longest_move_s`.
 std::vector<GcodeLine> write_group(std::span<const Stroke> strokes, std::size_t first, WirePoint at,
@@ -54,6 +61,10 @@ std::vector<GcodeLine> write_jog(WirePoint from, WirePoint to, MmPerSecond speed
 
 // "X12.3Y-0.004": the axes that move, by so many micrometres.
 std::string axis_words(WirePoint by);
+
+// Never less than an arc takes from standstill to standstill: the controller plans it as chords, sees no farther than
+// its planner holds of them, and takes the corners between them by its junction deviation.
+double arc_stop_to_stop_s(double length_mm, double radius_mm, double speed_mm_s, const MachineSettings& settings);
 
 // Time a straight motion takes from standstill to standstill.
 double stop_to_stop_s(WirePoint from, WirePoint to, double speed_mm_s, const MachineSettings& settings);

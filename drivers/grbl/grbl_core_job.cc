@@ -65,13 +65,14 @@ void GrblCore::on_parser_state(const ParserState& state) {
     const bool burning = line.power != GcodeLine::kAny;
     const bool modes = state.has("G91") && state.has("G21") && state.has("G94") && state.has("M4");
     if (modes && std::abs(state.feed - line.feed) < 1 &&
-        (!burning || (state.has("G1") && std::abs(state.power - line.power) < 1)))
+        (!burning || (state.has(fmt::format("G{}", line.motion)) && std::abs(state.power - line.power) < 1)))
       return;
     return stop_softly(
         {ErrorCode::kDeviceFault,
          fmt::format("the laser controller understood stroke {} as \"{}\", it was sent G91 G21 G94 M4 F{}{}: check the "
                      "cable for disturbance",
-                     line.stroke, state.text, line.feed, burning ? fmt::format(" G1 S{}", line.power) : "")});
+                     line.stroke, state.text, line.feed,
+                     burning ? fmt::format(" G{} S{}", line.motion, line.power) : "")});
   }
 }
 

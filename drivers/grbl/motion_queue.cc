@@ -15,7 +15,24 @@ double distance_to_segment_mm(double x, double y, WirePoint from, WirePoint to) 
   return std::hypot(x - ax - t * bx, y - ay - t * by);
 }
 
+double distance_to_arc_mm(double x, double y, WirePoint from, WirePoint to, const ArcShape& arc) {
+  const MicroPoint p{std::llround(x * 1000), std::llround(y * 1000)};
+  const auto from_centre_mm = [&arc](MicroPoint q) {
+    return std::hypot(static_cast<double>(q.x_um - arc.centre.x_um), static_cast<double>(q.y_um - arc.centre.y_um)) /
+           1000;
+  };
+  const double to_ends = std::min(distance_to_segment_mm(x, y, from, from), distance_to_segment_mm(x, y, to, to));
+  const bool beside = p == from || arc_turn_rad(from, p, arc) <= arc_turn_rad(from, to, arc);
+  return beside ? std::min(to_ends, std::abs(from_centre_mm(p) - from_centre_mm(from))) : to_ends;
+}
+
 }  // namespace
+
+bool MotionQueue::lies_on(const Move& move, double x_mm, double y_mm) const {
+  const double off = move.arc ? distance_to_arc_mm(x_mm, y_mm, move.from, move.to, *move.arc)
+                              : distance_to_segment_mm(x_mm, y_mm, move.from, move.to);
+  return off <= limits_.tolerance_mm;
+}
 
 void MotionQueue::start_at(WirePoint at) {
   moves_.clear();
@@ -30,7 +47,7 @@ bool MotionQueue::fits(const GcodeLine& line) const {
 }
 
 void MotionQueue::sent(const GcodeLine& line) {
-  moves_.push_back({line.from, line.to, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn});
+  moves_.push_back({line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;
@@ -61,9 +78,8 @@ void MotionQueue::pop_front() {
 
 bool MotionQueue::reported(double x_mm, double y_mm) {
   if (moves_.empty()) return distance_to_segment_mm(x_mm, y_mm, begin_, begin_) <= limits_.tolerance_mm;
-  const auto here = std::find_if(moves_.begin(), moves_.end(), [&](const Move& move) {
-    return distance_to_segment_mm(x_mm, y_mm, move.from, move.to) <= limits_.tolerance_mm;
-  });
+  const auto here =
+      std::find_if(moves_.begin(), moves_.end(), [&](const Move& move) { return lies_on(move, x_mm, y_mm); });
   if (here == moves_.end()) return false;
   for (auto passed = here - moves_.begin(); passed > 0; --passed) pop_front();
   return true;
@@ -74,9 +90,8 @@ void MotionQueue::all_executed() {
 }
 
 bool MotionQueue::may_have_burnt(double x_mm, double y_mm) const {
-  const auto last = std::find_if(moves_.rbegin(), moves_.rend(), [&](const Move& move) {
-    return distance_to_segment_mm(x_mm, y_mm, move.from, move.to) <= limits_.tolerance_mm;
-  });
+  const auto last =
+      std::find_if(moves_.rbegin(), moves_.rend(), [&](const Move& move) { return lies_on(move, x_mm, y_mm); });
   return std::any_of(last, moves_.rend(), [](const Move& move) { return move.burns; });
 }
 

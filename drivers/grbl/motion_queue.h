@@ -60,11 +60,13 @@ class MotionQueue {
  private:
   struct Move {
     WirePoint from, to;
+    std::optional<ArcShape> arc;
     double longest_s = 0;
     std::optional<std::size_t> ends_stroke;
     bool released = false;  // no longer counted in queued_s_
     bool burns = false;
   };
+  bool lies_on(const Move& move, double x_mm, double y_mm) const;
   void release(Move& move);
   void pop_front();
 

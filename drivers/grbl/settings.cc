@@ -12,6 +12,8 @@ namespace {
 
 // The settings' numbers in GRBL 1.1; +0 is x, +1 is y.
 enum : int {
+  kJunctionDeviation = 11,
+  kArcTolerance = 12,
   kReportInches = 13,
   kHomingEnable = 22,
   kHomingDirections = 23,
@@ -93,6 +95,8 @@ Result<MachineSettings> SettingsReader::finish() const {
   s.max_power = value(kMaxPower, 0);
   s.homing = (static_cast<unsigned>(value(kHomingEnable, 0)) & 1U) != 0;  // grblHAL keeps more in the other bits
   s.pull_off_mm = value(kHomingPullOff, 1);
+  s.junction_deviation_mm = value(kJunctionDeviation, 0.01);
+  s.arc_tolerance_mm = value(kArcTolerance, 0.002);
   const auto home_corner = static_cast<unsigned>(value(kHomingDirections, 0));
   const bool zero_at_home = options_.letters.find('Z') != std::string::npos;
   for (int i = 0; i < 2; ++i) {

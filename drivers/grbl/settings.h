@@ -35,6 +35,8 @@ struct MachineSettings {
   double max_power = 1000;  // S at full power
   bool homing = false;
   double pull_off_mm = 0;
+  double junction_deviation_mm = 0.01;  // $11
+  double arc_tolerance_mm = 0.002;      // $12, between an arc and its chords
   Axis x, y;
 
   // Where strokes may lie: the travel without the pull-off at the switches.

@@ -43,12 +43,16 @@ inline std::string wrong_burn(const LaserJob& job, PieceId piece, std::span<cons
   for (const sim::BurnSegment& burn : burns) {
     const double x0 = burn.from.x_mm + 520, y0 = burn.from.y_mm + 380, x1 = burn.to.x_mm + 520, y1 = burn.to.y_mm + 380;
     burnt += burn.length_mm();
-    bool fits = false;
-    for (const Leg& leg : legs) {
-      // A touch of energy more or less is the controller's rounding of S and speed.
-      const bool energy = burn.length_mm() < 0.02 || std::abs(burn.energy_per_mm() / leg.energy - 1) < 0.05;
-      fits = fits || (energy && on_leg(leg, x0, y0) && on_leg(leg, x1, y1));
-    }
+    // Both ends and the middle lie on legs of the right energy; an arc's chord may begin on one leg and end on the
+    // next.
+    const auto fits_at = [&](double x, double y) {
+      return std::any_of(legs.begin(), legs.end(), [&](const Leg& leg) {
+        // A touch of energy more or less is the controller's rounding of S and speed.
+        const bool energy = burn.length_mm() < 0.02 || std::abs(burn.energy_per_mm() / leg.energy - 1) < 0.05;
+        return energy && on_leg(leg, x, y);
+      });
+    };
+    const bool fits = fits_at(x0, y0) && fits_at(x1, y1) && fits_at((x0 + x1) / 2, (y0 + y1) / 2);
     if (!fits)
       return "burnt (" + std::to_string(x0) + ", " + std::to_string(y0) + ") to (" + std::to_string(x1) + ", " +
              std::to_string(y1) + ") with " + std::to_string(burn.energy_per_mm());

@@ -85,7 +85,8 @@ class GrblCell {
 
   void exchange() {
     for (;;) {
-      const grbl::GrblOutput output = core.take_output();
+      grbl::GrblOutput output = core.take_output();
+      if (on_wire) on_wire(output.bytes);
       if (!output.urgent.empty()) bench.controller.receive(output.urgent, now());
       if (!output.bytes.empty()) bench.controller.receive(output.bytes, now());
       sent += output.urgent + output.bytes;
@@ -110,6 +111,7 @@ class GrblCell {
   double longest_queue_s = 0;
   bool link_lost = false;
   std::function<void()> on_step;
+  std::function<void(std::string&)> on_wire;  // may change the bytes on their way to the controller
 };
 
 // Squares, each with an engraved line and an engraved circle before its outline: three strokes a piece.
