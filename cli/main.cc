@@ -3,6 +3,7 @@
 
 #include "cli/command_context.h"
 #include "cli/plan_command.h"
+#include "cli/series_command.h"
 
 namespace {
 
@@ -21,6 +22,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_job_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
   veneer::cli::add_plan_command(app);
+  veneer::cli::add_series_command(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why

@@ -112,11 +112,6 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
 
 }  // namespace
 
-int exit_status(const Error& error) {
-  const bool input = error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
-  return input ? kUnusableArguments : kWorkFailed;
-}
-
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
   planner::PlanOptions& options = arguments.options;
   command.add_option("--target", arguments.targets, "A picture to rebuild (repeatable)")->required();

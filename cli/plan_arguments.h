@@ -10,9 +10,6 @@
 
 namespace veneer::cli {
 
-// kUnusableArguments when the caller's input is to be mended, otherwise kWorkFailed (command_context.h).
-int exit_status(const Error& error);
-
 struct PlanArguments {
   std::vector<std::string> targets, importances, panels, woods, wood_weights;
   double size_mm = 360, patch_mm = 14, kerf_mm = 0.15, edge_mm = 0;

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -16,7 +16,7 @@
 
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
-#include "cli/progress.h"
+#include "cli/plan_support.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 
@@ -29,19 +29,6 @@ using planner::Plan;
 using planner::PlanOptions;
 using planner::StockPanel;
 using Clock = std::chrono::steady_clock;
-
-[[noreturn]] void end(int status, const std::string& sentence) {
-  std::cerr << "veneerctl plan: " << sentence << "\n";
-  throw CLI::RuntimeError(status);
-}
-
-[[noreturn]] void end(const Error& error) { end(exit_status(error), error.message); }
-
-template <class T>
-T or_end(Result<T> result) {
-  if (!result.ok()) end(result.error());
-  return std::move(*result);
-}
 
 struct Arguments {
   PlanArguments plan;
@@ -72,19 +59,6 @@ std::set<std::string> wanted_formats(const std::string& list) {
   return formats;
 }
 
-void make_directory(const fs::path& out) {
-  std::error_code failed;
-  fs::create_directories(out, failed);
-  if (failed || !fs::is_directory(out))
-    end(kWorkFailed,
-        fmt::format("the directory {} cannot be made{}", out.string(), failed ? ": " + failed.message() : ""));
-  // Found out now rather than after the planning.
-  const fs::path probe = out / ".veneerctl-probe";
-  if (Status status = planner::write_text("", probe); !status.ok())
-    end(kWorkFailed, fmt::format("the directory {} cannot be written to", out.string()));
-  fs::remove(probe, failed);
-}
-
 std::int64_t peak_rss_bytes() {
   struct rusage usage {};
   getrusage(RUSAGE_SELF, &usage);
@@ -97,13 +71,7 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
     if (!preview.ok()) return preview.error();
     // Several pictures: preview.png is the first, the others carry their letter.
     const fs::path path = out / (i == 0 ? "preview.png" : fmt::format("preview-{}.png", plan.artworks[i].letter));
-    bool written = false;
-    try {
-      written = cv::imwrite(path.string(), preview->pixels);
-    } catch (const cv::Exception&) {
-      written = false;
-    }
-    if (!written) return Error{ErrorCode::kStorage, fmt::format("{} cannot be written", path.string())};
+    if (Status status = write_picture(preview->pixels, path); !status.ok()) return status;
   }
   return Ok();
 }
@@ -128,26 +96,20 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::
 
 Result<Plan> plan_with_progress(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
                                 const PlanOptions& options) {
-  const InterruptGuard interrupts;
-  std::stop_source stop;
-  Progress bar(std::cerr, Progress::style_of_stderr());
-  const bool terminal = Progress::style_of_stderr() == Progress::Style::kTerminal;
-  return planner::make_plan(
-      artworks, stock, options,
-      [&](double fraction, std::string_view text) {
-        if (InterruptGuard::interrupted()) stop.request_stop();
-        if (terminal) bar.show(fraction, std::string(text));
-      },
-      stop.get_token());
+  std::optional<Result<Plan>> plan;
+  with_progress([&](const planner::Progress& progress, std::stop_token stop) {
+    plan = planner::make_plan(artworks, stock, options, progress, std::move(stop));
+  });
+  return std::move(*plan);
 }
 
 // The first few; the report has them all.
 void warn(const std::vector<std::string>& warnings) {
   constexpr std::size_t kShown = 5;
   for (std::size_t i = 0; i < std::min(kShown, warnings.size()); ++i)
-    std::cerr << "veneerctl plan: warning: " << warnings[i] << "\n";
+    std::cerr << "veneerctl: warning: " << warnings[i] << "\n";
   if (warnings.size() > kShown)
-    std::cerr << fmt::format("veneerctl plan: {} more warnings are in report.json\n", warnings.size() - kShown);
+    std::cerr << fmt::format("veneerctl: {} more warnings are in report.json\n", warnings.size() - kShown);
 }
 
 // What the joint optimisation did, in a sentence.
@@ -155,10 +117,10 @@ void tell_gain(const planner::GlobalReport& global) {
   const std::string stopped =
       global.stopped ? fmt::format(", stopped after {} of {} iterations", global.iterations, global.budget) : "";
   if (global.unfilled < global.greedy_unfilled) {
-    std::cerr << fmt::format("veneerctl plan: {} patches more than greedy are filled{}\n",
+    std::cerr << fmt::format("veneerctl: {} patches more than greedy are filled{}\n",
                              global.greedy_unfilled - global.unfilled, stopped);
   } else {
-    std::cerr << fmt::format("veneerctl plan: cost {:.2f} instead of greedy's {:.2f} ({:.1f} % less){}\n", global.cost,
+    std::cerr << fmt::format("veneerctl: cost {:.2f} instead of greedy's {:.2f} ({:.1f} % less){}\n", global.cost,
                              global.greedy_cost,
                              global.greedy_cost > 0 ? 100 * (1 - global.cost / global.greedy_cost) : 0.0, stopped);
   }
@@ -180,12 +142,10 @@ void run(const Arguments& arguments) {
   spent.load = seconds();
   Result<Plan> plan = plan_with_progress(artworks, stock, options);
   if (!plan.ok()) end(plan.error());
-  if (Status status = write_files(*plan, stock, formats, arguments.out); !status.ok())
-    end(kWorkFailed, status.error().message);
+  or_fail(write_files(*plan, stock, formats, arguments.out));
   spent.total = seconds();
   const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
-  if (Status status = planner::write_text(report, fs::path(arguments.out) / "report.json"); !status.ok())
-    end(kWorkFailed, status.error().message);
+  or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
   if (plan->global) tell_gain(*plan->global);
   warn(plan->warnings);
 }

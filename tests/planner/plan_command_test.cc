@@ -47,9 +47,10 @@ class PlanCommand : public ::testing::Test {
   }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text(name)); }
 
-  Outcome plan(const std::string& arguments) const {
+  Outcome plan(const std::string& arguments) const { return run("plan " + arguments); }
+  Outcome run(const std::string& arguments) const {
     const std::string command =
-        std::string(VENEERCTL) + " plan " + arguments + " 2>" + path("stderr") + " >" + path("stdout");
+        std::string(VENEERCTL) + " " + arguments + " 2>" + path("stderr") + " >" + path("stdout");
     const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): a test has one thread here
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("stderr")};
   }
@@ -139,6 +140,18 @@ TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
   EXPECT_NEAR(report["global"]["cost"], report["cost_total"], 1e-9 * report["cost_total"].get<double>());
   EXPECT_LE(report["global"]["iterations"], 4096);
   expect_unusable(usual() + " --optimize-seconds -1", "must not be negative");
+}
+
+TEST_F(PlanCommand, PlansASeriesOfOnePicture) {
+  const Outcome outcome = run("series " + usual() + " --pictures 2");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/series.json")["columns"].size(), 2U);
+  EXPECT_THAT(text("stdout"), HasSubstr("all together"));
+  EXPECT_THAT(text("out/series.svg"), HasSubstr("<svg"));
+  EXPECT_FALSE(cv::imread(path("out/series.png")).empty());
+  const Outcome two = run("series " + usual() + " --target " + path("target.png"));
+  EXPECT_EQ(two.status, 2);
+  EXPECT_THAT(two.errors, HasSubstr("give one --target"));
 }
 
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {

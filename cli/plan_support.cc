@@ -1,0 +1,63 @@
+#include "cli/plan_support.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+
+#include "cli/command_context.h"
+#include "cli/progress.h"
+#include "planner/plan_files.h"
+
+namespace veneer::cli {
+
+namespace fs = std::filesystem;
+
+void end(int status, const std::string& sentence) { fail({ErrorCode::kInvalidArgument, sentence}, status); }
+
+void end(const Error& error) {
+  const bool input = error.code == ErrorCode::kInvalidArgument || error.code == ErrorCode::kNotFound;
+  fail(error, input ? kUnusableArguments : kWorkFailed);
+}
+
+void or_fail(const Status& written) {
+  if (!written.ok()) fail(written.error(), kWorkFailed);
+}
+
+void make_directory(const fs::path& out) {
+  std::error_code failed;
+  fs::create_directories(out, failed);
+  if (failed || !fs::is_directory(out))
+    end(kWorkFailed,
+        fmt::format("the directory {} cannot be made{}", out.string(), failed ? ": " + failed.message() : ""));
+  const fs::path probe = out / ".veneerctl-probe";
+  if (!planner::write_text("", probe).ok())
+    end(kWorkFailed, fmt::format("the directory {} cannot be written to", out.string()));
+  fs::remove(probe, failed);
+}
+
+Status write_picture(const cv::Mat& picture, const fs::path& path) {
+  bool written = false;
+  try {
+    written = cv::imwrite(path.string(), picture);
+  } catch (const cv::Exception&) {
+    written = false;
+  }
+  if (written) return Ok();
+  return Error{ErrorCode::kStorage, fmt::format("{} cannot be written", path.string())};
+}
+
+void with_progress(const std::function<void(const planner::Progress&, std::stop_token)>& work) {
+  const InterruptGuard interrupts;
+  std::stop_source stop;
+  Progress bar(std::cerr, Progress::style_of_stderr());
+  const bool terminal = Progress::style_of_stderr() == Progress::Style::kTerminal;
+  work(
+      [&](double fraction, std::string_view text) {
+        if (InterruptGuard::interrupted()) stop.request_stop();
+        if (terminal) bar.show(fraction, std::string(text));
+      },
+      stop.get_token());
+}
+
+}  // namespace veneer::cli

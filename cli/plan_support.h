@@ -1,0 +1,37 @@
+// What the commands that run the planner share: how they end, show progress and write pictures.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <stop_token>
+#include <string>
+#include <utility>
+
+#include "base/result.h"
+#include "planner/plan.h"
+
+namespace veneer::cli {
+
+// The sentence on stderr; ends the command. Of an Error: kUnusableArguments when the caller's input is to be mended,
+// otherwise kWorkFailed (command_context.h).
+[[noreturn]] void end(int status, const std::string& sentence);
+[[noreturn]] void end(const Error& error);
+
+template <class T>
+T or_end(Result<T> result) {
+  if (!result.ok()) end(result.error());
+  return std::move(*result);
+}
+// What cannot be written is no fault of the arguments.
+void or_fail(const Status& written);
+
+// Makes the directory, with its parents, and tries to write in it: found out now rather than after the planning.
+void make_directory(const std::filesystem::path& out);
+
+Status write_picture(const cv::Mat& picture, const std::filesystem::path& path);
+
+// Runs `work` with a progress bar on stderr (on a terminal only); the first Ctrl-C requests its stop.
+void with_progress(const std::function<void(const planner::Progress& progress, std::stop_token stop)>& work);
+
+}  // namespace veneer::cli

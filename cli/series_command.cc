@@ -1,0 +1,83 @@
+#include "cli/series_command.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "cli/command_context.h"
+#include "cli/plan_arguments.h"
+#include "cli/plan_support.h"
+#include "planner/plan_files.h"
+#include "planner/series.h"
+
+namespace veneer::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  PlanArguments plan;
+  int pictures = 0;
+  bool one_priority = false;
+  std::string out;
+};
+
+// A table of what the curve shows.
+std::string table_of(const std::vector<planner::SeriesColumn>& columns) {
+  std::string out = "pictures  picture after picture     all together\n";
+  const auto cell = [](const planner::SeriesCost& cost) {
+    return fmt::format("{:>9} {:<14}", cost.last ? fmt::format("{:.5f}", *cost.last) : "-",
+                       cost.unfilled_last > 0 ? fmt::format("({} unfilled)", cost.unfilled_last) : "");
+  };
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    out += fmt::format("{:>8}  {}  {}\n", k + 1, cell(columns[k].sequential), cell(columns[k].interleaved));
+  return out;
+}
+
+void run(const Arguments& arguments) {
+  const planner::PlanOptions options = or_end(plan_options(arguments.plan));
+  if (arguments.plan.targets.size() != 1) end(kUnusableArguments, "series plans one picture: give one --target");
+  if (arguments.pictures < 0 || arguments.pictures > planner::kMostPictures)
+    end(kUnusableArguments, fmt::format("--pictures must lie between 1 and {}, or be 0 for as many as the wood allows",
+                                        planner::kMostPictures));
+  planner::SeriesOptions how{arguments.pictures};
+  if (arguments.one_priority) how.sequential = how.interleaved = options.priority;
+  const auto artworks = or_end(load_artworks(arguments.plan));
+  const auto stock = or_end(load_panels(arguments.plan));
+  const fs::path out = arguments.out;
+  make_directory(out);
+  std::optional<Result<planner::Series>> series;
+  with_progress([&](const planner::Progress& progress, std::stop_token stop) {
+    series = planner::make_series(artworks.front(), stock, options, how, progress, std::move(stop));
+  });
+  if (!series->ok()) end(series->error());
+  const auto columns = planner::columns_of(**series);
+  or_fail(write_picture(or_end(planner::series_strip(**series, stock)), out / "series.png"));
+  or_fail(planner::write_text(planner::series_to_json(**series), out / "series.json"));
+  or_fail(planner::write_text(planner::series_chart(columns), out / "series.svg"));
+  std::cout << table_of(columns);
+}
+
+}  // namespace
+
+void add_series_command(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* series = app.add_subcommand(
+      "series", "Plan one picture again and again from the same wood: one after another, and all together");
+  add_plan_arguments(*series, arguments->plan);
+  CLI::Option* priority = series->get_option("--priority");
+  priority->description("Which patches choose first; by default center one after another, saliency all together")
+      ->default_str("");
+  series->add_option("--pictures", arguments->pictures, "How many; 0: until one stays incomplete")
+      ->capture_default_str();
+  series->add_option("--out", arguments->out, "Directory for series.png, series.svg and series.json")->required();
+  series->callback([arguments, priority] {
+    arguments->one_priority = priority->count() > 0;
+    run(*arguments);
+  });
+}
+
+}  // namespace veneer::cli
