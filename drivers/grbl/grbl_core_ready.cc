@@ -94,7 +94,9 @@ void GrblCore::finish_connect() {
   settings_ = std::move(settings).value();
   window_ = SendWindow(settings_.receive_bytes);
   enter(Phase::kReady);
-  events_.emplace_back(laser_event::Connected{{settings_.travel(), settings_.firmware, settings_.homing}});
+  events_.emplace_back(
+      laser_event::Connected{{settings_.travel(), settings_.firmware, settings_.homing,
+                              MmPerSecond(std::min(settings_.x.max_rate_mm_s, settings_.y.max_rate_mm_s))}});
 }
 
 void GrblCore::begin_homing() {
