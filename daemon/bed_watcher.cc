@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <boost/asio/post.hpp>
+#include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -11,6 +14,7 @@
 #include "calib/bed_pose.h"
 #include "daemon/calibration.h"
 #include "daemon/panel_library.h"
+#include "daemon/setups.h"
 #include "planner/toolpath.h"
 
 namespace veneer::daemon {
@@ -54,6 +58,58 @@ std::string jpeg(const cv::Mat& picture) {
   return {bytes.begin(), bytes.end()};
 }
 
+std::vector<Point<MachineFrame>> corners(const Box<MachineFrame>& box) {
+  return {box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}};
+}
+
+// The upright box inside a quadrangle that is nearly one.
+Box<BedFrame> inner_box(const std::vector<Point<BedFrame>>& quadrangle) {
+  std::array<Millimetres, 4> x{}, y{};
+  for (std::size_t i = 0; i < 4; ++i) x[i] = quadrangle[i].x, y[i] = quadrangle[i].y;
+  std::sort(x.begin(), x.end());
+  std::sort(y.begin(), y.end());
+  return {{x[1], y[1]}, {x[2], y[2]}};
+}
+
+Box<BedFrame> view_of(const calib::CameraModel& camera, Millimetres height) {
+  const double w = camera.parameters().width_px, h = camera.parameters().height_px;
+  std::vector<Point<BedFrame>> seen;
+  for (const auto& [u, v] : {std::pair(0.0, 0.0), std::pair(w, 0.0), std::pair(w, h), std::pair(0.0, h)})
+    seen.push_back(camera.bed_from_camera(point<CameraFrame>(u, v), height));
+  return inner_box(seen);
+}
+
+// Fractions of the picture, to a tenth of a pixel of the pictures people see.
+std::array<double, 2> in_picture(const calib::CameraModel& camera, const Point<BedFrame>& place, Millimetres height) {
+  const auto seen = camera.camera_from_bed(place, height);
+  const auto round = [](double v) { return std::round(v * 1e4) / 1e4; };
+  return {round(seen.x.count() / camera.parameters().width_px), round(seen.y.count() / camera.parameters().height_px)};
+}
+
+// The panel and those of its back tags that no cut has touched.
+Result<SetupInput> setup_input(Repositories& r, const PanelId& id) {
+  SetupInput input;
+  input.panel = id;
+  auto panel = r.panels.find(id);
+  if (!panel) return panel.error();
+  input.width = panel->width, input.height = panel->height;
+  auto live = r.ledger.live_allocations(id);
+  if (!live) return live.error();
+  std::vector<Region<PanelFrame>> gone;
+  for (const auto& allocation : *live)
+    if (allocation.state != db::AllocationState::kReserved) gone.push_back(allocation.area);
+  auto fiducials = r.panels.fiducials(id);
+  if (!fiducials) return fiducials.error();
+  for (const auto& tag : to_calib(*fiducials).tags) {
+    if (tag.face != calib::Face::kBack) continue;
+    const Ring<PanelFrame> square(tag.corners.begin(), tag.corners.end());
+    const Region<PanelFrame> area(square);
+    if (std::none_of(gone.begin(), gone.end(), [&](const auto& cut) { return overlaps(cut, area); }))
+      input.fiducials.push_back(square);
+  }
+  return input;
+}
+
 // Where the artwork's up points on the bed: through panel_from_artwork and the (improper) pose.
 Radians artwork_up(const ProvenPose& pose, const db::PieceRecord& piece) {
   const auto bed_from_artwork = pose.bed_from_panel * piece.panel_from_artwork;
@@ -72,6 +128,11 @@ BedWatcher::BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, W
       config_(config),
       log_(std::move(log)),
       on_picture_(std::move(on_picture)) {}
+
+std::string BedWatcher::toolpath() const {
+  const std::lock_guard lock(picture_mutex_);
+  return toolpath_;
+}
 
 std::string BedWatcher::picture() const {
   const std::lock_guard lock(picture_mutex_);
@@ -124,6 +185,65 @@ void BedWatcher::prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pi
   });
 }
 
+void BedWatcher::plan_setups(std::vector<db::PieceRecord> pieces, Box<MachineFrame> travel,
+                             std::function<void(Result<std::vector<RunSetup>>)> reply) {
+  worker_.post([this, travel, pieces = std::move(pieces), reply = std::move(reply)]() mutable {
+    auto setups = plan_setups_now(pieces, travel);
+    boost::asio::post(reactor_,
+                      [setups = std::move(setups), reply = std::move(reply)]() mutable { reply(std::move(setups)); });
+  });
+}
+
+Result<std::vector<RunSetup>> BedWatcher::plan_setups_now(const std::vector<db::PieceRecord>& pieces,
+                                                          const Box<MachineFrame>& travel) {
+  struct Stock {
+    Calibration calibration;
+    std::map<PanelId, SetupInput> panels;
+  };
+  auto stock = database_.call([&](Repositories& r) -> Result<Stock> {
+    Stock out;
+    auto calibration = load_calibration(r, utc_timestamp());
+    if (!calibration) return calibration.error();
+    out.calibration = std::move(*calibration);
+    for (const auto& piece : pieces) {
+      if (out.panels.contains(*piece.panel)) continue;
+      auto input = setup_input(r, *piece.panel);
+      if (!input) return input.error();
+      out.panels[*piece.panel] = std::move(*input);
+    }
+    return out;
+  });
+  if (!stock) return stock.error();
+  if (const Status ready = require_cutting(stock->calibration); !ready) return ready.error();
+  const BedCalibration& bed = *stock->calibration.bed;
+  for (const auto& piece : pieces) {
+    const auto cut = offset(Region<PanelFrame>(piece.panel_outline), *stock->calibration.kerf).rings();
+    stock->panels[*piece.panel].pieces.push_back({piece.id, cut.empty() ? piece.panel_outline : cut.front()});
+  }
+  std::vector<RunSetup> out;
+  for (auto& [panel, input] : stock->panels) {
+    input.reach = inner_box(bed.machine_from_bed.inverse() * corners(travel));
+    input.view = view_of(bed.camera, config_.panel.thickness);
+    auto setups = daemon::plan_setups(input);
+    if (!setups) return setups.error();
+    for (std::size_t i = 0; i < setups->size(); ++i) {
+      RunSetup& setup = out.emplace_back();
+      setup.panel = panel;
+      setup.pieces = std::move((*setups)[i].pieces);
+      setup.how = std::move((*setups)[i].how);
+      setup.number = static_cast<int>(i) + 1;
+      setup.of = static_cast<int>(setups->size());
+      if (setup.how.empty()) continue;
+      const Millimetres zero;
+      const Ring<PanelFrame> sheet{
+          {zero, zero}, {input.width, zero}, {input.width, input.height}, {zero, input.height}};
+      for (const auto& p : (*setups)[i].bed_from_panel* sheet)
+        setup.outline.push_back(in_picture(bed.camera, p, config_.panel.thickness));
+    }
+  }
+  return out;
+}
+
 Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
                                                        const std::vector<db::PieceRecord>& pieces) {
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
@@ -153,18 +273,49 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
   if (!path) return path.error();
   for (const auto& warning : path->warnings) log_->warn("{}", warning);
 
+  nlohmann::json drawn = nlohmann::json::array();
   std::vector<PieceBurn> burns;
   auto stroke = path->strokes.begin();
   for (const auto& summary : path->pieces) {
     PieceBurn& burn = burns.emplace_back(PieceBurn{summary.piece, marks[summary.piece], {}, summary.estimate.count()});
+    nlohmann::json lines = nlohmann::json::array();
     for (std::size_t i = 0; i < summary.strokes; ++i, ++stroke) {
       const bool cut = stroke->role == planner::ToolpathRole::kCut;
       burn.strokes.strokes.push_back({stroke->piece, cut ? StrokeRole::kCut : StrokeRole::kEngrave,
                                       machine_from_bed * stroke->path, stroke->speed, stroke->power, stroke->passes,
                                       stroke->air});
+      nlohmann::json line = nlohmann::json::array();
+      for (const auto& p : stroke->path)
+        line.push_back(in_picture(calibration->bed->camera, p, config_.panel.thickness));
+      lines.push_back({{"role", cut ? "cut" : "engrave"}, {"points", std::move(line)}});
     }
+    drawn.push_back({{"piece", burn.piece.value}, {"mark", burn.mark}, {"lines", std::move(lines)}});
   }
+  keep_toolpath(pose.panel, burns, std::move(drawn), *calibration->bed);
   return burns;
+}
+
+// What the console lays over the bed's picture, the frame included.
+void BedWatcher::keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
+                               const BedCalibration& bed) {
+  nlohmann::json frame = nlohmann::json::array();
+  double seconds = 0;
+  const auto bed_from_machine = bed.machine_from_bed.inverse();
+  for (const auto& stroke : frame_of(burns, config_.framing.speed, PowerFraction(0)).strokes)
+    for (const auto& p : stroke.path)
+      frame.push_back(in_picture(bed.camera, bed_from_machine * p, config_.panel.thickness));
+  for (std::size_t i = 0; i < burns.size(); ++i) {
+    pieces[i]["seconds"] = burns[i].seconds / config_.sim.time_scale;
+    seconds += burns[i].seconds / config_.sim.time_scale;
+  }
+  const nlohmann::json whole{{"schema_version", 1},
+                             {"panel", panel.value},
+                             {"seconds", seconds},
+                             {"frame", std::move(frame)},
+                             {"pieces", std::move(pieces)}};
+  auto text = whole.dump();
+  const std::lock_guard lock(picture_mutex_);
+  toolpath_ = std::move(text);
 }
 
 }  // namespace veneer::daemon

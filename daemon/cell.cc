@@ -8,6 +8,37 @@ namespace veneer::daemon {
 
 using nlohmann::json;
 
+namespace {
+
+RunnerOptions runner_options(const Config& config) {
+  RunnerOptions options;
+  options.confirm = config.before_motion.confirm;
+  if (config.before_motion.focus)
+    options.confirm.push_back(fmt::format("focus at {:.1f} mm", config.panel.thickness.count()));
+  for (const auto& zone : config.keep_out) options.keep_out.push_back({zone.name, zone.area});
+  options.thickness = config.panel.thickness;
+  options.frame_speed = config.framing.speed;
+  options.frame_max_power = config.framing.max_power;
+  return options;
+}
+
+json to_json(const LoadView& load, const RunnerOptions& options, double time_scale) {
+  return {{"panel", load.panel.value},
+          {"face_up", "back"},
+          {"found", load.found},
+          {"rms_mm", load.found ? json(load.rms.count()) : json()},
+          {"sentence", load.sentence},
+          {"setup", load.setup.number},
+          {"setups", load.setup.of},
+          {"how", load.setup.how},
+          {"outline", load.setup.outline},
+          {"estimate_s", load.seconds > 0 ? json(load.seconds / time_scale) : json()},
+          {"focus_mm", options.thickness.count()},
+          {"confirm", options.confirm}};
+}
+
+}  // namespace
+
 Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices parts, const Clock& real_clock,
            Logger logger)
     : reactor(io),
@@ -44,7 +75,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log, [&c] {
         c.hub.broadcast({{"type", "bed"}});
       });
-  c.runner = std::make_unique<JobRunner>(reactor, *c.devices.laser, *c.database, *c.bed, c.log,
+  c.runner = std::make_unique<JobRunner>(reactor, *c.devices.laser, *c.database, *c.bed, runner_options(config), c.log,
                                          [&c] { c.broadcast_status(); });
   c.runner->begin(*recovery);
   c.refresh_counts();
@@ -111,12 +142,9 @@ json Cell::status() const {
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
   out["load"] = nullptr;
-  if (view.load)
-    out["load"] = {{"panel", view.load->panel.value},
-                   {"face_up", "back"},
-                   {"found", view.load->found},
-                   {"rms_mm", view.load->found ? json(view.load->rms.count()) : json()},
-                   {"sentence", view.load->sentence}};
+  if (view.load) out["load"] = to_json(*view.load, runner->options(), config.sim.time_scale);
+  out["framing"] = view.framing;
+  out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
   const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
   out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
                         {"camera", word(calibration && calibration->camera)},

@@ -11,6 +11,11 @@ void bind_unit_routes(Router& router, Cell& cell);   // status, commands, the be
 void bind_stock_routes(Router& router, Cell& cell);  // scans, panels, calibration, certificates
 void bind_job_routes(Router& router, Cell& cell);
 
+// A list of texts in a request's body; empty when it is not there, kInvalidArgument when it is something else.
+Result<std::vector<std::string>> texts_in(const nlohmann::json& body, const char* name);
+// What the operator confirms before the beam comes on: {"confirmed": ["exhaust", ...]}.
+Result<std::vector<std::string>> confirmed_in(const nlohmann::json& body);
+
 // STOP: the reset byte goes out before the reply is made.
 ApiReply stop_at_once(Cell& cell, const Caller& caller);
 

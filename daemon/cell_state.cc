@@ -9,7 +9,7 @@ namespace {
 using S = CellState;
 using C = CellCommand;
 
-constexpr std::array<std::pair<C, std::string_view>, 10> kCommands{{{C::kReset, "reset"},
+constexpr std::array<std::pair<C, std::string_view>, 11> kCommands{{{C::kReset, "reset"},
                                                                     {C::kStart, "start"},
                                                                     {C::kHold, "hold"},
                                                                     {C::kUnhold, "unhold"},
@@ -18,7 +18,8 @@ constexpr std::array<std::pair<C, std::string_view>, 10> kCommands{{{C::kReset, 
                                                                     {C::kComplete, "complete"},
                                                                     {C::kStop, "stop"},
                                                                     {C::kAbort, "abort"},
-                                                                    {C::kClear, "clear"}}};
+                                                                    {C::kClear, "clear"},
+                                                                    {C::kRecut, "recut"}}};
 
 bool stoppable(S state) {
   switch (state) {
@@ -110,6 +111,9 @@ std::optional<CellState> after(CellState state, CellCommand command) {
                                                                                     : std::optional(S::kAborting);
     case C::kClear:
       return state == S::kAborted ? std::optional(S::kClearing) : std::nullopt;
+    case C::kRecut:
+      return state == S::kSuspended || state == S::kComplete || state == S::kStopped ? std::optional(S::kUnsuspending)
+                                                                                     : std::nullopt;
   }
   return std::nullopt;
 }

@@ -30,14 +30,27 @@ enum class CellState {
   kClearing,
 };
 
-enum class CellCommand { kReset, kStart, kHold, kUnhold, kSuspend, kUnsuspend, kComplete, kStop, kAbort, kClear };
+enum class CellCommand {
+  kReset,
+  kStart,
+  kHold,
+  kUnhold,
+  kSuspend,
+  kUnsuspend,
+  kComplete,
+  kStop,
+  kAbort,
+  kClear,
+  kRecut
+};
 
 std::string_view to_string(CellState state);      // "Suspended"
 std::string_view to_string(CellCommand command);  // "unsuspend"
 std::optional<CellCommand> command_from_string(std::string_view word);
 
 // The acting state a command leads to, or nothing when it is not allowed there. Abort is allowed everywhere but in
-// Aborting, Aborted and Clearing; Suspended is left only by Unsuspend, Stop or Abort, and Aborted only by Clear.
+// Aborting, Aborted and Clearing; Suspended is left only by Unsuspend, Recut, Stop or Abort, and Aborted only by Clear.
+// Recut is ours: an Unsuspend for a panel that was cut and still lies there; the unit comes back to where it was.
 std::optional<CellState> after(CellState state, CellCommand command);
 
 // Where an acting state goes when its work is done (Resetting -> Idle); nothing for waiting states.

@@ -24,6 +24,10 @@ class Section {
     table_ = node.as_table();
     if (table_ == nullptr) complain(*node.node(), fmt::format("{} must be a table: write [{}]", name_, name_));
   }
+  // One of a list of tables.
+  Section(const toml::table& table, std::string file, std::string_view name, std::vector<std::string>& errors,
+          std::nullptr_t)
+      : file_(std::move(file)), name_(name), errors_(errors), table_(&table) {}
 
   void text(std::string_view key, std::string& out) {
     if (const toml::node* node = take(key)) {
@@ -60,6 +64,24 @@ class Section {
     }
     return v;
   }
+  void truth(std::string_view key, bool& out) {
+    if (const toml::node* node = take(key)) {
+      if (auto v = node->value_exact<bool>())
+        out = *v;
+      else
+        complain(*node, fmt::format("{}.{} must be true or false", name_, key));
+    }
+  }
+  void texts(std::string_view key, std::vector<std::string>& out) {
+    const toml::node* node = take(key);
+    if (node == nullptr) return;
+    out.clear();
+    const toml::array* list = node->as_array();
+    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
+      if (auto v = list->get(i)->value_exact<std::string>(); v && !v->empty()) out.push_back(*v);
+    if (list == nullptr || out.size() != list->size())
+      complain(*node, fmt::format("{}.{} must be a list of texts in quotes", name_, key));
+  }
   template <class Q>
   void quantity(std::string_view key, Q& out, double min, double max) {
     if (auto v = number(key, min, max)) out = Q(*v);
@@ -89,9 +111,9 @@ class Section {
   }
 
   std::string file_, name_;
+  std::vector<std::string>& errors_;
   const toml::table* table_ = nullptr;
   std::set<std::string> read_;
-  std::vector<std::string>& errors_;
 };
 
 void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
@@ -115,6 +137,46 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   sim.refuse_unread();
 }
 
+void read_keep_out(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
+  const toml::node* node = root.get("keep_out");
+  if (node == nullptr) return;
+  const toml::array* zones = node->as_array();
+  if (zones == nullptr || !zones->is_homogeneous(toml::node_type::table))
+    return errors.push_back(
+        fmt::format("{}:{}: keep_out must be a list of tables: write [[keep_out]]", file, node->source().begin.line));
+  for (const toml::node& one : *zones) {
+    Section zone(*one.as_table(), file, "keep_out", errors, nullptr);
+    KeepOutConfig& out = config.keep_out.emplace_back();
+    double x = 0, y = 0, width = 0, height = 0;
+    out.name = "keep_out";
+    zone.text("name", out.name);
+    zone.number("x_mm", x, -10000, 10000);
+    zone.number("y_mm", y, -10000, 10000);
+    zone.number("width_mm", width, 0, 10000);
+    zone.number("height_mm", height, 0, 10000);
+    zone.refuse_unread();
+    out.area.add(point<MachineFrame>(x, y));
+    out.area.add(point<MachineFrame>(x + width, y + height));
+  }
+}
+
+void read_before_motion(const toml::table& root, const std::string& file, Config& config,
+                        std::vector<std::string>& errors) {
+  if (config.laser.kind != "sim") {
+    config.before_motion.confirm = {"exhaust", "air assist", "cooling"};
+    config.before_motion.focus = true;
+  }
+  Section before(root, file, "before_motion", errors);
+  before.texts("confirm", config.before_motion.confirm);
+  before.truth("focus", config.before_motion.focus);
+  before.refuse_unread();
+  Section framing(root, file, "framing", errors);
+  framing.quantity("speed_mm_s", config.framing.speed, 1, 1000);
+  framing.quantity("max_power", config.framing.max_power, 0, 0.1);
+  framing.refuse_unread();
+  read_keep_out(root, file, config, errors);
+}
+
 void read_work(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
   Section api(root, file, "api", errors);
   api.path("unix", config.api.unix_socket);
@@ -136,6 +198,7 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   panel.quantity("position_margin_mm", config.panel.position_margin, 0, 5);
   panel.integer("calibration_days", config.panel.calibration_days, 1, 3650);
   panel.refuse_unread();
+  read_before_motion(root, file, config, errors);
   Section log(root, file, "log", errors);
   log.word("level", config.log_level, {"error", "warn", "info", "debug"});
   log.refuse_unread();
@@ -160,8 +223,9 @@ Result<Config> load_config(const std::filesystem::path& file) {
   }
   Config config;
   std::vector<std::string> errors;
-  static constexpr std::string_view kSections[] = {"laser", "scanner", "camera", "sim", "api",
-                                                   "store", "recipe",  "panel",  "log", "planner"};
+  static constexpr std::string_view kSections[] = {"laser",         "scanner", "camera",  "sim", "api",
+                                                   "store",         "recipe",  "panel",   "log", "planner",
+                                                   "before_motion", "framing", "keep_out"};
   for (auto&& [key, node] : root)
     if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
       errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", file.string(),

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "base/geometry.h"
 #include "base/result.h"
 #include "base/units.h"
 
@@ -58,6 +60,24 @@ struct PanelConfig {
   int calibration_days = 30;         // certificates expire after this
 };
 
+// What an operator has to confirm by name before the beam comes on, since no sensor of the cell sees it.
+struct BeforeMotionConfig {
+  std::vector<std::string> confirm;  // not written: nothing in a simulated cell, else exhaust, air assist and cooling
+  bool focus = false;                // and that the focus is set for the panel's thickness; not written: as above
+};
+
+// The job's outline traced over the panel before it is cut.
+struct FramingConfig {
+  MmPerSecond speed{100};
+  PowerFraction max_power{0.03};  // what an operator may ask for; without asking the frame is dark
+};
+
+// Where the head must not go, machine millimetres.
+struct KeepOutConfig {
+  std::string name;
+  Box<MachineFrame> area;
+};
+
 struct Config {
   LaserConfig laser;
   ScannerConfig scanner;
@@ -67,6 +87,9 @@ struct Config {
   StoreConfig store;
   RecipeConfig recipe;
   PanelConfig panel;
+  BeforeMotionConfig before_motion;
+  FramingConfig framing;
+  std::vector<KeepOutConfig> keep_out;
   std::string log_level = "info";
   int planner_threads = 0;  // 0 = all cores
 };

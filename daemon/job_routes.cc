@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <sstream>
 
+#include "base/clock.h"
 #include "daemon/cell_json.h"
 #include "daemon/cell_routes.h"
 #include "daemon/picture_reply.h"
@@ -88,6 +90,11 @@ Result<json> job_json(Repositories& r, JobId id) {
 }
 
 // Asks the database about the job named in the path.
+ApiReply state_reply(const Cell& cell, const Status& done) {
+  if (!done) return ApiReply::error(done.error());
+  return ApiReply::json({{"state", to_string(cell.runner->view().state)}, {"reason", cell.runner->view().reason}});
+}
+
 template <class F>
 void about_job(Cell& cell, const ApiRequest& request, const Reply& reply, F work) {
   auto id = request.path_number("id");
@@ -111,6 +118,53 @@ void reply_preview(Cell& cell, const ApiRequest& request, const Reply& reply) {
     auto bytes = cell.plans->preview(job);
     reply(bytes ? png_reply(std::move(*bytes), width) : ApiReply::error(bytes.error()));
   });
+}
+
+// {"pieces": ["A1-2"], "confirmed": [...]}
+void recut(Cell& cell, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = request.json_body();
+  if (!body) return reply(ApiReply::error(body.error()));
+  auto pieces = texts_in(*body, "pieces");
+  if (!pieces) return reply(ApiReply::error(pieces.error()));
+  auto confirmed = confirmed_in(*body);
+  if (!confirmed) return reply(ApiReply::error(confirmed.error()));
+  const auto& job = cell.runner->view().job;
+  if (!job || job->id.value != *id)
+    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("job {} is not the one on the bed", *id)}));
+  cell.runner->recut(std::move(*pieces), std::move(*confirmed), request.caller.who,
+                     [&cell, reply](const Status& begun) { reply(state_reply(cell, begun)); });
+}
+
+// {"verdict": "cut" | "scrap" | "released"}: what an operator saw of a suspect piece.
+void settle(Cell& cell, const ApiRequest& request, const Reply& reply) {
+  auto body = request.json_body();
+  if (!body) return reply(ApiReply::error(body.error()));
+  const std::string word = body->contains("verdict") && (*body)["verdict"].is_string() ? (*body)["verdict"] : json("");
+  const std::map<std::string, db::AllocationState> verdicts{{"cut", db::AllocationState::kCut},
+                                                            {"scrap", db::AllocationState::kScrap},
+                                                            {"released", db::AllocationState::kReleased}};
+  const auto verdict = verdicts.find(word);
+  if (verdict == verdicts.end())
+    return reply(
+        ApiReply::error({ErrorCode::kInvalidArgument,
+                         "verdict must be \"cut\" (it is good), \"scrap\" or \"released\" (its wood is whole)"}));
+  const std::string mark = request.path_param("mark"), who = request.caller.who;
+  about_job(
+      cell, request, reply, [mark, word, who, state = verdict->second](Repositories& r, JobId id) -> Result<ApiReply> {
+        auto pieces = r.jobs.pieces(id);
+        if (!pieces) return pieces.error();
+        const auto piece = std::find_if(pieces->begin(), pieces->end(), [&](const auto& p) { return p.mark == mark; });
+        if (piece == pieces->end())
+          return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", id.value, mark)};
+        if (const Status settled = r.jobs.settle(piece->id, state, utc_timestamp()); !settled) return settled.error();
+        if (const Status noted =
+                r.audit.append({0, utc_timestamp(), who, "job.settle", fmt::format("{} {}: {}", id.value, mark, word)});
+            !noted)
+          return noted.error();
+        return as_reply(job_json(r, id));
+      });
 }
 
 }  // namespace
@@ -150,9 +204,22 @@ void bind_job_routes(Router& router, Cell& cell) {
   router.bind("startJob", [&cell](const ApiRequest& request, const Reply& reply) {
     auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
-    cell.runner->start_job(JobId{*id}, request.caller.who, [&cell, reply](const Status& started) {
-      if (!started) return reply(ApiReply::error(started.error()));
-      reply(ApiReply::json({{"state", to_string(cell.runner->view().state)}, {"reason", cell.runner->view().reason}}));
+    cell.runner->start_job(JobId{*id}, request.caller.who,
+                           [&cell, reply](const Status& started) { reply(state_reply(cell, started)); });
+  });
+  router.bind("recut", [&cell](const ApiRequest& request, const Reply& reply) { recut(cell, request, reply); });
+  router.bind("settlePiece", [&cell](const ApiRequest& request, const Reply& reply) { settle(cell, request, reply); });
+  router.bind("cancelJob", [&cell](const ApiRequest& request, const Reply& reply) {
+    const CellView& view = cell.runner->view();
+    if (view.job && std::to_string(view.job->id.value) == request.path_param("id") &&
+        view.state != CellState::kStopped && view.state != CellState::kAborted && view.state != CellState::kComplete)
+      return reply(ApiReply::error({ErrorCode::kConflict, "the job is under way: stop it first"}));
+    about_job(cell, request, reply, [who = request.caller.who](Repositories& r, JobId id) -> Result<ApiReply> {
+      if (const Status cancelled = r.jobs.cancel(id, utc_timestamp()); !cancelled) return cancelled.error();
+      if (const Status noted = r.audit.append({0, utc_timestamp(), who, "job.cancel", std::to_string(id.value)});
+          !noted)
+        return noted.error();
+      return as_reply(job_json(r, id));
     });
   });
 }

@@ -11,11 +11,12 @@
 namespace veneer::daemon {
 
 JobRunner::JobRunner(boost::asio::io_context& reactor, LaserDriver& laser, DatabaseThread& database,
-                     RunSupport& support, Logger log, std::function<void()> on_change)
+                     RunSupport& support, RunnerOptions options, Logger log, std::function<void()> on_change)
     : reactor_(reactor),
       laser_(laser),
       database_(database),
       support_(support),
+      options_(std::move(options)),
       log_(std::move(log)),
       on_change_(std::move(on_change)),
       epoch_(std::make_shared<std::int64_t>(0)) {}
@@ -37,7 +38,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
   view_.state = state;
   view_.reason = std::move(reason);
-  if (state != CellState::kSuspended) view_.load.reset(), seen_.reset();
+  if (state != CellState::kSuspended) view_.load.reset(), seen_.reset(), drawn_.reset();
   on_change_();
 }
 
@@ -73,18 +74,18 @@ void JobRunner::answer(const Status& status) {
   if (pending_) std::exchange(pending_, nullptr)(status);
 }
 
-bool JobRunner::laser_busy() const { return pattern_reply_ || (run_ && run_->burning); }
+bool JobRunner::laser_busy() const { return pattern_reply_ || frame_reply_ || recut_ || (run_ && run_->burning); }
 
 // ---- Commands ----------------------------------------------------------------------------------------------------
 
-void JobRunner::command(CellCommand command, const std::string& who, Reply reply) {
+void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
     abort(fmt::format("STOP by {}", who));
     audit(who, "cell.abort");
     return reply(Ok());
   }
   if (!after(view_.state, command)) return reply(refuse(command));
-  audit(who, fmt::format("cell.{}", to_string(command)));
+  audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
   switch (command) {
     case CellCommand::kReset:
       return reset(std::move(reply));
@@ -93,19 +94,20 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kUnhold:
       return unhold(std::move(reply));
     case CellCommand::kUnsuspend:
-      return unsuspend(std::move(reply));
+      return unsuspend(std::move(reply), confirmed);
     case CellCommand::kStop:
       return stop(std::move(reply));
     case CellCommand::kClear:
       return clear(std::move(reply));
     default:
-      return reply(refuse(command));  // Start names a job; Suspend and Complete come from the work itself
+      return reply(refuse(command));  // Start and Recut name things; Suspend and Complete come from the work
   }
 }
 
 void JobRunner::reset(Reply reply) {
   enter(CellState::kResetting, "homing the laser");
   view_.job.reset();
+  forget_cuts();
   pending_ = std::move(reply);
   if (laser_connected_)
     laser_.home();
@@ -156,11 +158,18 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
         std::stable_sort(to_cut_.begin(), to_cut_.end(),
                          [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
         view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
-        refresh_job([this] {
-          enter(CellState::kSuspending);
-          await_panel();
-          answer(Ok());
-        });
+        support_.plan_setups(to_cut_, limits_.travel, while_current([this](Result<std::vector<RunSetup>> setups) {
+                               if (!setups) {
+                                 enter(CellState::kIdle);
+                                 return answer(setups.error());
+                               }
+                               setups_.assign(setups->begin(), setups->end());
+                               refresh_job([this] {
+                                 enter(CellState::kSuspending);
+                                 await_panel();
+                                 answer(Ok());
+                               });
+                             }));
       }));
 }
 
@@ -224,12 +233,16 @@ void JobRunner::stop_after_piece(const std::string& who, Reply reply) {
   reply(Ok());
 }
 
-void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply) {
+void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply,
+                             std::vector<std::string> confirmed) {
   if (view_.state != CellState::kIdle) return reply(refuse(CellCommand::kStart));
-  audit(who, "laser.pattern");
+  if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  const PieceBurn all{{}, {}, std::move(strokes), 0};
+  if (const Status checked = check({&all, 1}); !checked) return reply(checked);
+  audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   pattern_reply_ = std::move(reply);
   enter(CellState::kExecute, "burning the calibration pattern");
-  laser_.start(std::move(strokes));
+  laser_.start(all.strokes);
 }
 
 void JobRunner::abort(const std::string& reason) noexcept {
@@ -237,84 +250,23 @@ void JobRunner::abort(const std::string& reason) noexcept {
   break_off(reason, {});
 }
 
-// ---- Loading a panel ---------------------------------------------------------------------------------------------
-
-void JobRunner::await_panel() {
-  const db::PieceRecord& first = to_cut_.front();
-  enter(CellState::kSuspended);
-  view_.load = LoadView{*first.panel, first.panel->value, false, Millimetres(0),
-                        fmt::format("lay panel {} on the bed, back face up", first.panel->value)};
-  on_change_();
-  look_again();
-}
-
-void JobRunner::look_again() {
-  if (view_.state != CellState::kSuspended || looking_) return;
-  looking_ = true;
-  support_.look([this, epoch = epoch_](Result<ProvenPose> look) {
-    if (*epoch < 0) return;
-    looking_ = false;
-    if (view_.state == CellState::kSuspended && view_.load) saw(std::move(look));
-  });
-}
-
-void JobRunner::saw(Result<ProvenPose> look) {
-  LoadView& load = *view_.load;
-  const LoadView before = load;
-  load.found = false;
-  seen_.reset();
-  if (!look) {
-    load.sentence = fmt::format("lay panel {} on the bed, back face up ({})", load.panel.value, look.error().message);
-  } else if (look->panel != load.panel) {
-    load.sentence = fmt::format("panel {} is on the bed, but {} is wanted: take it off and lay {} back face up",
-                                look->panel.value, load.panel.value, load.panel.value);
-  } else if (!look->back_up || look->bed_from_panel.handedness() != Handedness::kImproper) {
-    load.sentence = fmt::format("panel {} lies with its show face up: turn it over, pieces are cut from the back",
-                                load.panel.value);
-  } else {
-    load.found = true;
-    load.rms = look->rms;
-    load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm: close the lid and press Unsuspend",
-                                load.panel.value, look->rms.count());
-    seen_ = std::move(*look);
-  }
-  if (before.found != load.found || before.sentence != load.sentence) on_change_();
-}
-
-void JobRunner::unsuspend(Reply reply) {
-  if (!seen_) return reply(Error{ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"});
-  const ProvenPose shown = *seen_;
-  enter(CellState::kUnsuspending, "proving the pose once more");
-  pending_ = std::move(reply);
-  support_.look(while_current([this, shown](Result<ProvenPose> look) {
-    const auto back_to_waiting = [&](const std::string& why) {
-      await_panel();
-      answer(Error{ErrorCode::kRefused, why});
-    };
-    if (!look) return back_to_waiting(look.error().message);
-    if (look->panel != shown.panel || !look->back_up || look->bed_from_panel.handedness() != Handedness::kImproper)
-      return back_to_waiting("another sheet is on the bed than the one that was shown: check it and press Unsuspend");
-    const auto corner = point<PanelFrame>(300, 200);  // far from the origin, so that a turn shows as well
-    const Millimetres moved =
-        std::max(distance(look->bed_from_panel * Point<PanelFrame>{}, shown.bed_from_panel * Point<PanelFrame>{}),
-                 distance(look->bed_from_panel * corner, shown.bed_from_panel * corner));
-    if (moved > Millimetres(0.3))
-      return back_to_waiting(
-          fmt::format("the panel moved by {:.1f} mm since it was shown: check it and press Unsuspend", moved.count()));
-    begin_run(*look);
-  }));
-}
-
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspects) {
   if (!after(view_.state, CellCommand::kAbort)) return;
   ++*epoch_;
   looking_ = false;
-  enter(CellState::kAborting, reason);
-  const Error why{ErrorCode::kCancelled, reason};
+  std::string why_aborted = reason;
+  if (recut_ && recut_->next > 0)
+    why_aborted += fmt::format("; piece {} was being cut again: look at it", recut_->burns[recut_->next - 1].mark);
+  enter(CellState::kAborting, why_aborted);
+  const Error why{ErrorCode::kCancelled, why_aborted};
   answer(why);
   if (pattern_reply_) std::exchange(pattern_reply_, nullptr)(why);
-  const auto finish = [this, reason](const Status& written) {
+  if (frame_reply_) std::exchange(frame_reply_, nullptr)(why);
+  view_.framing = false;
+  recut_.reset();
+  forget_cuts();
+  const auto finish = [this, reason = why_aborted](const Status& written) {
     if (!written) log_->error("the end of the run could not be written: {}", written.error().message);
     run_.reset();
     refresh_job([this, reason] { enter(CellState::kAborted, reason); });
@@ -327,7 +279,7 @@ void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspec
     database_.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
                     while_current([finish](const Status&) { finish(Ok()); }));  // a planned job stays planned
   } else {
-    enter(CellState::kAborted, reason);
+    enter(CellState::kAborted, why_aborted);
   }
 }
 

@@ -10,10 +10,7 @@
 namespace veneer::daemon {
 
 void JobRunner::begin_run(const ProvenPose& pose) {
-  std::vector<db::PieceRecord> pieces;
-  for (const auto& piece : to_cut_)
-    if (piece.panel == pose.panel) pieces.push_back(piece);
-  support_.prepare(pose, std::move(pieces), while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
+  support_.prepare(pose, setup_pieces(), while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
                      if (burns) return run_prepared(pose, std::move(*burns));
                      await_panel();
                      answer(burns.error());
@@ -21,12 +18,15 @@ void JobRunner::begin_run(const ProvenPose& pose) {
 }
 
 void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burns) {
+  if (const Status checked = check(burns); !checked) {
+    await_panel();
+    return answer(checked);
+  }
   database_.async(
       [job = view_.job->id, pose](Repositories& r) {
         return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp());
       },
-      [this, epoch = epoch_, at = *epoch_, panel = pose.panel,
-       burns = std::move(burns)](Result<db::RunId> run) mutable {
+      [this, epoch = epoch_, at = *epoch_, pose, burns = std::move(burns)](Result<db::RunId> run) mutable {
         if (*epoch < 0) return;
         if (*epoch != at) {  // broken off meanwhile: nothing of it was cut
           if (run)
@@ -43,7 +43,8 @@ void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burn
         }
         run_ = std::make_unique<PanelRun>();
         run_->id = *run;
-        run_->panel = panel;
+        run_->panel = pose.panel;
+        kept_ = KeptCuts{pose, {}};
         run_->burns = std::move(burns);
         enter(CellState::kExecute);
         answer(Ok());
@@ -67,18 +68,19 @@ void JobRunner::next_piece() {
 }
 
 void JobRunner::burn_noted_piece() {
-  PieceBurn& burn = run_->burns[run_->next++];
+  const PieceBurn& burn = run_->burns[run_->next++];
   run_->noted = false;
   run_->burning = true;
   view_.job->current_piece = burn.mark;
   view_.job->eta_seconds = run_->seconds_left() + burn.seconds;
   on_change_();
-  laser_.start(std::move(burn.strokes));
+  laser_.start(burn.strokes);
 }
 
 void JobRunner::piece_verified() {
   const PieceId piece = run_->burns[run_->next - 1].piece;
   run_->burning = false;
+  keep_cuts(run_->burns[run_->next - 1]);
   database_.async(
       [piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
       while_current([this, piece](const Status& booked) {
@@ -95,7 +97,8 @@ void JobRunner::piece_verified() {
 
 void JobRunner::end_run() {
   const bool stopped = run_->stop_after_piece && run_->next < run_->burns.size();
-  const bool more = !stopped && !to_cut_.empty();
+  if (!stopped) setups_.pop_front();
+  const bool more = !stopped && !setups_.empty();
   if (!stopped) enter(more ? CellState::kSuspending : CellState::kCompleting);
   database_.async([run = run_->id, more](Repositories& r) { return r.jobs.finish_run(run, more, utc_timestamp()); },
                   while_current([this, stopped, more](const Status& finished) {
@@ -150,10 +153,17 @@ void JobRunner::on_failed(const Error& error) {
     std::exchange(pattern_reply_, nullptr)(error);
     return enter(CellState::kIdle, error.message);
   }
+  if (frame_reply_ && laser_connected_) {  // refused before it moved
+    view_.framing = false;
+    view_.reason = error.message;
+    on_change_();
+    return std::exchange(frame_reply_, nullptr)(error);
+  }
   break_off(error.message, {});
 }
 
 void JobRunner::on_held() {
+  if (view_.framing) return abort("the lid was opened while the frame was traced: close it, then Clear and Reset");
   switch (view_.state) {
     case CellState::kHolding:
       enter(CellState::kHeld, "held by the operator");
@@ -181,6 +191,13 @@ void JobRunner::on_done() {
     enter(CellState::kComplete, "the pattern is burnt");
     return std::exchange(pattern_reply_, nullptr)(Ok());
   }
+  if (frame_reply_) {
+    view_.framing = false;
+    view_.reason = "the frame is traced";
+    on_change_();
+    return std::exchange(frame_reply_, nullptr)(Ok());
+  }
+  if (recut_) return next_recut();
   if (run_ && run_->burning) piece_verified();
 }
 

@@ -64,12 +64,12 @@ int run(const Config& config) {
   tcp_port = (*server)->tcp_port();
 
   SystemdNotifier notifier;
-  CellHealth health(
-      real_clock,
-      {[&c](std::function<void()> answered) {
-         c.database->async([](Repositories&) { return 0; }, [answered = std::move(answered)](int) { answered(); });
-       },
-       [&c] { return may_move(c.runner->view().state); }, [&c] { return c.devices.laser->status().connected; }});
+  CellHealth health(real_clock, {[&c](std::function<void()> answered) {
+                                   c.database->async([](Repositories&) { return 0; },
+                                                     [answered = std::move(answered)](int) { answered(); });
+                                 },
+                                 [&c] { return may_move(c.runner->view().state) || c.runner->view().framing; },
+                                 [&c] { return c.devices.laser->status().connected; }});
   Watchdog watchdog(notifier, make_reactor_timer(reactor), [&] {
     if (health.good()) return true;
     log->error("the watchdog is not fed: {}", health.sentence());

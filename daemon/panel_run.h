@@ -1,14 +1,26 @@
-// One panel of a job being cut, from the proven pose to the last booked piece. Internal to the job runner.
+// One panel of a job being cut, from the proven pose to the last booked piece, and what is kept of it for a recut.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/ids.h"
 #include "db/job_store.h"
 #include "drivers/laser_job.h"
 
 namespace veneer::daemon {
+
+// What the camera proved about the sheet on the bed.
+struct ProvenPose {
+  PanelId panel;
+  bool back_up = false;
+  Isometry2<BedFrame, PanelFrame> bed_from_panel;
+  Millimetres rms{0};
+};
+
+// How far the panel lies from where the other pose has it, at the worst of places far apart.
+Millimetres moved_between(const ProvenPose& a, const ProvenPose& b);
 
 // One piece of a run, ready to burn.
 struct PieceBurn {
@@ -16,6 +28,18 @@ struct PieceBurn {
   std::string mark;
   LaserJob strokes;
   double seconds = 0;  // estimate
+};
+
+// The cuts that were burnt and verified in one pose: while the panel lies as it did, they can be met again.
+struct KeptCuts {
+  ProvenPose pose;
+  std::vector<PieceBurn> cuts;  // cut strokes only
+};
+
+// Pieces that were not through, cut again. Nothing of it is booked: they are cut already.
+struct RecutRun {
+  std::vector<PieceBurn> burns;
+  std::size_t next = 0;
 };
 
 struct PanelRun {

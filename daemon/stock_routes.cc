@@ -188,7 +188,8 @@ struct Board {
 };
 
 // Burns on the reactor, then photographs and fits on the camera's worker.
-void calibrate_laser(Cell& cell, const TaskReporter& task, const Board& board, const std::string& who) {
+void calibrate_laser(Cell& cell, const TaskReporter& task, const Board& board, const std::string& who,
+                     std::vector<std::string> confirmed) {
   const auto& travel = cell.runner->limits().travel;
   if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
   const Millimetres full(30);  // without a word about the board it nearly fills the bed
@@ -197,14 +198,15 @@ void calibrate_laser(Cell& cell, const TaskReporter& task, const Board& board, c
                                      board.height > Millimetres(0) ? board.height : travel.height() - full);
   if (!strokes) return task.fail(strokes.error());
   task.progress(0.05, "burning the pattern");
-  cell.runner->burn_pattern(std::move(*strokes), who, [&cell, task, thickness = board.thickness](const Status& burnt) {
+  const auto photograph = [&cell, task, thickness = board.thickness](const Status& burnt) {
     if (!burnt) return task.fail(burnt.error());
     cell.camera_worker->post([&cell, task, thickness] {
       finish_calibration(cell, task, cell.calibrations->axes(thickness, [&](double f, const std::string& text) {
         task.progress(f, text);
       }));
     });
-  });
+  };
+  cell.runner->burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
 }
 
 void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
@@ -216,8 +218,9 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
       field<double>(*body, "height_mm", device == "laser" ? cell.config.panel.thickness.count() : 0.0);
   const auto board_width = field<double>(*body, "board_width_mm", 0.0);
   const auto board_height = field<double>(*body, "board_height_mm", 0.0);
-  for (const Error* wrong :
-       {error_of(asked_more), error_of(asked_height), error_of(board_width), error_of(board_height)})
+  auto confirmed = confirmed_in(*body);
+  for (const Error* wrong : {error_of(asked_more), error_of(asked_height), error_of(board_width),
+                             error_of(board_height), error_of(confirmed)})
     if (wrong != nullptr) return reply(ApiReply::error(*wrong));
   const bool more = *asked_more;
   const Millimetres height(*asked_height);
@@ -229,7 +232,7 @@ void calibrate(Cell& cell, const ApiRequest& request, const Reply& reply) {
   reply(ApiReply::task(task.id()));
   if (device == "laser")
     return calibrate_laser(cell, task, {height, Millimetres(*board_width), Millimetres(*board_height)},
-                           request.caller.who);
+                           request.caller.who, std::move(*confirmed));
   Worker& worker = device == "camera" ? *cell.camera_worker : *cell.scanner_worker;
   worker.post([&cell, task, device, more, height] {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };

@@ -16,7 +16,7 @@ std::vector<CellState> all_states() {
 
 std::vector<CellCommand> all_commands() {
   std::vector<CellCommand> commands;
-  for (int i = 0; i <= static_cast<int>(CellCommand::kClear); ++i) commands.push_back(static_cast<CellCommand>(i));
+  for (int i = 0; i <= static_cast<int>(CellCommand::kRecut); ++i) commands.push_back(static_cast<CellCommand>(i));
   return commands;
 }
 
@@ -41,7 +41,9 @@ TEST(CellState, SuspendedIsNeverLeftByItself) {
   for (auto c : all_commands()) {
     const auto next = after(CellState::kSuspended, c);
     if (!next) continue;
-    EXPECT_TRUE(c == CellCommand::kUnsuspend || c == CellCommand::kStop || c == CellCommand::kAbort) << to_string(c);
+    EXPECT_TRUE(c == CellCommand::kUnsuspend || c == CellCommand::kRecut || c == CellCommand::kStop ||
+                c == CellCommand::kAbort)
+        << to_string(c);
   }
 }
 

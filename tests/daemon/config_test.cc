@@ -47,6 +47,45 @@ time_scale = 40
   EXPECT_DOUBLE_EQ(config->sim.time_scale, 40);
 }
 
+TEST_F(ConfigTest, ARealLaserAsksForExhaustAirCoolingAndFocusUnlessTold) {
+  EXPECT_TRUE(parse("")->before_motion.confirm.empty());
+  EXPECT_FALSE(parse("")->before_motion.focus);
+  const std::string real = "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0\"\n";
+  EXPECT_EQ(parse(real)->before_motion.confirm, (std::vector<std::string>{"exhaust", "air assist", "cooling"}));
+  EXPECT_TRUE(parse(real)->before_motion.focus);
+  const auto told = parse(real + "[before_motion]\nconfirm = [\"fan\"]\nfocus = false\n");
+  ASSERT_TRUE(told.ok());
+  EXPECT_EQ(told->before_motion.confirm, std::vector<std::string>{"fan"});
+  EXPECT_FALSE(told->before_motion.focus);
+}
+
+TEST_F(ConfigTest, ReadsWhereTheHeadMustNotGo) {
+  const auto config = parse(R"(
+[framing]
+max_power = 0.01
+[[keep_out]]
+name = "clamp"
+x_mm = 10
+y_mm = 20
+width_mm = 30
+height_mm = 40
+[[keep_out]]
+name = "foot"
+x_mm = 500
+width_mm = 20
+height_mm = 380
+)");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_DOUBLE_EQ(config->framing.max_power.count(), 0.01);
+  ASSERT_EQ(config->keep_out.size(), 2U);
+  EXPECT_EQ(config->keep_out[0].name, "clamp");
+  EXPECT_EQ(config->keep_out[0].area.max, point<MachineFrame>(40, 60));
+  EXPECT_EQ(config->keep_out[1].area.min, point<MachineFrame>(500, 0));
+  EXPECT_THAT(parse("[[keep_out]]\nwide = 3\n").error().message, HasSubstr("keep_out.wide"));
+  EXPECT_THAT(parse("[keep_out]\nname = \"x\"\n").error().message, HasSubstr("[[keep_out]]"));
+  EXPECT_THAT(parse("[before_motion]\nconfirm = [1]\n").error().message, HasSubstr("before_motion.confirm"));
+}
+
 struct Mistake {
   const char* text;
   const char* names;  // what the sentence must name

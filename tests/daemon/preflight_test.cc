@@ -29,7 +29,7 @@ PieceBurn burn(const std::string& mark, std::vector<Point<MachineFrame>> path) {
 
 class PreflightTest : public ::testing::Test {
  protected:
-  LaserLimits limits_{box(0, 0, 500, 300), "Grbl 1.1h", MmPerSecond(200)};
+  LaserLimits limits_{box(0, 0, 500, 300), "Grbl 1.1h", true, MmPerSecond(200)};
   std::vector<KeepOut> zones_;
   std::string refusal(const std::vector<PieceBurn>& burns) {
     const Status checked = check_strokes(burns, limits_, zones_, at(0, 0));

@@ -18,7 +18,8 @@ class SimLaser final : public LaserDriver {
   void connect(OnEvent on_event) override {
     calls.push_back("connect");
     on_event_ = std::move(on_event);
-    LaserLimits limits{{}, "SimLaser"};
+    LaserLimits limits{{}, "SimLaser", true, MmPerSecond(400)};
+    connected_ = present;
     limits.travel.add(point<MachineFrame>(0, 0));
     limits.travel.add(point<MachineFrame>(520, 380));
     if (present)
@@ -51,12 +52,15 @@ class SimLaser final : public LaserDriver {
     calls.push_back("abort");
     burning_ = false;
   }
-  LaserStatus status() const override { return {}; }
+  LaserStatus status() const override {
+    return {connected_, lid_open ? "Door:1" : "Idle", {}, burning_, connected_, "SimLaser"};
+  }
 
   // Ends the piece that is being burnt, well.
   void finish() {
     if (!std::exchange(burning_, false)) return;
     burnt.push_back(job_.strokes.empty() ? PieceId{} : job_.strokes.front().piece);
+    jobs.push_back(job_);
     say(laser_event::PieceVerified{burnt.back()});
     say(laser_event::Done{});
   }
@@ -72,6 +76,7 @@ class SimLaser final : public LaserDriver {
 
   std::vector<std::string> calls;
   std::vector<PieceId> burnt;
+  std::vector<LaserJob> jobs;  // as burnt
   bool present = true;
   bool lid_open = false;
   bool burn_at_once = true;
@@ -81,6 +86,7 @@ class SimLaser final : public LaserDriver {
   OnEvent on_event_;
   LaserJob job_;
   bool burning_ = false;
+  bool connected_ = false;
 };
 
 }  // namespace veneer::tests
