@@ -1,5 +1,8 @@
 // status, the commands to the cell, STOP, the console link.
 #include <array>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
@@ -16,7 +19,6 @@ struct CellCommand {
 constexpr std::array kCellCommands = {
     CellCommand{"hold", "Pause, with the position kept"},
     CellCommand{"unhold", "Go on after a hold"},
-    CellCommand{"unsuspend", "The panel on the bed is checked: go on"},
     CellCommand{"abort", "Stop at once, beam off; pieces being cut become suspect"},
     CellCommand{"clear", "After an abort, when its cause is gone"},
     CellCommand{"reset", "Home the laser, find the tags again, become idle"},
@@ -29,9 +31,35 @@ void add_command(CLI::App& parent, CommandContext& context, const std::string& n
   });
 }
 
+// The beam comes on: the panel is checked, and what the cell cannot see is confirmed by name.
+void add_unsuspend(CLI::App& parent, CommandContext& context) {
+  const auto confirmed = std::make_shared<std::vector<std::string>>();
+  CLI::App* unsuspend = parent.add_subcommand("unsuspend", "The panel on the bed is checked: go on");
+  add_confirm_option(*unsuspend, *confirmed);
+  unsuspend->callback([&context, confirmed] {
+    context.finish(context.client().post("/commands/unsuspend", {{"confirmed", *confirmed}}), render_state);
+  });
+}
+
+void add_frame(CLI::App& parent, CommandContext& context) {
+  const auto power = std::make_shared<double>(0);
+  CLI::App* frame = parent.add_subcommand("frame", "Trace the outline of what is about to be cut, dark");
+  frame->add_option("--power", *power, "With this power instead, percent of full")->check(CLI::Range(0.0, 100.0));
+  frame->callback([&context, power] {
+    context.finish(context.client().post("/commands/frame", {{"power", *power / 100}}), render_state);
+  });
+}
+
 }  // namespace
 
+void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed) {
+  command.add_option("--confirm", confirmed, "What you have seen to, by name (`veneerctl status` lists it); repeat it")
+      ->allow_extra_args(false);
+}
+
 void add_unit_commands(CLI::App& parent, CommandContext& context) {
+  add_unsuspend(parent, context);
+  add_frame(parent, context);
   for (const CellCommand& command : kCellCommands) add_command(parent, context, command.name, command.help);
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "cli/api_client.h"
@@ -36,7 +37,9 @@ struct CommandContext {
 Result<std::string> read_file(const std::string& path);
 Status write_file(const std::string& path, const std::string& bytes);
 
-// hold, unhold, unsuspend, abort, clear, reset, stop-after-piece: at the top and below `job`.
+// --confirm WHAT, as often as needed.
+void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed);
+// hold, unhold, unsuspend, frame, abort, clear, reset, stop-after-piece: at the top and below `job`.
 void add_unit_commands(CLI::App& parent, CommandContext& context);
 void add_job_stop(CLI::App& job, CommandContext& context);
 

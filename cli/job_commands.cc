@@ -1,4 +1,5 @@
-// job new|list|show|start|pieces and the commands to the cell under its name; task list|show|cancel.
+// job new|list|show|start|pieces|recut|settle|cancel and the commands to the cell under its name; task
+// list|show|cancel.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -115,6 +116,38 @@ void add_show(CLI::App& job, CommandContext& context) {
   });
 }
 
+// recut, settle, cancel: what a person does about single pieces, or about the rest of a job.
+void add_afterwards(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto pieces = std::make_shared<std::vector<std::string>>();
+  const auto confirmed = std::make_shared<std::vector<std::string>>();
+  const auto piece = std::make_shared<std::string>();
+  const auto verdict = std::make_shared<std::string>();
+  CLI::App* recut =
+      add_with_number(job, "recut", "Cut pieces again that are not through, while the panel lies unmoved", "JOB", id);
+  recut->add_option("PIECE", *pieces, "Their marks, as in A3-12")->required();
+  add_confirm_option(*recut, *confirmed);
+  recut->callback([id, pieces, confirmed, &context] {
+    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/recut",
+                                         {{"pieces", *pieces}, {"confirmed", *confirmed}}),
+                   render_state);
+  });
+  CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
+  settle->add_option("PIECE", *piece, "Its mark")->required();
+  settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")
+      ->required()
+      ->check(CLI::IsMember({"cut", "scrap", "released"}));
+  settle->callback([id, piece, verdict, &context] {
+    context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/pieces/" + url_encode(*piece) + "/settle",
+                                         {{"verdict", *verdict}}),
+                   render_job);
+  });
+  add_with_number(job, "cancel", "Give up what is left of a job: its wood is free again", "JOB", id)
+      ->callback([id, &context] {
+        context.finish(context.client().post("/jobs/" + std::to_string(*id) + "/cancel"), render_job);
+      });
+}
+
 void add_task_commands(CLI::App& app, CommandContext& context) {
   CLI::App* task = app.add_subcommand("task", "Long work");
   task->require_subcommand(1);
@@ -152,6 +185,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   });
   add_unit_commands(*job, context);
   add_job_stop(*job, context);
+  add_afterwards(*job, context);
   add_task_commands(app, context);
 }
 

@@ -60,6 +60,7 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
     std::string device;
     bool more = false;
     std::optional<double> height_mm, board_width_mm, board_height_mm;
+    std::vector<std::string> confirmed;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* calibrate = app.add_subcommand("calibrate", "Calibrate a device from pictures or a burnt pattern");
@@ -73,8 +74,10 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
       ->check(CLI::PositiveNumber);
   calibrate->add_option("--board-height-mm", options->board_height_mm, "laser: the board on the bed, along y")
       ->check(CLI::PositiveNumber);
+  add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {
     json body = {{"more", options->more}};
+    if (!options->confirmed.empty()) body["confirmed"] = options->confirmed;
     if (options->height_mm) body["height_mm"] = *options->height_mm;
     if (options->board_width_mm) body["board_width_mm"] = *options->board_width_mm;
     if (options->board_height_mm) body["board_height_mm"] = *options->board_height_mm;

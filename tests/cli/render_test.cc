@@ -127,6 +127,23 @@ TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
             "  P-2        100    0\n");
 }
 
+TEST(Render, WhatHasToBeKnownAndConfirmedBeforeMotion) {
+  const std::string text = render_status({{"state", "Suspended"},
+                                          {"load",
+                                           {{"panel", "P-0002"},
+                                            {"face_up", "back"},
+                                            {"found", true},
+                                            {"sentence", ""},
+                                            {"estimate_s", 840.0},
+                                            {"focus_mm", 2.1},
+                                            {"confirm", {"exhaust", "air assist"}}}},
+                                          {"recut", {{"panel", "P-0001"}, {"pieces", 12}}}});
+  EXPECT_NE(text.find("Takes        about 14 min\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("Focus        2.1 mm above the bed"), std::string::npos) << text;
+  EXPECT_NE(text.find("Confirm      exhaust, air assist\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("12 pieces of P-0001 can be cut again"), std::string::npos) << text;
+}
+
 TEST(Progress, ALineFitsItsTerminal) {
   EXPECT_EQ(progress_line(0.495, "matching patches", 80), "[###########-------------]  49 %  matching patches");
   EXPECT_EQ(progress_line(7, "", 40), "[########################] 100 %");

@@ -219,5 +219,37 @@ TEST(Veneerctl, CtrlCCancelsTheTask) {
   EXPECT_EQ(outcome.err, "scanning\nveneerctl: the scan was cancelled\n");
 }
 
+TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
+  std::vector<std::string> asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"command", "recut", "settlePiece", "cancelJob"})
+      router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.path + " " + request.body);
+        reply(ApiReply::json({{"state", "Execute"}}));
+      });
+  });
+  const auto run = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--socket", server.socket()});
+    return veneerctl(std::move(arguments)).status;
+  };
+  EXPECT_EQ(run({"unsuspend", "--confirm", "exhaust", "--confirm", "air assist"}), 0);
+  EXPECT_EQ(run({"frame"}), 0);
+  EXPECT_EQ(run({"frame", "--power", "2"}), 0);
+  EXPECT_EQ(run({"job", "recut", "3", "A1-1", "A3-12", "--confirm", "exhaust"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
+  EXPECT_EQ(run({"job", "cancel", "3"}), 0);
+  EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
+  EXPECT_EQ(run({"job", "recut", "3"}), 2);
+  EXPECT_EQ(run({"frame", "--power", "200"}), 2);
+  const std::vector<std::string> expected = {
+      R"(/api/v1/commands/unsuspend {"confirmed":["exhaust","air assist"]})",
+      R"(/api/v1/commands/frame {"power":0.0})",
+      R"(/api/v1/commands/frame {"power":0.02})",
+      R"(/api/v1/jobs/3/recut {"confirmed":["exhaust"],"pieces":["A1-1","A3-12"]})",
+      R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
+      R"(/api/v1/jobs/3/cancel {})"};
+  EXPECT_EQ(server.on_reactor([&] { return asked; }), expected);
+}
+
 }  // namespace
 }  // namespace veneer::daemon

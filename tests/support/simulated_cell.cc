@@ -59,9 +59,9 @@ Status SimulatedCell::write_configs() const {
   daemon << fmt::format(
       "[laser]\nkind = \"sim\"\n[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"
       "[sim]\nsocket = \"{}\"\nlaser = \"{}\"\ntime_scale = {}\n"
-      "[api]\nunix = \"{}\"\nlisten = \"127.0.0.1:0\"\n[store]\ndata_dir = \"{}\"\n",
+      "[api]\nunix = \"{}\"\nlisten = \"127.0.0.1:0\"\noperator_group = \"{}\"\n[store]\ndata_dir = \"{}\"\n",
       twin_socket().string(), (fs::absolute(twin_dir()) / "laser").string(), options_.time_scale, api_socket().string(),
-      fs::absolute(data_dir()).string());
+      operator_group_, fs::absolute(data_dir()).string());
   if (twin.flush() && daemon.flush()) return Ok();
   return Error{ErrorCode::kStorage, fmt::format("cannot write into {}", options_.dir.string())};
 }
@@ -79,6 +79,7 @@ Status SimulatedCell::start_twin() {
 }
 
 Status SimulatedCell::start_daemon() {
+  if (const Status written = write_configs(); !written) return written;
   const fs::path log = options_.dir / "veneerd.log";
   auto process =
       ChildProcess::start({(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);

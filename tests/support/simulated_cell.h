@@ -36,6 +36,8 @@ class SimulatedCell {
   Result<nlohmann::json> wait_status(const std::function<bool(const nlohmann::json&)>& good,
                                      std::chrono::seconds patience) const;
 
+  // Of the API, from the daemon's next start on; "" = none.
+  void set_operator_group(const std::string& group) { operator_group_ = group; }
   Status start_daemon();  // after kill_daemon() or stop_daemon()
   void kill_daemon() { daemon_->kill(); }
   int stop_daemon() { return daemon_->terminate(); }
@@ -55,6 +57,7 @@ class SimulatedCell {
   Status write_configs() const;
 
   SimulatedCellOptions options_;
+  std::string operator_group_;
   std::filesystem::path socket_dir_;  // short, since the names of sockets are limited to 107 bytes
   std::optional<ChildProcess> twin_process_, daemon_;
   std::optional<cli::ApiClient> api_;

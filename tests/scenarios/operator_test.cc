@@ -1,0 +1,266 @@
+// A day at the machine: what operators do between Start and the last piece, and who may do it.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/demo/figures.h"
+#include "tests/scenarios/prepared_cell.h"
+#include "tests/support/http_probe.h"
+
+namespace veneer::tests {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+class Operator : public PreparedCell {
+ protected:
+  void lay() {
+    auto laid = cell_->twin({{"cmd", "place"}, {"sheet", "control"}, {"on", "bed"}, {"face", "back"}});
+    ASSERT_TRUE(laid.ok()) << laid.error().message;
+  }
+  void lift() { ASSERT_TRUE(cell_->twin({{"cmd", "lift"}, {"from", "bed"}}).ok()); }
+  void lid(bool open) { ASSERT_TRUE(cell_->twin({{"cmd", "lid"}, {"open", open}}).ok()); }
+  json wait(const std::function<bool(const json&)>& good) {
+    auto status = cell_->wait_status(good, std::chrono::seconds(90));
+    EXPECT_TRUE(status.ok()) << status.error().message;
+    return status ? *status : json();
+  }
+  json wait_state(const std::string& state) {
+    return wait([&](const json& s) { return s["state"] == state; });
+  }
+  void wait_found() {
+    wait([](const json& s) { return s["load"].is_object() && s["load"].value("found", false); });
+  }
+  std::string post(const std::string& target, const json& body = json::object()) {
+    auto reply = cell_->api().post(target, body);
+    return reply ? "" : reply.error().message;
+  }
+  // Reset, Start, and the panel found on the bed.
+  void begin() {
+    ASSERT_EQ(post("/commands/reset"), "");
+    ASSERT_EQ(post(fmt::format("/jobs/{}/start", kJob)), "");
+    lay();
+    wait_found();
+  }
+  void cut_some() {
+    begin();
+    ASSERT_EQ(post("/commands/unsuspend"), "");
+    wait([](const json& s) { return s["job"].is_object() && s["job"].value("cut", 0) >= 3; });
+  }
+  // What the beam has done to the panel: {"through_mm", "engraved_mm"}.
+  json burnt() {
+    auto log = cell_->twin({{"cmd", "burn-log"}});
+    if (log)
+      for (const auto& sheet : (*log)["sheets"])
+        if (sheet["sheet"] == "control")
+          return {{"through_mm", sheet["through_mm"]}, {"engraved_mm", sheet["engraved_mm"]}};
+    return {{"through_mm", 0.0}, {"engraved_mm", 0.0}};
+  }
+  // The twin's raster follows its controller a moment later.
+  json burnt_through(double at_least_mm) {
+    for (int i = 0; i < 200; ++i)
+      if (json now = burnt(); now["through_mm"].get<double>() >= at_least_mm) return now;
+    return burnt();
+  }
+  // What the twin's truth says of it all; scans the panel again first.
+  std::vector<std::string> red() {
+    if (const Status compared = story_->reconcile(kJob); !compared) ADD_FAILURE() << compared.error().message;
+    if (const Status proven = story_->prove(bin_dir()); !proven) ADD_FAILURE() << proven.error().message;
+    auto figures = red_figures(story_->report());
+    // Counted by the demo's own way of loading only.
+    std::erase_if(figures, [](const std::string& f) { return f.find("motion_without_consent") != std::string::npos; });
+    return figures;
+  }
+};
+
+TEST_F(Operator, StopAfterAPieceAndTheRestAnotherDayInANewPose) {
+  cut_some();
+  ASSERT_EQ(post("/commands/stop-after-piece"), "");
+  const json stopped = wait_state("Stopped");
+  EXPECT_EQ(stopped["job"]["suspect"], 0);
+  EXPECT_LT(stopped["job"]["cut"].get<int>(), 16);
+  lift();
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(get("/status")["state"], "Stopped");
+  begin();
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  EXPECT_EQ(wait_state("Complete")["job"]["cut"], 16);
+  lift();
+  EXPECT_THAT(red(), IsEmpty()) << story_->report().dump(2);
+}
+
+TEST_F(Operator, AfterALostLinkTheRemainingPiecesAreCutFromANewPose) {
+  cut_some();
+  ASSERT_TRUE(cell_->twin({{"cmd", "fault"}, {"name", "laser_unplug"}}).ok());
+  const json aborted = wait_state("Aborted");
+  const int cut = aborted["job"]["cut"], suspect = aborted["job"]["suspect"];
+  EXPECT_LE(suspect, 1);
+  EXPECT_THAT(post("/commands/unhold"), HasSubstr("not possible"));
+  ASSERT_TRUE(cell_->twin({{"cmd", "fault"}, {"name", "laser_replug"}}).ok());
+  EXPECT_EQ(get("/status")["state"], "Aborted");  // nothing comes back by itself
+  lift();
+  ASSERT_EQ(post("/commands/clear"), "");
+  begin();
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  wait([](const json& s) { return s["state"] == "Complete" || s["state"] == "Stopped"; });
+  const json job = get(fmt::format("/jobs/{}", kJob));
+  EXPECT_EQ(job["cut"], 16 - suspect);
+  EXPECT_EQ(job["suspect"], suspect);
+  EXPECT_GE(cut, 3);
+  lift();
+  EXPECT_THAT(red(), Not(Contains(HasSubstr("ledger_matches_burn"))));
+  if (suspect == 0) return;
+  // A person looked at it.
+  std::string mark;
+  const json pieces = get(fmt::format("/jobs/{}/pieces", kJob));
+  for (const auto& piece : pieces["pieces"])
+    if (piece["state"] == "suspect") mark = piece["mark"];
+  EXPECT_THAT(post(fmt::format("/jobs/{}/pieces/{}/settle", kJob, mark), {{"verdict", "lovely"}}), HasSubstr("scrap"));
+  EXPECT_EQ(post(fmt::format("/jobs/{}/pieces/{}/settle", kJob, mark), {{"verdict", "scrap"}}), "");
+  EXPECT_EQ(get(fmt::format("/jobs/{}", kJob))["state"], "complete");
+}
+
+TEST_F(Operator, PiecesThatAreNotThroughAreCutAgainAndBookedOnce) {
+  begin();
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  const json complete = wait_state("Complete");
+  EXPECT_EQ(complete["recut"]["pieces"], 16);
+  const json ledger = get(fmt::format("/panels/{}/ledger", kPanel));
+  // Sixteen squares of 12 mm.
+  const json before = burnt_through(16 * 48.0);
+  ASSERT_EQ(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1", "A3-2"}}}), "");
+  wait_state("Complete");
+  const double twice = before["through_mm"].get<double>() + 2 * 48.0;
+  const json after = burnt_through(twice);
+  EXPECT_GE(after["through_mm"].get<double>(), twice);
+  EXPECT_EQ(after["engraved_mm"], before["engraved_mm"]);
+  EXPECT_EQ(get(fmt::format("/panels/{}/ledger", kPanel)), ledger);
+  EXPECT_EQ(get("/status")["job"]["cut"], 16);
+  // Once it has been touched, its cuts cannot be met again.
+  lift();
+  EXPECT_NE(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1"}}}), "");
+  lay();
+  EXPECT_THAT(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1"}}}), HasSubstr("moved by"));
+  EXPECT_EQ(burnt(), after);
+  lift();
+  EXPECT_THAT(red(), IsEmpty()) << story_->report().dump(2);
+}
+
+TEST_F(Operator, TheFrameMovesTheHeadAndBurnsNothing) {
+  begin();
+  const json drawn = get("/bed/toolpath");
+  ASSERT_THAT(drawn["pieces"], SizeIs(16));
+  for (const auto& piece : drawn["pieces"])
+    for (const auto& line : piece["lines"])
+      for (const auto& p : line["points"]) {
+        EXPECT_TRUE(p[0] >= 0.0 && p[0] <= 1.0 && p[1] >= 0.0 && p[1] <= 1.0) << p;
+      }
+  EXPECT_GE(drawn["frame"].size(), 4U);
+  EXPECT_GT(get("/status")["load"]["estimate_s"].get<double>(), 0);
+  const json before = burnt(), place = get("/status")["laser"]["position_mm"];
+  ASSERT_EQ(post("/commands/frame"), "");
+  EXPECT_EQ(burnt(), before);
+  const json status = wait([&](const json& s) { return s["laser"]["position_mm"] != place; });
+  EXPECT_EQ(status["state"], "Suspended");
+  EXPECT_THAT(post("/commands/frame", {{"power", 0.5}}), HasSubstr("at most"));
+  wait_found();
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  wait_state("Complete");
+}
+
+// As every loading goes on a machine with a lid switch.
+TEST_F(Operator, ThePanelIsLaidThroughTheLid) {
+  ASSERT_EQ(post("/commands/reset"), "");
+  ASSERT_EQ(post(fmt::format("/jobs/{}/start", kJob)), "");
+  lid(true);
+  lay();
+  const json open = wait([](const json& s) {
+    return s["load"].is_object() && s["load"].value("sentence", "").find("lid is open") != std::string::npos;
+  });
+  EXPECT_FALSE(open["load"]["found"].get<bool>());
+  EXPECT_THAT(post("/commands/unsuspend"), HasSubstr("lid is open"));
+  EXPECT_EQ(get("/status")["state"], "Suspended");
+  lid(false);
+  wait_found();
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  EXPECT_EQ(wait([](const json& s) { return s["state"] == "Complete" || s["state"] == "Aborted"; })["state"],
+            "Complete");
+}
+
+TEST_F(Operator, ABrowserMayLookAndStopAndOperatesOnlyWithALinkMadeOnTheMachine) {
+  const auto link = cell_->api().post("/console-links");
+  ASSERT_TRUE(link.ok()) << link.error().message;
+  const std::string url = (*link)["url"];
+  const auto slash = url.find("/console");
+  const std::string host = url.substr(7, slash - 7);
+  const int port = std::stoi(host.substr(host.find(':') + 1));
+  const auto ask = [&](const std::string& line, const std::string& headers = {}, const std::string& named = {}) {
+    auto probe = testing::HttpProbe::over_tcp(port);
+    return probe.ask(line + " HTTP/1.1\r\nHost: " + (named.empty() ? host : named) + "\r\nContent-Length: 0\r\n" +
+                     headers + "\r\n");
+  };
+  EXPECT_EQ(ask("GET /api/v1/status").status, 200);
+  for (const char* forbidden :
+       {"/api/v1/commands/reset", "/api/v1/jobs/1/start", "/api/v1/commands/unsuspend", "/api/v1/commands/frame",
+        "/api/v1/jobs/1/recut", "/api/v1/jobs/1/cancel", "/api/v1/calibration/laser", "/api/v1/console-links"})
+    EXPECT_EQ(ask(std::string("POST ") + forbidden).status, 403) << forbidden;
+  EXPECT_EQ(ask("GET /api/v1/status", {}, "evil.example").status, 403);
+  EXPECT_EQ(get("/status")["state"], "Stopped");
+
+  const auto entered = ask("GET " + url.substr(slash));
+  ASSERT_EQ(entered.status, 303);
+  const std::string cookie = entered.header("Set-Cookie");
+  const std::string session = "Cookie: " + cookie.substr(0, cookie.find(';')) + "\r\n";
+  EXPECT_EQ(ask("GET " + url.substr(slash)).status, 403);              // a link opens once
+  EXPECT_EQ(ask("POST /api/v1/commands/reset", session).status, 403);  // no page vouches for it
+  EXPECT_EQ(ask("POST /api/v1/commands/reset", session + "Origin: http://evil.example\r\n").status, 403);
+  EXPECT_EQ(ask("POST /api/v1/commands/reset", session + "Origin: http://" + host + "\r\n").status, 200);
+  wait_state("Idle");
+
+  EXPECT_EQ(ask("POST /api/v1/stop").status, 200);  // anybody
+  wait_state("Aborted");
+}
+
+TEST_F(Operator, OverTheSocketTheGroupDecides) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can be somebody else";
+  namespace fs = std::filesystem;
+  const fs::path folder = cell_->api_socket().parent_path();
+  ASSERT_EQ(chmod(folder.c_str(), 0755), 0);
+  fs::copy_file(bin_dir() / "veneerctl", folder / "veneerctl");  // where anybody can run it
+  const auto as = [&](const std::string& groups, std::vector<std::string> words) {
+    std::vector<std::string> command{"setpriv",
+                                     "--reuid=65534",
+                                     "--regid=65534",
+                                     groups,
+                                     (folder / "veneerctl").string(),
+                                     "--socket",
+                                     cell_->api_socket().string()};
+    command.insert(command.end(), words.begin(), words.end());
+    return run_program(command);
+  };
+  const std::string member = "--groups=1", stranger = "--clear-groups";
+  // Without an operator group only root and the daemon's own user come in.
+  EXPECT_EQ(as(member, {"status"}).status, 1);
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  cell_->set_operator_group("daemon");  // gid 1 on every Debian
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(as(stranger, {"status"}).status, 1);
+  EXPECT_EQ(as(member, {"status"}).status, 0);
+  const Finished reset = as(member, {"reset"});
+  EXPECT_EQ(reset.status, 0) << reset.output;
+  EXPECT_EQ(get("/status")["state"], "Idle");
+  EXPECT_EQ(as(stranger, {"stop"}).status, 1);  // not through this door; TCP is open to everybody's STOP
+  EXPECT_EQ(as(member, {"stop"}).status, 0);
+  wait_state("Aborted");
+}
+
+}  // namespace
+}  // namespace veneer::tests
