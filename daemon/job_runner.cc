@@ -49,7 +49,6 @@ Status JobRunner::refuse(CellCommand command) const {
                                                      case CellState::kAborted:
                                                        return ": Clear it first, then Reset";
                                                      case CellState::kStopped:
-                                                       return ": Reset it first";
                                                      case CellState::kComplete:
                                                        return ": Reset it first";
                                                      case CellState::kHeld:
@@ -76,6 +75,8 @@ void JobRunner::answer(const Status& status) {
 
 bool JobRunner::laser_busy() const { return pattern_reply_ || frame_reply_ || recut_ || (run_ && run_->burning); }
 
+bool JobRunner::lid_was_opened() const { return laser_.status().state.rfind("Door", 0) == 0; }
+
 // ---- Commands ----------------------------------------------------------------------------------------------------
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
@@ -96,9 +97,9 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kUnsuspend:
       return unsuspend(std::move(reply), confirmed);
     case CellCommand::kStop:
-      return stop(std::move(reply));
+      return stop(reply);
     case CellCommand::kClear:
-      return clear(std::move(reply));
+      return clear(reply);
     default:
       return reply(refuse(command));  // Start and Recut name things; Suspend and Complete come from the work
   }
@@ -117,7 +118,7 @@ void JobRunner::reset(Reply reply) {
     });
 }
 
-void JobRunner::clear(Reply reply) {
+void JobRunner::clear(const Reply& reply) {
   enter(CellState::kClearing);
   enter(CellState::kStopped, "Reset homes the laser");
   reply(Ok());
@@ -125,6 +126,10 @@ void JobRunner::clear(Reply reply) {
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
   if (!after(view_.state, CellCommand::kStart)) return reply(refuse(CellCommand::kStart));
+  if (!limits_.finds_home)
+    return reply(Error{ErrorCode::kRefused,
+                       "the laser does not find its corner by itself, so nothing says where the panel lies for it: fit "
+                       "homing switches and switch homing on ($22=1)"});
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
   pending_ = std::move(reply);
@@ -186,17 +191,21 @@ void JobRunner::hold(Reply reply) {
 }
 
 void JobRunner::unhold(Reply reply) {
-  enter(CellState::kUnholding);
   if (laser_busy()) {
+    enter(CellState::kUnholding);
     pending_ = std::move(reply);
     return laser_.resume();
   }
+  if (const Status ready = check_machine(laser_.status()); !ready) return reply(ready);
+  enter(CellState::kUnholding);
   enter(CellState::kExecute);
   reply(Ok());
-  if (run_ && std::exchange(run_->hold_wanted, false)) next_piece();
+  if (!run_) return;
+  run_->consented = true;
+  if (std::exchange(run_->hold_wanted, false)) next_piece();
 }
 
-void JobRunner::stop(Reply reply) {
+void JobRunner::stop(const Reply& reply) {
   const CellState from = view_.state;
   if (from == CellState::kExecute && run_) {
     run_->stop_after_piece = true;
@@ -223,7 +232,7 @@ void JobRunner::stop(Reply reply) {
   reply(Ok());
 }
 
-void JobRunner::stop_after_piece(const std::string& who, Reply reply) {
+void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
   if (!run_ || view_.state != CellState::kExecute)
     return reply(Error{ErrorCode::kConflict, "no piece is being cut: nothing to stop after"});
   audit(who, "cell.stop-after-piece");

@@ -118,7 +118,7 @@ class JobRunner {
   // operator confirms by name before the beam comes on (Unsuspend).
   void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
   void start_job(JobId job, const std::string& who, Reply reply);
-  void stop_after_piece(const std::string& who, Reply reply);
+  void stop_after_piece(const std::string& who, const Reply& reply);
   // Burns strokes that belong to no job (the calibration pattern); only when Idle. The reply comes when it is burnt.
   void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
   // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0. The
@@ -143,8 +143,8 @@ class JobRunner {
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
 
   void reset(Reply reply);
-  void stop(Reply reply);
-  void clear(Reply reply);
+  void stop(const Reply& reply);
+  void clear(const Reply& reply);
   void hold(Reply reply);
   void unhold(Reply reply);
   void unsuspend(Reply reply, const std::vector<std::string>& confirmed);
@@ -170,6 +170,7 @@ class JobRunner {
   void stop_waiting_job();
   void answer(const Status& status);
   bool laser_busy() const;
+  bool lid_was_opened() const;
   void refresh_job(std::function<void()> then);
   // Wraps a continuation so that it is dropped when the epoch has changed meanwhile.
   template <class F>

@@ -46,6 +46,7 @@ void JobRunner::run_prepared(const ProvenPose& pose, std::vector<PieceBurn> burn
         run_->panel = pose.panel;
         kept_ = KeptCuts{pose, {}};
         run_->burns = std::move(burns);
+        run_->consented = true;
         enter(CellState::kExecute);
         answer(Ok());
         next_piece();
@@ -67,7 +68,13 @@ void JobRunner::next_piece() {
                   }));
 }
 
+// Nothing moves after a lid that was closed until the operator says so, be it open for an instant between two pieces.
 void JobRunner::burn_noted_piece() {
+  if (!std::exchange(run_->consented, false) && lid_was_opened()) {
+    run_->hold_wanted = true;
+    enter(CellState::kHolding);
+    return enter(CellState::kHeld, "the lid was opened between two pieces: close it, then Unhold");
+  }
   const PieceBurn& burn = run_->burns[run_->next++];
   run_->noted = false;
   run_->burning = true;

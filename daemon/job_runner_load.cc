@@ -262,6 +262,8 @@ void JobRunner::next_recut() {
     if (view_.job) view_.job->current_piece.clear();
     return end_recut(reason_after_recut_);
   }
+  if (recut_->next > 0 && lid_was_opened())
+    return abort("the lid was opened between two pieces that were being cut again");
   const PieceBurn& burn = recut_->burns[recut_->next++];
   if (view_.job) view_.job->current_piece = burn.mark;
   on_change_();

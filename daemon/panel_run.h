@@ -51,6 +51,7 @@ struct PanelRun {
   bool burning = false;           // the laser has the piece next - 1
   bool hold_wanted = false;       // asked between two pieces: hold before the next one
   bool stop_after_piece = false;  // asked by the operator
+  bool consented = false;         // the operator's word was given and nothing was burnt since
   double seconds_left() const {
     double sum = 0;
     for (std::size_t i = next; i < burns.size(); ++i) sum += burns[i].seconds;

@@ -24,7 +24,7 @@ struct LaserLimits {
   // Does it find its corner itself, the same one each time? If not, home() takes the place where the head stands as the
   // lower left corner, and nothing that was measured before holds.
   bool finds_home = true;
-  MmPerSecond fastest{0};    // of the slower axis; 0 = not known
+  MmPerSecond fastest{0};  // of the slower axis; 0 = not known
 };
 
 // What the operator turns while a job runs: per cent of the programmed value.

@@ -65,11 +65,29 @@ void GrblCore::home(TimePoint now) {
     deadline_ = now_ + options_.banner_wait;
     return;
   }
+  if (last_report_ && last_report_->is("Door")) {
+    if (last_report_->state != "Door:0") return fail({ErrorCode::kRefused, "the lid is open: close it, then home"});
+    // A controller that waits for a cycle start after its lid was closed takes no line; a reset at rest ends the wait.
+    enter(Phase::kResetting);
+    reset_machine();
+    home_wanted_ = true;
+    deadline_ = now_ + options_.banner_wait;
+    return;
+  }
   begin_homing();
 }
 
 void GrblCore::start(LaserJob job, TimePoint now) {
   now_ = now;
+  // A panel is laid through the lid: closed again, the controller waits for a cycle start with nothing left to do.
+  if (phase_ == Phase::kReady && !after_door_ && homed_ && last_report_ && last_report_->state == "Door:0") {
+    if (const Status good = check_job(job, settings_); !good.ok()) return fail(good.error());
+    after_door_ = std::move(job);
+    output_.bytes += '~';
+    deadline_ = now_ + options_.resume_timeout;
+    next_poll_ = now_;
+    return;
+  }
   if (const Status allowed = may_run(job); !allowed.ok()) return fail(allowed.error());
   const WirePoint at{std::llround((*position_)[0] * 1000), std::llround((*position_)[1] * 1000)};
   run_.emplace(std::move(job), settings_, options_, at);
@@ -83,6 +101,8 @@ void GrblCore::start(LaserJob job, TimePoint now) {
 
 void GrblCore::hold(TimePoint now) {
   now_ = now;
+  if (std::exchange(after_door_, std::nullopt))
+    return fail({ErrorCode::kCancelled, "the laser was held before it began: start again"});
   if (phase_ != Phase::kJob || hold_ == Hold::kRequested || hold_ == Hold::kHeld) return;
   hold_ = Hold::kRequested;
   output_.bytes += '!';
@@ -113,6 +133,7 @@ void GrblCore::stop_after_piece() {
 void GrblCore::abort(TimePoint now) {
   now_ = now;
   const Error cancelled{ErrorCode::kCancelled, "the laser was stopped by command"};
+  if (std::exchange(after_door_, std::nullopt)) fail(cancelled);
   switch (phase_) {
     case Phase::kClosed:
       return;
@@ -295,6 +316,12 @@ void GrblCore::on_report(const StatusReport& report) {
       return;
     case Phase::kReady:
       drive_overrides();
+      if (after_door_ && report.is("Idle")) {
+        deadline_.reset();
+        LaserJob job = std::move(*after_door_);
+        after_door_.reset();
+        return start(std::move(job), now_);
+      }
       if (homed_ && report.is("Alarm")) {
         reset_machine();
         drop_out({ErrorCode::kDeviceFault, "the laser went into alarm: clear what stopped it, then home it"}, true);
@@ -328,6 +355,7 @@ void GrblCore::on_report(const StatusReport& report) {
 void GrblCore::link_lost(const Error& error, TimePoint now) {
   now_ = now;
   if (phase_ == Phase::kClosed) return;
+  if (std::exchange(after_door_, std::nullopt)) fail(error);
   const Phase phase = phase_;
   if (job_running()) {
     end_job(phase == Phase::kStopping ? stop_error_ : error, true);
@@ -391,8 +419,11 @@ void GrblCore::on_deadline() {
         events_.emplace_back(laser_event::Held{});
       }
       return;
-    case Phase::kClosed:
     case Phase::kReady:
+      if (std::exchange(after_door_, std::nullopt))
+        fail({ErrorCode::kRefused, "the laser still says that its lid is open: close it"});
+      return;
+    case Phase::kClosed:
       return;
   }
 }

@@ -195,6 +195,7 @@ class GrblCore {
   std::optional<StatusReport::Xy> work_offset_;  // cached: reports carry it only now and then
   bool homed_ = false;
   bool home_wanted_ = false;
+  std::optional<LaserJob> after_door_;  // to begin once the controller has woken from a lid that was closed again
   bool homing_answered_ = false;
 
   Overrides overrides_;

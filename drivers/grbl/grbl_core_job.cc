@@ -21,7 +21,7 @@ bool at_rest(const StatusReport& report, bool lines_outstanding) {
 Status GrblCore::may_run(const LaserJob& job) const {
   if (phase_ == Phase::kClosed || phase_ == Phase::kConnecting)
     return Error{ErrorCode::kUnavailable, "the laser is not connected"};
-  if (phase_ != Phase::kReady) return Error{ErrorCode::kConflict, "the laser is busy"};
+  if (phase_ != Phase::kReady || after_door_) return Error{ErrorCode::kConflict, "the laser is busy"};
   if (!homed_ || !position_ || !last_report_)
     return Error{ErrorCode::kRefused, "the laser does not know its position: home it first"};
   if (last_report_->state != "Idle")

@@ -20,6 +20,7 @@ void GrblCore::enter(Phase phase) {
   deadline_.reset();
   settled_at_.reset();
   idle_since_.reset();
+  after_door_.reset();
   if (phase == Phase::kClosed) {
     poll_.reset();
     polls_lost_ = 0;
@@ -145,6 +146,7 @@ void GrblCore::fail(Error error) { events_.emplace_back(laser_event::Failed{std:
 
 void GrblCore::drop_out(Error error, bool connected) {
   homed_ = false;
+  after_door_.reset();
   events_.emplace_back(laser_event::Fault{std::move(error), connected});
 }
 

@@ -355,6 +355,25 @@ TEST_F(JobRunnerTest, UnholdUnderAnOpenLidStaysHeldAndSaysSo) {
   EXPECT_EQ(state(), CellState::kHeld);
 }
 
+TEST_F(JobRunnerTest, ALidOpenedBetweenTwoPiecesHoldsUntilTheOperatorSaysSo) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.lid_was_open = true;  // in the instant between this piece and the next
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(std::count(laser_.calls.begin(), laser_.calls.end(), "start"), 1);
+  laser_.lid_open = true;
+  EXPECT_THAT(command(CellCommand::kUnhold).error().message, HasSubstr("lid is open"));
+  EXPECT_EQ(state(), CellState::kHeld);
+  laser_.lid_open = false;
+  laser_.burn_at_once = true;
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  settle();
+  EXPECT_EQ(std::count(laser_.calls.begin(), laser_.calls.end(), "start"), 2);
+}
+
 TEST_F(JobRunnerTest, AMachineThatDropsOutAtRestEndsAborted) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   laser_.say(laser_event::Fault{{ErrorCode::kDisconnected, "the laser was unplugged"}, false});
@@ -412,6 +431,13 @@ TEST_F(JobRunnerTest, AJobThatLeavesTheTravelIsRefusedBeforeAnythingMoves) {
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("right side"));
   EXPECT_EQ(state(), CellState::kSuspended);
   EXPECT_THAT(laser_.calls, Not(Contains("start")));
+}
+
+TEST_F(JobRunnerTest, AMachineThatFindsNoHomeCutsNoJob) {
+  laser_.finds_home = false;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_THAT(start().error().message, HasSubstr("homing switches"));
+  EXPECT_EQ(state(), CellState::kIdle);
 }
 
 TEST_F(JobRunnerTest, AZoneWhereTheHeadMustNotGoIsHeeded) {
@@ -607,6 +633,18 @@ TEST_F(JobRunnerTest, ARecutThatIsBrokenOffNamesThePiece) {
   EXPECT_THAT(runner_->view().reason, HasSubstr("piece A1-2 was being cut again: look at it"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
   EXPECT_EQ(runner_->view().can_recut, 0);
+}
+
+TEST_F(JobRunnerTest, ALidOpenedBetweenTwoRecutsEndsThem) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(recut({"A1-1", "A1-2"}).ok());
+  laser_.lid_was_open = true;
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("lid was opened"));
 }
 
 TEST_F(JobRunnerTest, ARecutCanBeHeld) {

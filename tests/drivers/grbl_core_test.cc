@@ -315,6 +315,68 @@ TEST_F(GrblCoreTest, SaysSoWhenTheMachineDropsOutAtRest) {
   EXPECT_FALSE(core.status().homed);
 }
 
+// A panel is laid through the lid; closed again, the controller waits for a cycle start and takes no line before.
+class ClosedLid : public GrblCoreTest {
+ protected:
+  static constexpr const char* kWaiting = "<Door:0|MPos:-1.000,-1.000,0.000|FS:0,0>";
+  static constexpr const char* kIdle = "<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>";
+  void SetUp() override {
+    connect_and_home();
+    wait_in("<Door:1|MPos:-1.000,-1.000,0.000|FS:0,0>", 2s);
+    EXPECT_EQ(wait_in(kWaiting, 2s), "") << "nothing resumes by itself";
+  }
+};
+
+TEST_F(ClosedLid, IsLeftByAStartAndByNothingElse) {
+  core.start(line_job(), now);
+  EXPECT_EQ(out(), "~");
+  core.start(line_job(), now);
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_EQ(event<laser_event::Failed>()->error.code, ErrorCode::kConflict);
+  EXPECT_EQ(wait_in(kIdle, 200ms), "G0G17G21G91G94\nG0M4S0\nF900\n$G\n");
+}
+
+TEST_F(ClosedLid, ThatIsNotClosedAfterAllRefusesTheJob) {
+  core.start(line_job(), now);
+  EXPECT_EQ(out(), "~");
+  EXPECT_EQ(wait_in("<Door:1|MPos:-1.000,-1.000,0.000|FS:0,0>", 20s), "");
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_THAT(event<laser_event::Failed>()->error.message, HasSubstr("lid"));
+  EXPECT_EQ(wait_in(kIdle, 2s), "") << "and it does not begin later";
+}
+
+TEST_F(ClosedLid, AStartThatIsHeldOrStoppedMeanwhileNeverBegins) {
+  core.start(line_job(), now);
+  out();
+  core.hold(now);
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_EQ(wait_in(kIdle, 2s), "");
+  wait_in(kWaiting, 2s);
+  core.start(line_job(), now);
+  out();
+  core.abort(now);
+  EXPECT_EQ(out(), "\x18");
+  say(kBanner);
+  EXPECT_EQ(wait_in(kIdle, 2s), "");
+  EXPECT_FALSE(event<laser_event::Aborted>()) << "no job ran";
+}
+
+TEST_F(ClosedLid, HomingResetsFirst) {
+  core.home(now);
+  EXPECT_EQ(out(), "\x18");
+  say(kBanner);
+  EXPECT_EQ(wait_in(kIdle, 500ms), "$H\n");
+}
+
+TEST_F(GrblCoreTest, DoesNotHomeUnderAnOpenLid) {
+  connect_and_home();
+  wait_in("<Door:1|MPos:-1.000,-1.000,0.000|FS:0,0>", 2s);
+  core.home(now);
+  EXPECT_EQ(out(), "");
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_THAT(event<laser_event::Failed>()->error.message, HasSubstr("close it"));
+}
+
 TEST_F(GrblCoreTest, AnImpatientDoubleStopIsNotAFault) {
   connect_and_home();
   core.abort(now);

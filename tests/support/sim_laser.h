@@ -18,7 +18,7 @@ class SimLaser final : public LaserDriver {
   void connect(OnEvent on_event) override {
     calls.push_back("connect");
     on_event_ = std::move(on_event);
-    LaserLimits limits{{}, "SimLaser", true, MmPerSecond(400)};
+    LaserLimits limits{{}, "SimLaser", finds_home, MmPerSecond(400)};
     connected_ = present;
     limits.travel.add(point<MachineFrame>(0, 0));
     limits.travel.add(point<MachineFrame>(520, 380));
@@ -33,6 +33,7 @@ class SimLaser final : public LaserDriver {
   }
   void start(LaserJob job) override {
     calls.push_back("start");
+    lid_was_open = false;
     job_ = std::move(job);
     burning_ = true;
     if (burn_at_once) finish();
@@ -53,7 +54,8 @@ class SimLaser final : public LaserDriver {
     burning_ = false;
   }
   LaserStatus status() const override {
-    return {connected_, lid_open ? "Door:1" : "Idle", {}, burning_, connected_, "SimLaser"};
+    const char* word = lid_open ? "Door:1" : lid_was_open ? "Door:0" : "Idle";
+    return {connected_, word, {}, burning_, connected_, "SimLaser", {}};
   }
 
   // Ends the piece that is being burnt, well.
@@ -78,7 +80,9 @@ class SimLaser final : public LaserDriver {
   std::vector<PieceId> burnt;
   std::vector<LaserJob> jobs;  // as burnt
   bool present = true;
+  bool finds_home = true;
   bool lid_open = false;
+  bool lid_was_open = false;  // and is closed again, and nothing was begun since
   bool burn_at_once = true;
 
  private:
