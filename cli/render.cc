@@ -130,7 +130,7 @@ std::string what_next(const std::string& state) {
 }
 
 // What a person has to know and do before Unsuspend.
-std::string before_motion_words(const json& load) {
+std::string before_motion_words(const json& load, const json& confirm) {
   std::string text;
   if (const double seconds = number_or(load, "estimate_s", 0); seconds > 0)
     text += line("Takes", seconds < 90 ? fmt::format("about {:.0f} s", std::max(1.0, seconds))
@@ -138,7 +138,7 @@ std::string before_motion_words(const json& load) {
   if (const double focus = number_or(load, "focus_mm", 0); focus > 0)
     text += line("Focus", fmt::format("{:.1f} mm above the bed, the panel's upper face", focus));
   std::string asked;
-  if (const json& confirm = member(load, "confirm"); confirm.is_array())
+  if (confirm.is_array())
     for (const json& what : confirm)
       if (what.is_string()) asked += (asked.empty() ? "" : ", ") + what.get<std::string>();
   return text + line("Confirm", asked);
@@ -158,7 +158,8 @@ std::string render_status(const json& status) {
     text += line("", progress_line(static_cast<double>(whole_or(job, "cut", 0)) / static_cast<double>(pieces), "", 40));
   }
   const json& load = member(status, "load");
-  if (load.is_object()) text += line("On the bed", load_words(load)) + before_motion_words(load);
+  if (load.is_object())
+    text += line("On the bed", load_words(load)) + before_motion_words(load, member(status, "confirm"));
   if (const json& recut = member(status, "recut"); recut.is_object())
     text += line("Recut", fmt::format("{} pieces of {} can be cut again while it lies unmoved",
                                       whole_or(recut, "pieces", 0), text_or(recut, "panel", "?")));

@@ -13,19 +13,20 @@ let role = "viewer";
 let jobs = [];
 let panels = [];
 let chosenJob = 0;      // what Start starts; 0 = the one under way, else the newest
-let bedAt = 0;
 let listsAt = 0;
 
 // ---- speaking with the daemon ----------------------------------------------------------------------------------
 
-async function ask(method, path, timeoutMs = 5000) {
+async function ask(method, path, timeoutMs = 5000, body = null) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
   try {
-    const reply = await fetch(path, {method, signal: giveUp.signal, cache: "no-store"});
-    const body = await reply.json().catch(() => ({}));
-    if (reply.ok) return body;
-    const sentence = body.error && body.error.message ? body.error.message : `the cell answered ${reply.status}`;
+    const asked = {method, signal: giveUp.signal, cache: "no-store"};
+    if (body) Object.assign(asked, {body: JSON.stringify(body), headers: {"Content-Type": "application/json"}});
+    const reply = await fetch(path, asked);
+    const told = await reply.json().catch(() => ({}));
+    if (reply.ok) return told;
+    const sentence = told.error && told.error.message ? told.error.message : `the cell answered ${reply.status}`;
     throw Object.assign(new Error(sentence), {answered: true});
   } catch (fault) {
     if (fault.answered) throw fault;
@@ -88,21 +89,26 @@ async function stop(event) {
 
 // ---- commands ---------------------------------------------------------------------------------------------------
 
-async function command(path) {
+// Was it taken? A refusal is shown.
+async function command(path, body = null, timeoutMs = 20000) {
   $("refusal").hidden = true;
+  let taken = true;
   try {
-    await ask("POST", path, 20000);
+    await ask("POST", path, timeoutMs, body);
   } catch (fault) {
+    taken = false;
     $("refusal").textContent = fault.message;
     $("refusal").hidden = false;
   }
   try { takeStatus(await ask("GET", "/api/v1/status")); } catch (fault) { /* the age of the data tells */ }
+  return taken;
 }
 
 const kAllowed = {
   "hold": ["Execute"],
   "unhold": ["Held"],
   "unsuspend": ["Suspended"],
+  "stop": ["Suspended", "Held"],
   "stop-after-piece": ["Execute", "Holding", "Held", "Unholding"],
   "clear": ["Aborted"],
   "reset": ["Stopped", "Complete"],
@@ -117,6 +123,8 @@ function nextStep() {
     case "Idle": return startable() ? ["start", "Start asks for the panel first. Nothing moves before you say go on."] : ["", ""];
     case "Suspended":
       if (!load || !load.found) return ["", "Load the panel. Its tags are looked for as soon as it lies there."];
+      if (cell.framing) return ["", "The frame is being traced: the head moves. STOP ends it."];
+      if (!allConfirmed()) return ["", "Tick what you have seen to; the laser does not begin before."];
       return ["unsuspend", "Is it flat, clamped, and nothing in the way? Then go on: the laser will move."];
     case "Held": return ["unhold", "Unhold goes on exactly where it stopped."];
     case "Aborted": return ["clear", "When the cause is gone: Clear, then Reset, then Start for the remaining pieces."];
@@ -136,10 +144,11 @@ function startable() {
 function showCommands() {
   const operator = role !== "viewer";
   const [next, hint] = nextStep();
+  const found = Boolean(cell.load && cell.load.found) && !cell.framing;
   for (const button of $("commands").querySelectorAll("[data-command]")) {
     const name = button.dataset.command;
     let allowed = kAllowed[name].includes(cell.state);
-    if (name === "unsuspend" && !(cell.load && cell.load.found)) allowed = false;
+    if (name === "unsuspend" && !(found && allConfirmed())) allowed = false;
     button.disabled = !operator || !allowed;
     button.classList.toggle("next", operator && allowed && name === next);
   }
@@ -148,8 +157,43 @@ function showCommands() {
   start.textContent = job ? `Start “${job.name}”` : "Start";
   start.disabled = !operator || cell.state !== "Idle" || !job;
   start.classList.toggle("next", !start.disabled && next === "start");
+  $("frame").hidden = cell.state !== "Suspended";
+  $("do-frame").disabled = !operator || !found;
+  const percent = framePercent();
+  $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power` : "Trace the frame, dark";
+  if (cell.load && cell.load.frame_max_power) $("frame-percent").max = 100 * cell.load.frame_max_power;
   $("hint").textContent = operator ? hint
       : "You may look, and press STOP. To operate from this browser, run “veneerctl console” on the cell's machine and open the link it prints.";
+}
+
+// ---- before the beam comes on ------------------------------------------------------------------------------------
+
+const framePercent = () => Math.max(0, Number($("frame-percent").value) || 0);
+
+// What is asked by name for what the operator may begin now.
+const askedNames = () => (cell.state === "Suspended" || recutMarks.size ? cell.confirm || [] : []);
+
+const confirmBoxes = () => [...$("confirm-names").querySelectorAll("input")];
+const confirmedNames = () => confirmBoxes().filter((box) => box.checked).map((box) => box.value);
+const allConfirmed = () => confirmedNames().length === askedNames().length;
+
+// A tick is good for one beginning: another panel, set-up or state asks again.
+function showConfirm() {
+  const names = askedNames();
+  const load = cell.load;
+  const key = JSON.stringify([names, cell.state, load && load.panel, load && load.setup]);
+  $("confirm").hidden = names.length === 0;
+  if ($("confirm").dataset.key === key) return;
+  $("confirm").dataset.key = key;
+  $("confirm-names").replaceChildren(...names.map((name) => {
+    const label = document.createElement("label");
+    const box = document.createElement("input");
+    box.type = "checkbox";
+    box.value = name;
+    box.onchange = show;
+    label.append(box, asSentence(name).replace(/\.$/, ""));
+    return label;
+  }));
 }
 
 // ---- showing ----------------------------------------------------------------------------------------------------
@@ -185,7 +229,11 @@ function show() {
   if (!cell) return;
   showState();
   showLoad();
+  showToolpath();
+  showConfirm();
   showJob();
+  showRecut();
+  showSuspects();
   showTasks();
   showFacts();
   showCommands();
@@ -231,6 +279,12 @@ function showLoad() {
   $("load-how").textContent = !load ? ""
       : load.face_up === "back" ? "Face down: the veneer looks at the bed, the plain back with its tags looks up at you."
                                 : "Face up: the veneer looks up at you.";
+  const facts = [];
+  if (load && load.how) facts.push(fact("Lay it", load.how, false));
+  if (load && load.setups > 1) facts.push(fact("Set-up", `${load.setup} of ${load.setups}: the panel is larger than the bed`, false));
+  if (load && load.focus_mm > 0) facts.push(fact("Focus", `${load.focus_mm.toFixed(1)} mm above the bed`, false));
+  if (load && load.estimate_s > 0) facts.push(fact("Takes", `about ${minutes(load.estimate_s)}`, false));
+  $("load-facts").replaceChildren(...facts);
   const mark = load && load.found ? "✓ " : "◆ ";
   $("load-found").textContent = !load ? "" : mark + asSentence(load.sentence || (load.found ? "found" : "not found yet"));
   for (const card of $("panels").children) card.classList.toggle("wanted", Boolean(load) && card.dataset.panel === load.panel);
@@ -319,18 +373,6 @@ function setPicture(image, path) {
   image.src = path;
 }
 
-function showBed() {
-  const next = new Image();
-  next.onload = () => {
-    $("bed-picture").src = next.src;
-    $("bed-picture").hidden = false;
-    $("bed-none").hidden = true;
-    bedAt = performance.now();
-    next.onload = null;
-  };
-  next.src = "/api/v1/bed.jpg" + `?at=${Date.now()}`;
-}
-
 // ---- panels and jobs --------------------------------------------------------------------------------------------
 
 const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
@@ -412,7 +454,7 @@ async function loadPieces() {
     }
     map.pieces = (await ask("GET", `/api/v1/jobs/${job.id}/pieces`)).pieces || [];
     map.box = boxOf(map.pieces);
-    drawMap();
+    show();
   } catch (fault) {
     // Tried again with the next piece.
   }
@@ -491,7 +533,7 @@ function tick() {
   const dead = !cell || age > kStaleMs;
   document.body.classList.toggle("not-live", dead);
   // Nobody operates on what may be no longer true; STOP is not among these.
-  if (dead) for (const button of $("commands").querySelectorAll("button")) button.disabled = true;
+  if (dead) for (const button of document.querySelectorAll("main button")) button.disabled = true;
   $("live").classList.toggle("off", dead);
   $("live").textContent = !cell ? "connecting" : dead ? "▲ SCREEN NOT LIVE" : `live, data ${age < 1500 ? "now" : `${(age / 1000).toFixed(0)} s old`}`;
   $("dead").hidden = !dead || performance.now() < kStaleMs;
@@ -504,8 +546,14 @@ function tick() {
 $("stop").addEventListener("submit", stop);
 $("do-start").addEventListener("click", () => { const job = startable(); if (job) command(`/api/v1/jobs/${job.id}/start`); });
 for (const button of document.querySelectorAll("[data-command]")) {
-  button.addEventListener("click", () => command(`/api/v1/commands/${button.dataset.command}`));
+  const name = button.dataset.command;
+  const body = () => (name === "unsuspend" ? {confirmed: confirmedNames()} : null);
+  button.addEventListener("click", () => command(`/api/v1/commands/${name}`, body()));
 }
+// Answered when the frame is traced.
+$("do-frame").addEventListener("click", () => command("/api/v1/commands/frame", {power: framePercent() / 100}, 120000));
+$("frame-percent").addEventListener("input", () => { if (cell) showCommands(); });
+$("do-recut").addEventListener("click", recutChosen);
 poll();
 listen();
 loadJobs();

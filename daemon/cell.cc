@@ -34,7 +34,7 @@ json to_json(const LoadView& load, const RunnerOptions& options, double time_sca
           {"outline", load.setup.outline},
           {"estimate_s", load.seconds > 0 ? json(load.seconds / time_scale) : json()},
           {"focus_mm", options.thickness.count()},
-          {"confirm", options.confirm}};
+          {"frame_max_power", options.frame_max_power.count()}};
 }
 
 }  // namespace
@@ -145,6 +145,7 @@ json Cell::status() const {
   if (view.load) out["load"] = to_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;
   out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
+  out["confirm"] = runner->options().confirm;
   const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
   out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
                         {"camera", word(calibration && calibration->camera)},

@@ -135,8 +135,8 @@ TEST(Render, WhatHasToBeKnownAndConfirmedBeforeMotion) {
                                             {"found", true},
                                             {"sentence", ""},
                                             {"estimate_s", 840.0},
-                                            {"focus_mm", 2.1},
-                                            {"confirm", {"exhaust", "air assist"}}}},
+                                            {"focus_mm", 2.1}}},
+                                          {"confirm", {"exhaust", "air assist"}},
                                           {"recut", {{"panel", "P-0001"}, {"pieces", 12}}}});
   EXPECT_NE(text.find("Takes        about 14 min\n"), std::string::npos) << text;
   EXPECT_NE(text.find("Focus        2.1 mm above the bed"), std::string::npos) << text;

@@ -73,7 +73,7 @@ TEST_F(PreflightTest, ARecipeNobodyCouldBurnIsRefused) {
 }
 
 TEST_F(PreflightTest, TheMachineMustBeThereHomedAndClosed) {
-  LaserStatus laser{true, "Idle", {}, false, true, "Grbl 1.1h"};
+  LaserStatus laser{true, "Idle", {}, false, true, "Grbl 1.1h", {}};
   EXPECT_TRUE(check_machine(laser).ok());
   laser.state = "Door:1";
   EXPECT_THAT(check_machine(laser).error().message, HasSubstr("lid is open"));

@@ -4,6 +4,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <thread>
+
 #include "tests/demo/figures.h"
 #include "tests/scenarios/prepared_cell.h"
 #include "tests/support/http_probe.h"
@@ -63,11 +66,16 @@ class Operator : public PreparedCell {
           return {{"through_mm", sheet["through_mm"]}, {"engraved_mm", sheet["engraved_mm"]}};
     return {{"through_mm", 0.0}, {"engraved_mm", 0.0}};
   }
-  // The twin's raster follows its controller a moment later.
+  // The twin's raster follows its controller a moment later: what is burnt once this much is, and no more comes.
   json burnt_through(double at_least_mm) {
-    for (int i = 0; i < 200; ++i)
-      if (json now = burnt(); now["through_mm"].get<double>() >= at_least_mm) return now;
-    return burnt();
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    json now = burnt();
+    for (json before; std::chrono::steady_clock::now() < end; now = burnt()) {
+      if (now["through_mm"].get<double>() >= at_least_mm && now == before) break;
+      before = now;
+      std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    }
+    return now;
   }
   // What the twin's truth says of it all; scans the panel again first.
   std::vector<std::string> red() {
@@ -236,7 +244,7 @@ TEST_F(Operator, OverTheSocketTheGroupDecides) {
   ASSERT_EQ(chmod(folder.c_str(), 0755), 0);
   fs::copy_file(bin_dir() / "veneerctl", folder / "veneerctl");  // where anybody can run it
   const auto as = [&](const std::string& groups, std::vector<std::string> words) {
-    std::vector<std::string> command{"setpriv",
+    std::vector<std::string> command{"/usr/bin/setpriv",
                                      "--reuid=65534",
                                      "--regid=65534",
                                      groups,
