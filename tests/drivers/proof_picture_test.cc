@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace veneer::proof {
@@ -28,6 +29,44 @@ TEST(BlockMeans, OfAPlainPieceAreNotDisturbedByItsNeighbours) {
   const BlockMeans mine(table_of(piece), table_of(mask), centre, half, kPxPerMm);
   EXPECT_GT(mine.with(place).correlation, 0.97);
   EXPECT_LT(mine.with(place).difference, 0.2);
+}
+
+// Plain wood with a fine grain, 60 x 60 mm at 300 dpi, and what is seen of it when `gap` pixels are missing at every
+// 12 mm.
+struct PlainWood {
+  static constexpr int kSide = 708, kPatch = 142;
+  cv::Mat preview = cv::Mat(kSide, kSide, CV_8UC3);
+  PlainWood() {
+    for (int r = 0; r < kSide; ++r)
+      for (int c = 0; c < kSide; ++c)
+        preview.at<cv::Vec3b>(r, c) =
+            cv::Vec3b::all(static_cast<unsigned char>(190 + 12 * std::sin(c / 9.0 + r / 70.0)));
+  }
+  double ssim_with_gaps(int gap, unsigned char cover) const {
+    const cv::Scalar table = cv::Scalar::all(40);
+    Assembled assembled{preview.clone(), cv::Mat(kSide, kSide, CV_8UC1, cv::Scalar(255))};
+    for (int at = kPatch; at + gap < kSide; at += kPatch) {
+      const cv::Range line(at, at + gap);
+      for (cv::Mat part : {assembled.picture.rowRange(line), assembled.picture.colRange(line)})
+        cv::addWeighted(part, cover / 255.0, cv::Mat(part.size(), CV_8UC3, table), 1 - cover / 255.0, 0, part);
+      assembled.cover.rowRange(line).setTo(cover);
+      assembled.cover.colRange(line).setTo(cover);
+    }
+    return picture_ssim(assembled, table, preview, kSide * 25.4 / 300, kSide * 25.4 / 300);
+  }
+};
+
+TEST(PictureSsim, ComparesTheWoodAcrossFineJoints) {
+  const PlainWood wood;
+  EXPECT_GT(wood.ssim_with_gaps(0, 255), 0.9999);
+  EXPECT_GT(wood.ssim_with_gaps(1, 50), 0.99);  // 0.07 mm
+  EXPECT_GT(wood.ssim_with_gaps(2, 127), 0.99);
+}
+
+TEST(PictureSsim, SeesGapsThatAreWiderThanJoints) {
+  const PlainWood wood;
+  EXPECT_LT(wood.ssim_with_gaps(6, 0), 0.9);  // 0.5 mm
+  EXPECT_LT(wood.ssim_with_gaps(40, 0), 0.8);
 }
 
 }  // namespace

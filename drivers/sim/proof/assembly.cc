@@ -16,6 +16,7 @@ constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse 
 constexpr double kMirrorMargin = 0.3;    // in correlation
 const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
 const cv::Scalar kTable(40, 40, 40);     // seen through gaps
+constexpr int kFiner = 4;                // joints are narrower than a pixel: edges are drawn this much finer
 
 struct Fit {
   Rigid artwork_from_sheet;
@@ -63,7 +64,8 @@ struct Laid {
   bool mirrored = false;
   cv::Rect box;      // on the canvas
   cv::Mat colour;    // BGR over the box
-  cv::Mat mask;      // 255 = this piece's wood
+  cv::Mat mask;      // 255 = the pixel's centre lies on this piece's wood
+  cv::Mat cover;     // 0 to 255: the pixel's share of this piece's wood
   Vec2 centre_px{};  // of its place's outline
   Vec2 half_px{};
 };
@@ -96,6 +98,10 @@ void paint(const FoundPiece& piece, const Canvas& canvas, Laid& laid) {
   laid.mask = cv::Mat(laid.box.size(), CV_8UC1, cv::Scalar(0));
   for (Vec2& p : edge) p = p - Vec2{static_cast<double>(laid.box.x), static_cast<double>(laid.box.y)};
   fill_ring(laid.mask, edge, 255);
+  for (Vec2& p : edge) p = p * kFiner;
+  cv::Mat finer(laid.box.size() * kFiner, CV_8UC1, cv::Scalar(0));
+  fill_ring(finer, edge, 255);
+  cv::resize(finer, laid.cover, laid.box.size(), 0, 0, cv::INTER_AREA);
   // box pixel (centres from 0, as warpAffine counts) -> artwork -> sheet -> the sheet's raster
   const Rigid back = laid.fit.artwork_from_sheet.inverse();
   const auto raster = [&](double column, double row) {
@@ -223,23 +229,34 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
   }
 }
 
-cv::Mat assemble(const ClaimedJob& job, const Canvas& canvas, const std::vector<Laid>& laid) {
-  cv::Mat picture(canvas.size, CV_8UC3, kTable);
+// Adds `colour` times its share of each pixel.
+void lay_on(cv::Mat picture, cv::Mat cover, const cv::Mat& colour, const cv::Mat& share) {
+  cv::Mat shares, part;
+  cv::cvtColor(share, shares, cv::COLOR_GRAY2BGR);
+  cv::multiply(colour, shares, part, 1 / 255.0);
+  picture += part;
+  cover += share;
+}
+
+Assembled assemble(const ClaimedJob& job, const Canvas& canvas, const std::vector<Laid>& laid) {
+  Assembled out{cv::Mat(canvas.size, CV_8UC3, cv::Scalar::all(0)), cv::Mat(canvas.size, CV_8UC1, cv::Scalar(0))};
   for (const ClaimedPiece& piece : job.pieces) {
     if (!piece.panel.empty()) continue;
     cv::Mat patch(canvas.size, CV_8UC1, cv::Scalar(0));
     std::vector<Vec2> ring;
     for (const Vec2& p : piece.artwork_outline) ring.push_back(canvas.pixel(p));
     fill_ring(patch, ring, 255);
-    picture.setTo(kMissing, patch);
+    lay_on(out.picture, out.cover, cv::Mat(canvas.size, CV_8UC3, kMissing), patch);
   }
   for (const Laid& piece : laid) {
     const cv::Rect visible = piece.box & cv::Rect({}, canvas.size);
     if (visible.empty()) continue;
     const cv::Rect part(visible.x - piece.box.x, visible.y - piece.box.y, visible.width, visible.height);
-    piece.colour(part).copyTo(picture(visible), piece.mask(part));
+    lay_on(out.picture(visible), out.cover(visible), piece.colour(part), piece.cover(part));
   }
-  return picture;
+  cv::Mat nothing = out.cover.clone();
+  lay_on(out.picture, nothing, cv::Mat(canvas.size, CV_8UC3, kTable), 255 - out.cover);
+  return out;
 }
 
 // Distances of the true edge from the planned one, on the panel.
@@ -304,8 +321,9 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
                [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, integral); });
   if (!proof.preview.empty()) {
     judge_pictures(job, canvas, integral, laid, threads, proof);
-    proof.assembled = assemble(job, canvas, laid);
-    proof.picture_ssim = picture_ssim(proof.assembled, proof.preview, job.width_mm, job.height_mm);
+    const Assembled assembled = assemble(job, canvas, laid);
+    proof.assembled = assembled.picture;
+    proof.picture_ssim = picture_ssim(assembled, kTable, proof.preview, job.width_mm, job.height_mm);
   }
   for (const Laid& piece : laid) {
     if (!piece.mirrored) continue;

@@ -11,14 +11,19 @@ namespace {
 constexpr double kBlock = 2;  // mm
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-cv::Mat grey_75_dpi(const cv::Mat& picture, double width_mm, double height_mm) {
+cv::Mat grey_of(const cv::Mat& picture) {
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   grey.convertTo(grey, CV_32F);
+  return grey;
+}
+
+cv::Mat at_75_dpi(const cv::Mat& picture, double width_mm, double height_mm) {
   const cv::Size size(std::max(11, static_cast<int>(std::lround(width_mm * 75 / 25.4))),
                       std::max(11, static_cast<int>(std::lround(height_mm * 75 / 25.4))));
-  cv::resize(grey, grey, size, 0, 0, cv::INTER_AREA);
-  return grey;
+  cv::Mat out;
+  cv::resize(picture, out, size, 0, 0, cv::INTER_AREA);
+  return out;
 }
 
 cv::Mat blurred(const cv::Mat& picture) {
@@ -29,9 +34,16 @@ cv::Mat blurred(const cv::Mat& picture) {
 
 }  // namespace
 
-double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm) {
-  const cv::Mat b = grey_75_dpi(preview, width_mm, height_mm);
-  cv::Mat a = grey_75_dpi(assembled, width_mm, height_mm);
+double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview, double width_mm,
+                    double height_mm) {
+  const cv::Mat b = at_75_dpi(grey_of(preview), width_mm, height_mm);
+  cv::Mat a = at_75_dpi(grey_of(assembled.picture), width_mm, height_mm);
+  cv::Mat wood;  // share of each pixel
+  assembled.cover.convertTo(wood, CV_32F, 1 / 255.0);
+  wood = at_75_dpi(wood, width_mm, height_mm);
+  const double table_grey = grey_of(cv::Mat(1, 1, CV_8UC3, table)).at<float>(0, 0);
+  const cv::Mat of_wood = (a - (1 - wood) * table_grey) / wood;
+  of_wood.copyTo(a, wood > 0.5);
   cv::Scalar mean_a;
   cv::Scalar mean_b;
   cv::Scalar deviation_a;

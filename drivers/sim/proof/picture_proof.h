@@ -8,9 +8,20 @@
 
 namespace veneer::proof {
 
-// Both BGR and of one size, covering width_mm x height_mm: grey, area-averaged to 75 dpi, `assembled` under the best
+// Pieces laid side by side, as they are seen from above.
+struct Assembled {
+  cv::Mat picture;  // BGR; the table shows where no wood lies
+  cv::Mat cover;    // CV_8UC1, 0 to 255: the share of each pixel that is wood
+};
+
+// All of one size, covering width_mm x height_mm: grey, area-averaged to 75 dpi, the assembled picture under the best
 // gain and offset, then the mean of SSIM with an 11 x 11 Gaussian window (sigma 1.5).
-double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm);
+//
+// It compares the wood: a pixel of 75 dpi that is wood for the greater part has the mean of its wood, without the
+// `table` that shows through a joint. Pieces are cut with a clearance so that they fit; the joints that come of it,
+// much narrower than such a pixel, are judged by the edges' errors. Wider gaps count as seen.
+double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview, double width_mm,
+                    double height_mm);
 
 // Grey means of the blocks of 2 mm around a centre.
 class BlockMeans {
