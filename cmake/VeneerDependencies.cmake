@@ -17,6 +17,8 @@ find_package(ZLIB REQUIRED)
 pkg_check_modules(apriltag REQUIRED IMPORTED_TARGET apriltag)
 pkg_check_modules(lcms2 REQUIRED IMPORTED_TARGET lcms2)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
+pkg_check_modules(libusb REQUIRED IMPORTED_TARGET libusb-1.0)
+pkg_check_modules(umockdev REQUIRED IMPORTED_TARGET umockdev-1.0)
 pkg_check_modules(libsystemd REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(tesseract REQUIRED IMPORTED_TARGET tesseract)
 

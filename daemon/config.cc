@@ -118,8 +118,13 @@ class Section {
 
 void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
   Section laser(root, file, "laser", errors);
-  laser.word("kind", config.laser.kind, {"grbl", "sim"});
+  laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
   laser.text("port", config.laser.port);
+  if (config.laser.kind == "lihuiyu") {
+    laser.word("board", config.laser.board, {"m2", "m3"});
+    laser.quantity("travel_x_mm", config.laser.travel_x, 50, 2000);
+    laser.quantity("travel_y_mm", config.laser.travel_y, 50, 2000);
+  }
   laser.refuse_unread();
   Section scanner(root, file, "scanner", errors);
   scanner.word("kind", config.scanner.kind, {"file", "sim"});
@@ -232,9 +237,9 @@ Result<Config> load_config(const std::filesystem::path& file) {
                                    node.source().begin.line, key.str()));
   read_devices(root, file.string(), config, errors);
   read_work(root, file.string(), config, errors);
-  if (errors.empty() && config.laser.kind == "grbl" && config.laser.port.empty())
-    errors.push_back(
-        fmt::format("{}: laser.port is missing: name it, as in \"serial:/dev/ttyUSB0?baud=115200\"", file.string()));
+  if (errors.empty() && config.laser.kind != "sim" && config.laser.port.empty())
+    errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file.string(),
+                                 config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512"));
   if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
   return config;
 }

@@ -14,8 +14,13 @@
 namespace veneer::daemon {
 
 struct LaserConfig {
-  std::string kind = "sim";  // grbl | sim
-  std::string port;          // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; sim: unused
+  std::string kind = "sim";  // grbl | lihuiyu | sim
+  // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; lihuiyu: "usb:1a86:5512",
+  // "usb:1a86:5512@1-2.4", "file:/path"; sim: unused
+  std::string port;
+  // lihuiyu: the board knows neither what it is nor its travel
+  std::string board = "m2";  // m2 | m3
+  Millimetres travel_x{300}, travel_y{200};
 };
 
 struct ScannerConfig {

@@ -5,11 +5,37 @@
 #include "drivers/file/file_camera.h"
 #include "drivers/file/file_scanner.h"
 #include "drivers/grbl/grbl_laser.h"
+#include "drivers/lihuiyu/lihuiyu_laser.h"
 #include "drivers/sim/client/sim_camera.h"
 #include "drivers/sim/client/sim_scanner.h"
 #include "drivers/transport/make_transport.h"
+#include "drivers/transport/make_usb_transport.h"
 
 namespace veneer::daemon {
+namespace {
+
+Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Clock& device_clock,
+                                                boost::asio::io_context& reactor, const Logger& log) {
+  if (config.laser.kind == "lihuiyu") {
+    auto link = make_usb_transport(config.laser.port, reactor);
+    if (!link) return link.error();
+    lihuiyu::LihuiyuOptions options;
+    options.board = config.laser.board == "m3" ? lihuiyu::Board::kM3 : lihuiyu::Board::kM2;
+    options.travel_x_mm = config.laser.travel_x.count();
+    options.travel_y_mm = config.laser.travel_y.count();
+    return std::unique_ptr<LaserDriver>(
+        std::make_unique<lihuiyu::LihuiyuLaser>(std::move(*link), device_clock, reactor, log, options));
+  }
+  const bool simulated = config.laser.kind == "sim";
+  auto link =
+      make_transport(simulated ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port, reactor);
+  if (!link) return link.error();
+  return std::unique_ptr<LaserDriver>(
+      std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log,
+                                        grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1)));
+}
+
+}  // namespace
 
 Result<Devices> make_devices(const Config& config, const Clock& device_clock, boost::asio::io_context& reactor,
                              const Logger& log) {
@@ -24,13 +50,9 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   else
     devices.camera = std::make_unique<FileCamera>(config.camera.device);
 
-  const bool simulated = config.laser.kind == "sim";
-  const std::string port = simulated ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port;
-  auto link = make_transport(port, reactor);
-  if (!link) return link.error();
-  devices.laser =
-      std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log,
-                                        grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1));
+  auto laser = make_laser(config, device_clock, reactor, log);
+  if (!laser) return laser.error();
+  devices.laser = std::move(*laser);
   return devices;
 }
 

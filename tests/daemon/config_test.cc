@@ -86,6 +86,15 @@ height_mm = 380
   EXPECT_THAT(parse("[before_motion]\nconfirm = [1]\n").error().message, HasSubstr("before_motion.confirm"));
 }
 
+TEST_F(ConfigTest, ReadsWhatALihuiyuBoardDoesNotKnowOfItself) {
+  const auto config =
+      parse("[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\nboard = \"m3\"\ntravel_x_mm = 320\n");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_EQ(config->laser.board, "m3");
+  EXPECT_DOUBLE_EQ(config->laser.travel_x.count(), 320);
+  EXPECT_DOUBLE_EQ(config->laser.travel_y.count(), 200);
+}
+
 struct Mistake {
   const char* text;
   const char* names;  // what the sentence must name
@@ -111,6 +120,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Mistake{"[recipe]\ncut_power = \"high\"\n", "recipe.cut_power must be a number"},
                       Mistake{"[recipe]\ncut_power = nan\n", "recipe.cut_power"},
                       Mistake{"[laser]\nkind = \"grbl\"\n", "laser.port is missing"},
+                      Mistake{"[laser]\nkind = \"lihuiyu\"\n", "as in \"usb:1a86:5512\""},
+                      Mistake{"[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\nboard = \"m4\"\n", "laser.board"},
+                      Mistake{"[laser]\nkind = \"grbl\"\nport = \"file:/x\"\nboard = \"m2\"\n", ":4: laser.board"},
                       Mistake{"laser = 3\n", "laser must be a table"}, Mistake{"[laser\n", ":1:"}));
 
 TEST_F(ConfigTest, AMissingFileIsNamed) {

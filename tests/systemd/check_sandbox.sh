@@ -19,6 +19,8 @@ has() { grep -qE "^$1\$" "$units/veneerd.service" || fail "veneerd.service lost:
 has 'Type=notify'
 has 'WatchdogSec=[0-9]+'
 for device in char-ttyUSB char-ttyACM char-pts char-usb_device char-video4linux; do has "DeviceAllow=$device rw"; done
+# Without it libusb does not even begin.
+has 'RestrictAddressFamilies=.*AF_NETLINK.*'
 if grep -qE '^Private(Devices|Network|Users)=yes' "$units/veneerd.service"; then
   fail "veneerd must reach its devices and the loopback"
 fi

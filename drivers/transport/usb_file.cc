@@ -1,0 +1,56 @@
+#include "drivers/transport/usb_file.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/post.hpp>
+#include <utility>
+
+namespace veneer {
+
+UsbFile::UsbFile(boost::asio::io_context& io, std::filesystem::path path)
+    : io_(io), path_(std::move(path)), generation_(std::make_shared<int>(0)) {}
+
+Status UsbFile::open(OnReply on_reply, OnClosed) {
+  close();
+  file_.open(path_, std::ios::binary | std::ios::trunc);
+  if (!file_.is_open())
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("the file {} cannot be written: check its folder and permissions", path_.string())};
+  on_reply_ = std::move(on_reply);
+  return Ok();
+}
+
+void UsbFile::submit(UsbRequest request) {
+  if (!file_.is_open()) return;
+  UsbReply reply;
+  if (const auto* write = std::get_if<UsbWrite>(&request.what)) {
+    // The question for the lines is no part of what is sent.
+    asked_ = write->bytes == "\xA0";
+    if (!asked_) record(write->bytes);
+  } else if (std::holds_alternative<UsbRead>(request.what)) {
+    reply.done = std::exchange(asked_, false);
+    if (reply.done) reply.bytes = std::string("\xFF\xCE\x6F\x08\x13\x00", 6);
+  }
+  boost::asio::post(io_, [this, alive = std::weak_ptr<int>(generation_), reply] {
+    if (!alive.expired() && on_reply_) on_reply_(reply);
+  });
+}
+
+void UsbFile::submit_urgent(UsbWrite write) noexcept {
+  generation_ = std::make_shared<int>(0);
+  asked_ = false;
+  if (file_.is_open()) record(write.bytes);
+}
+
+void UsbFile::close() noexcept {
+  generation_ = std::make_shared<int>(0);
+  on_reply_ = nullptr;
+  if (file_.is_open()) file_.close();
+}
+
+void UsbFile::record(const std::string& bytes) {
+  file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file_.flush();
+}
+
+}  // namespace veneer

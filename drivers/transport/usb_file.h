@@ -1,0 +1,34 @@
+// Records every byte written to a USB device into a file. Reads are answered as a Lihuiyu board does that takes packets
+// and is never done: for looking at what the driver would send first. Whole jobs are exported as .egv instead.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "drivers/usb_transport.h"
+
+namespace veneer {
+
+class UsbFile final : public UsbTransport {
+ public:
+  UsbFile(boost::asio::io_context& io, std::filesystem::path path);
+
+  Status open(OnReply on_reply, OnClosed on_closed) override;
+  void submit(UsbRequest request) override;
+  void submit_urgent(UsbWrite write) noexcept override;
+  void close() noexcept override;
+
+ private:
+  void record(const std::string& bytes);
+
+  boost::asio::io_context& io_;
+  std::filesystem::path path_;
+  std::ofstream file_;
+  bool asked_ = false;
+  OnReply on_reply_;
+  std::shared_ptr<int> generation_;
+};
+
+}  // namespace veneer

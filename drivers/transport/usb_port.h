@@ -1,0 +1,50 @@
+// Interface 0 of one USB device, over libusb. Kernel drivers that hold it are detached, the interface is claimed.
+//
+// Transfers are libusb's asynchronous ones: submitted from the reactor, reaped by a thread of the port's own, which
+// only posts what came back. Nothing here waits for the bus; only open() and the destructor wait for the last transfers
+// of a port just closed, a quarter of a second at most.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "drivers/usb_transport.h"
+
+namespace veneer {
+
+struct UsbAddress {
+  std::uint16_t vendor = 0, product = 0;
+  std::string place;  // "1-2.4": bus and ports, as the kernel names it; "": the only such device
+};
+
+class UsbPort final : public UsbTransport {
+ public:
+  UsbPort(boost::asio::io_context& io, UsbAddress address);
+  ~UsbPort() override;
+  UsbPort(const UsbPort&) = delete;
+  UsbPort& operator=(const UsbPort&) = delete;
+
+  Status open(OnReply on_reply, OnClosed on_closed) override;
+  void submit(UsbRequest request) override;
+  void submit_urgent(UsbWrite write) noexcept override;
+  void close() noexcept override;
+
+ private:
+  class Session;
+  void next();
+  void fail(Error error);
+  Error gone(const std::string& why) const;
+
+  boost::asio::io_context& io_;
+  UsbAddress address_;
+  std::unique_ptr<Session> session_, closing_;
+  std::deque<UsbRequest> waiting_;
+  bool under_way_ = false;
+  OnReply on_reply_;
+  OnClosed on_closed_;
+  std::shared_ptr<int> generation_;  // renewed by close() and submit_urgent(), so that late results know they are late
+};
+
+}  // namespace veneer
