@@ -1,0 +1,152 @@
+#include "db/materials.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "db/shapes.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
+Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
+
+Status check(const RecipeRecord& recipe) {
+  const auto wrong = [&](std::string_view what) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the recipe to {} {} {}", to_string(recipe.operation), recipe.material, what)};
+  };
+  if (recipe.material.empty() || recipe.material.size() > 60)
+    return Error{ErrorCode::kInvalidArgument, "a recipe needs the name of a material, at most 60 characters long"};
+  if (!(recipe.speed.count() > 0 && recipe.speed.count() <= 1000))
+    return wrong("has an impossible speed: use more than 0 and at most 1000 mm/s");
+  if (!(recipe.power.count() > 0 && recipe.power.count() <= 1))
+    return wrong("has an impossible power: use more than 0 and at most 1");
+  if (recipe.passes < 1 || recipe.passes > 20) return wrong("has an impossible number of passes: use 1 to 20");
+  if (!recipe.kerf) return Ok();
+  if (recipe.operation != Operation::kCut) return wrong("has a kerf, but only cuts have one: leave it out");
+  for (const Millimetres kerf : {recipe.kerf->back, recipe.kerf->show})
+    if (!(kerf.count() >= 0 && kerf.count() < 5)) return wrong("has an impossible kerf: use 0 to 5 mm");
+  return Ok();
+}
+
+bool exists(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
+  row.bind(1, panel.value);
+  return row.executeStep();
+}
+
+Error no_such_panel(const PanelId& panel) {
+  return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
+}
+
+}  // namespace
+
+const char* to_string(Operation operation) { return operation == Operation::kCut ? "cut" : "engrave"; }
+
+std::optional<Operation> operation_of(const std::string& name) {
+  for (const auto operation : {Operation::kCut, Operation::kEngrave})
+    if (name == to_string(operation)) return operation;
+  return std::nullopt;
+}
+
+Status Materials::set_recipe(const RecipeRecord& recipe) {
+  if (const Status good = check(recipe); !good) return good;
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement write(connection,
+                            "INSERT OR REPLACE INTO recipes (material, operation, speed_mm_s, power, passes, air, "
+                            "changed_at, kerf_back_um, kerf_show_um) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    SQLite::bind(write, recipe.material, to_string(recipe.operation), recipe.speed.count(), recipe.power.count(),
+                 recipe.passes, recipe.air ? 1 : 0, recipe.changed_at);
+    if (recipe.kerf) {
+      write.bind(8, to_um(recipe.kerf->back));
+      write.bind(9, to_um(recipe.kerf->show));
+    }
+    write.exec();
+    return Ok();
+  });
+}
+
+Status Materials::remove_recipe(const std::string& material, Operation operation) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement remove(connection, "DELETE FROM recipes WHERE material = ? AND operation = ?");
+    SQLite::bind(remove, material, to_string(operation));
+    if (remove.exec() == 1) return Ok();
+    return Error{ErrorCode::kNotFound, fmt::format("there is no recipe to {} {}: see `veneerctl recipe list`",
+                                                   to_string(operation), material)};
+  });
+}
+
+Result<std::vector<RecipeRecord>> Materials::recipes() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<RecipeRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT material, operation, speed_mm_s, power, passes, air, kerf_back_um, kerf_show_um, "
+                           "changed_at FROM recipes ORDER BY material, operation");
+    std::vector<RecipeRecord> out;
+    while (rows.executeStep()) {
+      RecipeRecord& recipe = out.emplace_back();
+      recipe.material = text(rows.getColumn(0));
+      recipe.operation = operation_of(text(rows.getColumn(1))).value_or(Operation::kCut);  // the schema knows no third
+      recipe.speed = MmPerSecond(rows.getColumn(2).getDouble());
+      recipe.power = PowerFraction(rows.getColumn(3).getDouble());
+      recipe.passes = rows.getColumn(4).getInt();
+      recipe.air = rows.getColumn(5).getInt() != 0;
+      if (!rows.getColumn(6).isNull())
+        recipe.kerf = KerfRecord{from_um(rows.getColumn(6).getInt64()), from_um(rows.getColumn(7).getInt64())};
+      recipe.changed_at = text(rows.getColumn(8));
+    }
+    return out;
+  });
+}
+
+Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!exists(connection, panel)) return no_such_panel(panel);
+    SQLite::Statement known(connection, "SELECT 1 FROM zones WHERE panel = ? LIMIT 1");
+    known.bind(1, panel.value);
+    if (known.executeStep()) return Ok();
+    SQLite::Statement insert(connection, "INSERT INTO zones (panel, number, outline_um, material) VALUES (?, ?, ?, ?)");
+    for (const ZoneRecord& zone : zones) {
+      insert.reset();
+      SQLite::bind(insert, panel.value, zone.number, write_ring(to_micro(zone.outline)), zone.material);
+      insert.exec();
+    }
+    return Ok();
+  });
+}
+
+Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ZoneRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT number, outline_um, material FROM zones WHERE panel = ? ORDER BY number");
+    rows.bind(1, panel.value);
+    std::vector<ZoneRecord> out;
+    while (rows.executeStep()) {
+      const auto ring = read_ring(text(rows.getColumn(1)));
+      if (!ring) throw damaged(fmt::format("the outline of zone {} of {}", rows.getColumn(0).getInt(), panel.value));
+      out.push_back({rows.getColumn(0).getInt(), from_micro<PanelFrame>(*ring), text(rows.getColumn(2))});
+    }
+    return out;
+  });
+}
+
+Status Materials::set_material(const PanelId& panel, std::optional<int> zone, const std::string& material) {
+  if (material.empty() || material.size() > 60)
+    return Error{ErrorCode::kInvalidArgument, "a material needs a name of at most 60 characters"};
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!exists(connection, panel)) return no_such_panel(panel);
+    SQLite::Statement update(connection, zone ? "UPDATE zones SET material = ? WHERE panel = ? AND number = ?"
+                                              : "UPDATE zones SET material = ? WHERE panel = ?");
+    SQLite::bind(update, material, panel.value);
+    if (zone) update.bind(3, *zone);
+    if (update.exec() > 0) return Ok();
+    return Error{
+        ErrorCode::kNotFound,
+        zone ? fmt::format("panel {} has no zone {}: see `veneerctl panel show {}`", panel.value, *zone, panel.value)
+             : fmt::format("the zones of panel {} are not known: scan its show face again", panel.value)};
+  });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,64 @@
+// Which wood a panel's zones are of, and how each wood is burnt.
+//
+// Bound to the thread of the Database it is given, which must outlive it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/ids.h"
+#include "base/result.h"
+#include "db/database.h"
+
+namespace veneer::db {
+
+enum class Operation { kCut, kEngrave };
+const char* to_string(Operation operation);
+std::optional<Operation> operation_of(const std::string& name);
+
+// Full width burnt away by a cut: where the beam enters (a panel is cut from its back) and at the show face.
+struct KerfRecord {
+  Millimetres back, show;
+  friend bool operator==(const KerfRecord&, const KerfRecord&) = default;
+};
+
+struct RecipeRecord {
+  std::string material;
+  Operation operation = Operation::kCut;
+  MmPerSecond speed{0};
+  PowerFraction power{0};
+  int passes = 1;
+  bool air = true;
+  std::optional<KerfRecord> kerf;  // of a cut only; without: as the kerf certificate says. Stored in whole micrometres.
+  std::string changed_at;
+};
+
+// A strip of usable wood.
+struct ZoneRecord {
+  int number = 0;            // from 1, left to right
+  Ring<PanelFrame> outline;  // around all of it, holes included; stored in whole micrometres
+  std::string material;      // "": nobody has said
+};
+
+class Materials {
+ public:
+  explicit Materials(Database& database) : database_(&database) {}
+
+  // Adds the recipe or takes the place of the one before. kInvalidArgument names the value that cannot be.
+  Status set_recipe(const RecipeRecord& recipe);
+  Status remove_recipe(const std::string& material, Operation operation);  // kNotFound
+  Result<std::vector<RecipeRecord>> recipes();                             // by material, cut before engrave
+
+  // Those of a panel that has none yet; a panel that has keeps its own. kNotFound without such a panel.
+  Status add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones);
+  Result<std::vector<ZoneRecord>> zones(const PanelId& panel);  // by number
+  // Of one zone, or of all. kNotFound when there is no such zone.
+  Status set_material(const PanelId& panel, std::optional<int> zone, const std::string& material);
+
+ private:
+  Database* database_;
+};
+
+}  // namespace veneer::db

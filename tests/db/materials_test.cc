@@ -1,0 +1,121 @@
+#include "db/materials.h"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include "db/migrations.h"
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::HasSubstr;
+
+RecipeRecord cut(const std::string& material) {
+  return {material, Operation::kCut, 12_mm_s, PowerFraction(0.7), 2, true, KerfRecord{0.31_mm, 0.22_mm}, kNow};
+}
+RecipeRecord engrave(const std::string& material) {
+  return {material, Operation::kEngrave, 90_mm_s, PowerFraction(0.15), 1, false, std::nullopt, kNow};
+}
+
+class MaterialsTest : public ::testing::Test {
+ protected:
+  CellDatabase cell;
+  Materials materials{cell.database()};
+};
+
+TEST_F(MaterialsTest, RemembersARecipeForEachMaterialAndOperation) {
+  for (const auto& recipe : {engrave("walnut"), cut("walnut"), cut("maple")})
+    VENEER_ASSERT_OK(materials.set_recipe(recipe));
+  cell.reopen();
+  const auto all = must(materials.recipes());
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].material, "maple");
+  EXPECT_EQ(all[1].operation, Operation::kCut);
+  EXPECT_DOUBLE_EQ(all[1].speed.count(), 12);
+  EXPECT_DOUBLE_EQ(all[1].power.count(), 0.7);
+  EXPECT_EQ(all[1].passes, 2);
+  EXPECT_TRUE(all[1].air);
+  EXPECT_EQ(all[1].kerf, (KerfRecord{0.31_mm, 0.22_mm}));
+  EXPECT_EQ(all[2].operation, Operation::kEngrave);
+  EXPECT_FALSE(all[2].air);
+  EXPECT_FALSE(all[2].kerf);
+}
+
+TEST_F(MaterialsTest, ANewRecipeTakesThePlaceOfTheOld) {
+  VENEER_ASSERT_OK(materials.set_recipe(cut("walnut")));
+  auto slower = cut("walnut");
+  slower.speed = 8_mm_s;
+  slower.kerf.reset();
+  VENEER_ASSERT_OK(materials.set_recipe(slower));
+  const auto all = must(materials.recipes());
+  ASSERT_EQ(all.size(), 1U);
+  EXPECT_DOUBLE_EQ(all[0].speed.count(), 8);
+  EXPECT_FALSE(all[0].kerf);
+  VENEER_EXPECT_OK(materials.remove_recipe("walnut", Operation::kCut));
+  EXPECT_EQ(materials.remove_recipe("walnut", Operation::kCut).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(MaterialsTest, RefusesValuesThatCannotBeAndNamesThem) {
+  const auto message = [&](auto change) {
+    auto recipe = cut("walnut");
+    change(recipe);
+    const Status refused = materials.set_recipe(recipe);
+    return refused.ok() ? std::string("taken") : refused.error().message;
+  };
+  EXPECT_THAT(message([](auto& r) { r.speed = 0_mm_s; }), HasSubstr("speed"));
+  EXPECT_THAT(message([](auto& r) { r.power = PowerFraction(1.2); }), HasSubstr("power"));
+  EXPECT_THAT(message([](auto& r) { r.power = PowerFraction(std::nan("")); }), HasSubstr("power"));
+  EXPECT_THAT(message([](auto& r) { r.passes = 0; }), HasSubstr("passes"));
+  EXPECT_THAT(message([](auto& r) { r.kerf->show = 7_mm; }), HasSubstr("kerf"));
+  EXPECT_THAT(message([](auto& r) { r.operation = Operation::kEngrave; }), HasSubstr("only cuts"));
+  EXPECT_THAT(message([](auto& r) { r.material.clear(); }), HasSubstr("name"));
+  EXPECT_TRUE(must(materials.recipes()).empty());
+}
+
+TEST_F(MaterialsTest, ZonesComeWithTheFirstScanAndAreNamedByAPerson) {
+  const PanelId id = cell.new_panel();
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(10, 10, 100), ""}, {2, square(120, 10.5, 100), ""}}));
+  VENEER_ASSERT_OK(materials.set_material(id, 2, "walnut"));
+  auto zones = must(materials.zones(id));
+  ASSERT_EQ(zones.size(), 2U);
+  EXPECT_EQ(zones[0].material, "");
+  EXPECT_EQ(zones[1].material, "walnut");
+  EXPECT_EQ(zones[1].outline, square(120, 10.5, 100));
+  // A later scan changes nothing.
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(0, 0, 5), ""}}));
+  EXPECT_EQ(must(materials.zones(id)).size(), 2U);
+  VENEER_ASSERT_OK(materials.set_material(id, std::nullopt, "maple"));
+  zones = must(materials.zones(id));
+  EXPECT_EQ(zones[0].material, "maple");
+  EXPECT_EQ(zones[1].material, "maple");
+  EXPECT_THAT(materials.set_material(id, 7, "oak").error().message, HasSubstr("no zone 7"));
+  EXPECT_EQ(materials.set_material({"P-0099"}, 1, "oak").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(materials.add_zones({"P-0099"}, {}).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(MaterialsTest, TheOutlineOfAZoneNeverChanges) {
+  const PanelId id = cell.new_panel();
+  VENEER_ASSERT_OK(materials.add_zones(id, {{1, square(10, 10, 100), ""}}));
+  EXPECT_THROW(cell.database().connection().exec("UPDATE zones SET outline_um = '[]'"), SQLite::Exception);
+}
+
+TEST(MaterialsMigration, AnOlderDatabaseGetsItsTablesAndKeepsItsPanels) {
+  testing::TempDirectory directory;
+  const auto file = directory / "veneerd.db";
+  {
+    CellDatabase cell;
+    cell.new_panel();
+    SQLite::Database& connection = cell.database().connection();
+    connection.exec("DROP TABLE zones; DROP TABLE recipes; PRAGMA user_version = 1");
+    connection.exec("VACUUM INTO '" + file.string() + "'");
+  }
+  auto database = must(Database::open(file));
+  EXPECT_EQ(database.schema_version(), static_cast<int>(migrations().size()));
+  EXPECT_EQ(must(Panels(database).list()).size(), 1U);
+  Materials materials(database);
+  VENEER_EXPECT_OK(materials.set_recipe(cut("oak")));
+}
+
+}  // namespace
+}  // namespace veneer::db
