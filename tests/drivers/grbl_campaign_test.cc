@@ -17,6 +17,7 @@ TEST_P(GrblCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
   EXPECT_TRUE(row.clean()) << testing::PrintToString(row.complaints);
   if (!changes_lines(row.kind)) {
     EXPECT_LE(row.longest_queue_s, 1.0);
+    EXPECT_EQ(row.wrong_energy, 0) << testing::PrintToString(row.complaints);
   }
   EXPECT_LE(row.hausdorff_mm, 0.02 + 0.0089);
 }

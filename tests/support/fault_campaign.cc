@@ -129,10 +129,14 @@ class Judge {
                                piece.value, hausdorff, total(burnt), total(planned));
     for (const Leg& burn : burnt) {
       if (length(burn) < 0.02) continue;
-      const bool fits = std::any_of(planned.begin(), planned.end(), [&](const Leg& leg) {
-        return std::abs(burn.energy / leg.energy - 1) < 0.05 && on_leg(leg, burn.ax, burn.ay) &&
-               on_leg(leg, burn.bx, burn.by);
-      });
+      // An arc's chord may begin on one leg and end on the next.
+      const auto fits_at = [&](double x, double y) {
+        return std::any_of(planned.begin(), planned.end(), [&](const Leg& leg) {
+          return std::abs(burn.energy / leg.energy - 1) < 0.05 && on_leg(leg, x, y);
+        });
+      };
+      const bool fits = fits_at(burn.ax, burn.ay) && fits_at(burn.bx, burn.by) &&
+                        fits_at((burn.ax + burn.bx) / 2, (burn.ay + burn.by) / 2);
       if (!fits) run_.wrong_energy = fmt::format("piece {} was burnt with another feed or power", piece.value);
     }
   }
