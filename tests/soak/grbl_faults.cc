@@ -23,14 +23,15 @@ int main(int argc, char** argv) {
   nlohmann::json rows = nlohmann::json::array();
   bool clean = true;
   std::vector<std::string> complaints;
-  fmt::print("{:<18}{:>6}{:>10}{:>6}{:>9}{:>9} |{:>7}{:>12}{:>8}{:>11}{:>12}{:>9}{:>9}\n", "fault", "runs", "complete",
-             "held", "aborted", "suspect", "wrong", "feed/power", "broken", "moved, mm", "Hausd., mm", "queue, s",
-             "longer");
+  fmt::print("{:<18}{:>6}{:>10}{:>6}{:>9}{:>9} |{:>7}{:>12}{:>8}{:>11}{:>12}{:>9}{:>9}{:>10}\n", "fault", "runs",
+             "complete", "held", "aborted", "suspect", "wrong", "feed/power", "broken", "moved, mm", "Hausd., mm",
+             "queue, s", "longer", "standing");
   for (std::size_t kind = 0; kind < kWireFaults; ++kind) {
     const FaultRow row = run_campaign(static_cast<WireFault>(kind), runs, seed);
-    fmt::print("{:<18}{:>6}{:>10}{:>6}{:>9}{:>9} |{:>7}{:>12}{:>8}{:>11.3f}{:>12.4f}{:>9.3f}{:>9}\n", name_of(row.kind),
-               row.runs, row.complete, row.held, row.aborted, row.suspect, row.wrong, row.wrong_energy, row.broken,
-               row.without_consent_mm, row.hausdorff_mm, row.longest_queue_s, row.lengthened);
+    fmt::print("{:<18}{:>6}{:>10}{:>6}{:>9}{:>9} |{:>7}{:>12}{:>8}{:>11.3f}{:>12.4f}{:>9.3f}{:>9}{:>10}\n",
+               name_of(row.kind), row.runs, row.complete, row.held, row.aborted, row.suspect, row.wrong,
+               row.wrong_energy, row.broken, row.without_consent_mm, row.hausdorff_mm, row.longest_queue_s,
+               row.lengthened, row.standing);
     clean = clean && row.clean();
     complaints.insert(complaints.end(), row.complaints.begin(), row.complaints.end());
     rows.push_back({{"fault", name_of(row.kind)},
@@ -45,7 +46,8 @@ int main(int argc, char** argv) {
                     {"moved_without_consent_mm", row.without_consent_mm},
                     {"hausdorff_mm", row.hausdorff_mm},
                     {"longest_queue_s", row.longest_queue_s},
-                    {"lengthened_by_changed_lines", row.lengthened}});
+                    {"lengthened_by_changed_lines", row.lengthened},
+                    {"beam_stood_by_changed_lines", row.standing}});
   }
   for (std::size_t i = 0; i < complaints.size() && i < 40; ++i) fmt::print("{}\n", complaints[i]);
   if (!out.empty())

@@ -108,7 +108,7 @@ class Judge {
     }
     if (link_.bench.controller.beam_on()) complain("the beam is on");
     const sim::BeamLog& log = link_.bench.controller.beam_log();
-    if (log.beam_at_rest_s > 0) complain("the beam was on at rest");
+    run_.beam_at_rest_s = log.beam_at_rest_s;
     if (log.burnt_unhomed_mm > 0) complain("burnt at an unknown position");
     run_.longest_queue_s = log.longest_queued_motion_s;
     if (link_.longest_queue_s > kQueued) complain("the driver queued more motion than it may");
@@ -263,6 +263,11 @@ FaultRow run_campaign(WireFault kind, int runs, std::uint64_t first_seed) {
     row.suspect += run.suspect ? 1 : 0;
     row.wrong += run.wrong.empty() ? 0 : 1;
     row.wrong_energy += run.wrong_energy.empty() ? 0 : 1;
+    const bool stood = run.beam_at_rest_s > 0;
+    row.standing += stood ? 1 : 0;
+    // Nobody can take back a changed letter, but it must be noticed, and soon.
+    if (stood && run.broken.empty() && !(changes_lines(kind) && run.suspect && run.beam_at_rest_s < 1.5))
+      run.broken = fmt::format("the beam was on at rest for {:.3f} s", run.beam_at_rest_s);
     row.lengthened += changes_lines(kind) && run.longest_queue_s > kQueued ? 1 : 0;
     if (!changes_lines(kind) && run.longest_queue_s > kQueued && run.broken.empty())
       run.broken = fmt::format("{:.3f} s of motion queued", run.longest_queue_s);

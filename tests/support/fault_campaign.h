@@ -39,12 +39,13 @@ bool changes_lines(WireFault kind);
 struct FaultRun {
   enum class Ending { kComplete, kHeld, kAborted };
   Ending ending = Ending::kAborted;
-  bool suspect = false;           // a piece was reported suspect
-  std::string wrong;              // a piece reported verified that was not burnt as planned, or burnt and not suspect
-  std::string wrong_energy;       // ... that lies where it should, but with another feed or power
-  std::string broken;             // any other promise that was broken: beam on at the end, no ending, no sentence
-  double hausdorff_mm = 0;        // the worst of the pieces reported verified
-  double longest_queue_s = 0;     // by the controller's own watchdog
+  bool suspect = false;        // a piece was reported suspect
+  std::string wrong;           // a piece reported verified that was not burnt as planned, or burnt and not suspect
+  std::string wrong_energy;    // ... that lies where it should, but with another feed or power
+  std::string broken;          // any other promise that was broken: beam on at the end, no ending, no sentence
+  double hausdorff_mm = 0;     // the worst of the pieces reported verified
+  double longest_queue_s = 0;  // by the controller's own watchdog
+  double beam_at_rest_s = 0;
   double without_consent_mm = 0;  // motion later than what was queued when the run ended, also after a reconnect
 };
 
@@ -54,6 +55,8 @@ struct FaultRow {
   WireFault kind{};
   int runs = 0, complete = 0, held = 0, aborted = 0, suspect = 0;
   int wrong = 0, wrong_energy = 0, broken = 0;
+  // Where an X or Y arrived as a Z: the beam stands while the controller moves an axis the machine may not have.
+  int standing = 0;
   int lengthened = 0;  // more than 1.0 s of motion in the controller, because a line was changed on its way
   double hausdorff_mm = 0, longest_queue_s = 0, without_consent_mm = 0;
   std::vector<std::string> complaints;  // with the seed that shows it again
