@@ -14,10 +14,12 @@
 #include <string>
 #include <vector>
 
+#include "base/hash.h"
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
 #include "cli/plan_support.h"
 #include "planner/plan_files.h"
+#include "planner/plan_journal.h"
 #include "planner/preview.h"
 
 namespace veneer::cli {
@@ -94,13 +96,24 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::
   return Ok();
 }
 
-Result<Plan> plan_with_progress(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
-                                const PlanOptions& options) {
+// A run that was killed goes on where it was: the same command again, in the same directory.
+Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
+                       const PlanOptions& options, const fs::path& path) {
+  // Another build of this program may choose otherwise.
+  const std::string program = or_end(sha256_hex_of_file("/proc/self/exe"));
+  planner::PlanJournal journal =
+      or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
+  if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
   with_progress([&](const planner::Progress& progress, std::stop_token stop) {
-    plan = planner::make_plan(artworks, stock, options, progress, std::move(stop));
+    plan = planner::make_plan(artworks, stock, options, progress, std::move(stop), &journal);
   });
-  return std::move(*plan);
+  if (plan->ok()) return std::move(**plan);
+  if (plan->error().code == ErrorCode::kCancelled)
+    end({ErrorCode::kCancelled, plan->error().message + ": the same command goes on where it stopped"});
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  end(plan->error());
 }
 
 // The first few; the report has them all.
@@ -140,14 +153,16 @@ void run(const Arguments& arguments) {
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
-  Result<Plan> plan = plan_with_progress(artworks, stock, options);
-  if (!plan.ok()) end(plan.error());
-  or_fail(write_files(*plan, stock, formats, arguments.out));
+  const fs::path journal = fs::path(arguments.out) / "plan.journal";
+  Plan plan = plan_with_journal(artworks, stock, options, journal);
+  or_fail(write_files(plan, stock, formats, arguments.out));
   spent.total = seconds();
-  const std::string report = planner::report_to_json(*plan, spent, peak_rss_bytes(), options.threads);
+  const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads);
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
-  if (plan->global) tell_gain(*plan->global);
-  warn(plan->warnings);
+  if (plan.global) tell_gain(*plan.global);
+  std::error_code ignored;
+  fs::remove(journal, ignored);
+  warn(plan.warnings);
 }
 
 }  // namespace

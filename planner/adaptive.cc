@@ -128,14 +128,49 @@ std::vector<ChosenPatch> choose_sizes(const TaskTree& square, double factor, Mat
   return chosen;
 }
 
+const TaskTree* find_patch(const TaskTree& square, std::size_t patch) {
+  if (square.task.patch == patch) return &square;
+  for (const TaskTree& part : square.parts)
+    if (const TaskTree* found = find_patch(part, patch)) return found;
+  return nullptr;
+}
+
+// What an earlier run chose for this square: the square itself, then its patches. Takes its wood.
+std::vector<ChosenPatch> remembered(const TaskTree& square, PlanJournal& journal, Matcher& matcher) {
+  std::vector<ChosenPatch> chosen;
+  const auto step = journal.next({{square.task.artwork, square.task.patch, {}}});
+  for (std::size_t i = 1; step && i < step->size(); ++i) {
+    const TaskTree* node = find_patch(square, (*step)[i].patch);
+    if (!node) return {};
+    chosen.push_back({&node->task, (*step)[i].place});
+  }
+  for (const ChosenPatch& patch : chosen)
+    if (patch.place) matcher.take(patch.task->match, *patch.place);
+  return chosen;
+}
+
+void remember(const TaskTree& square, const std::vector<ChosenPatch>& chosen, PlanJournal& journal) {
+  PlanJournal::Step step{{square.task.artwork, square.task.patch, {}}};
+  for (const ChosenPatch& patch : chosen) step.push_back({patch.task->artwork, patch.task->patch, patch.place});
+  journal.add(step);
+}
+
 }  // namespace
 
 std::vector<std::optional<Candidate>> place_squares(Problem& problem, double factor, Matcher& matcher, int threads,
                                                     const std::stop_token& stop,
-                                                    const std::function<void(std::size_t)>& on_placed) {
+                                                    const std::function<void(std::size_t)>& on_placed,
+                                                    PlanJournal* journal) {
   std::vector<std::optional<Candidate>> places;
   for (std::size_t done = 0; done < problem.squares.size() && !stop.stop_requested();) {
-    for (const ChosenPatch& patch : choose_sizes(problem.squares[done], factor, matcher, threads, stop)) {
+    const TaskTree& square = problem.squares[done];
+    std::vector<ChosenPatch> chosen;
+    if (journal) chosen = remembered(square, *journal, matcher);
+    if (chosen.empty()) {
+      chosen = choose_sizes(square, factor, matcher, threads, stop);
+      if (journal && !stop.stop_requested()) remember(square, chosen, *journal);
+    }
+    for (const ChosenPatch& patch : chosen) {
       problem.queue.push_back(*patch.task);
       places.push_back(patch.place);
     }

@@ -15,15 +15,17 @@
 #include <vector>
 
 #include "planner/matcher.h"
+#include "planner/plan_journal.h"
 #include "planner/problem.h"
 
 namespace veneer::planner {
 
 // Lets every square of the problem choose, and fills problem.queue with the patches that came of it, in order. Returns
 // a place for each of them; none where no wood was left. Once `stop` is requested it returns early, with anything.
-// `on_placed` gets the number of squares that have chosen.
+// `on_placed` gets the number of squares that have chosen. `journal` as in make_plan.
 std::vector<std::optional<Candidate>> place_squares(Problem& problem, double factor, Matcher& matcher, int threads,
                                                     const std::stop_token& stop,
-                                                    const std::function<void(std::size_t)>& on_placed);
+                                                    const std::function<void(std::size_t)>& on_placed,
+                                                    PlanJournal* journal = nullptr);
 
 }  // namespace veneer::planner

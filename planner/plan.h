@@ -153,6 +153,8 @@ std::size_t unfilled(const Plan& plan);
 // Called on the thread that called make_plan, at most some ten times a second. `text` is one short phrase.
 using Progress = std::function<void(double fraction, std::string_view text)>;
 
+class PlanJournal;  // plan_journal.h
+
 // Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
 // apart at the working resolution) and rotations; no wood twice. With `exact` the best place is what an exhaustive
 // search would find, else one whose cost is within a per mille on the whole. When wood runs out the rest stays unfilled
@@ -161,7 +163,9 @@ using Progress = std::function<void(double fraction, std::string_view text)>;
 // kInvalidArgument: a picture, size, weight or panel is unusable, or a patch is larger than every panel.
 // kCancelled: within 100 ms of the stop request; Optimize::kGlobal that has greedy's plan already gives the best so
 // far.
+//
+// `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress = {}, std::stop_token stop = {});
+                       const Progress& progress = {}, std::stop_token stop = {}, PlanJournal* journal = nullptr);
 
 }  // namespace veneer::planner

@@ -13,6 +13,7 @@
 #include "planner/global_plan.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
+#include "planner/plan_journal.h"
 #include "planner/problem.h"
 #include "planner/shortage.h"
 #include "planner/shortlist_matcher.h"
@@ -44,11 +45,12 @@ class Reporter {
 // searched again. Who searches on which state depends on the queue alone, never on the number of threads.
 class Greedy {
  public:
-  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop)
+  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop, PlanJournal* journal)
       : queue_(problem.queue),
         matcher_(matcher),
         threads_(threads),
         stop_(stop),
+        journal_(journal),
         answers_(problem.queue.size()),
         chosen_(problem.queue.size()) {}
 
@@ -77,11 +79,17 @@ class Greedy {
     std::vector<std::size_t> open;
     for (std::size_t i = placed_; i < std::min(queue_.size(), placed_ + kAhead); ++i)
       if (!answers_[i].known || (answers_[i].best && !is_free(i))) open.push_back(i);
-    run_parallel(open.size(), threads_, stop_, [&](std::size_t i) {
-      Answer& answer = answers_[open[i]];
-      answer.best = matcher_.best(queue_[open[i]].match, stop_);
-      answer.known = true;
-    });
+    PlanJournal::Step step;
+    for (const std::size_t i : open) step.push_back({queue_[i].artwork, queue_[i].patch, {}});
+    if (auto remembered = journal_ ? journal_->next(step) : std::nullopt) {
+      step = std::move(*remembered);
+    } else {
+      run_parallel(open.size(), threads_, stop_,
+                   [&](std::size_t i) { step[i].place = matcher_.best(queue_[open[i]].match, stop_); });
+      if (stop_.stop_requested()) return;
+      if (journal_) journal_->add(step);
+    }
+    for (std::size_t i = 0; i < open.size(); ++i) answers_[open[i]] = {true, step[i].place};
   }
 
   void accept() {
@@ -98,6 +106,7 @@ class Greedy {
   Matcher& matcher_;
   int threads_;
   const std::stop_token& stop_;
+  PlanJournal* journal_;
   std::size_t placed_ = 0;
   std::vector<Answer> answers_;
   std::vector<std::optional<Candidate>> chosen_;
@@ -155,7 +164,7 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress, std::stop_token stop) {
+                       const Progress& progress, std::stop_token stop, PlanJournal* journal) {
   const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
   constexpr double kIndexShare = 0.1;
   Reporter report(progress);
@@ -182,9 +191,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
   };
-  const auto chosen = options.adaptive_levels > 0
-                          ? place_squares(*problem, options.adaptive_factor, *matcher, threads, stop, on_placed)
-                          : Greedy(*problem, *matcher, threads, stop).run(on_placed);
+  const auto chosen = options.adaptive_levels > 0 ? place_squares(*problem, options.adaptive_factor, *matcher, threads,
+                                                                  stop, on_placed, journal)
+                                                  : Greedy(*problem, *matcher, threads, stop, journal).run(on_placed);
   if (stop.stop_requested()) return cancelled;
   LaidPatches patches = laid(*problem, *matcher, chosen);
   if (options.optimize == Optimize::kGlobal) {

@@ -154,6 +154,25 @@ TEST_F(PlanCommand, PlansASeriesOfOnePicture) {
   EXPECT_THAT(two.errors, HasSubstr("give one --target"));
 }
 
+TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string whole = text("out/plan.json"), preview = text("out/preview.png");
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+  fs::remove_all(path("out"));
+  // Killed by the limit on the size of files: its journal is the first to reach it.
+  const std::string command =
+      "ulimit -c 0; ulimit -f 1; " + std::string(VENEERCTL) + " plan " + usual() + " 2>" + path("stderr");
+  EXPECT_NE(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+  EXPECT_TRUE(fs::exists(path("out/plan.journal")));
+  EXPECT_FALSE(fs::exists(path("out/plan.json")));
+  const Outcome outcome = plan(usual());
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_EQ(text("out/plan.json"), whole);
+  EXPECT_EQ(text("out/preview.png"), preview);
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+}
+
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");

@@ -1,0 +1,138 @@
+#include "planner/plan_journal.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <opencv2/core.hpp>
+#include <sstream>
+#include <system_error>
+
+#include "base/hash.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr const char* kFormat = "veneer plan journal 1 ";
+constexpr std::size_t kChecksum = 16;  // hex digits
+
+std::string hash_of(const std::string& text) { return sha256_hex(std::as_bytes(std::span(text))); }
+
+std::string line_of(const PlanJournal::Step& step) {
+  std::string body;
+  for (const PlanJournal::Answer& answer : step) {
+    body += fmt::format(" {} {}", answer.artwork, answer.patch);
+    if (!answer.place) {
+      body += " -";
+      continue;
+    }
+    const Candidate& it = *answer.place;
+    body += fmt::format(" {} {} {} {} {}", it.panel, it.rotation, it.y, it.x, std::bit_cast<std::uint64_t>(it.cost));
+  }
+  return hash_of(body).substr(0, kChecksum) + body + "\n";
+}
+
+// None for a line that is torn or damaged.
+std::optional<PlanJournal::Step> step_of(const std::string& line) {
+  if (line.size() < kChecksum || hash_of(line.substr(kChecksum)).substr(0, kChecksum) != line.substr(0, kChecksum))
+    return std::nullopt;
+  PlanJournal::Step step;
+  std::istringstream words(line.substr(kChecksum));
+  for (PlanJournal::Answer answer; words >> answer.artwork >> answer.patch; step.push_back(answer)) {
+    answer.place.reset();
+    std::string panel;
+    words >> panel;
+    if (panel == "-") continue;
+    Candidate it;
+    std::uint64_t cost = 0;
+    it.panel = std::stoi(panel);  // a number: the checksum holds
+    words >> it.rotation >> it.y >> it.x >> cost;
+    it.cost = std::bit_cast<double>(cost);
+    answer.place = it;
+  }
+  return step;
+}
+
+std::string hash_of(const cv::Mat& picture) {
+  const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
+  return fmt::format("{} {} {} {}", whole.cols, whole.rows, whole.type(),
+                     sha256_hex({reinterpret_cast<const std::byte*>(whole.data), whole.total() * whole.elemSize()}));
+}
+
+template <class Frame>
+std::string text_of(const Raster<Frame>& raster) {
+  return fmt::format("{} {} {} {}", hash_of(raster.pixels), raster.resolution.px_per_mm, raster.origin.x.count(),
+                     raster.origin.y.count());
+}
+
+std::string text_of(const PlanOptions& options) {
+  // A new option does not compile until it is named here.
+  const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
+               adaptive_levels, adaptive_factor, priority, interleave, exact, optimize, optimize_seconds,
+               optimize_iterations, seed, threads] = options;
+  static_cast<void>(threads);  // changes nothing
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", patch.count(), rotations,
+                     w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
+                     position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,
+                     exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed);
+}
+
+}  // namespace
+
+Result<PlanJournal> PlanJournal::open(const std::filesystem::path& path, const std::string& key) {
+  PlanJournal journal(path, key);
+  std::ifstream old(path, std::ios::binary);
+  std::string line;
+  if (std::getline(old, line) && line == kFormat + key) {
+    while (std::getline(old, line)) {
+      std::optional<Step> step = step_of(line);
+      if (!step) break;
+      journal.steps_.push_back(std::move(*step));
+    }
+  }
+  old.close();
+  if (Status status = journal.begin(); !status.ok()) return status.error();
+  return journal;
+}
+
+// The file with what is remembered, whole or not at all; then appended to.
+Status PlanJournal::begin() {
+  std::filesystem::path fresh = path_;
+  fresh += ".new";
+  std::ofstream out(fresh, std::ios::binary | std::ios::trunc);
+  out << kFormat << key_ << "\n";
+  for (const Step& step : steps_) out << line_of(step);
+  out.close();
+  std::error_code failed;
+  if (out) std::filesystem::rename(fresh, path_, failed);
+  file_ = std::ofstream(path_, std::ios::binary | std::ios::app);
+  if (!out || failed || !file_) return Error{ErrorCode::kStorage, fmt::format("{} cannot be written", path_.string())};
+  return Ok();
+}
+
+std::optional<PlanJournal::Step> PlanJournal::next(const Step& asked) {
+  if (at_ == steps_.size()) return std::nullopt;
+  const Step& step = steps_[at_];
+  const auto same = [](const Answer& a, const Answer& b) { return a.artwork == b.artwork && a.patch == b.patch; };
+  if (step.size() >= asked.size() && std::equal(asked.begin(), asked.end(), step.begin(), same)) return steps_[at_++];
+  steps_.resize(at_);
+  if (!begin().ok()) file_.close();
+  return std::nullopt;
+}
+
+void PlanJournal::add(const Step& step) {
+  if (file_.is_open()) file_ << line_of(step) << std::flush;
+}
+
+std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
+                     const std::string& program) {
+  std::string text = program + "\n" + text_of(options);
+  for (const Artwork& it : artworks)
+    text += fmt::format("\n{} {} {} {} {}", it.letter, it.width.count(), it.height.count(), hash_of(it.picture),
+                        hash_of(it.importance));
+  for (const StockPanel& it : stock)
+    text += fmt::format("\n{} {} {} {}", it.id.value, it.tone_weight, text_of(it.picture), text_of(it.free));
+  return hash_of(text);
+}
+
+}  // namespace veneer::planner
