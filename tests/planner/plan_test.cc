@@ -67,8 +67,8 @@ RC_GTEST_PROP(Plan, NoWoodIsTakenTwiceAndNoneThatIsNotFree, ()) {
   options.kerf = Millimetres(*rc::gen::inRange(0, 50) / 100.0);
   options.rotations = *rc::gen::inRange(1, 8);
   options.patch = Millimetres(*rc::gen::inRange(40, 110) / 10.0);
-  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, seed), wood_panel("Q", 60, 60, 45, seed + 9)};
-  const Plan plan = planned({blob_artwork("A", 40, 40, 35_mm, seed + 1)}, stock, options);
+  const std::vector<StockPanel> stock{wood_panel("P", 60, 48, 50.8, seed), wood_panel("Q", 45, 40, 45, seed + 9)};
+  const Plan plan = planned({blob_artwork("A", 40, 40, 28_mm, seed + 1)}, stock, options);
   for (const StockPanel& panel : stock) {
     std::vector<Region<PanelFrame>> allocations;
     for (const Piece& piece : plan.pieces)
