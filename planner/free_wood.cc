@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace veneer::planner {
 namespace {
@@ -50,16 +51,7 @@ bool convex_overlap(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
 }
 
 FreeWood::FreeWood(const Raster<PanelFrame>& free, Millimetres kerf, Millimetres position_margin)
-    : free_(free), kerf_(kerf), margin_(position_margin) {
-  const auto row_length = static_cast<std::size_t>(free_.pixels.cols) + 1;
-  std::vector<std::int32_t> blocked_before(row_length * static_cast<std::size_t>(free_.pixels.rows));
-  for (int r = 0; r < free_.pixels.rows; ++r) {
-    const auto* usable = free_.pixels.ptr<std::uint8_t>(r);
-    auto* before = blocked_before.data() + row_length * static_cast<std::size_t>(r);
-    for (int c = 0; c < free_.pixels.cols; ++c) before[c + 1] = before[c] + (usable[c] == 0 ? 1 : 0);
-  }
-  blocked_before_ = std::make_shared<const std::vector<std::int32_t>>(std::move(blocked_before));
-}
+    : free_(free), kerf_(kerf), margin_(position_margin) {}
 
 FreeWood FreeWood::untouched() const {
   FreeWood wood = *this;
@@ -67,10 +59,9 @@ FreeWood FreeWood::untouched() const {
   return wood;
 }
 
-int FreeWood::blocked_between(int row, int first, int last) const {
-  const auto* before =
-      blocked_before_->data() + (static_cast<std::size_t>(free_.pixels.cols) + 1) * static_cast<std::size_t>(row);
-  return before[last + 1] - before[first];
+bool FreeWood::any_blocked(int row, int first, int last) const {
+  const auto count = static_cast<std::size_t>(last - first + 1);
+  return std::memchr(free_.pixels.ptr<std::uint8_t>(row) + first, 0, count) != nullptr;
 }
 
 bool FreeWood::on_free_pixels(const Ring<PanelFrame>& outline) const {
@@ -100,7 +91,7 @@ bool FreeWood::on_free_pixels(const Ring<PanelFrame>& outline) const {
     if (low > high) continue;
     const int first = std::clamp(static_cast<int>(std::floor(low)), 0, free_.pixels.cols - 1);
     const int last = std::clamp(static_cast<int>(std::ceil(high)) - 1, first, free_.pixels.cols - 1);
-    if (blocked_between(row, first, last) > 0) return false;
+    if (any_blocked(row, first, last)) return false;
   }
   return true;
 }

@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "base/geometry.h"
@@ -48,12 +47,10 @@ class FreeWood {
     Region<PanelFrame> region;  // as the ledger will book it
   };
   bool on_free_pixels(const Ring<PanelFrame>& grown) const;
-  int blocked_between(int row, int first, int last) const;
+  bool any_blocked(int row, int first, int last) const;  // columns first to last
 
   Raster<PanelFrame> free_;
   Millimetres kerf_, margin_;
-  // Per row cols + 1: blocked pixels left of a column. Copies share it.
-  std::shared_ptr<const std::vector<std::int32_t>> blocked_before_;
   std::vector<Allocation> allocations_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace veneer::planner {
 namespace {
@@ -52,14 +53,15 @@ void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_
 
 PlaceBits::PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
                      const BlockedPixels& blocked, Millimetres border)
-    : lattice_(lattice), windows_(windows), row_words_((static_cast<std::size_t>(lattice.width()) + 63) / 64) {
-  words_.assign(row_words_ * static_cast<std::size_t>(lattice.height()), 0);
+    : lattice_(lattice), windows_(windows) {
   const Reach covered = reach(picture.resolution.to_px(border).count());
   mark_places_on_panel(covered, picture.pixels.size());
   clear_blocked(covered, picture, blocked);
 }
 
 void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
+  std::vector<std::pair<int, int>> on_panel;
+  base_.push_back(0);
   for (int y = 0; y < height(); ++y) {
     // The window's four corners must lie on the panel: an interval of x.
     double low = 0, high = width() - 1;
@@ -79,10 +81,18 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
         clip(down, -lattice_.sin(), panel.height);
       }
     }
-    if (high < low - 1) continue;
-    const int first = static_cast<int>(std::ceil(low - kTolerance));
-    const int last = static_cast<int>(std::floor(high + kTolerance)) + 1;
-    for_bits(words_.data() + word_of(0, y), first, last, [](std::uint64_t& word, std::uint64_t ones) { word |= ones; });
+    int first = static_cast<int>(std::ceil(low - kTolerance));
+    int last = static_cast<int>(std::floor(high + kTolerance)) + 1;
+    if (high < low - 1 || last <= first) first = last = 0;
+    on_panel.emplace_back(first, last);
+    begin_.push_back(first / 64 * 64);
+    base_.push_back(base_.back() + static_cast<std::size_t>((last + 63) / 64 - first / 64));
+  }
+  words_.assign(base_.back(), 0);
+  for (int y = 0; y < height(); ++y) {
+    const auto [first, last] = on_panel[static_cast<std::size_t>(y)];
+    const int begin = begin_[static_cast<std::size_t>(y)];
+    for_bits(row(y), first - begin, last - begin, [](std::uint64_t& word, std::uint64_t ones) { word |= ones; });
   }
 }
 
@@ -95,7 +105,7 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
   const int across = std::max(1, static_cast<int>(std::floor(covered.right - covered.left + 2 * inscribed)));
   const int down = std::max(1, static_cast<int>(std::floor(covered.bottom - covered.top + 2 * inscribed)));
   const int pad_columns = (across + 63) / 64 * 64, pad_rows = down;
-  const std::size_t words = row_words_ + static_cast<std::size_t>(pad_columns) / 64;
+  const std::size_t words = static_cast<std::size_t>(width() + 63 + pad_columns) / 64;
   const auto rows = static_cast<std::size_t>(height() + pad_rows);
   std::vector<std::uint64_t> marks(words * rows, 0);
   for (const Point<PanelFrame>& centre : blocked.centres) {
@@ -121,22 +131,22 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
   for (std::size_t r = 0; r < rows; ++r) spread_up(marks.data() + r * words, words, across);
   spread_down(marks, words, rows, down);
   for (int y = 0; y < height(); ++y) {
+    const int first = pad_columns + begin_[static_cast<std::size_t>(y)];
     const std::uint64_t* forbidden =
-        marks.data() + static_cast<std::size_t>(y + pad_rows) * words + static_cast<std::size_t>(pad_columns) / 64;
-    std::uint64_t* places = words_.data() + word_of(0, y);
-    for (std::size_t i = 0; i < row_words_; ++i) places[i] &= ~forbidden[i];
+        marks.data() + static_cast<std::size_t>(y + pad_rows) * words + static_cast<std::size_t>(first) / 64;
+    std::uint64_t* places = row(y);
+    for (int i = 0; i < stored(y) / 64; ++i) places[i] &= ~forbidden[i];
   }
 }
 
 bool PlaceBits::any(int x0, int x1, int y0, int y1) const {
-  x0 = std::max(x0, 0), x1 = std::min(x1, width());
-  y0 = std::max(y0, 0), y1 = std::min(y1, height());
-  if (x0 >= x1) return false;
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1;) {
-      const int bit = x % 64, count = std::min(64 - bit, x1 - x);
+  for (int y = std::max(y0, 0); y < std::min(y1, height()); ++y) {
+    const int begin = begin_[static_cast<std::size_t>(y)], end = std::min(x1 - begin, stored(y));
+    const std::uint64_t* words = row(y);
+    for (int x = std::max(x0 - begin, 0); x < end;) {
+      const int bit = x % 64, count = std::min(64 - bit, end - x);
       const std::uint64_t ones = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-      if ((words_[word_of(x, y)] >> bit & ones) != 0) return true;
+      if ((words[x / 64] >> bit & ones) != 0) return true;
       x += count;
     }
   }
@@ -174,7 +184,9 @@ cv::Rect PlaceBits::remove(const Ring<PanelFrame>& taken, const Raster<PanelFram
     if (low > high) continue;
     const int x0 = std::clamp(static_cast<int>(std::floor(low - covered.right)) + 1, 0, width());
     const int x1 = std::clamp(static_cast<int>(std::ceil(high - covered.left)), 0, width());
-    for_bits(words_.data() + word_of(0, y), x0, x1, [](std::uint64_t& word, std::uint64_t ones) { word &= ~ones; });
+    const int begin = begin_[static_cast<std::size_t>(y)];
+    for_bits(row(y), std::max(x0 - begin, 0), std::min(x1 - begin, stored(y)),
+             [](std::uint64_t& word, std::uint64_t ones) { word &= ~ones; });
     if (x0 < x1) left = std::min(left, x0), right = std::max(right, x1);
   }
   return {cv::Point(std::min(left, right), first), cv::Point(right, end)};

@@ -17,7 +17,12 @@ class PlaceBits {
   PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
             const BlockedPixels& blocked, Millimetres border);
 
-  bool at(int x, int y) const { return (words_[word_of(x, y)] >> (static_cast<unsigned>(x) % 64) & 1) != 0; }
+  // For places of the lattice.
+  bool at(int x, int y) const {
+    const int bit = x - begin_[static_cast<std::size_t>(y)];
+    if (bit < 0 || bit >= stored(y)) return false;
+    return (row(y)[bit / 64] >> (static_cast<unsigned>(bit) % 64) & 1) != 0;
+  }
   // Whether any place with x in [x0, x1) and y in [y0, y1) is set; parts outside the lattice hold none.
   bool any(int x0, int x1, int y0, int y1) const;
 
@@ -37,15 +42,21 @@ class PlaceBits {
   Reach reach(double grow) const {
     return {windows_.left - grow, windows_.right + grow, windows_.top - grow, windows_.bottom + grow};
   }
-  std::size_t word_of(int x, int y) const {
-    return static_cast<std::size_t>(y) * row_words_ + static_cast<std::size_t>(x) / 64;
+  const std::uint64_t* row(int y) const { return words_.data() + base_[static_cast<std::size_t>(y)]; }
+  std::uint64_t* row(int y) { return words_.data() + base_[static_cast<std::size_t>(y)]; }
+  // Places of a row that have a bit, from begin_[y] on.
+  int stored(int y) const {
+    const auto at = static_cast<std::size_t>(y);
+    return static_cast<int>(base_[at + 1] - base_[at]) * 64;
   }
   void mark_places_on_panel(const Reach& reach, const cv::Size& panel);
   void clear_blocked(const Reach& reach, const Raster<PanelFrame>& picture, const BlockedPixels& blocked);
 
   Lattice lattice_;
   WindowClass windows_;
-  std::size_t row_words_;
+  // Turned panels fill half of their lattice: rows are stored where windows can lie on the panel.
+  std::vector<int> begin_;         // per row, a multiple of 64
+  std::vector<std::size_t> base_;  // per row, and one more: of its words
   std::vector<std::uint64_t> words_;
 };
 
