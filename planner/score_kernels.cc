@@ -15,6 +15,8 @@ namespace {
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 
+constexpr int kBlocks = 6;  // a window, across: what nearly all have
+
 // kAtOnce groups share each tap.
 #define VENEER_SCORE_512(NAME, TARGET, MULTIPLY_ADD)                                                                \
   template <int kAtOnce>                                                                                            \
@@ -38,11 +40,42 @@ namespace {
       below[g] = static_cast<std::uint16_t>(_mm512_cmplt_epi32_mask(sums[g], _mm512_set1_epi32(limit)));            \
     }                                                                                                               \
   }                                                                                                                 \
+  /* Four groups side by side, and windows of kBlocks blocks: shifted registers instead of overlapping loads. */    \
+  __attribute__((target(TARGET))) inline void NAME##_row(const BlockTaps& taps, const CellRow& row,                 \
+                                                         std::uint32_t group, std::int32_t limit,                   \
+                                                         std::int32_t* scores, std::uint16_t* below) {              \
+    __m512i sums[4];                                                                                                \
+    for (int g = 0; g < 4; ++g) sums[g] = _mm512_loadu_si512(row.offsets + group + g * kGroup);                     \
+    const std::int32_t* tap = taps.taps;                                                                            \
+    for (int r = 0; r < taps.pairs * taps.rows; ++r, tap += kBlocks) {                                              \
+      const std::int16_t* blocks = row.blocks[r] + static_cast<std::size_t>(2) * group;                             \
+      __m512i cells[5];                                                                                             \
+      for (int g = 0; g < 5; ++g) cells[g] = _mm512_loadu_si512(blocks + 2 * g * kGroup);                           \
+      for (int g = 0; g < 4; ++g) {                                                                                 \
+        const __m512i here = cells[g], next = cells[g + 1];                                                         \
+        __m512i sum = MULTIPLY_ADD(sums[g], _mm512_set1_epi32(tap[0]), here);                                       \
+        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[1]), _mm512_alignr_epi32(next, here, 2));                     \
+        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[2]), _mm512_alignr_epi32(next, here, 4));                     \
+        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[3]), _mm512_alignr_epi32(next, here, 6));                     \
+        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[4]), _mm512_alignr_epi32(next, here, 8));                     \
+        sums[g] = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[5]), _mm512_alignr_epi32(next, here, 10));                \
+      }                                                                                                             \
+    }                                                                                                               \
+    for (int g = 0; g < 4; ++g) {                                                                                   \
+      _mm512_storeu_si512(scores + g * kGroup, sums[g]);                                                            \
+      below[g] = static_cast<std::uint16_t>(_mm512_cmplt_epi32_mask(sums[g], _mm512_set1_epi32(limit)));            \
+    }                                                                                                               \
+  }                                                                                                                 \
   __attribute__((target(TARGET))) void NAME(const BlockTaps& taps, const CellRow& row, const std::uint32_t* groups, \
                                             std::size_t count, std::int32_t limit, std::int32_t* scores,            \
                                             std::uint16_t* below) {                                                 \
     std::size_t i = 0;                                                                                              \
-    for (; i + 4 <= count; i += 4) NAME##_some<4>(taps, row, groups + i, limit, scores + i * kGroup, below + i);    \
+    for (; i + 4 <= count; i += 4) {                                                                                \
+      if (taps.columns == kBlocks && groups[i + 3] == groups[i] + 3 * kGroup)                                       \
+        NAME##_row(taps, row, groups[i], limit, scores + i * kGroup, below + i);                                    \
+      else                                                                                                          \
+        NAME##_some<4>(taps, row, groups + i, limit, scores + i * kGroup, below + i);                               \
+    }                                                                                                               \
     for (; i < count; ++i) NAME##_some<1>(taps, row, groups + i, limit, scores + i * kGroup, below + i);            \
   }
 
@@ -80,18 +113,6 @@ __attribute__((target("avx2"))) void score_groups_avx2(const BlockTaps& taps, co
 
 #pragma GCC diagnostic pop
 
-ScoreGroups best_score_groups() {
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512f") != 0)
-    return __builtin_cpu_supports("avx512vnni") != 0 ? score_groups_vnni : score_groups_avx512;
-  if (__builtin_cpu_supports("avx2") != 0) return score_groups_avx2;
-  return score_groups_plain;
-}
-
-#else
-
-ScoreGroups best_score_groups() { return score_groups_plain; }
-
 #endif
 
 }  // namespace
@@ -115,6 +136,19 @@ void score_groups_plain(const BlockTaps& taps, const CellRow& row, const std::ui
   }
 }
 
-const ScoreGroups score_groups = best_score_groups();
+std::vector<ScoreVersion> score_versions() {
+  std::vector<ScoreVersion> out{{"plain", score_groups_plain}};
+#ifdef VENEER_X86_KERNELS
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx2") != 0) out.push_back({"avx2", score_groups_avx2});
+  if (__builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512f") != 0) {
+    out.push_back({"avx512", score_groups_avx512});
+    if (__builtin_cpu_supports("avx512vnni") != 0) out.push_back({"vnni", score_groups_vnni});
+  }
+#endif
+  return out;
+}
+
+const ScoreGroups score_groups = score_versions().back().run;
 
 }  // namespace veneer::planner::kernels

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace veneer::planner::kernels {
 
@@ -29,8 +30,11 @@ using ScoreGroups = void (*)(const BlockTaps& taps, const CellRow& row, const st
                              std::int32_t limit, std::int32_t* scores, std::uint16_t* below);
 extern const ScoreGroups score_groups;
 
-// The plain version, for tests of the others.
-void score_groups_plain(const BlockTaps& taps, const CellRow& row, const std::uint32_t* groups, std::size_t count,
-                        std::int32_t limit, std::int32_t* scores, std::uint16_t* below);
+// All versions that this machine can run, the plain one first and the best last; for tests and measurements.
+struct ScoreVersion {
+  const char* name;
+  ScoreGroups run;
+};
+std::vector<ScoreVersion> score_versions();
 
 }  // namespace veneer::planner::kernels

@@ -10,7 +10,7 @@ namespace {
 // Cells are listed by their estimate, looked at on a sample of pixels, and the best again on more pixels; then all
 // places of the last are looked at on all pixels. Lists get longer when a look costs less.
 constexpr std::size_t kListed = 1536;
-constexpr int kFewestSamples = 24;  // pixels of the first look, along the shorter side of a window
+constexpr int kFewestSamples = 16;  // pixels of the first look, along the shorter side of a window
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places

