@@ -244,14 +244,31 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
 
 void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply,
                              std::vector<std::string> confirmed) {
-  if (view_.state != CellState::kIdle) return reply(refuse(CellCommand::kStart));
-  if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  if (view_.state != CellState::kIdle || pattern_reply_) return reply(refuse(CellCommand::kStart));
+  const bool burns = std::any_of(strokes.strokes.begin(), strokes.strokes.end(),
+                                 [](const Stroke& stroke) { return stroke.power > PowerFraction(0); });
+  if (const Status given = burns ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
   const PieceBurn all{{}, {}, std::move(strokes), 0};
   if (const Status checked = check({&all, 1}); !checked) return reply(checked);
   audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   pattern_reply_ = std::move(reply);
   enter(CellState::kExecute, "burning the calibration pattern");
   laser_.start(all.strokes);
+}
+
+void JobRunner::check_pattern(LaserJob strokes, const std::string& who, Reply reply) {
+  if (view_.state != CellState::kIdle || pattern_reply_) return reply(refuse(CellCommand::kStart));
+  audit(who, "laser.check");
+  if (const Status taken = laser_.check(std::move(strokes)); !taken) return reply(taken);
+  pattern_reply_ = std::move(reply);
+}
+
+Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who) {
+  if (view_.state != CellState::kIdle)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the laser is jogged while the cell is Idle, now it is {}", to_string(view_.state))};
+  audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
+  return laser_.jog(dx, dy, speed);
 }
 
 void JobRunner::abort(const std::string& reason) noexcept {

@@ -119,7 +119,8 @@ class JobRunner {
   void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
   void start_job(JobId job, const std::string& who, Reply reply);
   void stop_after_piece(const std::string& who, const Reply& reply);
-  // Burns strokes that belong to no job (the calibration pattern); only when Idle. The reply comes when it is burnt.
+  // Burns strokes that belong to no job (a pattern); only when Idle. The reply comes when it is burnt. Strokes that are
+  // all dark need no confirmation.
   void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
   // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0. The
   // reply comes when it is traced. Nothing is proven by it: Unsuspend looks again.
@@ -127,8 +128,15 @@ class JobRunner {
   // Cuts these pieces again (marks), their cut strokes only, after proving that the panel has not moved since they were
   // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
+  // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
+  void check_pattern(LaserJob strokes, const std::string& who, Reply reply);
+  // Moves the head dark; only when Idle. The reply is at once, the way takes its time.
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept;
+
+  // kRefused, naming what is missing, unless everything of RunnerOptions::confirm is among them.
+  Status require_confirmed(const std::vector<std::string>& confirmed) const;
 
   const CellView& view() const { return view_; }
   const RunnerOptions& options() const { return options_; }
@@ -154,7 +162,6 @@ class JobRunner {
   void take_strokes(const ProvenPose& pose, Result<std::vector<PieceBurn>> burns);
   void judge(const ProvenPose& pose);
   std::vector<db::PieceRecord> setup_pieces() const;
-  Status require_confirmed(const std::vector<std::string>& confirmed) const;
   Status check(std::span<const PieceBurn> burns) const;
   void next_recut();
   void end_recut(const std::string& reason);

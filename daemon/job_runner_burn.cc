@@ -142,6 +142,11 @@ void JobRunner::on_laser(const LaserEvent& event) {
     on_resumed();
   } else if (std::holds_alternative<Done>(event)) {
     on_done();
+  } else if (std::holds_alternative<Checked>(event)) {
+    if (pattern_reply_) std::exchange(pattern_reply_, nullptr)(Ok());
+  } else if (const auto* jogged = std::get_if<JogEnded>(&event)) {
+    // A jog that ended in a reset has lost the position.
+    if (jogged->error && !laser_.status().homed) break_off(jogged->error->message, {});
   } else if (const auto* fault = std::get_if<Fault>(&event)) {
     laser_connected_ = fault->connected;
     break_off(fault->error.message, {});
@@ -156,7 +161,7 @@ void JobRunner::on_failed(const Error& error) {
       error.code == ErrorCode::kTimeout)
     laser_connected_ = false;
   answer(error);
-  if (pattern_reply_) {
+  if (pattern_reply_ && laser_connected_) {
     std::exchange(pattern_reply_, nullptr)(error);
     return enter(CellState::kIdle, error.message);
   }

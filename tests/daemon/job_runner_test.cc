@@ -488,6 +488,7 @@ TEST_F(JobRunnerTest, APatternIsCheckedAndConfirmedAsWell) {
   Stroke stroke;
   stroke.path = {point<MachineFrame>(10, 10), point<MachineFrame>(900, 10)};
   stroke.speed = MmPerSecond(10);
+  stroke.power = PowerFraction(0.2);
   std::optional<Status> out;
   runner_->burn_pattern(LaserJob{{stroke}}, "test", [&](Status s) { out = std::move(s); });
   EXPECT_THAT(out->error().message, HasSubstr("exhaust"));

@@ -56,7 +56,7 @@ class GrblCell {
       if (next > now()) bench.clock.advance(next - now());
       bench.controller.advance_to(now());
       exchange();
-      core.tick(now());
+      in_core([&] { core.tick(now()); });
       exchange();
       if (next == end) return;
       if (on_step) on_step();
@@ -85,7 +85,8 @@ class GrblCell {
 
   void exchange() {
     for (;;) {
-      grbl::GrblOutput output = core.take_output();
+      grbl::GrblOutput output;
+      in_core([&] { output = core.take_output(); });
       if (on_wire) on_wire(output.bytes);
       if (!output.urgent.empty()) bench.controller.receive(output.urgent, now());
       if (!output.bytes.empty()) bench.controller.receive(output.bytes, now());
@@ -95,7 +96,7 @@ class GrblCell {
       const std::string answer = bench.controller.take_output();
       if (answer.empty()) break;
       received += answer;
-      core.receive(answer, now());
+      in_core([&] { core.receive(answer, now()); });
     }
     for (LaserEvent& event : core.take_events()) events.push_back(std::move(event));
     if (!bench.controller.link_up() && !std::exchange(link_lost, true)) {
@@ -104,12 +105,21 @@ class GrblCell {
     }
   }
 
+  template <class F>
+  void in_core(F work) {
+    const double begin = core_seconds ? core_seconds() : 0;
+    work();
+    if (core_seconds) core_s += core_seconds() - begin;
+  }
+
   sim::GrblBench bench;
   grbl::GrblCore core;
   std::vector<LaserEvent> events;
   std::string sent, received;
   double longest_queue_s = 0;
   bool link_lost = false;
+  std::function<double()> core_seconds;  // a clock for the time spent in the core
+  double core_s = 0;
   std::function<void()> on_step;
   std::function<void(std::string&)> on_wire;  // may change the bytes on their way to the controller
 };

@@ -1,0 +1,132 @@
+// laser test-pattern|jog|override.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/command_context.h"
+#include "cli/json_read.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string render_pattern(const json& result) {
+  const bool check = result.value("check", false), dry = result.value("dry", false);
+  return fmt::format("{}\n", check ? "The controller would take every line of the test pattern; nothing moved."
+                             : dry ? "The test pattern ran with the beam off."
+                                   : "The test pattern is burnt. Measure it: the square is as wide as it is high, its "
+                                     "diagonals are equal, ticks stand every 5 mm.");
+}
+
+std::string render_taken(const json&) { return {}; }
+
+// What the cell asks by name before the beam comes on. A person at a terminal is asked for it; a script that runs this
+// command says with it that all of it was seen to.
+Result<std::vector<std::string>> seen_to(const CommandContext& context) {
+  const auto status = context.client().get("/status");
+  if (!status) return status.error();
+  std::vector<std::string> names;
+  if (const json& asked = member(*status, "confirm"); asked.is_array())
+    for (const json& name : asked)
+      if (name.is_string()) names.push_back(name.get<std::string>());
+  if (names.empty() || ::isatty(STDIN_FILENO) == 0) return names;
+  std::cerr << fmt::format("The laser will move and burn. Seen to: {}? [y/N] ", fmt::join(names, ", ")) << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer == "y" || answer == "Y" || answer == "yes") return names;
+  return Error{ErrorCode::kCancelled, "nothing was burnt"};
+}
+
+void add_test_pattern(CLI::App& laser, CommandContext& context) {
+  struct Options {
+    double size_mm = 50;
+    std::optional<double> x_mm, y_mm;
+    bool dry = false, check = false;
+    std::vector<std::string> confirmed;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = laser.add_subcommand(
+      "test-pattern",
+      "Home the laser and burn a calibration pattern; needs nothing but the laser, and your word: this");
+  command->add_option("--size-mm", options->size_mm, "Side of its square")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  CLI::Option* x = command->add_option("--x-mm", options->x_mm,
+                                       "Its lower left corner [the middle of the bed; without homing switches where "
+                                       "the head stands]");
+  CLI::Option* y = command->add_option("--y-mm", options->y_mm, "As --x-mm");
+  x->needs(y);
+  y->needs(x);
+  command->add_flag("--dry", options->dry, "Run it with the beam off (S0)");
+  command->add_flag("--check", options->check, "Let the controller read it ($C); nothing moves after homing");
+  add_confirm_option(*command, options->confirmed);
+  command->callback([options, &context] {
+    if (!options->dry && !options->check && options->confirmed.empty()) {
+      auto names = seen_to(context);
+      if (!names) fail(names.error());
+      options->confirmed = std::move(*names);
+    }
+    json body = {{"size_mm", options->size_mm},
+                 {"dry", options->dry},
+                 {"check", options->check},
+                 {"confirmed", options->confirmed}};
+    if (options->x_mm) body["x_mm"] = *options->x_mm;
+    if (options->y_mm) body["y_mm"] = *options->y_mm;
+    context.finish(context.run_task(context.client().post("/laser/test-pattern", body)), render_pattern);
+  });
+}
+
+void add_jog(CLI::App& laser, CommandContext& context) {
+  struct Options {
+    double x = 0, y = 0, speed = 50;
+    bool stop = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* jog = laser.add_subcommand("jog", "Move the head, dark, while no job runs");
+  jog->add_option("--x-mm", options->x, "So far to the right");
+  jog->add_option("--y-mm", options->y, "So far away from you");
+  jog->add_option("--speed-mm-s", options->speed, "How fast")->check(CLI::PositiveNumber)->capture_default_str();
+  jog->add_flag("--stop", options->stop, "End the jog that is on");
+  jog->callback([options, &context] {
+    if (options->stop) return context.finish(context.client().post("/laser/jog/stop"), render_taken);
+    context.finish(context.client().post(
+                       "/laser/jog", {{"dx_mm", options->x}, {"dy_mm", options->y}, {"speed_mm_s", options->speed}}),
+                   render_taken);
+  });
+}
+
+void add_override(CLI::App& laser, CommandContext& context) {
+  struct Options {
+    std::optional<int> feed, rapid, power;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = laser.add_subcommand("override", "Turn speed and power, in per cent of what the job asks for");
+  command->add_option("--feed", options->feed, "Of burning moves, 25 to 200");
+  command->add_option("--rapid", options->rapid, "Of dark moves: 25, 50 or 100");
+  command->add_option("--power", options->power, "Of the beam, 10 to 200");
+  command->callback([options, &context] {
+    json body = json::object();
+    if (options->feed) body["feed"] = *options->feed;
+    if (options->rapid) body["rapid"] = *options->rapid;
+    if (options->power) body["power"] = *options->power;
+    context.finish(context.client().post("/laser/overrides", body), render_taken);
+  });
+}
+
+}  // namespace
+
+void add_laser_commands(CLI::App& app, CommandContext& context) {
+  CLI::App* laser = app.add_subcommand("laser", "The laser on its own");
+  laser->require_subcommand(1);
+  add_test_pattern(*laser, context);
+  add_jog(*laser, context);
+  add_override(*laser, context);
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,120 @@
+// A laser and nothing else, as somebody has it who has just unpacked it: the real daemon and veneerctl on a controller.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/support/laser_only_cell.h"
+
+namespace veneer::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class LaserOnly : public testing::Test {
+ protected:
+  void start(const sim::GrblSettings& settings = LaserOnlyCell::quick_laser()) {
+    auto started =
+        LaserOnlyCell::start(fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin", settings);
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    cell = std::move(*started);
+  }
+  void expect_clean() {
+    const sim::BeamLog log = cell->laser.beam_log();
+    EXPECT_EQ(log.beam_at_rest_s, 0);
+    EXPECT_EQ(log.burnt_unhomed_mm, 0);
+    EXPECT_EQ(log.lost_bytes, 0U);
+    EXPECT_FALSE(cell->laser.beam_on());
+  }
+  std::unique_ptr<LaserOnlyCell> cell;
+};
+
+TEST_F(LaserOnly, BurnsATestPatternOnOneCommand) {
+  start();
+  const Finished burnt = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  EXPECT_THAT(burnt.output, HasSubstr("The test pattern is burnt"));
+  // Outline, diagonals, circle, ticks, and the square that is cut out.
+  EXPECT_NEAR(cell->laser.burnt_mm(), 80 + 2 * 28.28 + 50.2 + 2 * (2 + 4 + 2) + 16, 1.0);
+  EXPECT_EQ(cell->state(), "Complete");
+  expect_clean();
+}
+
+TEST_F(LaserOnly, TheApiIsToldByNameWhatWasSeenTo) {
+  start();
+  const auto refused = cell->api().post("/laser/test-pattern", {{"confirmed", {"exhaust", "cooling"}}});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("air assist"));
+  EXPECT_EQ(cell->state(), "Stopped") << "and nothing was homed";
+  const Finished partly = cell->veneerctl({"laser", "test-pattern", "--confirm", "exhaust"});
+  EXPECT_EQ(partly.status, 1);
+  EXPECT_THAT(partly.output, HasSubstr("air assist"));
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+}
+
+TEST_F(LaserOnly, RunsItDryWithTheBeamOffAndReadsItWithoutMoving) {
+  start();
+  const Finished checked = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20", "--check"});
+  EXPECT_EQ(checked.status, 0) << checked.output;
+  EXPECT_THAT(cell->laser.received(), HasSubstr("$C\n"));
+  EXPECT_THAT(cell->laser.received(), HasSubstr("S850"));
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+  const Finished dry = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20", "--dry"});
+  EXPECT_EQ(dry.status, 0) << dry.output;
+  EXPECT_EQ(cell->laser.beam_log().beam_on_s, 0);
+  expect_clean();
+}
+
+TEST_F(LaserOnly, BurnsWhereTheHeadStandsOnAMachineWithoutSwitches) {
+  sim::GrblSettings settings = LaserOnlyCell::quick_laser();
+  settings.set(20, 0);
+  settings.set(22, 0);
+  start(settings);
+  const Finished burnt = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  EXPECT_GT(cell->laser.burnt_mm(), 200);
+  EXPECT_THAT(cell->laser.received(), Not(HasSubstr("$H")));
+}
+
+TEST_F(LaserOnly, JogsAndTurnsOverrides) {
+  start();
+  EXPECT_EQ(cell->veneerctl({"laser", "jog", "--x-mm", "-10"}).status, 1) << "not before a Reset";
+  ASSERT_EQ(cell->veneerctl({"reset"}).status, 0);
+  const Finished jogged = cell->veneerctl({"laser", "jog", "--x-mm", "-10", "--y-mm", "-5"});
+  EXPECT_EQ(jogged.status, 0) << jogged.output;
+  EXPECT_TRUE(cell->wait_for([&] {
+    const auto status = cell->api().get("/status");
+    return status && (*status)["laser"]["position_mm"].is_array() &&
+           std::abs((*status)["laser"]["position_mm"][0].get<double>() - 509) < 0.02;
+  }));
+  const Finished turned = cell->veneerctl({"laser", "override", "--power", "90"});
+  EXPECT_EQ(turned.status, 0) << turned.output;
+  EXPECT_TRUE(cell->wait_for([&] { return cell->laser.received().find('\x9B') != std::string::npos; }));
+  EXPECT_EQ(cell->veneerctl({"laser", "override", "--power", "5"}).status, 1);
+}
+
+// Any client, nobody logged in, while a job streams. How fast it is, `./dev soak stop` measures.
+TEST_F(LaserOnly, StopPutsTheResetOnTheWireAndTheBeamOut) {
+  start();
+  for (const bool by_command : {false, true}) {
+    ASSERT_TRUE(cell->begin_pattern(300).ok());
+    ASSERT_TRUE(cell->wait_for([&] { return cell->laser.beam_on(); }));
+    const std::size_t before = cell->laser.resets().size();
+    if (by_command)
+      EXPECT_EQ(cell->veneerctl({"stop"}).status, 0);
+    else
+      EXPECT_TRUE(cell->api().post("/stop").ok());
+    ASSERT_TRUE(cell->wait_for([&] { return cell->laser.resets().size() > before && !cell->laser.moving(); }));
+    EXPECT_FALSE(cell->laser.beam_on());
+    cell->laser.set_consent(false);
+    ASSERT_TRUE(cell->wait_for([&] { return cell->state() == "Aborted"; }));
+    EXPECT_EQ(cell->laser.beam_log().moved_without_consent_mm, 0);
+    EXPECT_EQ(cell->veneerctl({"laser", "test-pattern"}).status, 1) << "an aborted cell wants Clear first";
+    cell->laser.set_consent(true);
+    ASSERT_TRUE(cell->api().post("/commands/clear").ok());
+  }
+}
+
+}  // namespace
+}  // namespace veneer::tests
