@@ -34,6 +34,22 @@ Status check_recipe(const PieceBurn& burn, const Stroke& stroke, const LaserLimi
   return Ok();
 }
 
+// Where the head goes for a stroke: its path, with the run-up and the run-out of a fill's line.
+Polyline<MachineFrame> way_of(const Stroke& stroke) {
+  Polyline<MachineFrame> way = stroke.path;
+  const auto lengthen = [&](const Point<MachineFrame>& from, Point<MachineFrame>& end) {
+    const double length = distance(from, end).count();
+    if (!(length > 0)) return;
+    const double share = stroke.overscan.count() / length;
+    end = {end.x + (end.x - from.x) * share, end.y + (end.y - from.y) * share};
+  };
+  if (stroke.overscan > Millimetres(0)) {
+    lengthen(stroke.path[1], way.front());
+    lengthen(stroke.path[stroke.path.size() - 2], way.back());
+  }
+  return way;
+}
+
 double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
   return (a.x - o.x).count() * (b.y - o.y).count() - (a.y - o.y).count() * (b.x - o.x).count();
 }
@@ -75,7 +91,7 @@ Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits
     for (const Stroke& stroke : burn.strokes.strokes) {
       if (stroke.path.size() < 2) return refuse(burn, "it has a stroke without length: plan the job again");
       if (Status good = check_recipe(burn, stroke, limits); !good) return good;
-      for (const auto& p : stroke.path) {
+      for (const auto& p : way_of(stroke)) {
         if (!std::isfinite(p.x.count()) || !std::isfinite(p.y.count()))
           return refuse(burn, "its place on the bed cannot be computed: calibrate the laser again");
         if (!limits.travel.contains(p)) return refuse(burn, beyond(limits.travel, p));

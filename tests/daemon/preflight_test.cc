@@ -47,6 +47,13 @@ TEST_F(PreflightTest, SaysWhichPieceLeavesTheTravelByHowMuchAndWhereToMoveThePan
   EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(10, 302)})}), HasSubstr("2.0 mm at the back"));
 }
 
+TEST_F(PreflightTest, TheRunUpOfAFillCountsAsItsWay) {
+  auto fill = burn("A1", {at(5, 10), at(490, 10)});
+  EXPECT_EQ(refusal({fill}), "");
+  fill.strokes.strokes[0].overscan = Millimetres(8);
+  EXPECT_THAT(refusal({fill}), HasSubstr("3.0 mm at the left side"));
+}
+
 TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {
   zones_ = {{"clamp", box(200, 100, 240, 140)}};
   EXPECT_EQ(refusal({burn("A1", {at(10, 10), at(190, 10)}), burn("A2", {at(190, 290), at(10, 290)})}), "");
