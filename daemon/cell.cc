@@ -13,7 +13,7 @@ namespace {
 RunnerOptions runner_options(const Config& config) {
   RunnerOptions options;
   options.confirm = config.before_motion.confirm;
-  if (config.before_motion.focus)
+  if (config.before_motion.focus && !config.laser.focus_z)
     options.confirm.push_back(fmt::format("focus at {:.1f} mm", config.panel.thickness.count()));
   for (const auto& zone : config.keep_out) options.keep_out.push_back({zone.name, zone.area});
   options.thickness = config.panel.thickness;

@@ -120,6 +120,8 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   Section laser(root, file, "laser", errors);
   laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
   laser.text("port", config.laser.port);
+  if (config.laser.kind != "lihuiyu")
+    if (const auto z = laser.number("focus_z_mm", -1000, 1000)) config.laser.focus_z = Millimetres(*z);
   if (config.laser.kind == "lihuiyu") {
     laser.word("board", config.laser.board, {"m2", "m3"});
     laser.quantity("travel_x_mm", config.laser.travel_x, 50, 2000);

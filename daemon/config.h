@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct LaserConfig {
   // lihuiyu: the board knows neither what it is nor its travel
   std::string board = "m2";  // m2 | m3
   Millimetres travel_x{300}, travel_y{200};
+  // grbl with a motorised Z: where the head stands, in the controller's machine coordinate, when the focus lies on the
+  // bare bed
+  std::optional<Millimetres> focus_z;
 };
 
 struct ScannerConfig {

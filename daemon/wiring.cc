@@ -30,9 +30,10 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
   auto link =
       make_transport(simulated ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port, reactor);
   if (!link) return link.error();
+  auto options = grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1);
+  if (config.laser.focus_z) options.focus_z = *config.laser.focus_z + config.panel.thickness;
   return std::unique_ptr<LaserDriver>(
-      std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log,
-                                        grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1)));
+      std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log, options));
 }
 
 }  // namespace

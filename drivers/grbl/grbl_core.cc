@@ -39,6 +39,8 @@ void GrblCore::connect(TimePoint now) {
   last_report_.reset();
   position_.reset();
   work_offset_.reset();
+  z_.reset();
+  offset_z_.reset();
   homed_ = home_wanted_ = false;
   run_.reset();
   jog_.reset();
@@ -294,6 +296,9 @@ void GrblCore::on_report(const StatusReport& report) {
   polls_lost_ = 0;
   silent_since_.reset();
   if (report.work_offset) work_offset_ = report.work_offset;
+  if (report.offset_z) offset_z_ = report.offset_z;
+  if (report.machine_z) z_ = report.machine_z;
+  if (report.work_z && offset_z_) z_ = *report.work_z + *offset_z_;
   const auto before = position_;
   if (report.machine_position) {
     position_ = report.machine_position;
@@ -397,7 +402,9 @@ void GrblCore::on_deadline() {
     case Phase::kHoming:
       homed_ = false;
       reset_machine();
-      fail({ErrorCode::kTimeout, "the laser did not finish homing in time"});
+      fail({ErrorCode::kTimeout, focusing_
+                                     ? "the laser's head did not reach the focus height (laser.focus_z_mm) in time"
+                                     : "the laser did not finish homing in time"});
       return enter(Phase::kResetting);
     case Phase::kResetting:
       if (std::exchange(home_wanted_, false))

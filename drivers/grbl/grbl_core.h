@@ -131,6 +131,7 @@ class GrblCore {
   void on_homing_answer(std::optional<int> error_number);
   void finish_homing();
   void fail(Error error);
+  bool at_focus() const;
   void drop_out(Error error, bool connected);
   void reset_machine();
 
@@ -193,10 +194,12 @@ class GrblCore {
   std::optional<StatusReport> last_report_;
   std::optional<StatusReport::Xy> position_;     // machine coordinates on the wire, mm
   std::optional<StatusReport::Xy> work_offset_;  // cached: reports carry it only now and then
+  std::optional<double> z_, offset_z_;           // of the same
   bool homed_ = false;
   bool home_wanted_ = false;
   std::optional<LaserJob> after_door_;  // to begin once the controller has woken from a lid that was closed again
   bool homing_answered_ = false;
+  bool focusing_ = false;  // homed, on the way to the focus height
 
   Overrides overrides_;
   std::optional<CheckRun> check_;

@@ -24,6 +24,8 @@ Status GrblCore::may_run(const LaserJob& job) const {
   if (phase_ != Phase::kReady || after_door_) return Error{ErrorCode::kConflict, "the laser is busy"};
   if (!homed_ || !position_ || !last_report_)
     return Error{ErrorCode::kRefused, "the laser does not know its position: home it first"};
+  if (!at_focus())
+    return Error{ErrorCode::kRefused, "the laser's head is not at the focus height: Stop, then Reset moves it there"};
   if (last_report_->state != "Idle")
     return Error{ErrorCode::kRefused,
                  fmt::format("the laser is not idle but says \"{}\": {}", last_report_->state,

@@ -101,7 +101,7 @@ void GrblCore::finish_connect() {
 }
 
 void GrblCore::begin_homing() {
-  homed_ = homing_answered_ = false;
+  homed_ = homing_answered_ = focusing_ = false;
   enter(Phase::kHoming);
   poll_.reset();
   deadline_ = now_ + options_.homing_timeout;
@@ -113,7 +113,8 @@ void GrblCore::begin_homing() {
 void GrblCore::on_homing_answer(std::optional<int> error_number) {
   if (error_number) {
     fail({ErrorCode::kDeviceFault,
-          fmt::format("the laser refused to home with {}", describe_error(*error_number, settings_.family))});
+          fmt::format("the laser refused to {} with {}", focusing_ ? "move to the focus height" : "home",
+                      describe_error(*error_number, settings_.family))});
     return enter(Phase::kReady);
   }
   homing_answered_ = true;
@@ -122,8 +123,19 @@ void GrblCore::on_homing_answer(std::optional<int> error_number) {
 
 void GrblCore::finish_homing() {
   if (!last_report_->is("Idle") || !position_) return;  // the homing deadline bounds the wait
+  if (focusing_ && !at_focus()) return;
+  if (settings_.homing && options_.focus_z && !focusing_) {
+    // G53 counts from the machine's own zero, whatever the modes; G0 is dark.
+    focusing_ = true;
+    homing_answered_ = false;
+    return send_text(fmt::format("G21G53G0Z{:.3f}\n", options_.focus_z->count()));
+  }
   enter(Phase::kReady);
   if (!settings_.homing) {
+    if (options_.focus_z)
+      return fail({ErrorCode::kRefused,
+                   "the laser has no homing switches, so nothing says where its head stands over the wood: take "
+                   "laser.focus_z_mm out of the configuration and set the focus by hand"});
     settings_.x.origin_mm = settings_.x.home_mm = (*position_)[0];
     settings_.y.origin_mm = settings_.y.home_mm = (*position_)[1];
     homed_ = true;
@@ -140,6 +152,10 @@ void GrblCore::finish_homing() {
                      (*position_)[0], (*position_)[1], settings_.x.home_mm, settings_.y.home_mm)});
   homed_ = true;
   events_.emplace_back(laser_event::Homed{});
+}
+
+bool GrblCore::at_focus() const {
+  return !options_.focus_z || (z_ && std::abs(*z_ - options_.focus_z->count()) <= 0.05);
 }
 
 void GrblCore::fail(Error error) { events_.emplace_back(laser_event::Failed{std::move(error)}); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 
 #include "base/clock.h"
 #include "base/units.h"
@@ -33,6 +34,10 @@ struct GrblOptions {
   double queued_motion_s = 1.0;          // never more in the controller
   double longest_move_s = 0.2;           // longer strokes are split
   Millimetres position_tolerance{0.01};  // beyond half a motor step
+
+  // Where the head's Z axis stands (the controller's own machine coordinate) when the focus lies on the wood. Homing
+  // ends there, and nothing is burnt elsewhere. Without it the focus is set by hand.
+  std::optional<Millimetres> focus_z;
 
   // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the
   // limits on them.

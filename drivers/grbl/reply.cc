@@ -49,6 +49,12 @@ std::optional<StatusReport::Xy> xy(std::string_view text) {
   return value;
 }
 
+// The third axis of a position that reads; nullopt for a machine that has two.
+std::optional<double> third(std::string_view text) {
+  const auto parts = split(text, ',');
+  return parts.size() < 3 ? std::nullopt : number<double>(parts[2]);
+}
+
 bool read_overrides(std::string_view text, StatusReport& report) {
   const auto parts = split(text, ',');
   if (parts.size() != 3) return false;
@@ -76,6 +82,9 @@ bool read_field(std::string_view field, StatusReport& report) {
   const auto colon = field.find(':');
   const std::string_view name = field.substr(0, colon);
   const std::string_view value = colon == std::string_view::npos ? std::string_view{} : field.substr(colon + 1);
+  if (name == "MPos") report.machine_z = third(value);
+  if (name == "WPos") report.work_z = third(value);
+  if (name == "WCO") report.offset_z = third(value);
   if (name == "MPos") return (report.machine_position = xy(value)).has_value();
   if (name == "WPos") return (report.work_position = xy(value)).has_value();
   if (name == "WCO") return (report.work_offset = xy(value)).has_value();

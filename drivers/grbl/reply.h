@@ -28,9 +28,10 @@ struct StatusReport {  // "<Idle|MPos:0.000,0.000,0.000|FS:0,0>"
   using Xy = std::array<double, 2>;
   std::string state;  // with its sub-state: "Hold:0"
   std::optional<Xy> machine_position, work_position, work_offset;
-  std::optional<double> power;                  // S as commanded at this moment
-  std::optional<std::array<int, 3>> overrides;  // feed, rapid, power in per cent
-  bool is(std::string_view name) const;         // "Hold" is also said of "Hold:1"
+  std::optional<double> machine_z, work_z, offset_z;  // of the same, where the machine has a third axis
+  std::optional<double> power;                        // S as commanded at this moment
+  std::optional<std::array<int, 3>> overrides;        // feed, rapid, power in per cent
+  bool is(std::string_view name) const;               // "Hold" is also said of "Hold:1"
 };
 struct SettingLine {  // "$130=520.000"
   int number = 0;

@@ -34,6 +34,7 @@ TEST_F(ConfigTest, ReadsWhatIsWritten) {
 [laser]
 kind = "grbl"
 port = "tcp:192.0.2.1:23"
+focus_z_mm = -40
 [recipe]
 cut_speed_mm_s = 12
 cut_power = 0.5
@@ -42,6 +43,7 @@ time_scale = 40
 )");
   ASSERT_TRUE(config.ok());
   EXPECT_EQ(config->laser.port, "tcp:192.0.2.1:23");
+  EXPECT_EQ(config->laser.focus_z, Millimetres(-40));
   EXPECT_DOUBLE_EQ(config->recipe.cut_speed.count(), 12);
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
   EXPECT_DOUBLE_EQ(config->sim.time_scale, 40);

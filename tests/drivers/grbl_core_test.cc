@@ -368,6 +368,43 @@ TEST_F(ClosedLid, HomingResetsFirst) {
   EXPECT_EQ(wait_in(kIdle, 500ms), "$H\n");
 }
 
+TEST_F(GrblCoreTest, HomingEndsAtTheFocusHeightAndNothingIsBurntElsewhere) {
+  GrblOptions options;
+  options.focus_z = Millimetres(-37.9);
+  core = GrblCore(options);
+  connect();
+  core.home(now);
+  ASSERT_EQ(out(), "$H\n");
+  say("ok\r\n");
+  EXPECT_EQ(wait_in("<Idle|MPos:-1.000,-1.000,-1.000|FS:0,0>", 200ms), "G21G53G0Z-37.900\n");
+  say("ok\r\n");
+  wait_in("<Idle|MPos:-1.000,-1.000,-1.000|FS:0,0>", 200ms);  // before the motion has begun
+  wait_in("<Run|MPos:-1.000,-1.000,-20.000|FS:3000,0>", 200ms);
+  EXPECT_FALSE(event<laser_event::Homed>());
+  wait_in("<Idle|MPos:-1.000,-1.000,-37.900|FS:0,0>", 200ms);
+  EXPECT_TRUE(event<laser_event::Homed>());
+  wait_in("<Idle|MPos:-1.000,-1.000,-30.000|FS:0,0>", 1s);  // turned by hand at the machine
+  core.start(line_job(), now);
+  EXPECT_EQ(out(), "");
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_THAT(event<laser_event::Failed>()->error.message, HasSubstr("focus height"));
+}
+
+TEST_F(GrblCoreTest, AFocusHeightThatIsNotReachedIsAFault) {
+  GrblOptions options;
+  options.focus_z = Millimetres(-37.9);
+  core = GrblCore(options);
+  connect();
+  core.home(now);
+  out();
+  say("ok\r\n");
+  wait_in("<Idle|MPos:-1.000,-1.000,-1.000|FS:0,0>", 200ms);
+  say("error:15\r\n");
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_THAT(event<laser_event::Failed>()->error.message, HasSubstr("focus height"));
+  EXPECT_FALSE(core.status().homed);
+}
+
 TEST_F(GrblCoreTest, DoesNotHomeUnderAnOpenLid) {
   connect_and_home();
   wait_in("<Door:1|MPos:-1.000,-1.000,0.000|FS:0,0>", 2s);

@@ -162,6 +162,18 @@ TEST_F(GrblHandTest, SendsNoLineOfACheckToAControllerThatIsNotInCheckMode) {
 
 // ---- overrides
 
+TEST(GrblFocus, IsMovedToBehindHomingAndAJobRunsThere) {
+  grbl::GrblOptions options;
+  options.focus_z = Millimetres(-12.5);
+  tests::GrblCell cell(sim::GrblSettings::laser_cutter(), {}, options);
+  cell.connect_and_home();
+  ASSERT_TRUE(cell.has<laser_event::Homed>());
+  EXPECT_THAT(cell.received, testing::HasSubstr(",-12.500"));
+  cell.start(tests::square_job(1));
+  cell.run_job();
+  EXPECT_TRUE(cell.has<laser_event::Done>());
+}
+
 TEST(Overrides, TakeOneStepAtATimeAndWaitToSeeIt) {
   grbl::Overrides overrides;
   ASSERT_TRUE(overrides.want({79, 50, 111}));
