@@ -33,7 +33,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
       shared_->tcp_port = tcp_.local_endpoint(fault).port();
     }
     if (!options.unix_path.empty()) {
-      auto acceptor = listen_on_socket(reactor, options.unix_path, options.operator_gid);
+      auto acceptor = listen_on_socket(reactor, options.unix_path);
       if (!acceptor) return acceptor.error();
       unix_ = std::move(*acceptor);
     }

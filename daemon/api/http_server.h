@@ -25,7 +25,7 @@ namespace veneer::daemon {
 struct HttpServerOptions {
   std::filesystem::path unix_path;  // empty: no Unix socket
   std::string listen;               // "127.0.0.1:8765", "[::1]:8765", "localhost:8765"; port 0 = any; empty: no TCP
-  std::optional<unsigned> operator_gid;  // this group's members are operators, and the socket belongs to it
+  std::optional<unsigned> operator_gid;  // this group's members are operators over the socket
   std::size_t max_header_bytes = 16 * 1024;
   std::size_t max_connections = 64;                  // per door; beyond that the connection idle for longest makes room
   std::chrono::milliseconds header_timeout{10'000};  // from the connection, or the end of the last reply

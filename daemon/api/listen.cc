@@ -72,9 +72,9 @@ Status make_room(asio::io_context& reactor, const std::filesystem::path& path) {
 
 }  // namespace
 
-Result<stream_protocol::acceptor> listen_on_socket(asio::io_context& reactor, const std::filesystem::path& path,
-                                                   std::optional<unsigned> group) {
-  constexpr mode_t kMode = 0660;
+Result<stream_protocol::acceptor> listen_on_socket(asio::io_context& reactor, const std::filesystem::path& path) {
+  // STOP needs no login. Who may do more is judged by the peer's credentials, not by who can open the file.
+  constexpr mode_t kMode = 0666;
   if (path.string().size() >= 108) {
     return Error{ErrorCode::kInvalidArgument, "the socket's path is too long (107 bytes at most): " + path.string()};
   }
@@ -83,16 +83,10 @@ Result<stream_protocol::acceptor> listen_on_socket(asio::io_context& reactor, co
   stream_protocol::acceptor acceptor(reactor);
   acceptor.open(stream_protocol(), fault);
   if (fault) return Error{ErrorCode::kStorage, "cannot make a socket (" + fault.message() + ")"};
-  // The file takes the descriptor's mode when it is bound, so it is never more open than this.
-  fchmod(acceptor.native_handle(), kMode);
   acceptor.bind(stream_protocol::endpoint(path.string()), fault);
   if (fault) {
     return Error{ErrorCode::kStorage, "cannot make the socket " + path.string() + " (" + fault.message() +
                                           "): does its folder exist, and may this user write there?"};
-  }
-  if (group && chown(path.c_str(), static_cast<uid_t>(-1), *group) != 0) {
-    return Error{ErrorCode::kStorage, "cannot give the socket " + path.string() + " to group " +
-                                          std::to_string(*group) + ": the daemon's user must belong to it"};
   }
   if (chmod(path.c_str(), kMode) != 0) {
     return Error{ErrorCode::kStorage, "cannot set the mode of the socket " + path.string()};

@@ -5,7 +5,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 
@@ -18,10 +17,9 @@ Result<boost::asio::ip::tcp::endpoint> parse_loopback(std::string_view listen);
 
 Result<boost::asio::ip::tcp::acceptor> listen_on_loopback(boost::asio::io_context& reactor, std::string_view listen);
 
-// Mode 0660, owned by `group` when given, at no moment more open than that. A socket that nobody answers at is
-// replaced; kConflict when somebody does.
+// Anybody on the machine may connect (mode 0666): STOP needs no login, and everything else asks the peer's credentials.
+// A socket that nobody answers at is replaced; kConflict when somebody does.
 Result<boost::asio::local::stream_protocol::acceptor> listen_on_socket(boost::asio::io_context& reactor,
-                                                                       const std::filesystem::path& path,
-                                                                       std::optional<unsigned> group);
+                                                                       const std::filesystem::path& path);
 
 }  // namespace veneer::daemon
