@@ -36,6 +36,7 @@ struct Arguments {
   PlanArguments plan;
   std::string layout = "grid", refine = "none", optimize = "greedy", formats = "svg,json";
   std::string out;
+  std::string segmentation, curves, overlap_mm;
 };
 
 // What CONTRACT.md promises for later versions is refused by name, so that a script never gets something else.
@@ -45,6 +46,9 @@ void refuse_what_is_not_there(const Arguments& a) {
   };
   if (a.layout != "grid") unavailable("--layout " + a.layout);
   if (a.refine != "none") unavailable("--refine " + a.refine);
+  if (!a.segmentation.empty()) unavailable("--segmentation");
+  if (!a.curves.empty()) unavailable("--curves");
+  if (!a.overlap_mm.empty()) unavailable("--overlap-mm");
 }
 
 std::set<std::string> wanted_formats(const std::string& list) {
@@ -174,12 +178,20 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--repeat", arguments->plan.copies, "Plan each picture so many times")->capture_default_str();
   plan->add_flag("--interleave", arguments->plan.options.interleave,
                  "Let the most salient patches of all pictures choose first, instead of picture after picture");
+  plan->add_option("--reserve", arguments->plan.options.reserve,
+                   "Without --interleave: the share of every picture's patches, the most salient ones, that choose "
+                   "before all others")
+      ->capture_default_str();
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")
       ->check(CLI::IsMember({"grid", "morph", "mosaic", "segmentation"}))
       ->capture_default_str();
   plan->add_option("--refine", arguments->refine, "How borders between patches are refined")
       ->check(CLI::IsMember({"none", "dp"}))
       ->capture_default_str();
+  // Known, so that they are refused by name.
+  plan->add_option("--segmentation", arguments->segmentation)->group("");
+  plan->add_option("--curves", arguments->curves)->group("");
+  plan->add_option("--overlap-mm", arguments->overlap_mm)->group("");
   plan->add_option("--optimize", arguments->optimize, "How places are chosen")
       ->check(CLI::IsMember({"greedy", "global"}))
       ->capture_default_str();

@@ -65,7 +65,10 @@ struct PlanOptions {
   double adaptive_factor = 1.2;
   Priority priority = Priority::kSaliency;
   bool interleave = false;  // one queue for the patches of all artworks; otherwise artwork after artwork
-  bool exact = false;       // choose the cheapest place by proof, some hundred times slower
+  // Without interleaving: this share of every artwork's patches, the most urgent, choose before all others, so that the
+  // first artworks' backgrounds do not use up the rare wood that the last ones' faces need.
+  double reserve = 0;
+  bool exact = false;  // choose the cheapest place by proof, some hundred times slower
   Optimize optimize = Optimize::kGreedy;
   // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
   // the clock stopped is repeated by the iterations that it reports.

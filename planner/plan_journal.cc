@@ -68,13 +68,13 @@ std::string text_of(const Raster<Frame>& raster) {
 std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
-               adaptive_levels, adaptive_factor, priority, interleave, exact, optimize, optimize_seconds,
+               adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, optimize, optimize_seconds,
                optimize_iterations, seed, threads] = options;
   static_cast<void>(threads);  // changes nothing
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", patch.count(), rotations,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", patch.count(), rotations,
                      w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
                      position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,
-                     exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed);
+                     reserve, exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed);
 }
 
 }  // namespace

@@ -147,6 +147,14 @@ Result<std::vector<TaskTree>> squares_of(const Artwork& artwork, std::size_t ind
   return squares;
 }
 
+// When a square chooses: the smaller the earlier.
+struct Turn {
+  bool waits;           // until the most urgent squares of all artworks have chosen
+  std::size_t artwork;  // of those that wait; 0 for the others, which choose together
+  double calm;          // minus urgency
+  friend auto operator<=>(const Turn&, const Turn&) = default;
+};
+
 }  // namespace
 
 std::vector<Radians> turns(int rotations) {
@@ -172,23 +180,25 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
 
   const auto all_turns = turns(options.rotations);
   std::vector<TaskTree> squares;
-  std::vector<double> urgency;
+  std::vector<Turn> queue;
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     Result<std::vector<TaskTree>> own = squares_of(artworks[a], a, options, all_turns, problem);
     if (!own.ok()) return own.error();
     std::vector<Patch> patches;
     for (const TaskTree& square : *own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
     const auto urgent = urgencies(artworks[a], patches, options.priority);
-    if (options.interleave) {
-      std::move(own->begin(), own->end(), std::back_inserter(squares));
-      urgency.insert(urgency.end(), urgent.begin(), urgent.end());
-    } else {
-      for (const std::size_t i : by_urgency(urgent)) squares.push_back(std::move((*own)[i]));
+    const double share = options.interleave ? 1 : options.reserve;
+    const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own->size())));
+    std::size_t rank = 0;
+    for (const std::size_t i : by_urgency(urgent)) {
+      const bool waits = rank++ >= early;
+      queue.push_back({waits, waits ? a : 0, -urgent[i]});
+      squares.push_back(std::move((*own)[i]));
     }
   }
   std::vector<std::size_t> order(squares.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (options.interleave) order = by_urgency(urgency);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return queue[a] < queue[b]; });
   for (const std::size_t i : order) {
     if (options.adaptive_levels > 0)
       problem.squares.push_back(std::move(squares[i]));

@@ -22,6 +22,7 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.rotations, 1, 360)) return unusable("the number of rotations must lie between 1 and 360");
   if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");
   if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
+  if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
   if (!(o.optimize_seconds >= 0)) return unusable("the seconds of the optimisation must not be negative");
   if (o.threads < 0) return unusable("the number of threads must not be negative");
   return Ok();

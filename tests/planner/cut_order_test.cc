@@ -65,7 +65,7 @@ TEST(CutOrder, KeepsTheGivenOrderWhenAsked) {
 }
 
 RC_GTEST_PROP(CutOrder, VisitsEverySiteOnceAndKeepsItsDemands, ()) {
-  const auto n = static_cast<std::size_t>(*rc::gen::inRange(0, 40));
+  const auto n = static_cast<std::size_t>(*rc::gen::inRange(0, 16));
   std::vector<CutSite> sites;
   for (std::size_t i = 0; i < n; ++i) {
     const double x = *rc::gen::inRange(0, 500), y = *rc::gen::inRange(0, 300);

@@ -4,6 +4,7 @@
 
 #include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "planner/problem.h"
 #include "tests/support/synthetic_wood.h"
@@ -94,6 +95,27 @@ TEST(Order, ArtworksChooseOneAfterTheOtherOrTogether) {
     EXPECT_EQ(together[i].first, i % 2) << i;
     EXPECT_EQ(together[i].second, sequential[i / 2].second) << i;
   }
+}
+
+TEST(Order, ReservesWoodForTheMostSalientPatchesOfEveryArtwork) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 60, 60, 20_mm, 7), blob_artwork("B", 60, 60, 20_mm, 8)};
+  PlanOptions options = options_at(75);
+  const auto sequential = queue_of(artworks, options);
+  options.reserve = 0.25;
+  const auto reserved = queue_of(artworks, options);
+  ASSERT_EQ(reserved.size(), 32U);
+  // Four of each artwork's sixteen patches come first: those that came first in their own artwork.
+  using Patches = std::set<std::pair<std::size_t, std::size_t>>;
+  Patches first(reserved.begin(), reserved.begin() + 8), wanted(sequential.begin(), sequential.begin() + 4);
+  wanted.insert(sequential.begin() + 16, sequential.begin() + 20);
+  EXPECT_EQ(first, wanted);
+  // The others keep their order.
+  EXPECT_TRUE(std::equal(reserved.begin() + 8, reserved.begin() + 20, sequential.begin() + 4));
+  EXPECT_TRUE(std::equal(reserved.begin() + 20, reserved.end(), sequential.begin() + 20));
+  options.reserve = 1;
+  const auto all = queue_of(artworks, options);
+  options.reserve = 0, options.interleave = true;
+  EXPECT_EQ(all, queue_of(artworks, options));
 }
 
 }  // namespace

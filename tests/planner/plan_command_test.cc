@@ -176,6 +176,9 @@ TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
+  expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available yet in this version");
+  expect_unusable(usual() + " --curves g1", "--curves is not available yet in this version");
+  expect_unusable(usual() + " --overlap-mm 1", "--overlap-mm is not available yet in this version");
   expect_unusable(usual() + " --format svg,dxf", "--format dxf is not available yet in this version");
   expect_unusable(usual() + " --format tiff", "no format");
 }
@@ -206,6 +209,7 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --w-colour nan", "colour weight");
   expect_unusable(usual() + " --edge-mm -1", "scale of edges");
   expect_unusable(usual() + " --repeat 0", "--repeat");
+  expect_unusable(usual() + " --reserve 1.5", "reserved wood must lie between 0 and 1");
   expect_unusable(usual() + " --adaptive-levels -1", "adaptive levels");
   expect_unusable(usual() + " --adaptive-factor nan", "adaptive factor");
   expect_unusable(usual() + " --importance " + path("target.png") + " --importance " + path("target.png"),

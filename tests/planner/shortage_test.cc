@@ -106,5 +106,32 @@ TEST(Shortage, SaysSoWhenNothingFitsAnyMore) {
   EXPECT_TRUE(report["shortage"]["smaller"].is_null());
 }
 
+// Two pictures, dark all over but for what matters least; a panel with dark wood for one of them. What is salient in
+// the second picture gets some of it only when it is reserved.
+TEST(Shortage, DarkWoodIsReservedForWhatIsSalientInTheNextPicture) {
+  StockPanel panel = clear_panel(120, 60);
+  panel.picture.pixels.setTo(cv::Scalar::all(220));
+  panel.picture.pixels(cv::Rect(0, 0, 36, 60)).setTo(cv::Scalar::all(20));
+  std::vector<Artwork> artworks;
+  for (const char* letter : {"A", "B"}) {
+    Artwork& artwork = artworks.emplace_back(test::blob_artwork(letter, 60, 60, 24_mm, 1));
+    artwork.letter = letter;
+    cv::randu(artwork.picture, 10, 30);  // something to be salient
+    artwork.importance = cv::Mat(60, 60, CV_8UC1, cv::Scalar(1));
+    artwork.importance(cv::Rect(0, 0, 30, 30)).setTo(255);  // the upper left quarter
+  }
+  PlanOptions how = options();
+  how.patch = 6_mm, how.priority = Priority::kSaliency;
+  const auto cost_of_what_matters = [&](double reserve) {
+    how.reserve = reserve;
+    const auto plan = make_plan(artworks, {&panel, 1}, how);
+    double cost = 0;
+    for (const Piece& piece : plan->pieces)
+      if (piece.artwork == 1 && piece.row < 2 && piece.column < 2) cost += piece.cost;
+    return cost;
+  };
+  EXPECT_LT(cost_of_what_matters(0.25), 0.02 * cost_of_what_matters(0));
+}
+
 }  // namespace
 }  // namespace veneer::planner
