@@ -5,13 +5,14 @@
 
 namespace veneer::planner {
 
-Arrangement::Arrangement(std::span<const Footprint> footprints, const std::vector<Box<PanelFrame>>& panels)
+Arrangement::Arrangement(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels)
     : footprints_(footprints), poses_(footprints.size()), side_(1e-3) {
   for (const Footprint& footprint : footprints) side_ = std::max(side_, 2 * footprint.outer());
-  for (const Box<PanelFrame>& box : panels) {
-    Grid grid{box.min.x.count(), box.min.y.count(), 1, 1, {}};
-    grid.columns += static_cast<int>(box.width().count() / side_);
-    grid.rows += static_cast<int>(box.height().count() / side_);
+  for (const MatchPanel& panel : panels) {
+    const Raster<PanelFrame>& wood = panel.features;
+    Grid grid{wood.origin.x.count(), wood.origin.y.count(), 1, 1, {}};
+    grid.columns += static_cast<int>(wood.width().count() / side_);
+    grid.rows += static_cast<int>(wood.height().count() / side_);
     grid.cells.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
     grids_.push_back(std::move(grid));
   }

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "planner/footprint.h"
+#include "planner/matcher.h"
 
 namespace veneer::planner {
 
 class Arrangement {
  public:
-  // `footprints`: one a patch, alive as long as this. `panels`: their boxes in mm.
-  Arrangement(std::span<const Footprint> footprints, const std::vector<Box<PanelFrame>>& panels);
+  // `footprints`: one a patch, alive as long as this.
+  Arrangement(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels);
 
   void put(std::size_t patch, const Pose& pose);
   void remove(std::size_t patch);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "planner/joint_search.h"
+#include "planner/packing.h"
 #include "planner/place_survey.h"
 
 namespace veneer::planner {
@@ -41,12 +42,6 @@ class JointPlanner {
       start_.back() = Place{footprints_[i].pose_of(greedy[i]->panel, greedy_[i]->panel_from_artwork), 0};
     }
     measure(start_);
-    for (const MatchPanel& panel : matcher.panels()) {
-      Box<PanelFrame> box;
-      box.add(panel.features.origin);
-      box.add({panel.features.origin.x + panel.features.width(), panel.features.origin.y + panel.features.height()});
-      boxes_.push_back(box);
-    }
   }
 
   Chosen run(GlobalReport& report, const std::stop_token& stop) {
@@ -76,17 +71,65 @@ class JointPlanner {
 
  private:
   Chosen improved(GlobalReport& report, const std::stop_token& stop) {
-    auto lists = survey_places(problem_, matcher_, footprints_, {kPlaces, threads_}, stop,
-                               [&](double share) { progress_(kSurveyShare * share, "surveying the wood"); });
+    std::vector<Pose> slots;
+    if (report.greedy_unfilled > 0) slots = packed(stop);
+    auto survey = survey_places(problem_, matcher_, footprints_, slots, {kPlaces, threads_}, stop,
+                                [&](double share) { progress_(kSurveyShare * share, "surveying the wood"); });
     if (stop.stop_requested()) return start_;
     for (std::size_t i = 0; i < start_.size(); ++i) {
-      for (Place& place : lists[i]) place.cost *= problem_.queue[i].importance;
-      if (start_[i])
-        lists[i].insert(std::upper_bound(lists[i].begin(), lists[i].end(), *start_[i], cheaper), *start_[i]);
+      for (Place& place : survey.slots[i]) place.cost *= problem_.queue[i].importance;
+      std::vector<Place>& list = survey.places[i];
+      for (Place& place : list) place.cost *= problem_.queue[i].importance;
+      list.insert(list.end(), survey.slots[i].begin(), survey.slots[i].end());
+      if (start_[i]) list.push_back(*start_[i]);
+      std::sort(list.begin(), list.end(), cheaper);
     }
-    JointSearch search(footprints_, boxes_, std::move(lists), start_, options_.seed);
+    Chosen start = start_;
+    if (!slots.empty()) {
+      Chosen on_slots = each_on_a_slot(slots, survey.slots);
+      if (score_of(on_slots).unfilled < report.greedy_unfilled) start = std::move(on_slots);
+    }
+    JointSearch search(footprints_, matcher_.panels(), std::move(survey.places), start, options_.seed);
     anneal(search, report, stop);
     return search.best();
+  }
+
+  // Where the patches would fit if they were packed closely; all are taken as large as the largest.
+  std::vector<Pose> packed(const std::stop_token& stop) const {
+    Millimetres width, height;
+    for (const Problem::Task& task : problem_.queue) {
+      const Box<ArtworkFrame> box = bounds(task.match.outline);
+      width = std::max(width, box.width()), height = std::max(height, box.height());
+    }
+    return pack_rectangles(matcher_, width, height, start_.size(), threads_, stop);
+  }
+
+  // In the order of the queue, each patch on the cheapest slot that is left.
+  Chosen each_on_a_slot(const std::vector<Pose>& slots, const std::vector<std::vector<Place>>& priced) const {
+    Arrangement arrangement(footprints_, matcher_.panels());
+    Chosen out(start_.size());
+    std::vector<std::size_t> left;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      for (const Place& place : priced[i])
+        if (!arrangement.any_in_the_way(i, place.pose)) {
+          out[i] = place;
+          break;
+        }
+      if (out[i])
+        arrangement.put(i, out[i]->pose);
+      else
+        left.push_back(i);
+    }
+    // Where all the cheapest are taken, any slot.
+    std::size_t next = 0;
+    for (const std::size_t i : left) {
+      while (next < slots.size() && arrangement.any_in_the_way(i, slots[next])) ++next;
+      if (next == slots.size()) break;
+      out[i] = Place{slots[next], 0};
+      arrangement.put(i, slots[next]);
+    }
+    measure(out);
+    return out;
   }
 
   void anneal(JointSearch& search, GlobalReport& report, const std::stop_token& stop) {
@@ -95,7 +138,7 @@ class JointPlanner {
     const Cooling cooling{kHot * mean, kCold * mean, report.budget};
     const std::uint64_t last =
         options_.optimize_iterations > 0 ? std::min(options_.optimize_iterations, report.budget) : report.budget;
-    while (report.iterations < last && !stop.stop_requested() && !out_of_time()) {
+    while (report.iterations < last && !stop.stop_requested() && (report.iterations == 0 || !out_of_time())) {
       const std::uint64_t leg = std::min(report.iterations + kLeg, last);
       report.iterations = search.run(cooling, report.iterations, leg, stop);
       const Score& best = search.best_score();
@@ -145,7 +188,6 @@ class JointPlanner {
   const JointProgress& progress_;
   Clock::time_point begin_ = Clock::now();
   std::vector<Footprint> footprints_;
-  std::vector<Box<PanelFrame>> boxes_;
   Chosen start_;
 };
 

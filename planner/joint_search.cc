@@ -23,7 +23,7 @@ Score score_of(const Chosen& chosen) {
   return score;
 }
 
-JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vector<Box<PanelFrame>>& panels,
+JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels,
                          std::vector<std::vector<Place>> lists, const Chosen& start, std::uint64_t seed)
     : footprints_(footprints),
       lists_(std::move(lists)),

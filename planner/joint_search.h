@@ -39,7 +39,7 @@ struct Cooling {
 class JointSearch {
  public:
   // `lists`: for each patch places on free wood, cheapest first. `start` must be free of overlaps.
-  JointSearch(std::span<const Footprint> footprints, const std::vector<Box<PanelFrame>>& panels,
+  JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels,
               std::vector<std::vector<Place>> lists, const Chosen& start, std::uint64_t seed);
 
   // Iterations number `from` to `to` of the cooling. Returns the number of the next one, early once `stop` is

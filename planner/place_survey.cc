@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <tuple>
 
 #include "planner/near_search.h"
 #include "planner/parallel.h"
@@ -86,11 +88,12 @@ class Best {
 class ClassSurvey {
  public:
   ClassSurvey(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
-              std::vector<std::size_t> patches, const SurveyOptions& options)
+              std::vector<std::size_t> patches, std::span<const Pose> slots, const SurveyOptions& options)
       : problem_(problem),
         matcher_(matcher),
         footprints_(footprints),
         patches_(std::move(patches)),
+        slots_(slots),
         options_(options),
         model_(problem.queue[patches_.front()].match),
         blocks_(model_.pixels),
@@ -106,10 +109,10 @@ class ClassSurvey {
       panels_.back().first_row = rows_;
       rows_ += static_cast<std::size_t>(panels_.back().rows);
     }
+    describe_slots();
   }
 
-  void run(std::vector<std::vector<Place>>& lists, const std::stop_token& stop,
-           const std::function<void(double)>& progress) {
+  void run(Survey& survey, const std::stop_token& stop, const std::function<void(double)>& progress) {
     std::vector<Best> best(patches_.size(), Best(2 * options_.places));
     std::mutex merging;
     run_parallel(
@@ -126,7 +129,10 @@ class ClassSurvey {
         });
     run_parallel(
         patches_.size(), options_.threads, stop,
-        [&](std::size_t i) { lists[patches_[i]] = measured(patches_[i], best[i].found()); },
+        [&](std::size_t i) {
+          survey.places[patches_[i]] = measured(patches_[i], best[i].found());
+          survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
+        },
         [&](std::size_t done) {
           if (progress) progress(0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(patches_.size()));
         });
@@ -205,6 +211,41 @@ class ClassSurvey {
     }
   }
 
+  void describe_slots() {
+    slot_stride_ = (slots_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce * kPlacesAtOnce;
+    slot_numbers_.resize(panels_.front().sketch.numbers() * slot_stride_);
+    slot_squares_.resize(slot_stride_);
+    for (std::size_t i = 0; i < slots_.size(); ++i) {
+      const Pose& slot = slots_[i];
+      const auto panel = static_cast<std::size_t>(slot.panel);
+      double column = 0, row = 0;
+      matcher_.panels()[panel].features.to_pixels(point<PanelFrame>(slot.x, slot.y), column, row);
+      slot_squares_[i] =
+          panels_[panel].sketch.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
+    }
+  }
+
+  std::vector<float> slot_scores(std::size_t i) const {
+    std::vector<float> scores(slot_stride_);
+    if (!slots_.empty())
+      score_places(sketches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
+                   scores.data());
+    return scores;
+  }
+
+  std::vector<Place> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
+    std::vector<std::size_t> order(slots_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return std::tie(scores[a], a) < std::tie(scores[b], b); });
+    order.resize(std::min(order.size(), options_.places / 2));
+    const NearSearch near(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
+    std::vector<Place> places;
+    for (const std::size_t i : order) places.push_back({slots_[i], near.cost(slots_[i])});
+    std::sort(places.begin(), places.end(), cheaper);
+    return places;
+  }
+
   // Thinned, laid on the lattice and measured.
   std::vector<Place> measured(std::size_t patch, std::vector<Found>& found) const {
     std::sort(found.begin(), found.end());
@@ -245,6 +286,7 @@ class ClassSurvey {
   const Matcher& matcher_;
   std::span<const Footprint> footprints_;
   std::vector<std::size_t> patches_;
+  std::span<const Pose> slots_;
   const SurveyOptions& options_;
   const MatchPatch& model_;
   SketchBlocks blocks_;
@@ -252,27 +294,29 @@ class ClassSurvey {
   std::vector<PatchSketch> sketches_;
   std::vector<Panel> panels_;
   std::size_t rows_ = 0;
+  std::size_t slot_stride_ = 0;
+  std::vector<float> slot_numbers_, slot_squares_;
 };
 
 }  // namespace
 
-std::vector<std::vector<Place>> survey_places(const Problem& problem, const Matcher& matcher,
-                                              std::span<const Footprint> footprints, const SurveyOptions& options,
-                                              const std::stop_token& stop,
-                                              const std::function<void(double)>& progress) {
-  std::vector<std::vector<Place>> lists(problem.queue.size());
+Survey survey_places(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
+                     std::span<const Pose> slots, const SurveyOptions& options, const std::stop_token& stop,
+                     const std::function<void(double)>& progress) {
+  Survey survey;
+  survey.places.resize(problem.queue.size()), survey.slots.resize(problem.queue.size());
   std::vector<std::vector<std::size_t>> classes(problem.classes.size());
   for (std::size_t i = 0; i < problem.queue.size(); ++i) classes[problem.queue[i].match.window_class].push_back(i);
   double done = 0;
   for (std::vector<std::size_t>& patches : classes) {
     if (patches.empty() || stop.stop_requested()) continue;
     const double share = static_cast<double>(patches.size()) / static_cast<double>(problem.queue.size());
-    ClassSurvey(problem, matcher, footprints, std::move(patches), options).run(lists, stop, [&](double part) {
+    ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options).run(survey, stop, [&](double part) {
       if (progress) progress(done + share * part);
     });
     done += share;
   }
-  return lists;
+  return survey;
 }
 
 }  // namespace veneer::planner

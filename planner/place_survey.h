@@ -19,15 +19,19 @@
 namespace veneer::planner {
 
 struct SurveyOptions {
-  std::size_t places = 300;  // a patch, at most
+  std::size_t places = 300;  // a patch, at most; half as many slots
   int threads = 1;
 };
 
-// One list a task of the queue, cheapest first. Deterministic, any number of threads. Returns early, with anything,
-// once `stop` is requested; `progress` is called on the calling thread with the share done.
-std::vector<std::vector<Place>> survey_places(const Problem& problem, const Matcher& matcher,
-                                              std::span<const Footprint> footprints, const SurveyOptions& options,
-                                              const std::stop_token& stop,
-                                              const std::function<void(double)>& progress = {});
+// Two lists a task of the queue, cheapest first: places found, and the cheapest of the slots that were given.
+struct Survey {
+  std::vector<std::vector<Place>> places, slots;
+};
+
+// Deterministic, any number of threads. Returns early, with anything, once `stop` is requested; `progress` is called on
+// the calling thread with the share done.
+Survey survey_places(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
+                     std::span<const Pose> slots, const SurveyOptions& options, const std::stop_token& stop,
+                     const std::function<void(double)>& progress = {});
 
 }  // namespace veneer::planner

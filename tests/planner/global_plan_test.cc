@@ -4,7 +4,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "base/polygon_ops.h"
-#include "planner/arrangement.h"
+#include "planner/certified_matcher.h"
+#include "planner/footprint.h"
 #include "planner/free_wood.h"
 #include "planner/plan_files.h"
 #include "tests/support/synthetic_wood.h"
@@ -78,6 +79,22 @@ TEST(GlobalPlan, GainsWhereWoodIsScarce) {
   EXPECT_LT(plan.global->cost, 0.97 * plan.global->greedy_cost);
 }
 
+TEST(GlobalPlan, FillsEveryPatchOnAThirdMoreWoodThanThePicture) {
+  // Room for 8 x 6 patches of 7.3 mm and little more; greedy jams.
+  StockPanel panel = wood_panel("P", 120, 90, 50.8, 2);
+  panel.free.pixels = cv::Mat(90, 120, CV_8UC1, cv::Scalar(255));
+  PlanOptions options = small_options();
+  options.rotations = 15, options.optimize_iterations = 20000;
+  const std::vector<Artwork> artworks{blob_artwork("A", 70, 60, 42_mm, 1)};
+  const Plan plan = planned(artworks, {panel}, options), before = planned(artworks, {panel}, greedy(options));
+  ASSERT_GT(unfilled(before), 0U);
+  EXPECT_EQ(unfilled(plan), 0U);
+  double where_greedy_placed = 0;
+  for (std::size_t i = 0; i < plan.pieces.size(); ++i)
+    if (before.pieces[i].placement) where_greedy_placed += plan.pieces[i].cost;
+  EXPECT_LE(where_greedy_placed, cost_total(before));
+}
+
 TEST(GlobalPlan, AWholeRunUsesItsWholeBudget) {
   const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2)};
   const Plan plan = planned({blob_artwork("A", 50, 50, 21_mm, 1)}, stock, small_options());
@@ -106,32 +123,96 @@ TEST(GlobalPlan, AStoppedRunGivesTheBestSoFarAndIsRepeatedByItsIterations) {
   const Plan plan = planned(artworks, stock, options);
   EXPECT_TRUE(plan.global->stopped);
   EXPECT_EQ(plan.global->iterations, 30000U);
-  EXPECT_LT(plan.global->cost, plan.global->greedy_cost);
+  EXPECT_TRUE(plan.global->unfilled < plan.global->greedy_unfilled || plan.global->cost < plan.global->greedy_cost);
+}
 
-  // A stop at a moment that nobody chose.
+// The optimisation alone, whose progress is told often.
+class Jointly {
+ public:
+  explicit Jointly(PlanOptions options) : options_(std::move(options)), problem_(problem()), matcher_(matcher()) {
+    matcher_.build_index(1, {});
+    for (const Problem::Task& task : problem_.queue) {
+      greedy_.push_back(matcher_.best(task.match, {}));
+      if (greedy_.back()) matcher_.take(task.match, *greedy_.back());
+    }
+  }
+  JointOutcome run(
+      std::uint64_t iterations, const JointProgress& progress = [](double, const std::string&) {},
+      const std::stop_token& stop = {}) {
+    PlanOptions options = options_;
+    options.optimize_iterations = iterations;
+    return plan_jointly(problem_, matcher_, greedy_, options, 1, progress, stop);
+  }
+  LaidPatches greedy() const { return laid(problem_, matcher_, greedy_); }
+
+ private:
+  Problem problem() const {
+    const StockPanel panel = wood_panel("P", 110, 90, 50.8, 2);
+    const Artwork artwork = blob_artwork("A", 50, 40, 35_mm, 1);
+    auto made = make_problem({&artwork, 1}, {&panel, 1}, options_);
+    if (!made.ok()) throw std::runtime_error(made.error().message);
+    return std::move(*made);
+  }
+  CertifiedMatcher matcher() {
+    return {std::move(problem_.panels), turns(options_.rotations), problem_.classes, problem_.entries_per_unit};
+  }
+
+  PlanOptions options_;
+  Problem problem_;
+  CertifiedMatcher matcher_;
+  std::vector<std::optional<Candidate>> greedy_;
+};
+
+void expect_same(const LaidPatches& a, const LaidPatches& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].has_value(), b[i].has_value());
+    if (!a[i]) continue;
+    EXPECT_EQ(a[i]->panel, b[i]->panel);
+    const auto at = point<ArtworkFrame>(3, 5), far = point<ArtworkFrame>(90, 70);
+    EXPECT_EQ(a[i]->panel_from_artwork * at, b[i]->panel_from_artwork * at);
+    EXPECT_EQ(a[i]->panel_from_artwork * far, b[i]->panel_from_artwork * far);
+  }
+}
+
+TEST(GlobalPlan, AStopAtAnyMomentIsRepeatedByItsIterations) {
+  Jointly jointly(small_options());
   std::stop_source stop;
-  options.optimize_iterations = 0;
-  const Plan broken_off = planned(
-      artworks, stock, options,
-      [&](double, std::string_view text) {
+  const JointOutcome outcome = jointly.run(
+      0,
+      [&](double, const std::string& text) {
         if (text.starts_with("optimising")) stop.request_stop();
       },
       stop.get_token());
-  ASSERT_TRUE(broken_off.global->stopped);
-  ASSERT_GT(broken_off.global->iterations, 0U);
-  options.optimize_iterations = broken_off.global->iterations;
-  EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), plan_to_json(broken_off));
+  ASSERT_TRUE(outcome.report.stopped);
+  ASSERT_GT(outcome.report.iterations, 0U);
+  expect_same(jointly.run(outcome.report.iterations).patches, outcome.patches);
 }
 
 TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
+  Jointly jointly(small_options());
+  std::stop_source stop;
+  const JointOutcome outcome = jointly.run(
+      0,
+      [&](double, const std::string& text) {
+        if (text.starts_with("surveying")) stop.request_stop();
+      },
+      stop.get_token());
+  EXPECT_TRUE(outcome.report.stopped);
+  EXPECT_EQ(outcome.report.iterations, 0U);
+  expect_same(outcome.patches, jointly.greedy());
+}
+
+TEST(GlobalPlan, TheClockStopsItAfterWholeLegsThatIterationsRepeat) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2)};
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
   PlanOptions options = small_options();
   options.optimize_seconds = 1e-9;
   const Plan plan = planned(artworks, stock, options);
   EXPECT_TRUE(plan.global->stopped);
-  EXPECT_EQ(plan.global->iterations, 0U);
-  EXPECT_EQ(plan_to_json(plan), plan_to_json(planned(artworks, stock, greedy(options))));
+  ASSERT_GT(plan.global->iterations, 0U);
+  options.optimize_seconds = 0, options.optimize_iterations = plan.global->iterations;
+  EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), plan_to_json(plan));
 }
 
 // What the fast test calls free, the rule of free_wood.h must admit; what it calls taken may only be closer than the
