@@ -146,6 +146,8 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
       ->check(CLI::IsMember({"saliency", "center"}))
       ->capture_default_str();
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width that the beam burns away")->capture_default_str();
+  command.add_option("--index-cache", options.index_cache,
+                     "Directory in which indexes of panels are kept from plan to plan; none unless given");
   command.add_flag("--exact", options.exact, "Choose the cheapest place by proof; some ten times slower");
   command.add_option("--seed", options.seed, "For choices that are drawn")->capture_default_str();
   command.add_option("--threads", options.threads, "0: as many as the machine has")->capture_default_str();

@@ -129,6 +129,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   artwork.height = size.height;
   planner::PlanOptions options = request.options;
   options.kerf = *calibration->kerf;
+  options.index_cache = (library_.data_dir() / "index").string();
   auto plan = planner::make_plan(
       {&artwork, 1}, *stock, options,
       [&](double f, std::string_view text) { progress(0.05 + 0.83 * f, std::string(text)); }, stop);

@@ -44,13 +44,26 @@ struct CoarseMap::Measured {
   std::vector<std::int32_t> energy;  // an eighth of the mean squared length
 };
 
-CoarseMap::CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid, bool filled)
-    : grid_(grid), channels_(entries.channels()), filled_(filled) {
-  find_rows(lattice, entries.size());
-  const Measured cells = measure(entries, lattice);
-  average_blocks(cells);
+CoarseMap::CoarseMap(const cv::Size& panel, int channels, const Lattice& lattice, const CellGrid& grid, bool filled)
+    : grid_(grid), channels_(channels), filled_(filled) {
+  find_rows(lattice, panel);
+  planes_.assign(static_cast<std::size_t>((channels_ + (filled_ ? 0 : 1) + 1) / 2),
+                 std::vector<std::int16_t>(static_cast<std::size_t>(2 * size_), 0));
   half_energy_.assign(static_cast<std::size_t>(size_), 0);
-  if (filled) add_up_energy(cells);
+}
+
+void CoarseMap::measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) {
+  const Measured cells = measure_cells(entries, lattice, stop);
+  if (stop.stop_requested()) return;
+  average_blocks(cells);
+  if (filled_) add_up_energy(cells);
+}
+
+std::vector<std::span<std::byte>> CoarseMap::measured() {
+  std::vector<std::span<std::byte>> out;
+  for (auto& plane : planes_) out.push_back(std::as_writable_bytes(std::span(plane)));
+  out.push_back(std::as_writable_bytes(std::span(half_energy_)));
+  return out;
 }
 
 void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
@@ -84,7 +97,8 @@ void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
   alive_.assign(groups, 0);
 }
 
-CoarseMap::Measured CoarseMap::measure(const cv::Mat& entries, const Lattice& lattice) const {
+CoarseMap::Measured CoarseMap::measure_cells(const cv::Mat& entries, const Lattice& lattice,
+                                             const std::stop_token& stop) const {
   Measured out;
   out.means.assign(static_cast<std::size_t>(size_ * channels_), 0);
   out.energy.assign(static_cast<std::size_t>(size_), 0);
@@ -94,6 +108,7 @@ CoarseMap::Measured CoarseMap::measure(const cv::Mat& entries, const Lattice& la
   for (int row = 0; row < rows(); ++row) {
     const int cells = end(row) - begin(row), a_cell = grid_.samples_x * channels_;
     if (cells == 0) continue;
+    if (stop.stop_requested()) break;
     const auto length = static_cast<std::size_t>(cells * a_cell);
     samples.resize(length * static_cast<std::size_t>(grid_.samples_y));
     sample(entries, lattice,
@@ -127,8 +142,6 @@ CoarseMap::Measured CoarseMap::measure(const cv::Mat& entries, const Lattice& la
 }
 
 void CoarseMap::average_blocks(const Measured& cells) {
-  planes_.assign(static_cast<std::size_t>((channels_ + (filled_ ? 0 : 1) + 1) / 2),
-                 std::vector<std::int16_t>(static_cast<std::size_t>(2 * size_), 0));
   for (int row = 0; row + 1 < rows(); ++row) {
     const std::int16_t* upper = cells.means.data() + base_[static_cast<std::size_t>(row)] * channels_;
     const std::int16_t* lower = cells.means.data() + base_[static_cast<std::size_t>(row) + 1] * channels_;

@@ -11,7 +11,10 @@
 // Only cells whose centre lies on the panel are stored. Scores of one window class compare across lattices and panels.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
+#include <stop_token>
 #include <vector>
 
 #include "planner/place_bits.h"
@@ -35,8 +38,13 @@ int largest_score_entry(int channels);
 
 class CoarseMap {
  public:
-  // `entries`: the panel's (window_samples.h). `filled`: all windows are full of pixels that count.
-  CoarseMap(const cv::Mat& entries, const Lattice& lattice, const CellGrid& grid, bool filled);
+  // For a panel of this size and number of channels, not yet measured. `filled`: all windows are full of pixels that
+  // count.
+  CoarseMap(const cv::Size& panel, int channels, const Lattice& lattice, const CellGrid& grid, bool filled);
+  // From the panel's entries (window_samples.h). Returns early, with anything, once `stop` is requested.
+  void measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop);
+  // What measure() finds, as bytes to be kept and filled in again (index_cache.h).
+  std::vector<std::span<std::byte>> measured();
 
   int rows() const { return static_cast<int>(begin_.size()); }
   int pairs() const { return static_cast<int>(planes_.size()); }
@@ -68,7 +76,7 @@ class CoarseMap {
  private:
   struct Measured;
   void find_rows(const Lattice& lattice, const cv::Size& panel);
-  Measured measure(const cv::Mat& entries, const Lattice& lattice) const;
+  Measured measure_cells(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) const;
   void average_blocks(const Measured& cells);
   void add_up_energy(const Measured& cells);
 

@@ -69,8 +69,8 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
                adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, optimize, optimize_seconds,
-               optimize_iterations, seed, threads] = options;
-  static_cast<void>(threads);  // changes nothing
+               optimize_iterations, index_cache, seed, threads] = options;
+  static_cast<void>(threads), static_cast<void>(index_cache);  // change nothing
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", patch.count(), rotations,
                      w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
                      position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,

@@ -120,6 +120,18 @@ std::unique_ptr<Matcher> make_matcher(Problem& problem, const PlanOptions& optio
                                             largest_response(options));
 }
 
+// The matcher, when its index is to be kept on disk; the certified one's is not.
+Result<ShortlistMatcher*> keep_index(Matcher& matcher, std::span<const StockPanel> stock, const PlanOptions& options) {
+  auto* shortlist = dynamic_cast<ShortlistMatcher*>(&matcher);
+  if (options.index_cache.empty() || shortlist == nullptr) return nullptr;
+  Result<IndexCache> cache = IndexCache::open(options.index_cache);
+  if (!cache.ok()) return cache.error();
+  std::vector<std::string> names;
+  for (const StockPanel& panel : stock) names.push_back(panel.id.value);
+  shortlist->keep_index(std::move(*cache), std::move(names));
+  return shortlist;
+}
+
 Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options) {
   Plan plan;
   for (const Artwork& artwork : artworks)
@@ -179,8 +191,11 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
   const std::unique_ptr<Matcher> matcher = make_matcher(*problem, options);
+  const Result<ShortlistMatcher*> kept = keep_index(*matcher, stock, options);
+  if (!kept.ok()) return kept.error();
   matcher->build_index(threads, stop, [&](double done) { report(kIndexShare * done, "indexing the wood"); });
   if (stop.stop_requested()) return cancelled;
+  if (*kept != nullptr && (*kept)->not_kept()) plan.warnings.push_back((*kept)->not_kept()->message);
   plan.seconds.features = seconds_since(start);
 
   const auto match_start = Clock::now();

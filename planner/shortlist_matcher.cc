@@ -1,7 +1,11 @@
 #include "planner/shortlist_matcher.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <span>
+
+#include "base/hash.h"
 #include "planner/parallel.h"
 #include "planner/shortlist_search.h"
 
@@ -12,6 +16,10 @@ ShortlistMatcher::ShortlistMatcher(std::vector<MatchPanel> all_panels, std::vect
     : Matcher(std::move(all_panels), std::move(turns)) {
   entries_per_unit_ = largest_score_entry(panels().front().features.pixels.channels()) / largest_response;
   for (const WindowClass& windows : classes) classes_.push_back({windows, cell_grid(windows)});
+}
+
+void ShortlistMatcher::keep_index(IndexCache cache, std::vector<std::string> names) {
+  kept_ = Kept{std::move(cache), std::move(names), std::vector<std::string>(panels().size())};
 }
 
 void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
@@ -26,6 +34,9 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
     const MatchPanel& panel = panels()[p];
     if (task < panel_count) {
       entries_[p] = rounded_entries(panel.features.pixels, entries_per_unit_);
+      if (kept_)
+        kept_->hashes[p] = sha256_hex(
+            std::as_bytes(std::span(entries_[p].ptr<std::int16_t>(0), entries_[p].total() * entries_[p].channels())));
       return;
     }
     const WindowClass& windows = classes_[task / panel_count - 1].windows;
@@ -37,14 +48,14 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
 
   const std::size_t tasks = class_count * lattices();
   run_parallel(
-      tasks, threads, stop, [&](std::size_t task) { index_lattice(task % lattices(), task / lattices()); },
+      tasks, threads, stop, [&](std::size_t task) { index_lattice(task % lattices(), task / lattices(), stop); },
       [&](std::size_t done) {
         if (progress) progress(static_cast<double>(done) / static_cast<double>(tasks));
       });
   blocked_.clear();
 }
 
-void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class) {
+void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, const std::stop_token& stop) {
   const Class& it = classes_[window_class];
   const auto p = static_cast<std::size_t>(panel_of(at));
   const MatchPanel& panel = panels()[p];
@@ -52,8 +63,28 @@ void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class) {
   auto& out = indexed_[window_class][at];
   out = std::make_unique<Indexed>(
       Indexed{PlaceBits(lattice, it.windows, panel.features, blocked_[p][window_class], panel.wood.border()),
-              CoarseMap(entries_[p], lattice, it.grid, it.windows.filled)});
+              CoarseMap(entries_[p].size(), entries_[p].channels(), lattice, it.grid, it.windows.filled)});
+  measure(out->map, at, window_class, stop);
+  if (stop.stop_requested()) return;
   out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()});
+}
+
+void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t window_class, const std::stop_token& stop) {
+  const auto p = static_cast<std::size_t>(panel_of(at));
+  const Lattice& lattice = lattice_at(at);
+  if (!kept_) return map.measure(entries_[p], lattice, stop);
+  const WindowClass& windows = classes_[window_class].windows;
+  const std::string name = fmt::format("{}-{}-{}", kept_->names[p], window_class, rotation_of(at));
+  const std::string key =
+      fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
+                  windows.width, windows.height, windows.filled ? "filled" : "partly", lattice.turn().count());
+  if (kept_->cache.load(name, key, map.measured())) return;
+  map.measure(entries_[p], lattice, stop);
+  if (stop.stop_requested()) return;
+  if (Status status = kept_->cache.store(name, key, map.measured()); !status.ok()) {
+    const std::lock_guard lock(not_kept_mutex_);
+    if (!not_kept_) not_kept_ = status.error();
+  }
 }
 
 void ShortlistMatcher::remove(int panel, const Ring<PanelFrame>& taken) {

@@ -7,9 +7,13 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "planner/coarse_map.h"
+#include "planner/index_cache.h"
 #include "planner/matcher.h"
 #include "planner/window_samples.h"
 
@@ -20,6 +24,12 @@ class ShortlistMatcher final : public Matcher {
   // `largest_response` bounds the absolute value of all features.
   ShortlistMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
                    double largest_response);
+
+  // To be called before build_index(): what is measured of panels is read from `cache` where it was kept, and kept
+  // there. `names` tells the panels apart, across plans.
+  void keep_index(IndexCache cache, std::vector<std::string> names);
+  // The first of the entries that could not be kept.
+  const std::optional<Error>& not_kept() const { return not_kept_; }
 
   void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
   std::size_t index_bytes() const override;
@@ -41,7 +51,8 @@ class ShortlistMatcher final : public Matcher {
   };
 
   void remove(int panel, const Ring<PanelFrame>& taken) override;
-  void index_lattice(std::size_t lattice, std::size_t window_class);
+  void index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  void measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }
   int panel_of(std::size_t lattice) const { return static_cast<int>(lattice) / rotations(); }
   int rotation_of(std::size_t lattice) const { return static_cast<int>(lattice) % rotations(); }
@@ -49,7 +60,15 @@ class ShortlistMatcher final : public Matcher {
     return this->lattice(panel_of(lattice), rotation_of(lattice));
   }
 
+  struct Kept {
+    IndexCache cache;
+    std::vector<std::string> names, hashes;  // per panel; of its entries
+  };
+
   double entries_per_unit_;
+  std::optional<Kept> kept_;
+  std::mutex not_kept_mutex_;
+  std::optional<Error> not_kept_;
   std::vector<Class> classes_;
   std::vector<cv::Mat> entries_;                                // per panel
   std::vector<std::vector<BlockedPixels>> blocked_;             // per panel, per class; only while indexing

@@ -1,0 +1,38 @@
+// Keeps on disk what the shortlist measures of panels, so that the next plan reads it instead of measuring again.
+//
+// An entry is used only if it was stored with the key it is asked for, which holds the hash of what was measured, and
+// if its contents still have their checksums; anything else is measured anew and replaced. So an entry is never wrong,
+// and files may be deleted at any time. One file a name: what a name holds is bounded, whatever was planned before.
+//
+// Thread-safe for different names. Several processes may share a directory: files are replaced whole.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace veneer::planner {
+
+class IndexCache {
+ public:
+  // Makes the directory if it is missing. kStorage: it cannot be made or written to.
+  static Result<IndexCache> open(std::filesystem::path directory);
+
+  using Parts = std::vector<std::span<std::byte>>;
+  // Fills `parts`, whose sizes must be those that were stored; false: nothing usable is stored, parts hold anything.
+  bool load(const std::string& name, const std::string& key, const Parts& parts) const;
+  // kStorage: not stored; what was there before is still whole.
+  Status store(const std::string& name, const std::string& key, const Parts& parts) const;
+
+ private:
+  explicit IndexCache(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  std::filesystem::path file_of(const std::string& name) const;
+
+  std::filesystem::path directory_;
+};
+
+}  // namespace veneer::planner
