@@ -166,9 +166,9 @@ class PlanJournal;  // plan_journal.h
 // search would find, else one whose cost is within a per mille on the whole. When wood runs out the rest stays unfilled
 // and the plan is still a success.
 //
-// kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, or a patch is larger than every panel.
-// kCancelled: within 100 ms of the stop request; Optimize::kGlobal that has greedy's plan already gives the best so
-// far.
+// kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, or a
+// patch is larger than every panel. kCancelled: within 100 ms of the stop request; Optimize::kGlobal that has greedy's
+// plan already gives the best so far.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
