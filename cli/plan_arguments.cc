@@ -63,6 +63,8 @@ Result<PanelArgument> panel_argument(const std::string& text) {
     from = comma + 1;
   }
   if (panel.picture.empty()) return unusable(fmt::format("--panel {} names no picture", text));
+  if (panel.mask.empty() && text.find(",mask=") != std::string::npos)
+    return unusable(fmt::format("--panel {} names no mask: leave \",mask=\" out if all of it is usable", text));
   if (!panel.dpi_text.empty()) {
     const Result<double> dpi = number_of(panel.dpi_text, "the dpi of --panel " + text);
     if (!dpi.ok()) return dpi.error();
@@ -101,12 +103,13 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
     const Result<cv::Mat> mask = planner::load_mask(argument.mask);
     if (!mask.ok()) return mask.error();
     if (mask->size() != picture->size())
-      return unusable(fmt::format("the mask {} has {} x {} pixels, its panel {} x {}", argument.mask, mask->cols,
-                                  mask->rows, picture->cols, picture->rows));
+      return unusable(fmt::format("the mask {} has {} x {} pixels, its panel {} x {}: make them alike", argument.mask,
+                                  mask->cols, mask->rows, picture->cols, picture->rows));
     panel.free.pixels = *mask;
   }
   if (cv::countNonZero(panel.free.pixels) == 0)
-    return unusable(fmt::format("panel {} has no usable wood: its mask is empty", argument.id));
+    return unusable(
+        fmt::format("panel {} has no usable wood: its mask is black, and only what is not black counts", argument.id));
   return panel;
 }
 

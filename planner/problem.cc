@@ -141,8 +141,10 @@ Result<std::vector<TaskTree>> squares_of(const Artwork& artwork, std::size_t ind
   if (Status status = builder.classify(squares, options); !status.ok()) return status.error();
   if (!fits_somewhere(cell.outline, problem, all_turns)) {
     const Box<ArtworkFrame> box = bounds(cell.outline);
-    return unusable(fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel", artwork.name,
-                                box.width().count(), box.height().count()));
+    return unusable(
+        fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel: choose smaller "
+                    "ones or add a panel",
+                    artwork.name, box.width().count(), box.height().count()));
   }
   return squares;
 }

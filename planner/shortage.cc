@@ -77,6 +77,8 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
     const MatchPatch& match = problem.queue[i].match;
     const cv::Mat& tones = problem.artworks[problem.queue[i].artwork].tones;
     const double mm2 = 1 / (match.grid.resolution.px_per_mm * match.grid.resolution.px_per_mm);
+    const Box<ArtworkFrame> box = bounds(match.outline);
+    patch = std::min({patch, box.width(), box.height()});  // a small picture may be a single one
     ++out.unfilled;
     for (int r = 0; r < match.pixels.height; ++r) {
       const auto [begin, end] = match.pixels.rows[static_cast<std::size_t>(r)];

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "planner/cut_order.h"
+#include "planner/omissions.h"
 
 namespace veneer::planner {
 namespace {
@@ -94,8 +95,7 @@ void keep_doors_from_bridges(BeamRing& beam, Millimetres gap) {
 
 Millimetres bridge_gap(const Recipe& recipe, const BridgeOptions& options) { return options.width + recipe.kerf_back; }
 
-Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& options,
-                            std::vector<std::string>& warnings) {
+Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& options, Omissions& omissions) {
   PiecePaths paths;
   paths.recipe = piece.recipe.value_or(options.recipe);
   const Recipe& recipe = paths.recipe;
@@ -121,18 +121,18 @@ Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& o
     wanted.width = bridge_gap(recipe, options.bridges);
     paths.outline.bridges = bridge_places(*ring, wanted);
     if (paths.outline.bridges.empty())
-      warnings.push_back(fmt::format("piece {} ({}) is too small for a bridge: it may tip when it is cut free",
-                                     piece.piece.value, piece.mark));
+      omissions.bridges.push_back(piece.mark.empty() ? std::to_string(piece.piece.value) : piece.mark);
   }
   paths.outline.ring = std::move(ring).value();
   keep_doors_from_bridges(paths.outline, bridge_gap(recipe, options.bridges));
   if (piece.mark.empty()) return paths;
   auto mark = lay_out_mark(piece.mark, piece.outline, piece.artwork_up, options.marks);
-  if (mark.ok()) {
+  if (mark.ok())
     paths.engravings = engravings_of(*mark);
-  } else {
-    warnings.push_back(fmt::format("{}; the piece is cut without it", mark.error().message));
-  }
+  else if (mark.error().code == ErrorCode::kRefused)
+    omissions.marks.push_back(piece.mark);
+  else
+    omissions.others.push_back(fmt::format("{}; the piece is cut without it", mark.error().message));
   return paths;
 }
 
@@ -292,11 +292,13 @@ Result<Toolpath> make_toolpath(const std::vector<ToolpathPiece>& pieces, const T
   Toolpath toolpath;
   std::vector<PiecePaths> paths;
   paths.reserve(pieces.size());
+  Omissions omissions;
   for (const auto& piece : pieces) {
-    auto made = paths_of(piece, options, toolpath.warnings);
+    auto made = paths_of(piece, options, omissions);
     if (!made.ok()) return made.error();
     paths.push_back(std::move(made).value());
   }
+  toolpath.warnings = sentences_of(omissions, options.marks.min_height);
   keep_leads_off_pieces(pieces, paths, options);
   const std::vector<CutSite> sites = sites_of(pieces, paths, options);
   const auto visits = cut_order(sites, {options.start, options.assembly_order});

@@ -74,10 +74,9 @@ class PlanCommand : public ::testing::Test {
 TEST_F(PlanCommand, WritesPlanPreviewCutFileAndReport) {
   const Outcome outcome = plan(usual() + " --threads 2");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
-  // Pieces of 7 mm have no room for their marks: a few warnings on the screen, all of them in the report.
-  EXPECT_THAT(outcome.errors, HasSubstr("does not fit"));
-  EXPECT_THAT(outcome.errors, HasSubstr("10 more warnings are in report.json"));
-  EXPECT_EQ(json("out/report.json")["warnings"].size(), 15U);
+  // Pieces of 7 mm have no room for their marks.
+  EXPECT_THAT(outcome.errors, HasSubstr("15 marks do not fit on their pieces"));
+  EXPECT_EQ(json("out/report.json")["warnings"].size(), 1U);
   const auto plan_json = json("out/plan.json"), report = json("out/report.json");
   EXPECT_EQ(plan_json["pieces"].size(), 3U * 5U);  // 31.5 mm / 7 mm = 4.5 columns, rounded up
   EXPECT_EQ(plan_json["panels"][0]["id"], "P");
@@ -198,6 +197,7 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --w-edge nan", "edge weight");
   expect_unusable(usual() + " --w-intensity -1", "intensity weight");
   expect_unusable(usual() + " --w-hist 2", "histogram weight");
+  expect_unusable(replaced("mask=" + path("mask.png"), "mask="), "names no mask");
   expect_unusable(replaced("dpi=50.8", "dpi=zero"), "not a number");
   expect_unusable(replaced("--patch-mm 7", "--patch-mm 700 --size-mm 700"), "");
   expect_unusable(replaced("--size-mm 21 --patch-mm 7", "--size-mm 700 --patch-mm 700"), "larger than every panel");

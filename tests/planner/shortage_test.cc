@@ -94,6 +94,16 @@ TEST(Shortage, OffersASmallerPatchThatReallyFits) {
   EXPECT_GE(planned(rest, left, small).pieces.size() - unfilled(planned(rest, left, small)), 1U);
 }
 
+TEST(Shortage, OffersSmallerPatchesThanThePictureWhenItIsASinglePatch) {
+  StockPanel strips = clear_panel(60, 60);
+  for (int r = 0; r < 60; r += 20) strips.free.pixels.row(r).setTo(0);  // strips of 9.5 mm
+  PlanOptions how = options();
+  how.patch = 100_mm;
+  const Plan plan = planned(black_and_white(20_mm), strips, how);
+  ASSERT_TRUE(plan.shortage && plan.shortage->smaller);
+  EXPECT_LT(plan.shortage->smaller->side, 9.5_mm);
+}
+
 TEST(Shortage, SaysSoWhenNothingFitsAnyMore) {
   // 11 mm: one patch with its kerf, and a rim that is good for nothing.
   const Plan plan = planned(black_and_white(20_mm), clear_panel(22, 22), options());

@@ -1,5 +1,6 @@
 #include "planner/toolpath.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
 
@@ -115,6 +116,17 @@ TEST(Toolpath, EngravesTheMarkBeforeCuttingThePieceFree) {
     if (stroke.role == ToolpathRole::kCut) cut_free.insert(stroke.piece);
   }
   EXPECT_THAT(cut_free, SizeIs(12));
+}
+
+TEST(Toolpath, GathersTheMarksThatDoNotFit) {
+  std::vector<ToolpathPiece> pieces;
+  for (int i = 1; i <= 10; ++i) pieces.push_back(piece(i, square(10 * i, 0, 5), fmt::format("A10-{}", i)));
+  const auto path = make_toolpath(pieces, options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->warnings, SizeIs(1));
+  EXPECT_THAT(path->warnings[0], HasSubstr("10 marks do not fit on their pieces at 2.0 mm"));
+  EXPECT_THAT(path->warnings[0], HasSubstr("A10-1, A10-2"));
+  EXPECT_THAT(path->warnings[0], HasSubstr("A10-8 and 2 more"));
 }
 
 TEST(Toolpath, WarnsAboutAMarkThatDoesNotFitAndStillCuts) {
