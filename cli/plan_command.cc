@@ -17,6 +17,7 @@
 #include "base/hash.h"
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
+#include "cli/plan_hand.h"
 #include "cli/plan_support.h"
 #include "planner/plan_files.h"
 #include "planner/plan_journal.h"
@@ -34,6 +35,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   PlanArguments plan;
+  HandArguments hand;
   std::string layout = "grid", refine = "none", optimize = "greedy", formats = "svg,json";
   std::string out;
   std::string segmentation, curves, overlap_mm;
@@ -153,7 +155,8 @@ void run(const Arguments& arguments) {
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
   const std::vector<Artwork> artworks = or_end(load_artworks(arguments.plan));
-  const std::vector<StockPanel> stock = or_end(load_panels(arguments.plan));
+  std::vector<StockPanel> stock = or_end(load_panels(arguments.plan));
+  if (const Status status = apply_hand(arguments.hand, stock, options); !status.ok()) end(status.error());
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
@@ -201,6 +204,10 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--optimize-iterations", arguments->plan.options.optimize_iterations,
                    "Stop --optimize global after so many iterations, as report.json counts them; 0: when it is done")
       ->capture_default_str();
+  plan->add_option("--alternatives", arguments->plan.options.alternatives,
+                   "List up to so many other places for each piece in plan.json")
+      ->capture_default_str();
+  add_hand_arguments(*plan, arguments->hand);
   plan->add_option("--format", arguments->formats, "svg, json")->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->callback([arguments] { run(*arguments); });

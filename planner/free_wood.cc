@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace veneer::planner {
 namespace {
@@ -55,7 +56,7 @@ FreeWood::FreeWood(const Raster<PanelFrame>& free, Millimetres kerf, Millimetres
 
 FreeWood FreeWood::untouched() const {
   FreeWood wood = *this;
-  wood.allocations_.clear();
+  wood.allocations_.resize(settled_);
   return wood;
 }
 
@@ -96,11 +97,15 @@ bool FreeWood::on_free_pixels(const Ring<PanelFrame>& outline) const {
   return true;
 }
 
-bool FreeWood::collides(const Ring<PanelFrame>& outline) const {
+bool FreeWood::collides(const Ring<PanelFrame>& outline) const { return collides_with(outline, allocations_.size()); }
+
+// With the first `count` allocations.
+bool FreeWood::collides_with(const Ring<PanelFrame>& outline, std::size_t count) const {
+  if (count == 0) return false;
   const Ring<PanelFrame> mine = grown(outline, kerf_ + kSlack);
   const Box<PanelFrame> box = bounds(mine);
   Region<PanelFrame> region;
-  for (const Allocation& other : allocations_) {
+  for (const Allocation& other : std::span(allocations_).first(count)) {
     if (other.box.min.x > box.max.x || box.min.x > other.box.max.x || other.box.min.y > box.max.y ||
         box.min.y > other.box.max.y)
       continue;
@@ -112,9 +117,13 @@ bool FreeWood::collides(const Ring<PanelFrame>& outline) const {
   return false;
 }
 
-bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const { return on_free_pixels(grown(outline, border())); }
+bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const {
+  return on_free_pixels(grown(outline, border())) && !collides_with(outline, settled_);
+}
 
-bool FreeWood::admits(const Ring<PanelFrame>& outline) const { return on_free_wood(outline) && !collides(outline); }
+bool FreeWood::admits(const Ring<PanelFrame>& outline) const {
+  return on_free_pixels(grown(outline, border())) && !collides(outline);
+}
 
 void FreeWood::allocate(const Ring<PanelFrame>& outline) {
   Allocation allocation;

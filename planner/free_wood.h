@@ -25,14 +25,16 @@ class FreeWood {
 
   // Whether the outline (counter-clockwise) can be cut here.
   bool admits(const Ring<PanelFrame>& outline) const;
-  // Only the first rule: whether all of it lies on wood that was free at the start.
+  // Whether it could be cut here from untouched() wood.
   bool on_free_wood(const Ring<PanelFrame>& outline) const;
   // Only the second rule: against what allocate() has taken.
   bool collides(const Ring<PanelFrame>& outline) const;
   // Takes the wood of an admitted outline.
   void allocate(const Ring<PanelFrame>& outline);
 
-  // The same wood with nothing allocated.
+  // From now on all that is allocated counts as gone from the start.
+  void settle() { settled_ = allocations_.size(); }
+  // The same wood as it was at the start.
   FreeWood untouched() const;
 
   const Raster<PanelFrame>& raster() const { return free_; }
@@ -47,11 +49,13 @@ class FreeWood {
     Region<PanelFrame> region;  // as the ledger will book it
   };
   bool on_free_pixels(const Ring<PanelFrame>& grown) const;
+  bool collides_with(const Ring<PanelFrame>& outline, std::size_t count) const;
   bool any_blocked(int row, int first, int last) const;  // columns first to last
 
   Raster<PanelFrame> free_;
   Millimetres kerf_, margin_;
   std::vector<Allocation> allocations_;
+  std::size_t settled_ = 0;  // how many of them
 };
 
 // A convex counter-clockwise outline with every side moved outwards by `by`; corners are mitred.

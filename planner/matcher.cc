@@ -31,10 +31,13 @@ bool Matcher::admits(const MatchPatch& patch, const Candidate& candidate) const 
 }
 
 void Matcher::take(const MatchPatch& patch, const Candidate& candidate) {
-  MatchPanel& panel = panels_[static_cast<std::size_t>(candidate.panel)];
-  const Ring<PanelFrame> outline = panel_from_artwork(patch, candidate) * patch.outline;
-  panel.wood.allocate(outline);
-  remove(candidate.panel, grown(outline, panel.wood.kerf()));
+  take(candidate.panel, panel_from_artwork(patch, candidate) * patch.outline);
+}
+
+void Matcher::take(int panel, const Ring<PanelFrame>& outline) {
+  FreeWood& wood = panels_[static_cast<std::size_t>(panel)].wood;
+  wood.allocate(outline);
+  remove(panel, grown(outline, wood.kerf()));
 }
 
 bool Matcher::alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const {

@@ -64,6 +64,8 @@ class Matcher {
   // Whether the place may (still) be taken.
   bool admits(const MatchPatch& patch, const Candidate& candidate) const;
   void take(const MatchPatch& patch, const Candidate& candidate);
+  // The same for an outline that lies anywhere.
+  void take(int panel, const Ring<PanelFrame>& outline);
 
   // Whether two places of a patch are, to a person, the same piece of wood: on one panel, with centres closer than half
   // the window's shorter side, whatever the rotations.

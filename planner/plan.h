@@ -47,6 +47,14 @@ enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
 
+// A piece that an earlier plan has laid and that is to stay there.
+struct KeptPiece {
+  std::string mark;
+  PanelId panel;
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  bool must = false;  // an error when it cannot stay; otherwise it is planned anew
+};
+
 // Defaults are the paper's Table 1.
 struct PlanOptions {
   Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
@@ -77,6 +85,8 @@ struct PlanOptions {
   // A directory in which indexes of panels are kept from plan to plan (index_cache.h): some half a gigabyte for every
   // square metre of wood at 300 dpi and size of patches. Empty: none. Plans do not depend on it.
   std::string index_cache{};
+  std::vector<KeptPiece> kept{};  // of the same artworks in the same patches; not with adaptive levels
+  std::size_t alternatives = 0;   // listed for each piece, at most
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };
@@ -85,6 +95,12 @@ struct Placement {
   PanelId panel;
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;  // proper: show face to show face
   Ring<PanelFrame> panel_outline;  // panel_from_artwork * artwork_outline: same vertices, same order; without kerf
+};
+
+// Where else a piece could be cut from wood that the plan leaves free.
+struct Alternative {
+  Placement placement;
+  double cost = 0;
 };
 
 struct Piece {
@@ -96,6 +112,8 @@ struct Piece {
   std::optional<Placement> placement;  // none: no wood was left for it
   double cost = 0;                     // CONTRACT.md, section 3; measured on what is placed; 0 when unfilled
   std::int64_t pixels = 0;             // at the working resolution, centres inside the outline
+  // The cheapest first, no two alike (matcher.h); each can be taken as long as no other piece moves.
+  std::vector<Alternative> alternatives{};
 };
 
 struct PlanArtwork {
@@ -166,9 +184,9 @@ class PlanJournal;  // plan_journal.h
 // search would find, else one whose cost is within a per mille on the whole. When wood runs out the rest stays unfilled
 // and the plan is still a success.
 //
-// kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, or a
-// patch is larger than every panel. kCancelled: within 100 ms of the stop request; Optimize::kGlobal that has greedy's
-// plan already gives the best so far.
+// kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, a patch
+// is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request;
+// Optimize::kGlobal that has greedy's plan already gives the best so far.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,

@@ -80,6 +80,15 @@ class Reader {
   std::string problem_;
 };
 
+json placement_to_json(const Placement& placement) {
+  const auto& map = placement.panel_from_artwork;
+  return {{"panel", placement.panel.value},
+          {"rotation_deg", to_degrees(map.angle())},
+          {"panel_outline_mm", ring_to_json(placement.panel_outline)},
+          {"panel_from_artwork",
+           {{"angle_rad", map.angle().count()}, {"x_mm", map.shift().x.count()}, {"y_mm", map.shift().y.count()}}}};
+}
+
 json piece_to_json(const Piece& piece) {
   json out{{"id", piece.mark},
            {"artwork", piece.artwork},
@@ -93,15 +102,24 @@ json piece_to_json(const Piece& piece) {
            {"artwork_outline_mm", ring_to_json(piece.artwork_outline)},
            {"panel_outline_mm", nullptr},
            {"panel_from_artwork", nullptr}};
-  if (piece.placement) {
-    const auto& map = piece.placement->panel_from_artwork;
-    out["panel"] = piece.placement->panel.value;
-    out["rotation_deg"] = to_degrees(map.angle());
-    out["panel_outline_mm"] = ring_to_json(piece.placement->panel_outline);
-    out["panel_from_artwork"] = {
-        {"angle_rad", map.angle().count()}, {"x_mm", map.shift().x.count()}, {"y_mm", map.shift().y.count()}};
+  if (piece.placement) out.update(placement_to_json(*piece.placement));
+  for (const Alternative& alternative : piece.alternatives) {
+    json& listed = out["alternatives"].emplace_back(placement_to_json(alternative.placement));
+    listed["cost"] = alternative.cost;
   }
   return out;
+}
+
+// `from` is a piece or one of its alternatives.
+Placement placement_from_json(const json& from, const Piece& piece, Reader& read) {
+  const json& map = read.member(from, "panel_from_artwork");
+  Placement placement{
+      {read.text(from, "panel")},
+      {Radians(read.number(map, "angle_rad")), point<PanelFrame>(read.number(map, "x_mm"), read.number(map, "y_mm"))},
+      read.ring<PanelFrame>(from, "panel_outline_mm")};
+  if (placement.panel_outline.size() != piece.artwork_outline.size())
+    read.fail("a piece's two outlines have different numbers of points");
+  return placement;
 }
 
 Piece piece_from_json(const json& from, std::size_t artworks, Reader& read) {
@@ -116,15 +134,10 @@ Piece piece_from_json(const json& from, std::size_t artworks, Reader& read) {
   piece.cost = read.number(from, "cost");
   piece.pixels = read.whole(from, "pixels");
   piece.artwork_outline = read.ring<ArtworkFrame>(from, "artwork_outline_mm");
-  if (!read.member(from, "panel").is_null()) {
-    const json& map = read.member(from, "panel_from_artwork");
-    piece.placement = Placement{
-        {read.text(from, "panel")},
-        {Radians(read.number(map, "angle_rad")), point<PanelFrame>(read.number(map, "x_mm"), read.number(map, "y_mm"))},
-        read.ring<PanelFrame>(from, "panel_outline_mm")};
-    if (piece.placement->panel_outline.size() != piece.artwork_outline.size())
-      read.fail("a piece's two outlines have different numbers of points");
-  }
+  if (!read.member(from, "panel").is_null()) piece.placement = placement_from_json(from, piece, read);
+  if (from.is_object() && from.contains("alternatives"))
+    for (const json& alternative : read.list(from, "alternatives"))
+      piece.alternatives.push_back({placement_from_json(alternative, piece, read), read.number(alternative, "cost")});
   return piece;
 }
 

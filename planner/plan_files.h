@@ -11,8 +11,9 @@
 
 namespace veneer::planner {
 
-// plan.json as text, and back. Beyond the contract's fields it holds dpi, kerf_mm and each piece's cells and
-// panel_from_artwork.
+// plan.json as text, and back. Beyond the contract's fields it holds dpi, kerf_mm and each piece's cells,
+// panel_from_artwork and, where they were asked for, alternatives: a list of objects with panel, rotation_deg, cost,
+// panel_outline_mm and panel_from_artwork.
 // Reading gives back an equal plan (without PlanSeconds).
 std::string plan_to_json(const Plan& plan);
 Result<Plan> plan_from_json(std::string_view text);

@@ -69,12 +69,19 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
                adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, optimize, optimize_seconds,
-               optimize_iterations, index_cache, seed, threads] = options;
+               optimize_iterations, index_cache, kept, alternatives, seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache);  // change nothing
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", patch.count(), rotations,
+  std::string stays;
+  for (const KeptPiece& piece : kept) {
+    const auto& map = piece.panel_from_artwork;
+    stays += fmt::format(" \"{}\" \"{}\" {} {} {} {}", piece.mark, piece.panel.value, map.angle().count(),
+                         map.shift().x.count(), map.shift().y.count(), piece.must);
+  }
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(), rotations,
                      w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
                      position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,
-                     reserve, exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed);
+                     reserve, exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed,
+                     alternatives, stays);
 }
 
 }  // namespace

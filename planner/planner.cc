@@ -1,6 +1,7 @@
 // make_plan: the greedy algorithm of section 3.3.
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <thread>
 #include <tuple>
@@ -11,6 +12,7 @@
 #include "planner/certified_matcher.h"
 #include "planner/features.h"
 #include "planner/global_plan.h"
+#include "planner/keep.h"
 #include "planner/parallel.h"
 #include "planner/plan.h"
 #include "planner/plan_journal.h"
@@ -143,19 +145,24 @@ Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> sto
   return plan;
 }
 
-void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
-                const Matcher& matcher, const LaidPatches& laid, Plan& plan) {
-  std::vector<std::size_t> reading_order(problem.queue.size());
-  for (std::size_t i = 0; i < reading_order.size(); ++i) reading_order[i] = i;
-  std::sort(reading_order.begin(), reading_order.end(), [&](std::size_t a, std::size_t b) {
-    const Problem::Task &left = problem.queue[a], &right = problem.queue[b];
+// Of the queue: artwork by artwork, row by row.
+std::vector<std::size_t> reading_order(const Problem& problem) {
+  std::vector<std::size_t> order(problem.queue.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     const auto place = [&](const Problem::Task& task) {
       const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
       return std::tuple(task.artwork, patch.row, patch.column);
     };
-    return place(left) < place(right);
+    return place(problem.queue[a]) < place(problem.queue[b]);
   });
-  for (const std::size_t i : reading_order) {
+  return order;
+}
+
+// The patches of the queue with wood as `laid` says.
+void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
+                const Matcher& matcher, const LaidPatches& laid, Plan& plan) {
+  for (const std::size_t i : reading_order(problem)) {
     const Problem::Task& task = problem.queue[i];
     const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
     Piece& piece = plan.pieces.emplace_back();
@@ -173,6 +180,33 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
   }
 }
 
+// A matcher for the wood that the plan leaves free.
+std::unique_ptr<Matcher> matcher_after(Problem& problem, const Matcher& before, const LaidPatches& laid,
+                                       const PlanOptions& options, int threads, const std::stop_token& stop) {
+  problem.panels.clear();
+  for (const MatchPanel& panel : before.panels()) problem.panels.push_back({panel.features, panel.wood.untouched()});
+  std::unique_ptr<Matcher> matcher = make_matcher(problem, options);
+  matcher->build_index(threads, stop);
+  for (std::size_t i = 0; i < laid.size() && !stop.stop_requested(); ++i)
+    if (laid[i]) matcher->take(laid[i]->panel, laid[i]->panel_from_artwork * problem.queue[i].match.outline);
+  return matcher;
+}
+
+// `matcher` knows what the plan takes. Pieces are those of the queue, in reading order.
+void add_alternatives(std::span<const StockPanel> stock, const Problem& problem, const Matcher& matcher,
+                      std::size_t count, int threads, const std::stop_token& stop, Plan& plan) {
+  const std::vector<std::size_t> order = reading_order(problem);
+  run_parallel(order.size(), threads, stop, [&](std::size_t i) {
+    const Problem::Task& task = problem.queue[order[i]];
+    for (const Candidate& place : matcher.places(task.match, count, stop)) {
+      const auto panel_from_artwork = matcher.panel_from_artwork(task.match, place);
+      plan.pieces[i].alternatives.push_back({{stock[static_cast<std::size_t>(place.panel)].id, panel_from_artwork,
+                                              panel_from_artwork * task.match.outline},
+                                             place.cost});
+    }
+  });
+}
+
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
@@ -184,6 +218,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   report(0, "reading the wood");
   Result<Problem> problem = make_problem(artworks, stock, options);
   if (!problem.ok()) return problem.error();
+  Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem);
+  if (!staying.ok()) return staying.error();
   if (stop.stop_requested()) return cancelled;
 
   const int threads =
@@ -211,7 +247,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
                                                   : Greedy(*problem, *matcher, threads, stop, journal).run(on_placed);
   if (stop.stop_requested()) return cancelled;
   LaidPatches patches = laid(*problem, *matcher, chosen);
-  if (options.optimize == Optimize::kGlobal) {
+  if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {
     const double done = kIndexShare + greedy_share;
     JointOutcome joint = plan_jointly(
         *problem, *matcher, chosen, options, threads,
@@ -219,9 +255,18 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     patches = std::move(joint.patches);
     plan.global = joint.report;
   }
+  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch);
+  const LaidPatches planned = patches;
+  std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
+  std::move(staying->laid.begin(), staying->laid.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, *matcher, patches, plan);
   plan.seconds.match = seconds_since(match_start);
-  plan.shortage = shortage_of(*problem, *matcher, patches, options.patch);
+  plan.shortage = shortage;
+  if (options.alternatives > 0) {
+    const auto after = matcher_after(*problem, *matcher, planned, options, threads, stop);
+    add_alternatives(stock, *problem, *after, options.alternatives, threads, stop, plan);
+    if (stop.stop_requested()) return cancelled;
+  }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (progress)
     progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));

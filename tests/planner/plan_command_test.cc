@@ -172,6 +172,30 @@ TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
   EXPECT_FALSE(fs::exists(path("out/plan.journal")));
 }
 
+TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {
+  ASSERT_EQ(plan(usual() + " --alternatives 3").status, 0);
+  const auto before = json("out/plan.json");
+  fs::rename(path("out/plan.json"), path("kept.json"));
+  const std::string again = usual() + " --keep " + path("kept.json");
+  const auto piece = [](const nlohmann::json& plan, const std::string& mark) {
+    for (const auto& it : plan["pieces"])
+      if (it["id"] == mark) return it;
+    return nlohmann::json();
+  };
+  ASSERT_FALSE(piece(before, "A1-1")["alternatives"].empty());
+  const Outcome outcome = plan(again + " --take A1-1=1 --swap A1-2,A2-1 --replan A2-2 --forbid P,0,0,1,1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto after = json("out/plan.json");
+  EXPECT_EQ(piece(after, "A1-1")["panel_outline_mm"], piece(before, "A1-1")["alternatives"][0]["panel_outline_mm"]);
+  EXPECT_NE(piece(after, "A1-2")["panel_outline_mm"], piece(before, "A1-2")["panel_outline_mm"]);
+  EXPECT_EQ(piece(after, "A3-3")["panel_outline_mm"], piece(before, "A3-3")["panel_outline_mm"]);
+
+  expect_unusable(again + " --pin Z1-1", "no piece Z1-1");
+  expect_unusable(again + " --forbid P,1,2,3", "--forbid P,1,2,3 is not");
+  expect_unusable(again + " --swap A1-1", "--swap A1-1 is not");
+  expect_unusable(again + " --take A1-1=99", "A1-1");
+}
+
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
   expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");

@@ -1,0 +1,105 @@
+#include "cli/plan_hand.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <exception>
+#include <optional>
+
+#include "planner/hand.h"
+#include "planner/plan_files.h"
+
+namespace veneer::cli {
+namespace {
+
+using planner::Plan;
+using planner::StockPanel;
+
+Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+
+std::optional<double> number(const std::string& text) {
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {
+  }
+  return std::nullopt;
+}
+
+// "panel_3,10,20,5,5": the id may hold commas itself.
+Status forbid(const std::string& text, std::vector<StockPanel>& stock) {
+  double mm[4] = {};
+  std::string left = text;
+  for (int k = 3; k >= 0; --k) {
+    const std::size_t comma = left.rfind(',');
+    const auto value = comma == std::string::npos ? std::nullopt : number(left.substr(comma + 1));
+    if (!value) return unusable(fmt::format("--forbid {} is not PANEL,X,Y,WIDTH,HEIGHT in millimetres", text));
+    mm[k] = *value;
+    left.resize(comma);
+  }
+  if (!(mm[2] > 0 && mm[3] > 0)) return unusable(fmt::format("--forbid {} has no area", text));
+  Box<PanelFrame> box;
+  box.add(point<PanelFrame>(mm[0], mm[1]));
+  box.add(point<PanelFrame>(mm[0] + mm[2], mm[1] + mm[3]));
+  return planner::forbid(stock, {left}, box);
+}
+
+// What was moved by hand, so that it stays there.
+Result<std::vector<std::string>> move_pieces(const HandArguments& arguments, Plan& plan) {
+  std::vector<std::string> moved;
+  for (const std::string& swap : arguments.swaps) {
+    const std::size_t comma = swap.find(',');
+    if (comma == std::string::npos) return unusable(fmt::format("--swap {} is not MARK,MARK", swap));
+    const std::string one = swap.substr(0, comma), other = swap.substr(comma + 1);
+    if (Status status = planner::swap_pieces(plan, one, other); !status.ok()) return status.error();
+    moved.push_back(one), moved.push_back(other);
+  }
+  for (const std::string& take : arguments.takes) {
+    const std::size_t equals = take.find('=');
+    const auto wanted = equals == std::string::npos ? std::nullopt : number(take.substr(equals + 1));
+    if (!wanted || *wanted < 1 || *wanted > 1e6 || *wanted != std::floor(*wanted))
+      return unusable(fmt::format("--take {} is not MARK=NUMBER", take));
+    const std::string mark = take.substr(0, equals);
+    if (Status status = planner::take_alternative(plan, mark, static_cast<std::size_t>(*wanted)); !status.ok())
+      return status.error();
+    moved.push_back(mark);
+  }
+  return moved;
+}
+
+}  // namespace
+
+void add_hand_arguments(CLI::App& command, HandArguments& arguments) {
+  CLI::Option* keep = command.add_option("--keep", arguments.keep,
+                                         "A plan.json of the same pictures in the same patches: its pieces stay where "
+                                         "they are, with their marks, where nothing below says otherwise");
+  command
+      .add_option("--pin", arguments.pins, "MARK: only pinned pieces stay, all others are planned anew (repeatable)")
+      ->needs(keep);
+  command.add_option("--replan", arguments.replanned, "MARK: this piece is planned anew (repeatable)")->needs(keep);
+  command.add_option("--swap", arguments.swaps, "MARK,MARK: these two change places (repeatable)")->needs(keep);
+  command.add_option("--take", arguments.takes, "MARK=N: the piece goes to its N-th alternative (repeatable)")
+      ->needs(keep);
+  command.add_option(
+      "--forbid", arguments.forbidden,
+      "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
+}
+
+Status apply_hand(const HandArguments& arguments, std::vector<StockPanel>& stock, planner::PlanOptions& options) {
+  for (const std::string& text : arguments.forbidden)
+    if (Status status = forbid(text, stock); !status.ok()) return status;
+  if (arguments.keep.empty()) return Ok();
+  Result<Plan> plan = planner::read_plan(arguments.keep);
+  if (!plan.ok()) return plan.error();
+  Result<std::vector<std::string>> staying = move_pieces(arguments, *plan);
+  if (!staying.ok()) return staying.error();
+  staying->insert(staying->end(), arguments.pins.begin(), arguments.pins.end());
+  const planner::Keep keep = arguments.pins.empty() ? planner::Keep::kAll : planner::Keep::kOnly;
+  Result<std::vector<planner::KeptPiece>> kept = planner::kept_pieces(*plan, keep, *staying, arguments.replanned);
+  if (!kept.ok()) return kept.error();
+  options.kept = std::move(*kept);
+  return Ok();
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,123 @@
+#include "planner/keep.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+namespace veneer::planner {
+namespace {
+
+// Blocks the pixels that an allocation covers, so that no index looks there; FreeWood itself knows the exact border.
+void block(Raster<PanelFrame>& free, const Ring<PanelFrame>& allocation) {
+  std::vector<cv::Point> corners;
+  for (const auto& p : allocation) {
+    double column = 0, row = 0;
+    free.to_pixels(p, column, row);
+    corners.emplace_back(cvFloor(column), cvFloor(row));
+  }
+  const cv::Rect all({0, 0}, free.pixels.size()), box = cv::boundingRect(corners) & all;
+  if (box.empty()) return;
+  for (cv::Point& corner : corners) corner -= box.tl();
+  cv::Mat inside(box.size(), CV_8UC1, cv::Scalar(0));
+  cv::fillConvexPoly(inside, corners, cv::Scalar(255));
+  // Pixels at the border are covered only in part: a neighbour may touch them.
+  cv::erode(inside, inside, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}), {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
+  free.pixels(box).setTo(0, inside);
+}
+
+class Keeper {
+ public:
+  Keeper(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
+         Problem& problem)
+      : stock_(stock), options_(options), problem_(problem) {
+    for (std::size_t i = 0; i < problem.queue.size(); ++i) {
+      const Problem::Task& task = problem.queue[i];
+      patches_[mark_of(artworks[task.artwork].letter, problem.artworks[task.artwork].patches[task.patch])] = i;
+    }
+  }
+
+  Result<KeptPatches> run() {
+    LaidPatches laid(problem_.queue.size());
+    // First those that must stay.
+    for (const bool must : {true, false}) {
+      for (const KeptPiece& piece : options_.kept) {
+        if (piece.must != must) continue;
+        const auto patch = patches_.find(piece.mark);
+        if (patch == patches_.end())
+          return Error{
+              ErrorCode::kInvalidArgument,
+              fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.mark)};
+        laid[patch->second] = kept(piece, problem_.queue[patch->second].match.outline);
+        if (must && !laid[patch->second])
+          return Error{ErrorCode::kInvalidArgument,
+                       fmt::format("piece {} cannot be cut there: that wood is not free", piece.mark)};
+      }
+    }
+    take_wood(laid);
+    return split(std::move(laid));
+  }
+
+ private:
+  std::optional<Laid> kept(const KeptPiece& piece, const Ring<ArtworkFrame>& outline) {
+    for (std::size_t p = 0; p < stock_.size(); ++p) {
+      if (!(stock_[p].id == piece.panel)) continue;
+      FreeWood& wood = problem_.panels[p].wood;
+      const Ring<PanelFrame> there = piece.panel_from_artwork * outline;
+      if (!wood.admits(there)) return std::nullopt;
+      wood.allocate(there);
+      return Laid{static_cast<int>(p), piece.panel_from_artwork};
+    }
+    return std::nullopt;
+  }
+
+  void take_wood(const LaidPatches& laid) {
+    for (std::size_t p = 0; p < problem_.panels.size(); ++p) {
+      FreeWood& wood = problem_.panels[p].wood;
+      Raster<PanelFrame> free = wood.raster();
+      free.pixels = free.pixels.clone();
+      std::vector<Ring<PanelFrame>> outlines;
+      for (std::size_t i = 0; i < laid.size(); ++i)
+        if (laid[i] && laid[i]->panel == static_cast<int>(p))
+          outlines.push_back(laid[i]->panel_from_artwork * problem_.queue[i].match.outline);
+      if (outlines.empty()) continue;
+      for (const Ring<PanelFrame>& outline : outlines) block(free, grown(outline, wood.kerf()));
+      wood = FreeWood(free, options_.kerf, options_.position_margin);
+      for (const Ring<PanelFrame>& outline : outlines) wood.allocate(outline);
+      wood.settle();
+    }
+  }
+
+  KeptPatches split(LaidPatches laid) {
+    KeptPatches out;
+    std::vector<Problem::Task> queue;
+    for (std::size_t i = 0; i < laid.size(); ++i) {
+      if (!laid[i]) {
+        queue.push_back(std::move(problem_.queue[i]));
+        continue;
+      }
+      out.tasks.push_back(std::move(problem_.queue[i]));
+      out.laid.push_back(laid[i]);
+    }
+    problem_.queue = std::move(queue);
+    return out;
+  }
+
+  std::span<const StockPanel> stock_;
+  const PlanOptions& options_;
+  Problem& problem_;
+  std::map<std::string, std::size_t> patches_;  // places in the queue
+};
+
+}  // namespace
+
+Result<KeptPatches> keep_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                                const PlanOptions& options, Problem& problem) {
+  if (options.kept.empty()) return KeptPatches{};
+  if (options.adaptive_levels > 0)
+    return Error{ErrorCode::kInvalidArgument, "pieces of a plan with patches of several sizes cannot be kept"};
+  return Keeper(artworks, stock, options, problem).run();
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,173 @@
+#include "planner/hand.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/polygon_ops.h"
+#include "planner/free_wood.h"
+#include "planner/plan_files.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Hand : public testing::Test {
+ protected:
+  Hand() {
+    options_.patch = 7_mm, options_.dpi = 50.8, options_.rotations = 5, options_.threads = 2;
+    options_.priority = Priority::kCentre;
+    stock_ = {test::wood_panel("P", 150, 120, 50.8, 2)};
+    artworks_ = {test::blob_artwork("A", 50, 50, 28_mm, 1)};
+  }
+
+  Plan planned(const PlanOptions& options) const {
+    const auto plan = make_plan(artworks_, stock_, options);
+    if (!plan.ok()) throw std::runtime_error(plan.error().message);
+    return *plan;
+  }
+  PlanOptions keeping(const Plan& plan, Keep keep, std::vector<std::string> must,
+                      std::vector<std::string> replanned) const {
+    PlanOptions options = options_;
+    options.kept = std::move(*kept_pieces(plan, keep, must, replanned));
+    return options;
+  }
+
+  PlanOptions options_;
+  std::vector<StockPanel> stock_;
+  std::vector<Artwork> artworks_;
+};
+
+const Piece& piece(const Plan& plan, const std::string& mark) {
+  for (const Piece& it : plan.pieces)
+    if (it.mark == mark) return it;
+  throw std::runtime_error("no piece " + mark);
+}
+
+bool same_place(const Piece& a, const Piece& b) {
+  return a.placement && b.placement && a.placement->panel == b.placement->panel &&
+         a.placement->panel_outline == b.placement->panel_outline;
+}
+
+std::size_t moved(const Plan& a, const Plan& b) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < a.pieces.size(); ++i) {
+    EXPECT_EQ(a.pieces[i].mark, b.pieces[i].mark);
+    count += same_place(a.pieces[i], b.pieces[i]) ? 0 : 1;
+  }
+  return count;
+}
+
+void expect_no_wood_twice(const Plan& plan, const StockPanel& panel) {
+  std::vector<Region<PanelFrame>> allocations;
+  const FreeWood wood(panel.free, plan.kerf, Millimetres(0));
+  for (const Piece& it : plan.pieces) {
+    if (!it.placement) continue;
+    EXPECT_TRUE(wood.on_free_wood(it.placement->panel_outline));
+    allocations.push_back(offset(Region<PanelFrame>(it.placement->panel_outline), plan.kerf));
+  }
+  for (std::size_t i = 0; i < allocations.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(overlaps(allocations[i], allocations[j]));
+}
+
+TEST_F(Hand, APlanThatIsKeptWholeStaysAsItIs) {
+  const Plan before = planned(options_);
+  const Plan after = planned(keeping(before, Keep::kAll, {}, {}));
+  EXPECT_EQ(plan_to_json(after), plan_to_json(before));
+}
+
+TEST_F(Hand, AReplanTouchesOnlyTheRestWhicheverWayPlacesAreChosen) {
+  const Plan before = planned(options_);
+  for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
+    PlanOptions options = keeping(before, Keep::kOnly, {"A1-1", "A2-3", "A4-4"}, {});
+    options.optimize = optimize, options.optimize_iterations = 5000;
+    const Plan after = planned(options);
+    for (const char* mark : {"A1-1", "A2-3", "A4-4"}) EXPECT_TRUE(same_place(piece(after, mark), piece(before, mark)));
+    EXPECT_EQ(after.pieces.size(), before.pieces.size());
+    EXPECT_EQ(unfilled(after), 0U);
+    expect_no_wood_twice(after, stock_.front());
+  }
+}
+
+TEST_F(Hand, ForbiddenWoodMovesOnlyThePiecesThatLieOnIt) {
+  const Plan before = planned(options_);
+  const Box<PanelFrame> knot = [&] {
+    const Box<PanelFrame> box = bounds(piece(before, "A2-2").placement->panel_outline);
+    Box<PanelFrame> inside;
+    inside.add({(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2});
+    inside.add({inside.min.x + 0.6_mm, inside.min.y + 0.6_mm});
+    return inside;
+  }();
+  ASSERT_TRUE(forbid(stock_, {"P"}, knot).ok());
+  const Plan after = planned(keeping(before, Keep::kAll, {}, {}));
+  EXPECT_FALSE(same_place(piece(after, "A2-2"), piece(before, "A2-2")));
+  EXPECT_EQ(moved(before, after), 1U);
+  EXPECT_TRUE(piece(after, "A2-2").placement.has_value());
+  expect_no_wood_twice(after, stock_.front());
+
+  const auto pinned = make_plan(artworks_, stock_, keeping(before, Keep::kAll, {"A2-2"}, {}));
+  ASSERT_FALSE(pinned.ok());
+  EXPECT_EQ(pinned.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(pinned.error().message, HasSubstr("A2-2"));
+}
+
+TEST_F(Hand, SwappedPiecesChangePlacesAndNothingElseMoves) {
+  const Plan before = planned(options_);
+  Plan swapped = before;
+  ASSERT_TRUE(swap_pieces(swapped, "A1-2", "A3-3").ok());
+  const Plan after = planned(keeping(swapped, Keep::kAll, {"A1-2", "A3-3"}, {}));
+  EXPECT_EQ(moved(before, after), 2U);
+  EXPECT_TRUE(same_place(piece(after, "A1-2"), piece(swapped, "A1-2")));
+  const auto centre = [](const Piece& it) {
+    const Box<PanelFrame> box = bounds(it.placement->panel_outline);
+    return std::pair((box.min.x + box.max.x).count() / 2, (box.min.y + box.max.y).count() / 2);
+  };
+  EXPECT_NEAR(centre(piece(after, "A1-2")).first, centre(piece(before, "A3-3")).first, 1e-9);
+  EXPECT_NEAR(centre(piece(after, "A3-3")).second, centre(piece(before, "A1-2")).second, 1e-9);
+  expect_no_wood_twice(after, stock_.front());
+}
+
+TEST_F(Hand, AlternativesAreFreeDifferentAndCanBeTaken) {
+  for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
+    PlanOptions options = options_;
+    options.alternatives = 12, options.optimize = optimize, options.optimize_iterations = 5000;
+    const Plan before = planned(options);
+    std::size_t listed = 0;
+    for (const Piece& it : before.pieces) {
+      EXPECT_LE(it.alternatives.size(), 12U);
+      listed += it.alternatives.size();
+      for (std::size_t k = 1; k < it.alternatives.size(); ++k)
+        EXPECT_GE(it.alternatives[k].cost, it.alternatives[k - 1].cost);
+    }
+    EXPECT_GT(listed, before.pieces.size());
+    ASSERT_GE(piece(before, "A2-2").alternatives.size(), 2U);
+    const auto read = plan_from_json(plan_to_json(before));
+    ASSERT_TRUE(read.ok());
+    EXPECT_EQ(plan_to_json(*read), plan_to_json(before));
+
+    Plan changed = *read;
+    ASSERT_TRUE(take_alternative(changed, "A2-2", 2).ok());
+    const Plan after = planned(keeping(changed, Keep::kAll, {"A2-2"}, {}));
+    EXPECT_EQ(moved(before, after), 1U);
+    EXPECT_NEAR(piece(after, "A2-2").cost, piece(before, "A2-2").alternatives[1].cost, 1e-6);
+    expect_no_wood_twice(after, stock_.front());
+  }
+}
+
+TEST_F(Hand, NamesWhatItDoesNotKnow) {
+  Plan plan = planned(options_);
+  EXPECT_THAT(swap_pieces(plan, "A1-1", "Z9-9").error().message, HasSubstr("Z9-9"));
+  EXPECT_THAT(take_alternative(plan, "A1-1", 3).error().message, HasSubstr("A1-1"));
+  EXPECT_EQ(kept_pieces(plan, Keep::kAll, std::vector<std::string>{"B1-1"}, {}).error().code, ErrorCode::kNotFound);
+  Box<PanelFrame> beside;
+  beside.add(point<PanelFrame>(-9, -9)), beside.add(point<PanelFrame>(-5, -5));
+  EXPECT_EQ(forbid(stock_, {"P"}, beside).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(forbid(stock_, {"Q"}, beside).error().code, ErrorCode::kNotFound);
+  PlanOptions options = keeping(plan, Keep::kAll, {}, {});
+  options.patch = 14_mm;
+  EXPECT_EQ(make_plan(artworks_, stock_, options).error().code, ErrorCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace veneer::planner
