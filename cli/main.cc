@@ -21,6 +21,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_panel_commands(app, context);
   veneer::cli::add_job_commands(app, context);
   veneer::cli::add_laser_commands(app, context);
+  veneer::cli::add_recipe_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
   veneer::cli::add_plan_command(app);
   veneer::cli::add_series_command(app);

@@ -205,7 +205,7 @@ std::string render_panel(const json& panel) {
   text += line("Fit", millimetres(panel, "rms_mm", 3));
   text += line("Remnant of", text_or(panel, "parent", ""));
   text += line("Since", text_or(panel, "created", ""));
-  return text;
+  return text + render_zones(panel);
 }
 
 std::string render_registration(const json& registration) {
@@ -243,6 +243,31 @@ std::string render_certificates(const json& reply) {
                millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
                text_or(certificate, "expires", "")});
   }
+  return table.str();
+}
+
+std::string render_recipes(const json& reply) {
+  const json& list = member(reply, "recipes");
+  if (!list.is_array() || list.empty())
+    return "No recipes yet; all wood is burnt as the configuration says. Begin with `veneerctl recipe card`.\n";
+  TextTable table({"MATERIAL", "OPERATION", ">SPEED", ">POWER", ">PASSES", "AIR", ">KERF BACK", ">KERF SHOW"});
+  for (const json& recipe : list) {
+    table.add({text_or(recipe, "material", ""), text_or(recipe, "operation", ""),
+               fmt::format("{:g} mm/s", number_or(recipe, "speed_mm_s", 0)),
+               fmt::format("{:.0f} %", 100 * number_or(recipe, "power", 0)),
+               std::to_string(whole_or(recipe, "passes", 1)), flag_or(recipe, "air", true) ? "on" : "off",
+               millimetres(recipe, "kerf_back_mm", 2), millimetres(recipe, "kerf_show_mm", 2)});
+  }
+  return table.str();
+}
+
+std::string render_zones(const json& panel) {
+  const json& list = member(panel, "zones");
+  if (!list.is_array() || list.empty()) return "";
+  TextTable table({">ZONE", "MATERIAL", ">AREA"});
+  for (const json& zone : list)
+    table.add({std::to_string(whole_or(zone, "zone", 0)), text_or(zone, "material", "not named"),
+               square_cm(zone, "area_mm2")});
   return table.str();
 }
 

@@ -13,6 +13,8 @@ std::string render_registration(const nlohmann::json& registration);
 std::string render_scan_result(const nlohmann::json& result);
 std::string render_calibration(const nlohmann::json& result);
 std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
+std::string render_recipes(const nlohmann::json& reply);       // {"recipes": [...]}
+std::string render_zones(const nlohmann::json& panel);         // {"zones": [...]}
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
 std::string render_job(const nlohmann::json& job);
 std::string render_pieces(const nlohmann::json& reply);  // {"pieces": [...]}

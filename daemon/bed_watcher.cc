@@ -15,6 +15,7 @@
 #include "daemon/calibration.h"
 #include "daemon/panel_library.h"
 #include "daemon/setups.h"
+#include "daemon/wood_recipes.h"
 #include "planner/toolpath.h"
 
 namespace veneer::daemon {
@@ -246,19 +247,30 @@ Result<std::vector<RunSetup>> BedWatcher::plan_setups_now(const std::vector<db::
 
 Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
                                                        const std::vector<db::PieceRecord>& pieces) {
-  auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
-  if (!calibration) return calibration.error();
-  if (const Status ready = require_cutting(*calibration); !ready) return ready.error();
+  struct Stock {
+    Calibration calibration;
+    std::optional<WoodRecipes> recipes;
+    std::vector<db::AllocationRecord> live;
+  };
+  auto stock = database_.call([&](Repositories& r) -> Result<Stock> {
+    Stock out;
+    auto calibration = load_calibration(r, utc_timestamp());
+    if (!calibration) return calibration.error();
+    out.calibration = std::move(*calibration);
+    if (const Status ready = require_cutting(out.calibration); !ready) return ready.error();
+    auto recipes = WoodRecipes::read(r, config_.recipe, *out.calibration.kerf, pose.panel);
+    if (!recipes) return recipes.error();
+    out.recipes = std::move(*recipes);
+    auto live = r.ledger.live_allocations(pose.panel);
+    if (!live) return live.error();
+    out.live = std::move(*live);
+    return out;
+  });
+  if (!stock) return stock.error();
+  const auto* calibration = &stock->calibration;
   const auto& machine_from_bed = calibration->bed->machine_from_bed;
-  const RecipeConfig& recipe = config_.recipe;
 
-  planner::ToolpathOptions options;
-  options.recipe.cut_speed = recipe.cut_speed;
-  options.recipe.cut_power = recipe.cut_power;
-  options.recipe.engrave_speed = recipe.engrave_speed;
-  options.recipe.engrave_power = recipe.engrave_power;
-  options.recipe.kerf_back = options.recipe.kerf_show = *calibration->kerf;
-  options.marks.height = recipe.mark_height;
+  const planner::ToolpathOptions options = toolpath_options(config_.recipe);
   std::vector<planner::ToolpathPiece> to_burn;
   std::map<PieceId, std::string> marks;
   for (const auto& piece : pieces) {
@@ -267,6 +279,12 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
     p.outline = pose.bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
     p.artwork_up = artwork_up(pose, piece);
+    const std::string material = stock->recipes->material_at(piece.panel_outline);
+    p.recipe = stock->recipes->recipe_of(material);
+    for (const auto& booked : stock->live)
+      if (booked.piece == piece.id)
+        if (const Status fits = check_booked(piece.mark, material, *p.recipe, piece.panel_outline, booked.area); !fits)
+          return fits.error();
     marks[piece.id] = piece.mark;
   }
   auto path = planner::make_toolpath(to_burn, options);

@@ -23,6 +23,16 @@ json to_json(const db::PanelRecord& panel, const PanelFigures& figures) {
           {"pieces", figures.pieces}};
 }
 
+json to_json(const std::vector<db::ZoneRecord>& zones) {
+  json out = json::array();
+  for (const auto& zone : zones)
+    out.push_back({{"zone", zone.number},
+                   {"material", zone.material.empty() ? json() : json(zone.material)},
+                   {"area_mm2", std::abs(signed_area(zone.outline))},
+                   {"outline_mm", points_json(zone.outline)}});
+  return out;
+}
+
 json to_json(const db::AllocationRecord& a, const std::string& mark) {
   json rings = json::array();
   for (const auto& ring : a.area.rings()) rings.push_back(points_json(ring));

@@ -27,6 +27,7 @@ struct PanelFigures {
   std::optional<Millimetres> rms;
 };
 nlohmann::json to_json(const db::PanelRecord& panel, const PanelFigures& figures);
+nlohmann::json to_json(const std::vector<db::ZoneRecord>& zones);
 nlohmann::json to_json(const db::AllocationRecord& allocation, const std::string& mark);
 nlohmann::json to_json(const db::JobRecord& job);
 nlohmann::json to_json(const db::PieceRecord& piece);

@@ -199,6 +199,10 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   recipe.quantity("engrave_speed_mm_s", config.recipe.engrave_speed, 0.1, 1000);
   recipe.quantity("engrave_power", config.recipe.engrave_power, 0, 1);
   recipe.quantity("mark_height_mm", config.recipe.mark_height, 1, 20);
+  recipe.quantity("mark_min_height_mm", config.recipe.mark_min_height, 0.8, 20);
+  recipe.quantity("fit_clearance_mm", config.recipe.fit_clearance, 0, 0.5);
+  recipe.truth("bridges", config.recipe.bridges);
+  recipe.word("cut_order", config.recipe.cut_order, {"short", "assembly"});
   recipe.refuse_unread();
   Section panel(root, file, "panel", errors);
   panel.quantity("thickness_mm", config.panel.thickness, 0.2, 30);
@@ -242,6 +246,9 @@ Result<Config> load_config(const std::filesystem::path& file) {
   if (errors.empty() && config.laser.kind != "sim" && config.laser.port.empty())
     errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file.string(),
                                  config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512"));
+  if (errors.empty() && config.recipe.mark_min_height > config.recipe.mark_height)
+    errors.push_back(fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller",
+                                 file.string()));
   if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
   return config;
 }

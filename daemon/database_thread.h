@@ -16,6 +16,7 @@
 #include "db/database.h"
 #include "db/job_store.h"
 #include "db/ledger.h"
+#include "db/materials.h"
 #include "db/panels.h"
 
 namespace veneer::daemon {
@@ -23,11 +24,17 @@ namespace veneer::daemon {
 // What a piece of work on the database thread may touch.
 struct Repositories {
   explicit Repositories(db::Database& database)
-      : panels(database), ledger(database), jobs(database), certificates(database), audit(database) {}
+      : panels(database),
+        ledger(database),
+        jobs(database),
+        certificates(database),
+        materials(database),
+        audit(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
   db::Certificates certificates;
+  db::Materials materials;
   db::Audit audit;
 };
 

@@ -56,6 +56,7 @@ int run(const Config& config) {
   bind_stock_routes(router, c);
   bind_job_routes(router, c);
   bind_laser_routes(router, c);
+  bind_recipe_routes(router, c);
   bind_task_routes(router, c.tasks);
   bind_console_routes(router, links, [&] { return tcp_port; });
   auto server = HttpServer::open(

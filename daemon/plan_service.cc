@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "daemon/calibration.h"
+#include "daemon/wood_recipes.h"
 #include "planner/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
@@ -128,7 +129,18 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   artwork.width = size.width;
   artwork.height = size.height;
   planner::PlanOptions options = request.options;
-  options.kerf = *calibration->kerf;
+  // One kerf for the whole plan: the widest any of the wood is cut with.
+  auto widest = database_.call([&](Repositories& r) -> Result<Millimetres> {
+    Millimetres kerf = *calibration->kerf;
+    for (const auto& panel : *stock) {
+      auto recipes = WoodRecipes::read(r, {}, kerf, panel.id);
+      if (!recipes) return recipes.error();
+      kerf = std::max(kerf, recipes->widest_kerf());
+    }
+    return kerf;
+  });
+  if (!widest) return widest.error();
+  options.kerf = *widest;
   options.index_cache = (library_.data_dir() / "index").string();
   auto plan = planner::make_plan(
       {&artwork, 1}, *stock, options,

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "base/clock.h"
@@ -16,6 +17,21 @@ namespace {
 
 db::PanelFace to_db(calib::Face face) {
   return face == calib::Face::kShow ? db::PanelFace::kShow : db::PanelFace::kBack;
+}
+
+// Strips are convex, or nearly so.
+std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
+  std::vector<db::ZoneRecord> out;
+  for (const calib::Zone& zone : mask.list) {
+    std::vector<cv::Point> pixels, hull;
+    cv::findNonZero(mask.zones.pixels == zone.label, pixels);
+    if (pixels.size() < 3) continue;
+    cv::convexHull(pixels, hull);
+    db::ZoneRecord& record = out.emplace_back();
+    record.number = zone.label;
+    for (const auto& p : hull) record.outline.push_back(mask.zones.from_pixels(p.x + 0.5, p.y + 0.5));
+  }
+  return out;
 }
 
 }  // namespace
@@ -199,7 +215,10 @@ Result<ScanOutcome> ScanService::add_panel(const calib::Registration& registrati
   panel.map_hash = map_file->sha256;
   panel.created_at = utc_timestamp();
   const auto fiducials = to_records(registration.fiducials, calib::Face::kShow);
-  const Status added = database_.call([&](Repositories& r) { return r.panels.add(panel, *scans, fiducials); });
+  const Status added = database_.call([&](Repositories& r) -> Status {
+    if (const Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
+    return r.materials.add_zones(panel.id, zones_of(*mask));
+  });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
@@ -266,6 +285,8 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
   if (!scans) return scans.error();
   const Status written = database_.call([&](Repositories& r) -> Status {
     if (const Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
+    // A panel from before zones were kept gets them now.
+    if (const Status zoned = r.materials.add_zones(panel.id, zones_of(*mask)); !zoned) return zoned;
     return r.panels.set_map(panel.id, map_file->file, mask_file->file, map_file->sha256);
   });
   if (!written) return written.error();

@@ -68,6 +68,9 @@ Result<json> panel_json(Repositories& r, const PanelLibrary& library, const Pane
   json out = to_json(*panel, *figures);
   auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
+  auto zones = r.materials.zones(id);
+  if (!zones) return zones.error();
+  out["zones"] = to_json(*zones);
   out["fiducials"] = json::array();
   for (const auto& f : *fiducials) {
     json centre = {0.0, 0.0};

@@ -14,7 +14,7 @@ struct Recipe {
   MmPerSecond engrave_speed{80};
   PowerFraction engrave_power{0.20};
   int engrave_passes = 1;
-  bool air = true;  // air assist while cutting and engraving
+  bool air = true, engrave_air = true;  // air assist while cutting, while engraving
   // Full width burnt away by a cut. Pieces are cut from the back: there the kerf is widest, and edges are judged on the
   // show face.
   Millimetres kerf_back{0.27}, kerf_show{0.27};

@@ -153,7 +153,7 @@ std::vector<ToolpathStroke> strokes_of(const ToolpathPiece& piece, const PiecePa
     for (const auto& path : paths.engravings[manner.engraving]) {
       const bool closed = distance(path.front(), path.back()).count() < 1e-6;
       out.push_back({piece.piece, ToolpathRole::kEngrave, path, closed, recipe.engrave_speed, recipe.engrave_power,
-                     recipe.engrave_passes, recipe.air});
+                     recipe.engrave_passes, recipe.engrave_air});
     }
   }
   const auto cut = [&](const BeamRing& beam, const Door& door) {

@@ -125,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Mistake{"[laser]\nkind = \"lihuiyu\"\n", "as in \"usb:1a86:5512\""},
                       Mistake{"[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\nboard = \"m4\"\n", "laser.board"},
                       Mistake{"[laser]\nkind = \"grbl\"\nport = \"file:/x\"\nboard = \"m2\"\n", ":4: laser.board"},
+                      Mistake{"[recipe]\nmark_min_height_mm = 3\n", "larger than recipe.mark_height_mm"},
+                      Mistake{"[recipe]\ncut_order = \"long\"\n", ":2: recipe.cut_order"},
                       Mistake{"laser = 3\n", "laser must be a table"}, Mistake{"[laser\n", ":1:"}));
 
 TEST_F(ConfigTest, AMissingFileIsNamed) {

@@ -186,7 +186,8 @@ TEST(Toolpath, JudgesEdgesByTheKerfAtTheShowFaceAndGivesTheJointItsClearance) {
 TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
   std::vector<ToolpathPiece> pieces = {piece(1, square(10, 10, 12), "A1-1"), piece(2, square(30, 10, 12), "A1-2")};
   Recipe oak;
-  oak.cut_speed = MmPerSecond(9), oak.cut_passes = 2, oak.cut_power = PowerFraction(0.9), oak.air = false;
+  oak.cut_speed = MmPerSecond(9), oak.cut_passes = 2, oak.cut_power = PowerFraction(0.9),
+  oak.air = oak.engrave_air = false;
   oak.kerf_back = oak.kerf_show = Millimetres(0.4);
   pieces[1].recipe = oak;
   const auto path = make_toolpath(pieces, options_with_kerf(0.2));

@@ -94,6 +94,45 @@ TEST_F(LaserOnly, JogsAndTurnsOverrides) {
   EXPECT_EQ(cell->veneerctl({"laser", "override", "--power", "5"}).status, 1);
 }
 
+TEST_F(LaserOnly, BurnsATestCardAndKeepsTheRecipeItGave) {
+  start();
+  std::vector<std::string> card = {"recipe",        "card",        "cut",       "--powers", "0.5,1",
+                                   "--speeds-mm-s", "100,200,300", "--side-mm", "5",        "--burn"};
+  EXPECT_THAT(cell->veneerctl(card).output, HasSubstr("not connected")) << "not before a Reset";
+  ASSERT_EQ(cell->veneerctl({"reset"}).status, 0);
+  EXPECT_THAT(cell->veneerctl(card).output, HasSubstr("exhaust"));
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+  const auto status = cell->api().get("/status");
+  ASSERT_TRUE(status.ok());
+  for (const auto& name : (*status)["confirm"]) card.insert(card.end(), {"--confirm", name.get<std::string>()});
+  const Finished burnt = cell->veneerctl(card);
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  // Six squares, and their labels.
+  EXPECT_GT(cell->laser.burnt_mm(), 6 * 20 + 50);
+  EXPECT_LT(cell->laser.burnt_mm(), 6 * 20 + 250);
+  expect_clean();
+  const Finished kept = cell->veneerctl({"recipe", "set", "walnut", "cut", "--speed-mm-s", "12", "--power", "0.8",
+                                         "--kerf-back-mm", "0.31", "--kerf-show-mm", "0.22"});
+  EXPECT_EQ(kept.status, 0) << kept.output;
+  const Finished list = cell->veneerctl({"recipe", "list"});
+  for (const char* word : {"walnut", "12 mm/s", "80 %", "0.31 mm", "0.22 mm"})
+    EXPECT_THAT(list.output, HasSubstr(word));
+  EXPECT_EQ(cell->veneerctl({"recipe", "remove", "walnut", "cut"}).status, 0);
+  EXPECT_EQ(cell->veneerctl({"recipe", "remove", "walnut", "cut"}).status, 1);
+}
+
+TEST_F(LaserOnly, DrawsATestCardAsAPictureAndAsAFileForOtherLasers) {
+  start();
+  const std::string file = cell->socket() + ".card";
+  EXPECT_EQ(cell->veneerctl({"recipe", "card", "engrave", "--out", file + ".svg"}).status, 0);
+  EXPECT_EQ(cell->veneerctl({"recipe", "card", "--out", file + ".egv"}).status, 0);
+  EXPECT_GT(fs::file_size(file + ".svg"), 10000U);
+  EXPECT_GT(fs::file_size(file + ".egv"), 1000U);
+  EXPECT_EQ(cell->veneerctl({"recipe", "card", "--out", file + ".dxf"}).status, 2);
+  EXPECT_EQ(cell->veneerctl({"recipe", "card"}).status, 2);
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+}
+
 // Any client, nobody logged in, while a job streams. How fast it is, `./dev soak stop` measures.
 TEST_F(LaserOnly, StopPutsTheResetOnTheWireAndTheBeamOut) {
   start();
