@@ -238,5 +238,16 @@ TEST(GrblJob, CutsInAsManyPassesAsAsked) {
   EXPECT_NEAR(cell.bench.burnt_mm(), 3 * once, 0.1);
 }
 
+// Shorter than four motor steps each: single precision alone would be a step off by the end of a row.
+TEST(GrblJob, ThousandsOfShortMovesEndWhereTheyShould) {
+  Stroke stroke{PieceId{1}, StrokeRole::kEngrave, {}, MmPerSecond(100), PowerFraction(0.3), 1};
+  for (int i = 0; i <= 15000; ++i) stroke.path.push_back(point<MachineFrame>(60 + 0.02 * i, 40 + 0.02 * (i / 2 % 2)));
+  GrblCell cell;
+  cell.connect_and_home();
+  cell.start(LaserJob{{stroke}});
+  cell.run_job();
+  EXPECT_TRUE(cell.has<laser_event::Done>());
+}
+
 }  // namespace
 }  // namespace veneer

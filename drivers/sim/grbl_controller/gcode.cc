@@ -79,13 +79,14 @@ Vec3 GcodeInterpreter::target_of(const Words& w, const gcode::Modal& next) const
   for (int axis = 0; axis < 3; ++axis) {
     const auto& word = w.value(kAxes[axis]);
     if (!word) continue;
-    const double mm = *word * (next.inches ? kInch : 1);
+    // In the firmware's single precision: over thousands of short relative moves the roundings add up to a motor step.
+    const auto mm = static_cast<float>(*word * (next.inches ? kInch : 1));
     if (w.non_modal == 530)
       target[axis] = mm;
     else if (next.relative)
-      target[axis] = position_[axis] + mm;
+      target[axis] = static_cast<float>(position_[axis]) + mm;
     else
-      target[axis] = mm + system[axis] + shift_[axis];
+      target[axis] = mm + static_cast<float>(system[axis]) + static_cast<float>(shift_[axis]);
   }
   return target;
 }
