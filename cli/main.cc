@@ -1,11 +1,42 @@
 // veneerctl: the command line of a veneerd cell.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <string_view>
 
 #include "cli/command_context.h"
-#include "cli/plan_command.h"
-#include "cli/series_command.h"
 
 namespace {
+
+// The planner is a program of its own beside this one, with some hundred libraries: STOP does not wait for them.
+struct PlannerCommand {
+  const char* name;
+  const char* help;
+};
+constexpr std::array kPlannerCommands = {
+    PlannerCommand{"plan", "Plan pictures from panels, without a cell"},
+    PlannerCommand{"series", "Plan a picture again and again from the same wood"},
+};
+
+int run_planner(char** argv) {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "veneerctl-plan";
+  ::execv(program.c_str(), argv);
+  std::cerr << "veneerctl: " << program.string() << " is not there: install it beside veneerctl" << std::endl;
+  return veneer::cli::kWorkFailed;
+}
+
+// For --help; they are run before anything is parsed.
+void name_planner_commands(CLI::App& app) {
+  for (const PlannerCommand& command : kPlannerCommands)
+    app.add_subcommand(command.name, command.help)->allow_extras()->callback([name = command.name] {
+      veneer::cli::fail(
+          {veneer::ErrorCode::kInvalidArgument, std::string("write veneerctl ") + name + " first, then options"},
+          veneer::cli::kUnusableArguments);
+    });
+}
 
 int run(int argc, char** argv) {
   CLI::App app("Runs a scan-to-cut cell for computational parquetry", "veneerctl");
@@ -23,8 +54,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_laser_commands(app, context);
   veneer::cli::add_recipe_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
-  veneer::cli::add_plan_command(app);
-  veneer::cli::add_series_command(app);
+  name_planner_commands(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
@@ -37,4 +67,8 @@ int run(int argc, char** argv) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return run(argc, argv); }
+int main(int argc, char** argv) {
+  for (const PlannerCommand& command : kPlannerCommands)
+    if (argc > 1 && std::string_view(argv[1]) == command.name) return run_planner(argv);
+  return run(argc, argv);
+}

@@ -1,0 +1,21 @@
+// veneerctl-plan: the commands of veneerctl that plan without a cell. veneerctl runs it in its own place.
+#include <CLI/CLI.hpp>
+
+#include "cli/command_context.h"
+#include "cli/plan_command.h"
+#include "cli/series_command.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Plans pictures from wood", "veneerctl");
+  app.require_subcommand(1);
+  veneer::cli::add_plan_command(app);
+  veneer::cli::add_series_command(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
+    return ended.get_exit_code();
+  } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
+    return app.exit(wrong) == 0 ? 0 : veneer::cli::kUnusableArguments;
+  }
+  return 0;
+}
