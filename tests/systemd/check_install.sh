@@ -11,6 +11,7 @@ for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-twin.se
   lib/udev/rules.d/70-veneerd.rules etc/veneerd/veneerd.toml share/doc/veneerd/LICENSE; do
   [[ -f $prefix/$file ]] || fail "$file is missing"
 done
+[[ ! -x $prefix/bin/veneerctl || -x $prefix/bin/veneerctl-plan ]] || fail "veneerctl came without its planner"
 if grep -n '@[a-z]*@' "$prefix"/lib/systemd/system/*; then fail "a unit holds a path that was not filled in"; fi
 
 # Every path of the prefix that a unit names must be there.

@@ -13,7 +13,8 @@ sed -e ':a' -e '/\\$/{N;s/\\\n//;ba' -e '}' "$rules" | grep -vE '^[[:space:]]*(#
     [[ $line =~ ^([A-Z]+(\{[A-Za-z_]+\})?(==|!=|=|\+=)\"[^\"]*\"(,[[:space:]]*|[[:space:]]*$))+$ ]] ||
       fail "this line is no rule: $line"
   done
-for needed in 'ATTR{idVendor}=="1a86", ATTR{idProduct}=="5512"' 'ID_MM_DEVICE_IGNORE' 'SYMLINK+="veneer/laser-' \
+for needed in 'ATTR{idVendor}=="1a86", ATTR{idProduct}=="5512"' 'ATTRS{idVendor}=="1a86", ATTRS{idProduct}=="7523' \
+  'ATTRS{idVendor}=="0403"' 'ATTRS{idVendor}=="10c4"' 'ATTRS{idVendor}=="2341' 'ID_MM_DEVICE_IGNORE' 'SYMLINK+="veneer/laser-' \
   'TAG+="systemd"'; do
   grep -qF "$needed" "$rules" || fail "the rules lost $needed"
 done
