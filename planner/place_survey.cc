@@ -20,17 +20,19 @@ constexpr int kPositionsASide = 4;  // of a region
 // Whether a convex outline can lie somewhere, mostly without asking the polygons.
 class Clearance {
  public:
-  Clearance(const FreeWood& wood, double inner) : wood_(wood), inner_(inner) {
+  // Once `stop` is requested it returns early and must not be asked.
+  Clearance(const FreeWood& wood, double inner, const std::stop_token& stop) : wood_(wood), inner_(inner) {
     const Raster<PanelFrame>& free = wood.raster();
     step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(inner / 8)).count()));
     // What is left over at the right and lower border is narrower than any patch's margin.
     cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
-    for (int r = 0; r < wholly_free.rows * step_; ++r) {
+    for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
       const auto* from = free.pixels.ptr<std::uint8_t>(r);
       auto* to = wholly_free.ptr<std::uint8_t>(r / step_);
       for (int c = 0; c < wholly_free.cols * step_; ++c)
         if (from[c] == 0) to[c / step_] = 0;
     }
+    if (stop.stop_requested()) return;
     cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
     cv::distanceTransform(wholly_free, distance_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
     cell_ = free.resolution.to_mm(Pixels(step_)).count();
@@ -88,7 +90,8 @@ class Best {
 class ClassSurvey {
  public:
   ClassSurvey(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
-              std::vector<std::size_t> patches, std::span<const Pose> slots, const SurveyOptions& options)
+              std::vector<std::size_t> patches, std::span<const Pose> slots, const SurveyOptions& options,
+              const std::stop_token& stop)
       : problem_(problem),
         matcher_(matcher),
         footprints_(footprints),
@@ -102,14 +105,14 @@ class ClassSurvey {
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
       // Without the kerf's growth, which on_free_wood() adds itself.
-      panels_.push_back({PanelSketch(panel.features.pixels, blocks_),
-                         Clearance(panel.wood, footprints_[patches_.front()].inner()),
+      panels_.push_back({PanelSketch(panel.features.pixels, blocks_, stop),
+                         Clearance(panel.wood, footprints_[patches_.front()].inner(), stop),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
       rows_ += static_cast<std::size_t>(panels_.back().rows);
     }
-    describe_slots();
+    if (!stop.stop_requested()) describe_slots();
   }
 
   void run(Survey& survey, const std::stop_token& stop, const std::function<void(double)>& progress) {
@@ -311,9 +314,10 @@ Survey survey_places(const Problem& problem, const Matcher& matcher, std::span<c
   for (std::vector<std::size_t>& patches : classes) {
     if (patches.empty() || stop.stop_requested()) continue;
     const double share = static_cast<double>(patches.size()) / static_cast<double>(problem.queue.size());
-    ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options).run(survey, stop, [&](double part) {
-      if (progress) progress(done + share * part);
-    });
+    ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options, stop)
+        .run(survey, stop, [&](double part) {
+          if (progress) progress(done + share * part);
+        });
     done += share;
   }
   return survey;

@@ -16,11 +16,11 @@ constexpr int kMapPixelsABlock = 3;
 int blocks_along(int pixels) { return std::clamp(pixels / kSmallestBlock, 1, kMostBlocks); }
 
 // Averages over step x step pixels; what is left at the right and lower border is averaged over what there is.
-cv::Mat averaged(const cv::Mat& features, int step, bool squares) {
+cv::Mat averaged(const cv::Mat& features, int step, bool squares, const std::stop_token& stop) {
   const int channels = features.channels();
   const int columns = (features.cols + step - 1) / step, rows = (features.rows + step - 1) / step;
   cv::Mat out(rows, columns, CV_32FC(channels), cv::Scalar::all(0));
-  for (int r = 0; r < rows; ++r) {
+  for (int r = 0; r < rows && !stop.stop_requested(); ++r) {
     auto* to = out.ptr<float>(r);
     const int last = std::min(features.rows, (r + 1) * step);
     for (int y = r * step; y < last; ++y) {
@@ -47,13 +47,14 @@ SketchBlocks::SketchBlocks(const PatchPixels& window)
       width(static_cast<double>(window.width) / columns),
       height(static_cast<double>(window.height) / rows) {}
 
-PanelSketch::PanelSketch(const cv::Mat& features, const SketchBlocks& blocks)
+PanelSketch::PanelSketch(const cv::Mat& features, const SketchBlocks& blocks, const std::stop_token& stop)
     : blocks_(blocks),
       channels_(features.channels()),
       step_(std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / kMapPixelsABlock)))) {
   // The map's pixels are smaller than a block and then blurred to its size, so that places between them are met too.
   const int reach = std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / step_)));
-  cv::Mat means = averaged(features, step_, false), squares = averaged(features, step_, true);
+  cv::Mat means = averaged(features, step_, false, stop), squares = averaged(features, step_, true, stop);
+  if (stop.stop_requested()) return;
   cv::blur(means, means, {reach, reach}, {-1, -1}, cv::BORDER_REPLICATE);
   cv::blur(squares, squares, {reach, reach}, {-1, -1}, cv::BORDER_REPLICATE);
   map_.create(means.size(), CV_32FC(channels_ + 1));

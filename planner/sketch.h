@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <stop_token>
 #include <vector>
 
 #include "planner/matcher.h"
@@ -25,7 +26,8 @@ struct SketchBlocks {
 // One panel, averaged over blocks.
 class PanelSketch {
  public:
-  PanelSketch(const cv::Mat& features, const SketchBlocks& blocks);
+  // Once `stop` is requested it returns early and must not be asked.
+  PanelSketch(const cv::Mat& features, const SketchBlocks& blocks, const std::stop_token& stop);
 
   // Numbers that describe one place: channels * blocks means, written `stride` apart. Returns |s|^2 + r / n.
   // (column, row) is where the window's centre lies, in panel pixels; cos and sin are those of its turn.
