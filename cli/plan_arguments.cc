@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "cli/command_context.h"
-#include "planner/pictures.h"
+#include "planner/pictures/pictures.h"
 
 namespace veneer::cli {
 namespace {

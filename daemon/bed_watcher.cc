@@ -16,7 +16,7 @@
 #include "daemon/panel_library.h"
 #include "daemon/setups.h"
 #include "daemon/wood_recipes.h"
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
 namespace {

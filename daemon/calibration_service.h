@@ -22,7 +22,7 @@
 #include "drivers/camera_driver.h"
 #include "drivers/laser_job.h"
 #include "drivers/scanner_driver.h"
-#include "planner/pattern.h"
+#include "planner/cutting/pattern.h"
 
 namespace veneer::daemon {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "drivers/lihuiyu/egv_encoder.h"
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
 namespace {

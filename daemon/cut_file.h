@@ -7,7 +7,7 @@
 #include "daemon/wood_recipes.h"
 #include "db/job_store.h"
 #include "drivers/laser_job.h"
-#include "planner/test_card.h"
+#include "planner/cutting/test_card.h"
 
 namespace veneer::daemon {
 

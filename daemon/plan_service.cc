@@ -10,7 +10,7 @@
 #include "base/hash.h"
 #include "daemon/calibration.h"
 #include "daemon/wood_recipes.h"
-#include "planner/pictures.h"
+#include "planner/pictures/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
 

@@ -8,7 +8,7 @@
 #include "base/result.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
 

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "planner/parallel.h"
+#include "planner/matching/parallel.h"
 
 namespace veneer::planner {
 namespace {

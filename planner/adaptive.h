@@ -14,7 +14,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "planner/matcher.h"
+#include "planner/matching/matcher.h"
 #include "planner/plan_journal.h"
 #include "planner/problem.h"
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "planner/matcher.h"
+#include "planner/matching/matcher.h"
 #include "planner/plan.h"
 
 namespace veneer::planner {

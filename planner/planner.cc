@@ -9,16 +9,16 @@
 #include <fmt/format.h>
 
 #include "planner/adaptive.h"
-#include "planner/certified_matcher.h"
-#include "planner/features.h"
-#include "planner/global_plan.h"
+#include "planner/joint/global_plan.h"
 #include "planner/keep.h"
-#include "planner/parallel.h"
+#include "planner/matching/certified_matcher.h"
+#include "planner/matching/parallel.h"
+#include "planner/matching/shortlist_matcher.h"
+#include "planner/pictures/features.h"
 #include "planner/plan.h"
 #include "planner/plan_journal.h"
 #include "planner/problem.h"
 #include "planner/shortage.h"
-#include "planner/shortlist_matcher.h"
 
 namespace veneer::planner {
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "planner/patch_pixels.h"
-#include "planner/resample.h"
+#include "planner/matching/patch_pixels.h"
+#include "planner/pictures/resample.h"
 
 namespace veneer::planner {
 namespace {

@@ -8,10 +8,10 @@
 #include <map>
 #include <numeric>
 
-#include "planner/features.h"
-#include "planner/kernels.h"
 #include "planner/layout_adaptive.h"
+#include "planner/matching/kernels.h"
 #include "planner/order.h"
+#include "planner/pictures/features.h"
 
 namespace veneer::planner {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "planner/cell_index.h"
 #include "planner/layout_grid.h"
-#include "planner/matcher.h"
+#include "planner/matching/cell_index.h"
+#include "planner/matching/matcher.h"
+#include "planner/pictures/working_pictures.h"
 #include "planner/plan.h"
-#include "planner/working_pictures.h"
 
 namespace veneer::planner {
 

@@ -1,7 +1,7 @@
 // What make_plan refuses before it starts, each in one sentence.
 #include <fmt/format.h>
 
-#include "planner/features.h"
+#include "planner/pictures/features.h"
 #include "planner/problem.h"
 
 namespace veneer::planner {

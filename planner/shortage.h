@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "planner/matcher.h"
+#include "planner/matching/matcher.h"
 #include "planner/plan.h"
 #include "planner/problem.h"
 

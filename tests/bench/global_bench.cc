@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "planner/layout_grid.h"
-#include "planner/pictures.h"
+#include "planner/pictures/pictures.h"
 #include "planner/plan.h"
 
 namespace veneer::planner {

@@ -23,11 +23,11 @@
 #include <string>
 
 #include "drivers/sim/wood.h"
-#include "planner/certified_matcher.h"
-#include "planner/features.h"
-#include "planner/pictures.h"
+#include "planner/matching/certified_matcher.h"
+#include "planner/matching/shortlist_matcher.h"
+#include "planner/pictures/features.h"
+#include "planner/pictures/pictures.h"
 #include "planner/problem.h"
-#include "planner/shortlist_matcher.h"
 #include "tests/support/child_process.h"
 #include "tests/support/exhaustive_matching.h"
 #include "tests/support/temp_directory.h"

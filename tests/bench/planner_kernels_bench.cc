@@ -9,9 +9,9 @@
 #include <random>
 #include <vector>
 
-#include "planner/kernels.h"
-#include "planner/score_kernels.h"
-#include "planner/window_samples.h"
+#include "planner/matching/kernels.h"
+#include "planner/matching/score_kernels.h"
+#include "planner/matching/window_samples.h"
 
 namespace veneer::planner::kernels {
 namespace {

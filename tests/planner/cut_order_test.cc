@@ -1,4 +1,4 @@
-#include "planner/cut_order.h"
+#include "planner/cutting/cut_order.h"
 
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>

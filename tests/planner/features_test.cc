@@ -1,4 +1,4 @@
-#include "planner/features.h"
+#include "planner/pictures/features.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "planner/histogram.h"
+#include "planner/pictures/histogram.h"
 
 namespace veneer::planner {
 namespace {

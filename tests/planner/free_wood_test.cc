@@ -1,4 +1,4 @@
-#include "planner/free_wood.h"
+#include "planner/matching/free_wood.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,12 +1,12 @@
-#include "planner/global_plan.h"
+#include "planner/joint/global_plan.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "base/polygon_ops.h"
-#include "planner/certified_matcher.h"
-#include "planner/footprint.h"
-#include "planner/free_wood.h"
+#include "planner/joint/footprint.h"
+#include "planner/matching/certified_matcher.h"
+#include "planner/matching/free_wood.h"
 #include "planner/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 

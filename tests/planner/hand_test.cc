@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/polygon_ops.h"
-#include "planner/free_wood.h"
+#include "planner/matching/free_wood.h"
 #include "planner/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 

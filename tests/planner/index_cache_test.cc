@@ -1,4 +1,4 @@
-#include "planner/index_cache.h"
+#include "planner/matching/index_cache.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Every version of a kernel that this machine can run, against what the header says in whole numbers.
-#include "planner/kernels.h"
+#include "planner/matching/kernels.h"
 
 #include <gtest/gtest.h>
 

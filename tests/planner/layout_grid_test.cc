@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "planner/patch_pixels.h"
+#include "planner/matching/patch_pixels.h"
 #include "planner/plan.h"
 
 namespace veneer::planner {

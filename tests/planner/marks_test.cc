@@ -1,4 +1,4 @@
-#include "planner/marks.h"
+#include "planner/cutting/marks.h"
 
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>

@@ -1,5 +1,5 @@
 // The certified matcher against exhaustive search.
-#include "planner/certified_matcher.h"
+#include "planner/matching/certified_matcher.h"
 
 #include <gtest/gtest.h>
 

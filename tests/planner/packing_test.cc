@@ -1,8 +1,8 @@
-#include "planner/packing.h"
+#include "planner/joint/packing.h"
 
 #include <gtest/gtest.h>
 
-#include "planner/certified_matcher.h"
+#include "planner/matching/certified_matcher.h"
 #include "planner/problem.h"
 #include "tests/support/synthetic_wood.h"
 

@@ -1,4 +1,4 @@
-#include "planner/pattern.h"
+#include "planner/cutting/pattern.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

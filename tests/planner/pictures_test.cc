@@ -1,4 +1,4 @@
-#include "planner/pictures.h"
+#include "planner/pictures/pictures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

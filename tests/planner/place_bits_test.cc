@@ -1,10 +1,10 @@
-#include "planner/place_bits.h"
+#include "planner/matching/place_bits.h"
 
 #include <gtest/gtest.h>
 
-#include "planner/free_wood.h"
+#include "planner/matching/free_wood.h"
+#include "planner/matching/shortlist_matcher.h"
 #include "planner/problem.h"
-#include "planner/shortlist_matcher.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {

@@ -8,11 +8,11 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "base/polygon_ops.h"
-#include "planner/features.h"
-#include "planner/histogram.h"
+#include "planner/pictures/features.h"
+#include "planner/pictures/histogram.h"
+#include "planner/pictures/resample.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
-#include "planner/resample.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {

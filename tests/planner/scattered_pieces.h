@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 
 namespace veneer::planner::test {
 

@@ -1,4 +1,4 @@
-#include "planner/score_kernels.h"
+#include "planner/matching/score_kernels.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // The shortlist against the certified search, and what it promises by itself.
-#include "planner/shortlist_matcher.h"
+#include "planner/matching/shortlist_matcher.h"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
 
-#include "planner/certified_matcher.h"
-#include "planner/features.h"
+#include "planner/matching/certified_matcher.h"
+#include "planner/pictures/features.h"
 #include "planner/problem.h"
 #include "tests/support/synthetic_wood.h"
 

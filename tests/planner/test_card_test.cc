@@ -1,4 +1,4 @@
-#include "planner/test_card.h"
+#include "planner/cutting/test_card.h"
 
 #include <gmock/gmock.h>
 

@@ -1,12 +1,12 @@
 // The estimate against the simulated machine's own clock, through the real driver.
-#include "planner/time_estimate.h"
+#include "planner/cutting/time_estimate.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <cstdio>
 
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 #include "tests/planner/scattered_pieces.h"
 #include "tests/support/grbl_cell.h"
 

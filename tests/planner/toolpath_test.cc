@@ -1,4 +1,4 @@
-#include "planner/toolpath.h"
+#include "planner/cutting/toolpath.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "planner/window_samples.h"
+#include "planner/matching/window_samples.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "planner/matcher.h"
+#include "planner/matching/matcher.h"
 
 namespace veneer::planner::test {
 

@@ -1,0 +1,229 @@
+#include "planner/cutting/beam_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace veneer::planner {
+namespace {
+
+constexpr double kSharp = kPi / 6;  // a corner, where a beginning hides
+constexpr std::size_t kMostDoors = 8;
+constexpr double kCornerClearance = 0.75;  // mm from a bridge's edge to a corner: the tip of a corner breaks off
+
+std::vector<std::size_t> corners_of(const Ring<BedFrame>& ring) {
+  std::vector<std::size_t> corners;
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    if (turn_at(ring, i) >= kSharp) corners.push_back(i);
+  return corners;
+}
+
+// At most so many, evenly chosen.
+std::vector<std::size_t> thinned(std::vector<std::size_t> all, std::size_t most) {
+  if (all.size() <= most) return all;
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < most; ++i) out.push_back(all[i * all.size() / most]);
+  return out;
+}
+
+struct Direction {
+  double x = 0, y = 0;
+};
+
+// The bisector of the corner, away from the ring's inside.
+Direction away_at(const Ring<BedFrame>& ring, std::size_t i) {
+  const std::size_t n = ring.size();
+  const auto &a = ring[(i + n - 1) % n], &b = ring[i], &c = ring[(i + 1) % n];
+  const double in = distance(a, b).count(), out = distance(b, c).count();
+  const double x = (b.y - a.y).count() / in + (c.y - b.y).count() / out;
+  const double y = -(b.x - a.x).count() / in - (c.x - b.x).count() / out;
+  const double length = std::hypot(x, y);
+  return length > 1e-9 ? Direction{x / length, y / length} : Direction{};
+}
+
+std::optional<Point<BedFrame>> lead_at(const Ring<BedFrame>& ring, std::size_t vertex, const Region<BedFrame>& waste,
+                                       bool outward, Millimetres kerf, const LeadOptions& options) {
+  const Direction away = away_at(ring, vertex);
+  const double ux = outward ? away.x : -away.x, uy = outward ? away.y : -away.y;
+  if (ux == 0 && uy == 0) return std::nullopt;
+  const double x = ring[vertex].x.count(), y = ring[vertex].y.count();
+  for (const double length : {options.length.count(), options.length.count() / 2}) {
+    if (length <= 0) break;
+    const auto end = point<BedFrame>(x + ux * length, y + uy * length);
+    if (!waste.contains(end)) continue;
+    // What the lead burns, a little narrower than true: its borders may lie on those of the waste.
+    const double r = std::max(0.001, kerf.count() / 2 - 0.003), l = length + r;
+    const Ring<BedFrame> burnt = {point<BedFrame>(x - uy * r, y + ux * r), point<BedFrame>(x + uy * r, y - ux * r),
+                                  point<BedFrame>(x + ux * l + uy * r, y + uy * l - ux * r),
+                                  point<BedFrame>(x + ux * l - uy * r, y + uy * l + ux * r)};
+    if (subtract(Region<BedFrame>(burnt), waste).area().count() < 1e-6) return end;
+  }
+  return std::nullopt;
+}
+
+// A ring walked from one of its vertices, with the distance walked at each point; the first point comes last again.
+struct Walk {
+  Polyline<BedFrame> points;
+  std::vector<double> at;
+};
+
+Walk walk_from(const Ring<BedFrame>& ring, std::size_t vertex) {
+  Walk walk;
+  double sum = 0;
+  for (std::size_t k = 0; k <= ring.size(); ++k) {
+    const auto& p = ring[(vertex + k) % ring.size()];
+    if (k > 0) sum += distance(walk.points.back(), p).count();
+    walk.points.push_back(p);
+    walk.at.push_back(sum);
+  }
+  return walk;
+}
+
+Point<BedFrame> point_at(const Walk& walk, double s) {
+  const auto after = std::upper_bound(walk.at.begin(), walk.at.end(), s);
+  if (after == walk.at.end()) return walk.points.back();
+  const auto k = static_cast<std::size_t>(after - walk.at.begin());
+  const double t = (s - walk.at[k - 1]) / (walk.at[k] - walk.at[k - 1]);
+  const auto &a = walk.points[k - 1], &b = walk.points[k];
+  return point<BedFrame>(a.x.count() + (b.x - a.x).count() * t, a.y.count() + (b.y - a.y).count() * t);
+}
+
+Polyline<BedFrame> part_of(const Walk& walk, double from, double to) {
+  constexpr double kSame = 1e-6;
+  Polyline<BedFrame> part = {point_at(walk, from)};
+  for (std::size_t k = 0; k < walk.points.size(); ++k)
+    if (walk.at[k] > from + kSame && walk.at[k] < to - kSame) part.push_back(walk.points[k]);
+  part.push_back(point_at(walk, to));
+  return part;
+}
+
+}  // namespace
+
+Millimetres beam_offset(const Recipe& recipe, Millimetres fit_clearance) {
+  return (recipe.kerf_show - fit_clearance) / 2;
+}
+
+Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow) {
+  const Region<BedFrame> region(outline);
+  if (region.micro_area().rings.size() != 1)
+    return Error{ErrorCode::kInvalidArgument, "has an outline that encloses no single area: plan it again"};
+  auto rings = offset(region, grow).rings();
+  if (rings.size() != 1)
+    return Error{ErrorCode::kInvalidArgument, "has a part as narrow as the kerf: plan larger pieces"};
+  return std::move(rings.front());
+}
+
+double turn_at(const Ring<BedFrame>& ring, std::size_t i) {
+  const std::size_t n = ring.size();
+  const auto &a = ring[(i + n - 1) % n], &b = ring[i], &c = ring[(i + 1) % n];
+  const double ux = (b.x - a.x).count(), uy = (b.y - a.y).count(), vx = (c.x - b.x).count(), vy = (c.y - b.y).count();
+  return std::abs(std::atan2(ux * vy - uy * vx, ux * vx + uy * vy));
+}
+
+std::vector<Door> doors_of(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, bool outward, Millimetres kerf,
+                           const LeadOptions& options) {
+  std::vector<std::size_t> vertices = corners_of(ring);
+  if (vertices.empty())
+    for (std::size_t i = 0; i < ring.size(); ++i) vertices.push_back(i);
+  std::vector<Door> doors;
+  for (const std::size_t vertex : thinned(std::move(vertices), kMostDoors)) {
+    Door& door = doors.emplace_back();
+    door.vertex = vertex;
+    if (!waste.empty()) door.lead = lead_at(ring, vertex, waste, outward, kerf, options);
+  }
+  return doors;
+}
+
+std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options) {
+  const Walk walk = walk_from(ring, 0);
+  const double around = walk.at.back(), least = options.width.count() + 2 * kCornerClearance;
+  // Stretches between corners; a smooth ring is one stretch. Sorted by length, the longest first.
+  struct Stretch {
+    double from, length;
+  };
+  std::vector<Stretch> stretches;
+  const auto corners = corners_of(ring);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const double from = walk.at[corners[k]];
+    const double to = k + 1 < corners.size() ? walk.at[corners[k + 1]] : walk.at[corners.front()] + around;
+    stretches.push_back({from, to - from});
+  }
+  if (corners.empty()) {
+    for (int k = 0; k < options.count; ++k)
+      stretches.push_back({around * k / std::max(1, options.count), around / std::max(1, options.count)});
+  }
+  std::stable_sort(stretches.begin(), stretches.end(),
+                   [](const Stretch& a, const Stretch& b) { return a.length > b.length + 1e-6; });
+  std::vector<double> places;
+  std::vector<bool> used(stretches.size(), false);
+  const auto apart = [&](double place) {  // from the nearest bridge so far, along the ring
+    double nearest = around;
+    for (const double other : places) {
+      const double d = std::abs(place - other);
+      nearest = std::min({nearest, d, around - d});
+    }
+    return nearest;
+  };
+  while (static_cast<int>(places.size()) < options.count) {
+    // The first goes to the longest stretch, the next to where it is farthest from those there are.
+    std::size_t best = stretches.size();
+    double best_key = -1;
+    for (std::size_t k = 0; k < stretches.size(); ++k) {
+      if (used[k] || stretches[k].length < least) continue;
+      const double middle = std::fmod(stretches[k].from + stretches[k].length / 2, around);
+      const double key = places.empty() ? stretches[k].length : apart(middle);
+      if (key > best_key + 1e-6) best = k, best_key = key;
+    }
+    if (best == stretches.size()) break;
+    used[best] = true;
+    places.push_back(std::fmod(stretches[best].from + stretches[best].length / 2, around));
+  }
+  return places;
+}
+
+Millimetres narrowest_width(const Ring<BedFrame>& ring) {
+  double narrowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const auto &a = ring[i], &b = ring[(i + 1) % ring.size()];
+    const double length = distance(a, b).count();
+    if (length < 1e-9) continue;
+    const double nx = -(b.y - a.y).count() / length, ny = (b.x - a.x).count() / length;
+    double low = 0, high = 0;
+    for (const auto& p : ring) {
+      const double d = nx * (p.x - a.x).count() + ny * (p.y - a.y).count();
+      low = std::min(low, d), high = std::max(high, d);
+    }
+    narrowest = std::min(narrowest, high - low);
+  }
+  return Millimetres(narrowest);
+}
+
+CutStrokes cut_strokes(const Ring<BedFrame>& ring, const Door& door, const std::vector<double>& bridges,
+                       Millimetres bridge_gap, const LeadOptions& options) {
+  const Walk walk = walk_from(ring, door.vertex);
+  const double around = walk.at.back(), half = bridge_gap.count() / 2;
+  const double door_at = walk_from(ring, 0).at[door.vertex];
+  std::vector<double> middles;
+  for (const double place : bridges) middles.push_back(std::fmod(place - door_at + around, around));
+  std::sort(middles.begin(), middles.end());
+  CutStrokes strokes;
+  double from = 0;
+  for (const double middle : middles) {
+    if (middle - half > from) strokes.paths.push_back(part_of(walk, from, middle - half));
+    from = middle + half;
+  }
+  if (from < around) strokes.paths.push_back(part_of(walk, from, around));
+  strokes.closed = middles.empty() && !door.lead;
+  if (strokes.closed) strokes.paths.front().back() = strokes.paths.front().front();
+  if (door.lead) {
+    auto& first = strokes.paths.front();
+    first.insert(first.begin(), *door.lead);
+    const double room = middles.empty() ? around : middles.front() - half;
+    const auto over = part_of(walk, 0, std::min(options.overlap.count(), room));
+    strokes.paths.back().insert(strokes.paths.back().end(), over.begin() + 1, over.end());
+  }
+  return strokes;
+}
+
+}  // namespace veneer::planner

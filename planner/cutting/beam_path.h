@@ -1,0 +1,67 @@
+// The beam's way around one outline: kerf, where the cut may begin, lead-ins, bridges.
+//
+// The show face of a piece is to be its outline less half the fit clearance. The beam therefore runs
+// (kerf at the show face - clearance) / 2 outside it, and burns on the back no farther than the widest kerf: what the
+// ledger has booked (DESIGN.md, section 3, "What kerf is").
+// Pure functions; thread-safe.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/polygon_ops.h"
+#include "base/result.h"
+#include "planner/cutting/recipe.h"
+
+namespace veneer::planner {
+
+struct LeadOptions {
+  Millimetres length{1.0};   // at most; halved once where there is less room
+  Millimetres overlap{0.3};  // a cut with a lead-in runs on past its beginning
+};
+
+struct BridgeOptions {
+  bool on = true;
+  Millimetres below{8};    // pieces narrower than this could tip once they are cut free
+  Millimetres width{0.4};  // of the wood that stays, on the back
+  int count = 2;
+};
+
+// How far outside the outline the beam runs; negative: inside.
+Millimetres beam_offset(const Recipe& recipe, Millimetres fit_clearance);
+
+// The outline offset by `grow`, counter-clockwise. kInvalidArgument: the outline encloses no single area, or nothing
+// single is left of it; the message lacks its subject.
+Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow);
+
+// Where a cut may begin: a vertex of the ring, and the far end of the lead-in when there is wood for one.
+struct Door {
+  std::size_t vertex = 0;
+  std::optional<Point<BedFrame>> lead;
+};
+
+// Sharp corners, where a cut's beginning shows least; on a smooth ring vertices all around it. `waste` is what the
+// lead-in and its kerf may burn, the band around the ring included; `outward` is false for holes.
+std::vector<Door> doors_of(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, bool outward, Millimetres kerf,
+                           const LeadOptions& options);
+
+// Where bridges stay, as distances along the ring from its first vertex: in the middle of long straight or smooth
+// stretches, never at a corner. Empty when no stretch is long enough.
+std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options);
+
+// The least distance between two parallels that enclose the ring.
+Millimetres narrowest_width(const Ring<BedFrame>& ring);
+
+struct CutStrokes {
+  std::vector<Polyline<BedFrame>> paths;  // in the order of burning
+  bool closed = false;                    // one path that ends where it begins
+};
+// The ring from the door around, less the bridges with the kerf on both sides of them.
+CutStrokes cut_strokes(const Ring<BedFrame>& ring, const Door& door, const std::vector<double>& bridges,
+                       Millimetres bridge_gap, const LeadOptions& options);
+
+// How sharply the ring turns at a vertex; radians, 0 = straight on.
+double turn_at(const Ring<BedFrame>& ring, std::size_t i);
+
+}  // namespace veneer::planner

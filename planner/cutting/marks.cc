@@ -1,0 +1,201 @@
+#include "planner/cutting/marks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "planner/cutting/glyphs.h"
+
+namespace veneer::planner {
+namespace {
+
+// In glyph units, a sixth of the height: room between characters so that burnt lines never touch, and under them.
+constexpr double kGap = 1.5, kBarDepth = 1.9;
+
+struct Text {
+  std::vector<std::vector<GlyphPoint>> strokes;  // left end of the bar at x = 0, baseline at y = 0; the bar is the last
+  double width = 0;
+};
+
+std::optional<Text> compose(std::string_view characters) {
+  Text text;
+  for (const char c : characters) {
+    const Glyph* glyph = find_glyph(c);
+    if (glyph == nullptr) return std::nullopt;
+    if (text.width > 0) text.width += kGap;
+    for (const auto& stroke : glyph->strokes) {
+      auto& placed = text.strokes.emplace_back(stroke);
+      for (GlyphPoint& p : placed) p.x += text.width;
+    }
+    text.width += glyph->width;
+  }
+  text.strokes.push_back({{0, -kBarDepth}, {text.width, -kBarDepth}});
+  return text;
+}
+
+// The outline in coordinates turned so that the text's up is +y.
+using Turned = std::vector<GlyphPoint>;
+
+Turned turn_outline(const Ring<BedFrame>& outline, double up) {
+  const double c = std::cos(kPi / 2 - up), s = std::sin(kPi / 2 - up);
+  Turned turned;
+  turned.reserve(outline.size());
+  for (const auto& p : outline)
+    turned.push_back({c * p.x.count() - s * p.y.count(), s * p.x.count() + c * p.y.count()});
+  return turned;
+}
+
+bool inside(const Turned& outline, GlyphPoint p) {
+  bool in = false;
+  for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
+    const GlyphPoint &a = outline[i], &b = outline[j];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x) in = !in;
+  }
+  return in;
+}
+
+// Whether a segment has a point strictly inside the box of these half sides around the centre (Liang and Barsky).
+bool enters(GlyphPoint a, GlyphPoint b, GlyphPoint centre, double half_width, double half_height) {
+  double from = 0, to = 1;
+  const auto clip = [&](double start, double delta, double half) {
+    if (delta == 0) return std::abs(start) < half;
+    double t0 = (-half - start) / delta, t1 = (half - start) / delta;
+    if (t0 > t1) std::swap(t0, t1);
+    from = std::max(from, t0);
+    to = std::min(to, t1);
+    return from < to;
+  };
+  return clip(a.x - centre.x, b.x - a.x, half_width) && clip(a.y - centre.y, b.y - a.y, half_height);
+}
+
+bool box_fits(const Turned& outline, GlyphPoint centre, double half_width, double half_height) {
+  for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++)
+    if (enters(outline[j], outline[i], centre, half_width, half_height)) return false;
+  return true;
+}
+
+struct Fit {
+  GlyphPoint centre;
+  double height = 0;
+};
+
+// The greatest height, up to the wanted one, of a text box around this centre.
+double height_at(const Turned& outline, GlyphPoint centre, const Text& text, const MarkOptions& options) {
+  const auto fits = [&](double height) {
+    const double unit = height / kGlyphHeight, margin = options.margin.count();
+    return box_fits(outline, centre, text.width * unit / 2 + margin, (kGlyphHeight + kBarDepth) * unit / 2 + margin);
+  };
+  double low = options.min_height.count(), high = options.height.count();
+  if (!fits(low)) return 0;
+  if (fits(high)) return high;
+  for (int i = 0; i < 10; ++i) {
+    const double middle = (low + high) / 2;
+    (fits(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+Fit best_fit(const Turned& outline, const Text& text, const MarkOptions& options) {
+  GlyphPoint low = outline.front(), high = outline.front();
+  for (const GlyphPoint& p : outline) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  const GlyphPoint middle{(low.x + high.x) / 2, (low.y + high.y) / 2};
+  constexpr int kSteps = 20;
+  const double unit = options.min_height.count() / kGlyphHeight, margins = 2 * options.margin.count();
+  if (high.x - low.x < text.width * unit + margins || high.y - low.y < (kGlyphHeight + kBarDepth) * unit + margins)
+    return {};
+  Fit best;
+  double best_off = 0;
+  const auto consider = [&](GlyphPoint centre) {
+    if (!inside(outline, centre)) return;
+    const double height = height_at(outline, centre, text, options);
+    const double off = std::hypot(centre.x - middle.x, centre.y - middle.y);
+    if (height > best.height + 1e-9 || (height > best.height - 1e-9 && height > 0 && off < best_off)) {
+      best = {centre, height};
+      best_off = off;
+    }
+  };
+  // The middle is where it belongs; elsewhere only when it would be smaller there.
+  consider(middle);
+  if (best.height >= options.height.count()) return best;
+  for (int i = 1; i < kSteps; ++i)
+    for (int k = 1; k < kSteps; ++k)
+      consider({low.x + (high.x - low.x) * i / kSteps, low.y + (high.y - low.y) * k / kSteps});
+  return best;
+}
+
+Mark place(const Text& text, const Fit& fit, double up) {
+  Mark mark;
+  mark.height = Millimetres(fit.height);
+  mark.up = Radians(up);
+  const double unit = fit.height / kGlyphHeight;
+  const double c = std::cos(up - kPi / 2), s = std::sin(up - kPi / 2);
+  for (const auto& stroke : text.strokes) {
+    auto& path = mark.strokes.emplace_back();
+    for (const GlyphPoint& p : stroke) {
+      const double x = fit.centre.x + (p.x - text.width / 2) * unit;
+      const double y = fit.centre.y + (p.y - (kGlyphHeight - kBarDepth) / 2) * unit;
+      path.push_back(point<BedFrame>(c * x - s * y, s * x + c * y));
+    }
+  }
+  return mark;
+}
+
+// In which directions, off upright, the text is tried: as the artwork stands and by quarters, along the outline's long
+// edges (slivers and triangles have room there), then by 15 degrees, the least turned first.
+std::vector<double> turns_for(const Ring<BedFrame>& outline, double up) {
+  std::vector<double> turns = {0, kPi / 2, -kPi / 2, kPi};
+  const auto add = [&](double turn) {
+    const auto same = [&](double other) {
+      return std::abs(std::remainder(turn - other, 2 * kPi)) < degrees(3).count();
+    };
+    if (std::none_of(turns.begin(), turns.end(), same)) turns.push_back(turn);
+  };
+  std::vector<std::pair<double, double>> edges;  // length, turn that lays the baseline along the edge
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const double along = std::atan2((b.y - a.y).count(), (b.x - a.x).count()) + kPi / 2 - up;
+    edges.emplace_back(distance(a, b).count(), std::remainder(along, 2 * kPi));
+  }
+  std::stable_sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr std::size_t kMostEdges = 4;
+  if (edges.size() > kMostEdges) edges.resize(kMostEdges);
+  for (const auto& [length, turn] : edges) {
+    const double other = std::remainder(turn + kPi, 2 * kPi);
+    const bool upright = std::abs(turn) <= std::abs(other);
+    add(upright ? turn : other);
+    add(upright ? other : turn);
+  }
+  for (int step = 1; step < 12; ++step) {
+    add(step * degrees(15).count());
+    add(-step * degrees(15).count());
+  }
+  return turns;
+}
+
+}  // namespace
+
+bool has_glyph(char c) { return find_glyph(c) != nullptr; }
+
+Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
+                          const MarkOptions& options) {
+  const auto composed = compose(text);
+  if (!composed || text.empty())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the mark \"{}\" cannot be engraved: only capitals, digits and '-' can", text)};
+  if (outline.size() < 3) return Error{ErrorCode::kInvalidArgument, "a piece without an outline cannot carry a mark"};
+  for (const double turn : turns_for(outline, artwork_up.count())) {
+    const double up = artwork_up.count() + turn;
+    const Fit fit = best_fit(turn_outline(outline, up), *composed, options);
+    if (fit.height > 0) return place(*composed, fit, up);
+  }
+  return Error{ErrorCode::kRefused,
+               fmt::format("the mark \"{}\" does not fit on its piece at {:.1f} mm", text, options.min_height.count())};
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,38 @@
+// Beyond greedy: all patches choose together (`--optimize global`). The paper calls a joint solution prohibitive; with
+// candidate lists it takes a few times as long as greedy.
+//
+// From greedy's plan: candidate lists over all wood (place_survey.h), annealing with ejections (joint_search.h). The
+// result is never worse than greedy's: no more patches unfilled, and with equally many a cost no higher.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "planner/matching/matcher.h"
+#include "planner/plan.h"
+#include "planner/problem.h"
+
+namespace veneer::planner {
+
+// Greedy's choices as such.
+LaidPatches laid(const Problem& problem, const Matcher& matcher, const std::vector<std::optional<Candidate>>& chosen);
+
+// What the optimisation did.
+struct JointOutcome {
+  LaidPatches patches;
+  GlobalReport report;
+};
+
+// Called on the calling thread, often, with the share done.
+using JointProgress = std::function<void(double share, const std::string& text)>;
+
+// `matcher` with its index built; its wood may have been taken. The same for any number of threads; only `stop` and
+// PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns what it has within 100 ms, at least
+// `greedy`.
+JointOutcome plan_jointly(const Problem& problem, const Matcher& matcher,
+                          const std::vector<std::optional<Candidate>>& greedy, const PlanOptions& options, int threads,
+                          const JointProgress& progress, const std::stop_token& stop);
+
+}  // namespace veneer::planner

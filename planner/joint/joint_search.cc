@@ -1,0 +1,165 @@
+#include "planner/joint/joint_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace veneer::planner {
+namespace {
+
+constexpr std::size_t kMostEjected = 3;
+constexpr auto kNobody = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint64_t kSteady = 256;  // iterations at one temperature
+
+}  // namespace
+
+Score score_of(const Chosen& chosen) {
+  Score score;
+  for (const auto& place : chosen)
+    if (place)
+      score.cost += place->cost;
+    else
+      ++score.unfilled;
+  return score;
+}
+
+JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels,
+                         std::vector<std::vector<Place>> lists, const Chosen& start, std::uint64_t seed)
+    : footprints_(footprints),
+      lists_(std::move(lists)),
+      arrangement_(footprints, panels),
+      chosen_(start),
+      best_(start),
+      random_(seed) {
+  score_ = best_score_ = score_of(start);
+  for (std::size_t i = 0; i < start.size(); ++i)
+    if (start[i]) arrangement_.put(i, start[i]->pose);
+  for (const auto& list : lists_) blockers_.emplace_back(list.size(), kNobody);
+  for (const auto& list : lists_)
+    if (!list.empty()) unfilled_cost_ = std::max(unfilled_cost_, 2 * list.back().cost);
+}
+
+// In [0, 1), the same everywhere (the standard's distributions are not).
+double JointSearch::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+
+void JointSearch::set(std::size_t patch, const std::optional<Place>& place) {
+  steps_.push_back({patch, chosen_[patch]});
+  chosen_[patch] = place;
+  if (place)
+    arrangement_.put(patch, place->pose);
+  else
+    arrangement_.remove(patch);
+}
+
+void JointSearch::undo() {
+  // Backwards, and first everything off: a piece may return to where another one lies now.
+  for (const Step& step : steps_) arrangement_.remove(step.patch);
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) chosen_[step->patch] = step->before;
+  for (const Step& step : steps_)
+    if (chosen_[step.patch]) arrangement_.put(step.patch, chosen_[step.patch]->pose);
+}
+
+double Cooling::at(std::uint64_t iteration) const {
+  return hot * std::pow(cold / hot, static_cast<double>(iteration) / static_cast<double>(iterations));
+}
+
+std::uint64_t JointSearch::run(const Cooling& cooling, std::uint64_t from, std::uint64_t to,
+                               const std::stop_token& stop) {
+  for (std::uint64_t i = from; i < to; ++i) {
+    if (i % kSteady == 0 || i == from) {
+      if (stop.stop_requested()) return i;
+      temperature_ = cooling.at(i / kSteady * kSteady);
+    }
+    attempt(-temperature_ * std::log(1 - uniform()));
+  }
+  return to;
+}
+
+// One move, taken back when it costs more than `allowed`.
+void JointSearch::attempt(double allowed) {
+  const auto patch = static_cast<std::size_t>(uniform() * static_cast<double>(chosen_.size()));
+  const std::vector<Place>& list = lists_[patch];
+  if (list.empty()) return;
+  // Places that alone cost too much are not worth asking about.
+  const double mine = cost_of(chosen_[patch]), highest = mine + allowed;
+  const auto end = std::lower_bound(list.begin(), list.end(), highest,
+                                    [](const Place& place, double cost) { return place.cost < cost; });
+  if (end == list.begin()) return;
+  const double draw = uniform();
+  const Place& wanted = list[static_cast<std::size_t>(draw * draw * static_cast<double>(end - list.begin()))];
+  if (chosen_[patch] && chosen_[patch]->cost == wanted.cost) return;
+
+  ejected_.clear();
+  arrangement_.in_the_way(patch, wanted.pose, ejected_);
+  if (ejected_.size() > kMostEjected) return;
+  double left = allowed + mine - wanted.cost;
+  for (const std::size_t other : ejected_) left += cost_of(chosen_[other]);
+  // What the ejected cost at best.
+  double least = 0;
+  for (const std::size_t other : ejected_) least += lists_[other].empty() ? 0 : lists_[other].front().cost;
+  if (least > left) return;
+
+  steps_.clear();
+  for (const std::size_t other : ejected_) set(other, std::nullopt);
+  set(patch, wanted);
+  std::sort(ejected_.begin(), ejected_.end());
+  bool taken = true;
+  for (std::size_t i = 0; i < ejected_.size() && taken; ++i) taken = refill(ejected_[i], left);
+  if (!taken) return undo();
+  accept();
+}
+
+// The best arrangement is copied only when it is left: improvements come in runs.
+void JointSearch::accept() {
+  Score score = score_;
+  for (auto step = steps_.begin(); step != steps_.end(); ++step) {
+    const bool first = std::none_of(steps_.begin(), step, [&](const Step& it) { return it.patch == step->patch; });
+    if (!first) continue;
+    if (step->before)
+      score.cost -= step->before->cost;
+    else
+      --score.unfilled;
+    if (chosen_[step->patch])
+      score.cost += chosen_[step->patch]->cost;
+    else
+      ++score.unfilled;
+  }
+  if (score < best_score_) {
+    best_score_ = score, best_is_chosen_ = true;
+  } else if (best_is_chosen_) {
+    best_ = chosen_;
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) best_[step->patch] = step->before;
+    best_is_chosen_ = false;
+  }
+  score_ = score;
+}
+
+const Chosen& JointSearch::best() {
+  if (best_is_chosen_) best_ = chosen_, best_is_chosen_ = false;
+  return best_;
+}
+
+// The cheapest free place, if it costs at most `allowed`; takes its cost off.
+bool JointSearch::refill(std::size_t patch, double& allowed) {
+  for (std::size_t k = 0; k < lists_[patch].size(); ++k) {
+    const Place& place = lists_[patch][k];
+    if (place.cost > allowed) break;
+    std::uint32_t& blocker = blockers_[patch][k];
+    if (blocker != kNobody && blocker != patch && chosen_[blocker] &&
+        Footprint::overlap(footprints_[patch], place.pose, footprints_[blocker], chosen_[blocker]->pose))
+      continue;
+    const auto other = arrangement_.any_in_the_way(patch, place.pose);
+    if (other) {
+      blocker = static_cast<std::uint32_t>(*other);
+      continue;
+    }
+    allowed -= place.cost;
+    set(patch, place);
+    return true;
+  }
+  if (unfilled_cost_ > allowed) return false;
+  allowed -= unfilled_cost_;
+  return true;
+}
+
+}  // namespace veneer::planner

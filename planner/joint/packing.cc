@@ -1,0 +1,218 @@
+#include "planner/joint/packing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "planner/joint/arrangement.h"
+#include "planner/joint/shelves.h"
+#include "planner/matching/parallel.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kMostRounds = 4;
+constexpr std::uint64_t kExchanges = 400;  // tried for each pose
+constexpr double kHot = 0.4, kCold = 0.1;  // in poses
+
+Ring<ArtworkFrame> rectangle(Millimetres width, Millimetres height) {
+  const Millimetres x = width / 2, y = height / 2;
+  return {{-x, -y}, {x, -y}, {x, y}, {-x, y}};
+}
+
+// What is left of the free wood: at first without the position margin, then without what has been taken.
+Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFrame>>& taken) {
+  Raster<PanelFrame> free = wood.raster();
+  const Millimetres margin = wood.border() - wood.kerf() - FreeWood::kSlack;
+  const int reach = static_cast<int>(std::ceil(free.resolution.to_px(margin).count() - 1e-6));
+  free.pixels = wood.raster().pixels.clone();
+  if (reach > 0)
+    cv::erode(wood.raster().pixels, free.pixels,
+              cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}), {-1, -1}, 1,
+              cv::BORDER_CONSTANT, 0);
+  for (const Ring<PanelFrame>& ring : taken) {
+    std::vector<cv::Point> corners;
+    for (const auto& p : ring) {
+      double column = 0, row = 0;
+      free.to_pixels(p, column, row);
+      corners.emplace_back(cvFloor(column), cvFloor(row));
+    }
+    cv::fillConvexPoly(free.pixels, corners, cv::Scalar(0));
+  }
+  return free;
+}
+
+// Poses that exclude each other where they overlap, and which of them are taken.
+class Slots {
+ public:
+  // Takes poses in their order.
+  Slots(const std::vector<MatchPanel>& panels, const Footprint& footprint, std::vector<Pose> poses,
+        const std::stop_token& stop)
+      : poses_(std::move(poses)), overlaps_(poses_.size()), in_the_way_(poses_.size()), taken_(poses_.size()) {
+    const std::vector<Footprint> footprints(poses_.size(), footprint);
+    Arrangement all(footprints, panels);
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (stop.stop_requested()) return;
+      all.in_the_way(i, poses_[i], overlaps_[i]);
+      for (const std::size_t other : overlaps_[i]) overlaps_[other].push_back(i);
+      all.put(i, poses_[i]);
+    }
+    for (std::size_t i = 0; i < poses_.size(); ++i)
+      if (in_the_way_[i] == 0) take(i);
+  }
+
+  std::size_t count() const { return count_; }
+
+  // Simulated annealing: a pose at random pushes out what it overlaps, and what is free then is taken. The best found
+  // counts.
+  void improve(std::size_t enough, std::uint64_t exchanges, const std::stop_token& stop) {
+    std::mt19937_64 random(1);
+    std::vector<bool> best = taken_;
+    std::size_t most = count_;
+    for (std::uint64_t k = 0; k < exchanges && most < enough && !stop.stop_requested(); ++k) {
+      const std::size_t i = random() % poses_.size();
+      const double chance = static_cast<double>(random() >> 11) * 0x1p-53;
+      if (taken_[i]) continue;
+      const double temperature = kHot * std::pow(kCold / kHot, static_cast<double>(k) / static_cast<double>(exchanges));
+      if (in_the_way_[i] > 1 && std::log(chance) * temperature > 1 - in_the_way_[i]) continue;
+      std::vector<std::size_t> out;
+      for (const std::size_t other : overlaps_[i])
+        if (taken_[other]) out.push_back(other);
+      for (const std::size_t other : out) drop(other);
+      take(i);
+      for (const std::size_t gone : out)
+        for (const std::size_t other : overlaps_[gone])
+          if (in_the_way_[other] == 0 && !taken_[other]) take(other);
+      if (count_ > most) most = count_, best = taken_;
+    }
+    taken_ = best, count_ = most;
+  }
+
+  std::vector<Pose> taken() const {
+    std::vector<Pose> out;
+    for (std::size_t i = 0; i < poses_.size(); ++i)
+      if (taken_[i]) out.push_back(poses_[i]);
+    return out;
+  }
+
+ private:
+  void take(std::size_t i) {
+    taken_[i] = true, ++count_;
+    for (const std::size_t other : overlaps_[i]) ++in_the_way_[other];
+  }
+  void drop(std::size_t i) {
+    taken_[i] = false, --count_;
+    for (const std::size_t other : overlaps_[i]) --in_the_way_[other];
+  }
+
+  std::vector<Pose> poses_;
+  std::vector<std::vector<std::size_t>> overlaps_;
+  std::vector<int> in_the_way_;  // taken poses that overlap this
+  std::vector<bool> taken_;
+  std::size_t count_ = 0;
+};
+
+class Packer {
+ public:
+  Packer(const Matcher& matcher, Millimetres width, Millimetres height, int threads, const std::stop_token& stop)
+      : matcher_(matcher),
+        panels_(matcher.panels()),
+        width_(width),
+        height_(height),
+        outline_(rectangle(width, height)),
+        growth_(panels_.front().wood.kerf() + FreeWood::kSlack),
+        footprint_(outline_, growth_),
+        threads_(threads),
+        stop_(stop) {}
+
+  std::vector<Pose> run(std::size_t enough) const {
+    std::vector<Pose> candidates, packed;
+    for (int round = 0; round < kMostRounds && !stop_.stop_requested(); ++round) {
+      const std::vector<Pose> more = shelves_on(leftovers(packed));
+      if (more.empty() || stop_.stop_requested()) break;
+      candidates.insert(candidates.end(), more.begin(), more.end());
+      Slots slots(panels_, footprint_, candidates, stop_);
+      slots.improve(enough, kExchanges * candidates.size(), stop_);
+      if (stop_.stop_requested()) break;
+      packed = slots.taken();
+    }
+    return packed;
+  }
+
+ private:
+  Ring<PanelFrame> laid(const Pose& pose) const { return footprint_.panel_from_artwork(pose) * outline_; }
+
+  std::vector<Raster<PanelFrame>> leftovers(const std::vector<Pose>& packed) const {
+    std::vector<Raster<PanelFrame>> out(panels_.size());
+    run_parallel(out.size(), threads_, stop_, [&](std::size_t p) {
+      std::vector<Ring<PanelFrame>> taken;
+      for (const Pose& pose : packed)
+        if (pose.panel == static_cast<int>(p)) taken.push_back(grown(laid(pose), panels_[p].wood.kerf()));
+      out[p] = leftover(panels_[p].wood, taken);
+    });
+    return out;
+  }
+
+  // What fills the regions of all panels and rotations, the largest region first.
+  std::vector<Pose> shelves_on(const std::vector<Raster<PanelFrame>>& free) const {
+    const auto rotations = static_cast<std::size_t>(matcher_.rotations());
+    std::vector<std::vector<std::vector<Pose>>> found(free.size() * rotations);
+    run_parallel(found.size(), threads_, stop_, [&](std::size_t i) {
+      const int panel = static_cast<int>(i / rotations), rotation = static_cast<int>(i % rotations);
+      const Raster<PanelFrame>& wood = free[i / rotations];
+      const Millimetres spacing = 2 * growth_ + Millimetres(1e-6);
+      found[i] =
+          Shelves(wood, panel, matcher_.lattice(panel, rotation).turn(),
+                  {wood.resolution.to_px(width_ + spacing).count(), wood.resolution.to_px(height_ + spacing).count()})
+              .filled(stop_);
+      for (std::vector<Pose>& region : found[i]) settle(region);
+    });
+    std::vector<std::vector<Pose>> regions;
+    for (auto& of_rotation : found) std::move(of_rotation.begin(), of_rotation.end(), std::back_inserter(regions));
+    std::stable_sort(regions.begin(), regions.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
+    std::vector<Pose> poses;
+    for (const std::vector<Pose>& region : regions) poses.insert(poses.end(), region.begin(), region.end());
+    return poses;
+  }
+
+  // Shifts a region's poses, all alike and by up to a pixel, so that as many as possible keep to the rule of
+  // free_wood.h, for which the points of the shelves are a little coarse; the others are dropped.
+  void settle(std::vector<Pose>& region) const {
+    constexpr double kShifts[] = {0, 0.5, -0.5, 1, -1};  // pixels
+    std::vector<Pose> most;
+    for (const double down : kShifts) {
+      for (const double right : kShifts) {
+        if (most.size() == region.size() || stop_.stop_requested()) break;
+        std::vector<Pose> settled;
+        for (Pose pose : region) {
+          const FreeWood& wood = panels_[static_cast<std::size_t>(pose.panel)].wood;
+          const Millimetres pixel = wood.raster().resolution.to_mm(Pixels(1));
+          pose.x += right * pixel.count(), pose.y -= down * pixel.count();
+          if (wood.on_free_wood(laid(pose))) settled.push_back(pose);
+        }
+        if (settled.size() > most.size()) most = std::move(settled);
+      }
+    }
+    region = std::move(most);
+  }
+
+  const Matcher& matcher_;
+  const std::vector<MatchPanel>& panels_;
+  Millimetres width_, height_;
+  Ring<ArtworkFrame> outline_;
+  Millimetres growth_;
+  Footprint footprint_;
+  int threads_;
+  const std::stop_token& stop_;
+};
+
+}  // namespace
+
+std::vector<Pose> pack_rectangles(const Matcher& matcher, Millimetres width, Millimetres height, std::size_t enough,
+                                  int threads, const std::stop_token& stop) {
+  return Packer(matcher, width, height, threads, stop).run(enough);
+}
+
+}  // namespace veneer::planner

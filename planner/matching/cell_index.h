@@ -1,0 +1,109 @@
+// What is known of the places of one lattice before looking at pixels: intervals of block features over small cells of
+// places, and which places are still free.
+//
+// A window is cut into blocks. For each block and channel the n pixels split into their mean and what deviates from it;
+// by Pythagoras and the triangle inequality  |x - y|^2 >= n (mean_x - mean_y)^2 + n (deviation_x - deviation_y)^2.  All
+// blocks have the same size, so one map of block features serves every block of the window, shifted by whole cells;
+// what blocks leave over at the right and below counts as one more part. A cell of cell_x x cell_y places keeps the
+// interval that each feature takes in it: the bound holds for all its places at once.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "planner/matching/rotated_panel.h"
+
+namespace veneer::planner {
+
+// How a window of a given size is cut into blocks along one axis; pixels that are left over belong to the rest.
+struct BlockAxis {
+  int cell = 1;  // places a cell
+  int blocks = 1;
+  int block = 1;  // pixels a block: a multiple of cell, so that blocks start on cells
+  int covered() const { return blocks * block; }
+};
+BlockAxis choose_blocks(int window);
+
+// Windows that share an index: patches of one size.
+struct WindowClass {
+  BlockAxis x, y;
+  int width = 0, height = 0;  // pixels that every window of the class has
+  double block_pixels() const { return static_cast<double>(x.block) * y.block; }
+  double rest_pixels() const {
+    return static_cast<double>(width) * height - static_cast<double>(x.covered()) * y.covered();
+  }
+  // Features of the rest are scaled so that its pixels count as many as a block's.
+  double rest_scale() const { return std::sqrt(rest_pixels() / block_pixels()); }
+  bool filled = true;  // all pixels of all windows belong to their patch
+  // The rectangle, in pixels from the window's corner, that every outline of the class covers.
+  double left = 0, top = 0, right = 0, bottom = 0;
+};
+
+// The pixels of a stock raster that are not free, thinned: all that have a free neighbour, and of the others one in
+// every `stride` x `stride`, so that a rectangle with sides of at least `stride` on blocked wood always covers one.
+struct BlockedPixels {
+  std::vector<Point<PanelFrame>> centres;
+  Millimetres side;  // of one pixel
+};
+BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side);
+
+struct RowExtremes;  // window_sums.h
+
+class CellIndex {
+ public:
+  // Fine units per entry of the rotated panel, for means and deviations.
+  static constexpr int kFineUnits = 4;
+  enum Feature { kMean, kDeviation, kFeatures };
+  // A block (of the window whose corner is the cell's place), or what no block covers.
+  enum Part { kBlock, kRest };
+
+  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels.
+  CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
+            const BlockedPixels& blocked, Millimetres border);
+
+  const WindowClass& windows() const { return windows_; }
+  int cell_rows() const { return static_cast<int>(alive_begin_.size()); }
+  // Cells of a row that may hold free places.
+  int begin(int row) const { return alive_begin_[static_cast<std::size_t>(row)]; }
+  int end(int row) const { return alive_end_[static_cast<std::size_t>(row)]; }
+  // One bit a place, bit number = y * cell_x + x; set: possibly free (FreeWood decides), clear: certainly not.
+  const std::uint32_t* places(int row) const { return places_.data() + base_[static_cast<std::size_t>(row)]; }
+  // Interval ends of a feature, indexed by cell.
+  const std::uint16_t* low(Part part, int channel, Feature feature, int row) const {
+    return maps_[map_of(part, channel, feature)].low.data() + base_[static_cast<std::size_t>(row)];
+  }
+  const std::uint16_t* high(Part part, int channel, Feature feature, int row) const {
+    return maps_[map_of(part, channel, feature)].high.data() + base_[static_cast<std::size_t>(row)];
+  }
+
+  // Clears the places whose outline would overlap `taken`, an outline in PanelFrame already grown by the kerf.
+  void remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
+  std::size_t bytes() const;
+
+ private:
+  struct Intervals {
+    std::vector<std::uint16_t> low, high;
+  };
+  std::size_t map_of(Part part, int channel, Feature feature) const {
+    return (static_cast<std::size_t>(part) * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel)) *
+               kFeatures +
+           static_cast<std::size_t>(feature);
+  }
+  void find_rows(const RotatedPanel& panel);
+  void measure(const RotatedPanel& panel, Part part);
+  void store_row(const RowExtremes& extremes, Part part, int channel, std::size_t row, double scale);
+  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border);
+  void find_alive_cells();
+
+  Lattice lattice_;
+  WindowClass windows_;
+  int channels_;
+  std::vector<std::ptrdiff_t> base_;  // of each cell row, so that base + cell is an index
+  std::vector<int> begin_, end_;      // cells of each row that have features
+  std::vector<int> alive_begin_, alive_end_;
+  std::vector<std::uint32_t> places_;
+  std::vector<Intervals> maps_;
+};
+
+}  // namespace veneer::planner

@@ -1,0 +1,78 @@
+#include "planner/matching/index_cache.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <fstream>
+
+#include "base/hash.h"
+
+namespace veneer::planner {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFormat = "veneer shortlist index 1";
+
+// The first line of a file: everything that must be as expected before its bytes are believed.
+std::string header(const std::string& key, const IndexCache::Parts& parts) {
+  std::string line = fmt::format("{} {} {}", kFormat, std::endian::native == std::endian::little ? "le" : "be", key);
+  for (const auto& part : parts) line += fmt::format(" {} {}", part.size(), sha256_hex(part));
+  return line + "\n";
+}
+
+Error unwritable(const fs::path& path) {
+  return {ErrorCode::kStorage,
+          fmt::format("the index {} cannot be written, so it will be measured again", path.string())};
+}
+
+}  // namespace
+
+Result<IndexCache> IndexCache::open(fs::path directory) {
+  std::error_code failed;
+  fs::create_directories(directory, failed);
+  if (failed || !fs::is_directory(directory, failed) || access(directory.c_str(), W_OK) != 0)
+    return Error{
+        ErrorCode::kStorage,
+        fmt::format("indexes cannot be kept in {}: it is no directory that can be written to", directory.string())};
+  return IndexCache(std::move(directory));
+}
+
+fs::path IndexCache::file_of(const std::string& name) const {
+  std::string plain = name;
+  std::replace_if(
+      plain.begin(), plain.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
+  return directory_ / (plain + ".index");
+}
+
+bool IndexCache::load(const std::string& name, const std::string& key, const Parts& parts) const {
+  std::ifstream file(file_of(name), std::ios::binary);
+  std::string found;
+  if (!std::getline(file, found) || found.rfind(fmt::format("{} ", kFormat), 0) != 0 ||
+      found.find(key) == std::string::npos)
+    return false;
+  for (const auto& part : parts)
+    if (!file.read(reinterpret_cast<char*>(part.data()), static_cast<std::streamsize>(part.size()))) return false;
+  return found + "\n" == header(key, parts) && file.peek() == std::ifstream::traits_type::eof();
+}
+
+Status IndexCache::store(const std::string& name, const std::string& key, const Parts& parts) const {
+  const fs::path path = file_of(name);
+  fs::path fresh = path;
+  fresh += fmt::format(".{}", getpid());
+  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
+  file << header(key, parts);
+  for (const auto& part : parts)
+    file.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
+  file.close();
+  std::error_code failed;
+  if (file) fs::rename(fresh, path, failed);
+  if (file && !failed) return Ok();
+  fs::remove(fresh, failed);
+  return unwritable(path);
+}
+
+}  // namespace veneer::planner

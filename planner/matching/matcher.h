@@ -1,0 +1,96 @@
+// Dense template matching over all panels, places and rotations (equation 4) on the wood that is still free.
+//
+// Two searches stand behind this interface: CertifiedMatcher (certified_matcher.h) returns what an exhaustive search
+// would, by proof; ShortlistMatcher (shortlist_matcher.h) is far faster and as good but for a per mille. Both agree on
+// what a place is, on its cost and on which wood is free: that is here. Both are deterministic: the answer depends on
+// the patch and on the wood taken so far, not on threads, earlier questions or the machine.
+//
+// Questions (const) may run on several threads at once; take() on one thread while none runs.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "planner/matching/free_wood.h"
+#include "planner/matching/patch_pixels.h"
+
+namespace veneer::planner {
+
+// One panel, ready for matching.
+struct MatchPanel {
+  Raster<PanelFrame> features;  // weighted responses at the working resolution, CV_32FC(n)
+  FreeWood wood;
+};
+
+// A place for a patch. Ordered by what best() prefers.
+struct Candidate {
+  double cost = std::numeric_limits<double>::infinity();
+  int panel = 0, rotation = 0, y = 0, x = 0;  // lattice pixel of the window's upper left pixel
+  friend auto operator<=>(const Candidate&, const Candidate&) = default;
+};
+
+// A patch as the matcher wants it.
+struct MatchPatch {
+  PatchPixels pixels;
+  Ring<ArtworkFrame> outline;
+  const cv::Mat* features = nullptr;  // of the whole artwork, CV_32FC(n)
+  PixelGrid grid;
+  std::size_t window_class = 0;
+};
+
+class Matcher {
+ public:
+  virtual ~Matcher() = default;
+  Matcher(const Matcher&) = delete;
+  Matcher& operator=(const Matcher&) = delete;
+
+  // To be called once, before any question. `progress` gets fractions, on the calling thread. Returns within some tens
+  // of milliseconds of a stop request, with an index that must not be asked.
+  using IndexProgress = std::function<void(double fraction)>;
+  virtual void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) = 0;
+  virtual std::size_t index_bytes() const = 0;
+
+  // The cheapest free place; none when no place is free. Returns early, with anything, once `stop` is requested.
+  virtual std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const = 0;
+  // Up to `count` free places, cheapest first, no two of them alike(); the first is best(). Costs are exact. Returns
+  // early, with anything, once `stop` is requested.
+  virtual std::vector<Candidate> places(const MatchPatch& patch, std::size_t count,
+                                        const std::stop_token& stop) const = 0;
+
+  // Whether the place may (still) be taken.
+  bool admits(const MatchPatch& patch, const Candidate& candidate) const;
+  void take(const MatchPatch& patch, const Candidate& candidate);
+  // The same for an outline that lies anywhere.
+  void take(int panel, const Ring<PanelFrame>& outline);
+
+  // Whether two places of a patch are, to a person, the same piece of wood: on one panel, with centres closer than half
+  // the window's shorter side, whatever the rotations.
+  bool alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const;
+
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork(const MatchPatch& patch, const Candidate& candidate) const;
+  double exact_cost(const MatchPatch& patch, const Candidate& candidate,
+                    double limit = std::numeric_limits<double>::max()) const;
+  const std::vector<MatchPanel>& panels() const { return panels_; }
+  int rotations() const { return static_cast<int>(turns_.size()); }
+  const Lattice& lattice(int panel, int rotation) const {
+    return lattices_[static_cast<std::size_t>(panel) * turns_.size() + static_cast<std::size_t>(rotation)];
+  }
+
+ protected:
+  // `turns` are the rotations.
+  Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns);
+
+  // Called by take(): `taken`, an outline grown by the kerf, is no longer free.
+  virtual void remove(int panel, const Ring<PanelFrame>& taken) = 0;
+
+ private:
+  std::vector<MatchPanel> panels_;
+  std::vector<Radians> turns_;
+  std::vector<Lattice> lattices_;  // panel by panel, rotation by rotation
+};
+
+}  // namespace veneer::planner

@@ -1,0 +1,195 @@
+#include "planner/matching/place_bits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace veneer::planner {
+namespace {
+
+// Slack of tests that may only clear places which the exact rule refuses too, in pixels.
+constexpr double kTolerance = 1e-6;
+
+// Bits [first, last) of a row.
+template <class Change>
+void for_bits(std::uint64_t* row, int first, int last, Change change) {
+  while (first < last) {
+    const int bit = first % 64, count = std::min(64 - bit, last - first);
+    const std::uint64_t ones = (count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1) << bit;
+    change(row[first / 64], ones);
+    first += count;
+  }
+}
+
+// ORs into every bit the `length` - 1 bits below it, doubling the reach step by step.
+void spread_up(std::uint64_t* row, std::size_t words, int length) {
+  for (int reached = 1; reached < length;) {
+    const int step = std::min(reached, length - reached);
+    const auto whole = static_cast<std::size_t>(step) / 64;
+    const unsigned rest = static_cast<unsigned>(step) % 64;
+    for (std::size_t i = words; i-- > whole;) {
+      std::uint64_t moved = row[i - whole] << rest;
+      if (rest > 0 && i > whole) moved |= row[i - whole - 1] >> (64 - rest);
+      row[i] |= moved;
+    }
+    reached += step;
+  }
+}
+
+// The same from row to row.
+void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_t rows, int length) {
+  for (int reached = 1; reached < length;) {
+    const int step = std::min(reached, length - reached);
+    for (std::size_t row = rows; row-- > static_cast<std::size_t>(step);) {
+      std::uint64_t* to = bits.data() + row * words;
+      const std::uint64_t* from = to - static_cast<std::size_t>(step) * words;
+      for (std::size_t i = 0; i < words; ++i) to[i] |= from[i];
+    }
+    reached += step;
+  }
+}
+
+}  // namespace
+
+PlaceBits::PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
+                     const BlockedPixels& blocked, Millimetres border)
+    : lattice_(lattice), windows_(windows) {
+  const Reach covered = reach(picture.resolution.to_px(border).count());
+  mark_places_on_panel(covered, picture.pixels.size());
+  clear_blocked(covered, picture, blocked);
+}
+
+void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
+  std::vector<std::pair<int, int>> on_panel;
+  base_.push_back(0);
+  for (int y = 0; y < height(); ++y) {
+    // The window's four corners must lie on the panel: an interval of x.
+    double low = 0, high = width() - 1;
+    const auto clip = [&](double start, double slope, double limit) {
+      if (std::abs(slope) < 1e-12) {
+        if (start < -kTolerance || start > limit + kTolerance) high = -1;
+        return;
+      }
+      const double a = -start / slope, b = (limit - start) / slope;
+      low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
+    };
+    for (const double dx : {covered.left, covered.right}) {
+      for (const double dy : {covered.top, covered.bottom}) {
+        double column = 0, down = 0;
+        lattice_.to_panel(dx, y + dy, column, down);
+        clip(column, lattice_.cos(), panel.width);
+        clip(down, -lattice_.sin(), panel.height);
+      }
+    }
+    int first = static_cast<int>(std::ceil(low - kTolerance));
+    int last = static_cast<int>(std::floor(high + kTolerance)) + 1;
+    if (high < low - 1 || last <= first) first = last = 0;
+    on_panel.emplace_back(first, last);
+    begin_.push_back(first / 64 * 64);
+    base_.push_back(base_.back() + static_cast<std::size_t>((last + 63) / 64 - first / 64));
+  }
+  words_.assign(base_.back(), 0);
+  for (int y = 0; y < height(); ++y) {
+    const auto [first, last] = on_panel[static_cast<std::size_t>(y)];
+    const int begin = begin_[static_cast<std::size_t>(y)];
+    for_bits(row(y), first - begin, last - begin, [](std::uint64_t& word, std::uint64_t ones) { word |= ones; });
+  }
+}
+
+void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& picture, const BlockedPixels& blocked) {
+  // A blocked pixel forbids a rectangle of places whose sides vary by one with its position. Its corners are marked and
+  // spread over the shorter sides, all pixels at once.
+  const double inscribed =
+      picture.resolution.to_px(blocked.side).count() / 2 / (std::abs(lattice_.cos()) + std::abs(lattice_.sin())) -
+      kTolerance;
+  const int across = std::max(1, static_cast<int>(std::floor(covered.right - covered.left + 2 * inscribed)));
+  const int down = std::max(1, static_cast<int>(std::floor(covered.bottom - covered.top + 2 * inscribed)));
+  const int pad_columns = (across + 63) / 64 * 64, pad_rows = down;
+  const std::size_t words = static_cast<std::size_t>(width() + 63 + pad_columns) / 64;
+  const auto rows = static_cast<std::size_t>(height() + pad_rows);
+  std::vector<std::uint64_t> marks(words * rows, 0);
+  for (const Point<PanelFrame>& centre : blocked.centres) {
+    double column = 0, row = 0, x = 0, y = 0;
+    picture.to_pixels(centre, column, row);
+    lattice_.from_panel(column, row, x, y);
+    const int x0 = static_cast<int>(std::floor(x - inscribed - covered.right)) + 1;
+    const int x1 = static_cast<int>(std::ceil(x + inscribed - covered.left));
+    const int y0 = static_cast<int>(std::floor(y - inscribed - covered.bottom)) + 1;
+    const int y1 = static_cast<int>(std::ceil(y + inscribed - covered.top));
+    if (x0 >= x1 || y0 >= y1) continue;
+    for (const int at_y : {y0, y1 - down}) {
+      const int r = at_y + pad_rows;
+      if (r < 0 || r >= static_cast<int>(rows)) continue;
+      for (const int at_x : {x0, x1 - across}) {
+        const int c = at_x + pad_columns;
+        if (c < 0 || c >= static_cast<int>(words * 64)) continue;
+        marks[static_cast<std::size_t>(r) * words + static_cast<std::size_t>(c) / 64] |=
+            std::uint64_t{1} << (static_cast<unsigned>(c) % 64);
+      }
+    }
+  }
+  for (std::size_t r = 0; r < rows; ++r) spread_up(marks.data() + r * words, words, across);
+  spread_down(marks, words, rows, down);
+  for (int y = 0; y < height(); ++y) {
+    const int first = pad_columns + begin_[static_cast<std::size_t>(y)];
+    const std::uint64_t* forbidden =
+        marks.data() + static_cast<std::size_t>(y + pad_rows) * words + static_cast<std::size_t>(first) / 64;
+    std::uint64_t* places = row(y);
+    for (int i = 0; i < stored(y) / 64; ++i) places[i] &= ~forbidden[i];
+  }
+}
+
+bool PlaceBits::any(int x0, int x1, int y0, int y1) const {
+  for (int y = std::max(y0, 0); y < std::min(y1, height()); ++y) {
+    const int begin = begin_[static_cast<std::size_t>(y)], end = std::min(x1 - begin, stored(y));
+    const std::uint64_t* words = row(y);
+    for (int x = std::max(x0 - begin, 0); x < end;) {
+      const int bit = x % 64, count = std::min(64 - bit, end - x);
+      const std::uint64_t ones = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+      if ((words[x / 64] >> bit & ones) != 0) return true;
+      x += count;
+    }
+  }
+  return false;
+}
+
+cv::Rect PlaceBits::remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf) {
+  // Places whose rectangle overlaps the taken outline form the Minkowski sum of the outline and the mirrored rectangle;
+  // its part in one row of places is the hull of the outline's part within reach of the rectangle.
+  const Reach covered = reach(picture.resolution.to_px(kerf).count() - kTolerance);
+  std::vector<double> px, py;
+  for (const Point<PanelFrame>& p : taken) {
+    double column = 0, row = 0;
+    picture.to_pixels(p, column, row);
+    lattice_.from_panel(column, row, px.emplace_back(), py.emplace_back());
+  }
+  const auto [y_low, y_high] = std::minmax_element(py.begin(), py.end());
+  const int first = std::clamp(static_cast<int>(std::ceil(*y_low - covered.bottom)), 0, height());
+  const int end = std::clamp(static_cast<int>(std::floor(*y_high - covered.top)) + 1, first, height());
+  int left = width(), right = 0;
+  for (int y = first; y < end; ++y) {
+    double low = 1e300, high = -1e300;
+    for (std::size_t i = 0; i < px.size(); ++i) {
+      const std::size_t j = (i + 1) % px.size();
+      const double from = std::max(std::min(py[i], py[j]), y + covered.top);
+      const double to = std::min(std::max(py[i], py[j]), y + covered.bottom);
+      if (from > to) continue;
+      const double run = py[j] - py[i];
+      for (const double at : {from, to}) {
+        const double cross = std::abs(run) < 1e-12 ? px[i] : px[i] + (px[j] - px[i]) * ((at - py[i]) / run);
+        low = std::min(low, cross), high = std::max(high, cross);
+      }
+      if (std::abs(run) < 1e-12) low = std::min(low, px[j]), high = std::max(high, px[j]);
+    }
+    if (low > high) continue;
+    const int x0 = std::clamp(static_cast<int>(std::floor(low - covered.right)) + 1, 0, width());
+    const int x1 = std::clamp(static_cast<int>(std::ceil(high - covered.left)), 0, width());
+    const int begin = begin_[static_cast<std::size_t>(y)];
+    for_bits(row(y), std::max(x0 - begin, 0), std::min(x1 - begin, stored(y)),
+             [](std::uint64_t& word, std::uint64_t ones) { word &= ~ones; });
+    if (x0 < x1) left = std::min(left, x0), right = std::max(right, x1);
+  }
+  return {cv::Point(std::min(left, right), first), cv::Point(right, end)};
+}
+
+}  // namespace veneer::planner

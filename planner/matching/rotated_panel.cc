@@ -1,0 +1,108 @@
+#include "planner/matching/rotated_panel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "planner/matching/kernels.h"
+
+namespace veneer::planner {
+namespace {
+
+// Columns of a lattice row whose pixel centres lie on the panel; empty when begin >= end.
+std::pair<int, int> centres_on_panel(const Lattice& lattice, int row, const cv::Size& panel) {
+  double low = 0, high = lattice.width();
+  double column = 0, down = 0;
+  lattice.to_panel(0, row + 0.5, column, down);
+  // Along the row the panel coordinates run as column + cos * x and down - sin * x.
+  const auto clip = [&](double start, double slope, double limit) {
+    if (std::abs(slope) < 1e-12) {
+      if (start < 0 || start > limit) high = low - 1;
+      return;
+    }
+    const double a = -start / slope, b = (limit - start) / slope;
+    low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
+  };
+  clip(column, lattice.cos(), panel.width);
+  clip(down, -lattice.sin(), panel.height);
+  if (high < low) return {0, 0};
+  return {static_cast<int>(std::ceil(low - 0.5)), static_cast<int>(std::floor(high - 0.5)) + 1};
+}
+
+}  // namespace
+
+RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit)
+    : lattice_(lattice), channels_(features.channels()) {
+  find_spans(features.size());
+  std::ptrdiff_t size = 0;
+  for (int row = 0; row < rows(); ++row) {
+    row_base_.push_back(size - static_cast<std::ptrdiff_t>(begin(row)) * channels_);
+    size += static_cast<std::ptrdiff_t>(end(row) - begin(row)) * channels_;
+  }
+  // Whole steps are read, for the widest window of a cell, past the end of the last row.
+  data_.assign(static_cast<std::size_t>(size + kReach * channels_) + 2 * kernels::kRowStep, 0);
+  const auto scale = static_cast<float>(entries_per_unit);
+  for (int row = 0; row < rows(); ++row) {
+    switch (channels_) {
+      case 1:
+        sample_row<1>(features, row, scale);
+        break;
+      case 2:
+        sample_row<2>(features, row, scale);
+        break;
+      default:
+        sample_row<0>(features, row, scale);
+        break;
+    }
+  }
+}
+
+void RotatedPanel::find_spans(const cv::Size& panel) {
+  std::vector<std::pair<int, int>> inside;
+  for (int row = 0; row < lattice_.height(); ++row) inside.push_back(centres_on_panel(lattice_, row, panel));
+  const int stored = lattice_.height() + kReach;
+  begin_.assign(static_cast<std::size_t>(stored), 0);
+  end_.assign(static_cast<std::size_t>(stored), 0);
+  for (int row = 0; row < stored; ++row) {
+    int low = lattice_.width() + kReach, high = 0;
+    for (int near = std::max(0, row - kReach); near <= std::min(lattice_.height() - 1, row + kReach); ++near) {
+      const auto [first, last] = inside[static_cast<std::size_t>(near)];
+      if (first < last) low = std::min(low, first), high = std::max(high, last);
+    }
+    if (low >= high) continue;
+    begin_[static_cast<std::size_t>(row)] = std::max(0, low - kReach);
+    end_[static_cast<std::size_t>(row)] = high + kReach;
+  }
+}
+
+template <int kChannels>
+void RotatedPanel::sample_row(const cv::Mat& features, int row, float scale) {
+  const int channels = kChannels > 0 ? kChannels : channels_;
+  const double last_column = features.cols - 1, last_row = features.rows - 1;
+  const int most_left = std::max(features.cols - 2, 0), most_up = std::max(features.rows - 2, 0);
+  const int right = features.cols > 1 ? channels : 0;
+  const std::ptrdiff_t down = features.rows > 1 ? static_cast<std::ptrdiff_t>(features.step1()) : 0;
+  const auto stride = static_cast<std::ptrdiff_t>(features.step1());
+  const auto* origin = features.ptr<float>(0);
+  double column = 0, vertical = 0;
+  lattice_.to_panel(begin(row) + 0.5, row + 0.5, column, vertical);
+  column -= 0.5, vertical -= 0.5;
+  std::int16_t* to =
+      data_.data() + row_base_[static_cast<std::size_t>(row)] + static_cast<std::ptrdiff_t>(begin(row)) * channels;
+  const int count = end(row) - begin(row);
+  for (int k = 0; k < count; ++k) {
+    const double x = std::min(std::max(column + lattice_.cos() * k, 0.0), last_column);
+    const double y = std::min(std::max(vertical - lattice_.sin() * k, 0.0), last_row);
+    const int c = std::min(static_cast<int>(x), most_left), r = std::min(static_cast<int>(y), most_up);
+    const auto fx = static_cast<float>(x - c), fy = static_cast<float>(y - r);
+    const float* upper = origin + r * stride + static_cast<std::ptrdiff_t>(c) * channels;
+    const float* lower = upper + down;
+    for (int ch = 0; ch < channels; ++ch) {
+      const float above = upper[ch] + fx * (upper[ch + right] - upper[ch]);
+      const float below = lower[ch] + fx * (lower[ch + right] - lower[ch]);
+      *to++ = static_cast<std::int16_t>((above + fy * (below - above)) * scale + 0.5F);
+    }
+  }
+}
+
+}  // namespace veneer::planner

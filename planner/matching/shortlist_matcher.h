@@ -1,0 +1,78 @@
+// Fast matching: every cell of places is scored by an estimate, the best few hundred are looked at.
+//
+// From coarse to fine: an estimated cost for every cell that has a free place (coarse_map.h); the cost at the place in
+// the middle of the best thousand, on a sample of pixels that grows as the list shrinks; all free places of the best of
+// those; the exact cost (patch_pixels.h) of the best few. What the shortlist misses is measured in the tests and in
+// docs/PLANNER.md. When cells are few, all are looked at.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/matching/coarse_map.h"
+#include "planner/matching/index_cache.h"
+#include "planner/matching/matcher.h"
+#include "planner/matching/window_samples.h"
+
+namespace veneer::planner {
+
+class ShortlistMatcher final : public Matcher {
+ public:
+  // `largest_response` bounds the absolute value of all features.
+  ShortlistMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
+                   double largest_response);
+
+  // To be called before build_index(): what is measured of panels is read from `cache` where it was kept, and kept
+  // there. `names` tells the panels apart, across plans.
+  void keep_index(IndexCache cache, std::vector<std::string> names);
+  // The first of the entries that could not be kept.
+  const std::optional<Error>& not_kept() const { return not_kept_; }
+
+  void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
+  std::size_t index_bytes() const override;
+
+  std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const override;
+  std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
+
+ private:
+  friend class ShortlistSearch;
+
+  struct Class {
+    WindowClass windows;
+    CellGrid grid;
+  };
+  // One lattice for one class.
+  struct Indexed {
+    PlaceBits places;
+    CoarseMap map;
+  };
+
+  void remove(int panel, const Ring<PanelFrame>& taken) override;
+  void index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  void measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }
+  int panel_of(std::size_t lattice) const { return static_cast<int>(lattice) / rotations(); }
+  int rotation_of(std::size_t lattice) const { return static_cast<int>(lattice) % rotations(); }
+  const Lattice& lattice_at(std::size_t lattice) const {
+    return this->lattice(panel_of(lattice), rotation_of(lattice));
+  }
+
+  struct Kept {
+    IndexCache cache;
+    std::vector<std::string> names, hashes;  // per panel; of its entries
+  };
+
+  double entries_per_unit_;
+  std::optional<Kept> kept_;
+  std::mutex not_kept_mutex_;
+  std::optional<Error> not_kept_;
+  std::vector<Class> classes_;
+  std::vector<cv::Mat> entries_;                                // per panel
+  std::vector<std::vector<BlockedPixels>> blocked_;             // per panel, per class; only while indexing
+  std::vector<std::vector<std::unique_ptr<Indexed>>> indexed_;  // per class, per lattice
+};
+
+}  // namespace veneer::planner

@@ -1,0 +1,84 @@
+// One question to the shortlist; see shortlist_matcher.h.
+#pragma once
+
+#include <vector>
+
+#include "planner/matching/shortlist_matcher.h"
+
+namespace veneer::planner {
+
+class ShortlistSearch {
+ public:
+  ShortlistSearch(const ShortlistMatcher& matcher, const MatchPatch& patch, const std::stop_token& stop);
+
+  // Up to `count` places, cheapest first, no two alike.
+  std::vector<Candidate> run(std::size_t count);
+
+ private:
+  struct Scored {
+    std::int32_t score;
+    std::uint32_t lattice;
+    std::int32_t row, cell;
+    friend auto operator<=>(const Scored&, const Scored&) = default;
+  };
+  // Neighbouring places, and the distance at the one in their middle: squared, in entries, over some of the pixels.
+  struct Block {
+    std::uint64_t distance;
+    std::uint32_t lattice;
+    int y0, y1, x0, x1;  // places [x0, x1) x [y0, y1)
+    int middle_x() const { return x0 + (x1 - x0) / 2; }
+    int middle_y() const { return y0 + (y1 - y0) / 2; }
+    friend auto operator<=>(const Block&, const Block&) = default;
+  };
+  struct Place {
+    std::uint64_t distance;  // squared, in entries
+    std::uint32_t lattice;
+    int y, x;
+    friend auto operator<=>(const Place&, const Place&) = default;
+  };
+
+  const ShortlistMatcher::Indexed& indexed(std::uint32_t lattice) const {
+    return *matcher_.indexed_[patch_.window_class][lattice];
+  }
+  Candidate candidate(std::uint32_t lattice, int y, int x) const {
+    return {0, matcher_.panel_of(lattice), matcher_.rotation_of(lattice), y, x};
+  }
+
+  const cv::Mat& entries(std::uint32_t lattice) const {
+    return matcher_.entries_[static_cast<std::size_t>(matcher_.panel_of(lattice))];
+  }
+
+  // The most promising blocks of places, from a list of `listed` cells.
+  std::vector<Block> shortlist(std::size_t listed, std::size_t count);
+  std::vector<Scored> score_cells(std::size_t wanted);
+  void score_lattice(std::uint32_t lattice, const kernels::BlockTaps& taps, std::size_t wanted,
+                     std::vector<Scored>& found);
+  // Drops cells of which enough alike are kept.
+  std::vector<Scored> thinned(const std::vector<Scored>& cells, std::size_t wanted);
+  Block block_of(const Scored& cell) const;
+  // Looks at the middle of each block through `window` and keeps the best.
+  void look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted);
+  // So that windows on the same wood follow each other and find it in the cache.
+  void sort_by_wood(std::vector<Block>& blocks) const;
+  // Cuts blocks into smaller ones that still have free places.
+  std::vector<Block> cut(const std::vector<Block>& blocks) const;
+  std::vector<Place> free_places(const std::vector<Block>& blocks);
+  std::vector<Candidate> cheapest(std::vector<Place> places, std::size_t count) const;
+
+  const ShortlistMatcher& matcher_;
+  const MatchPatch& patch_;
+  const std::stop_token& stop_;
+  const ShortlistMatcher::Class& class_;
+  std::vector<TargetWindow> windows_;  // from few pixels to all
+  std::vector<std::int32_t> taps_;
+  std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
+  bool complete_ = true;  // no cell was dropped
+  std::vector<std::int16_t> samples_;
+  // Of one row, while scoring.
+  std::vector<std::uint32_t> groups_;
+  std::vector<std::int32_t> scores_;
+  std::vector<std::uint16_t> below_;
+  std::vector<const std::int16_t*> blocks_;
+};
+
+}  // namespace veneer::planner

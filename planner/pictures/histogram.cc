@@ -1,0 +1,84 @@
+#include "planner/pictures/histogram.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace veneer::planner {
+namespace {
+
+using Shares = std::array<double, 256>;
+
+// Share of pixels at or below each value.
+Shares cumulated(const GreyHistogram& histogram) {
+  Shares shares{};
+  std::partial_sum(histogram.counts.begin(), histogram.counts.end(), shares.begin());
+  const double all = shares.back();
+  for (double& s : shares) s /= all;
+  return shares;
+}
+
+// The value at which the source's share reaches `share`, linear between the values that occur.
+float value_at(const Shares& source, const GreyHistogram& histogram, double share) {
+  int below = -1;
+  for (int i = 0; i < 256; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (histogram.counts[at] <= 0) continue;
+    if (source[at] >= share) {
+      if (below < 0) return static_cast<float>(i) / 255.0F;
+      const double low = source[static_cast<std::size_t>(below)];
+      const double part = (share - low) / (source[at] - low);
+      return static_cast<float>((below + part * (i - below)) / 255.0);
+    }
+    below = i;
+  }
+  return static_cast<float>(std::max(below, 0)) / 255.0F;
+}
+
+}  // namespace
+
+void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight) {
+  for (int r = 0; r < grey.rows; ++r) {
+    const auto* from = grey.ptr<float>(r);
+    const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
+    for (int c = 0; c < grey.cols; ++c) {
+      if (usable != nullptr && usable[c] == 0) continue;
+      const long bin = std::clamp(std::lround(from[c] * 255.0F), 0L, 255L);
+      counts[static_cast<std::size_t>(bin)] += weight;
+    }
+  }
+}
+
+double GreyHistogram::total() const { return std::accumulate(counts.begin(), counts.end(), 0.0); }
+
+std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHistogram& source) {
+  const Shares target_shares = cumulated(target);
+  const Shares source_shares = cumulated(source);
+  std::array<float, 256> table{};
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = value_at(source_shares, source, target_shares[i]);
+  return table;
+}
+
+cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist) {
+  if (w_hist <= 0 || source.total() <= 0) return target_grey.clone();
+  GreyHistogram target;
+  target.add(target_grey);
+  const auto table = rank_matching(target, source);
+  const auto w = static_cast<float>(w_hist);
+  cv::Mat out(target_grey.size(), CV_32FC1);
+  for (int r = 0; r < out.rows; ++r) {
+    const auto* from = target_grey.ptr<float>(r);
+    auto* to = out.ptr<float>(r);
+    for (int c = 0; c < out.cols; ++c) {
+      const float at = std::clamp(from[c] * 255.0F, 0.0F, 255.0F);
+      const int low = std::min(static_cast<int>(at), 254);
+      const float part = at - static_cast<float>(low);
+      const auto i = static_cast<std::size_t>(low);
+      const float equalized = table[i] + part * (table[i + 1] - table[i]);
+      to[c] = (1 - w) * from[c] + w * equalized;
+    }
+  }
+  return out;
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,141 @@
+#include "planner/pictures/picture_inks.h"
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include <jpeglib.h>
+#include <tiffio.h>
+
+#include "planner/pictures/picture_metadata.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;  // as OpenCV
+
+// libjpeg reports errors by a call that must not return.
+struct JpegErrors {
+  jpeg_error_mgr manager;
+  std::jmp_buf back;
+};
+
+void leave(j_common_ptr decoder) { std::longjmp(reinterpret_cast<JpegErrors*>(decoder->err)->back, 1); }
+void say_nothing(j_common_ptr /*decoder*/) {}
+
+// Nothing with a destructor may live in here: longjmp would skip it. False: not four components, or broken.
+bool decode_jpeg_inks(std::string_view bytes, jpeg_decompress_struct& decoder, JpegErrors& errors, cv::Mat& out,
+                      bool& inverted) {
+  if (setjmp(errors.back) != 0) return false;
+  jpeg_create_decompress(&decoder);
+  jpeg_mem_src(&decoder, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+  jpeg_read_header(&decoder, TRUE);
+  if (decoder.num_components != 4) return false;
+  if (static_cast<std::int64_t>(decoder.image_width) * decoder.image_height > kMostPixels) return false;
+  decoder.out_color_space = JCS_CMYK;
+  jpeg_start_decompress(&decoder);
+  out.create(static_cast<int>(decoder.output_height), static_cast<int>(decoder.output_width), CV_8UC4);
+  while (decoder.output_scanline < decoder.output_height) {
+    JSAMPROW row = out.ptr(static_cast<int>(decoder.output_scanline));
+    jpeg_read_scanlines(&decoder, &row, 1);
+  }
+  inverted = decoder.saw_Adobe_marker != 0;  // Adobe's programs store 255 for no ink, and everybody follows
+  return true;
+}
+
+std::optional<cv::Mat> jpeg_inks(std::string_view bytes) {
+  jpeg_decompress_struct decoder{};
+  JpegErrors errors{};
+  decoder.err = jpeg_std_error(&errors.manager);
+  errors.manager.error_exit = leave;
+  errors.manager.output_message = say_nothing;
+  cv::Mat inks;
+  bool inverted = false;
+  const bool decoded = decode_jpeg_inks(bytes, decoder, errors, inks, inverted);
+  jpeg_destroy_decompress(&decoder);
+  if (!decoded) return std::nullopt;
+  if (inverted) cv::bitwise_not(inks, inks);
+  return inks;
+}
+
+// libtiff reads through these as from a file.
+struct Bytes {
+  std::string_view all;
+  std::size_t at = 0;
+};
+tmsize_t read_bytes(thandle_t handle, void* to, tmsize_t size) {
+  auto& bytes = *static_cast<Bytes*>(handle);
+  const std::size_t count = std::min(static_cast<std::size_t>(size), bytes.all.size() - bytes.at);
+  std::memcpy(to, bytes.all.data() + bytes.at, count);
+  bytes.at += count;
+  return static_cast<tmsize_t>(count);
+}
+tmsize_t refuse_writing(thandle_t, void*, tmsize_t) { return 0; }
+toff_t seek(thandle_t handle, toff_t offset, int from) {
+  auto& bytes = *static_cast<Bytes*>(handle);
+  const std::size_t base = from == SEEK_CUR ? bytes.at : from == SEEK_END ? bytes.all.size() : 0;
+  bytes.at = std::min(bytes.all.size(), base + static_cast<std::size_t>(offset));
+  return bytes.at;
+}
+int close_nothing(thandle_t) { return 0; }
+int keep_to_yourself(TIFF*, void*, const char*, const char*, va_list) { return 1; }
+toff_t size_of(thandle_t handle) { return static_cast<Bytes*>(handle)->all.size(); }
+
+std::optional<cv::Mat> tiff_inks(std::string_view all) {
+  Bytes bytes{all};
+  const std::unique_ptr<TIFFOpenOptions, decltype(&TIFFOpenOptionsFree)> quietly(TIFFOpenOptionsAlloc(),
+                                                                                 TIFFOpenOptionsFree);
+  TIFFOpenOptionsSetErrorHandlerExtR(quietly.get(), keep_to_yourself, nullptr);
+  TIFFOpenOptionsSetWarningHandlerExtR(quietly.get(), keep_to_yourself, nullptr);
+  const std::unique_ptr<TIFF, decltype(&TIFFClose)> tiff(
+      TIFFClientOpenExt("picture", "rm", &bytes, read_bytes, refuse_writing, seek, close_nothing, size_of, nullptr,
+                        nullptr, quietly.get()),
+      TIFFClose);
+  if (!tiff) return std::nullopt;
+  std::uint32_t width = 0, height = 0;
+  std::uint16_t meaning = 0, samples = 0, bits = 0, planes = PLANARCONFIG_CONTIG;
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
+  TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
+  TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLESPERPIXEL, &samples);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &planes);
+  if (meaning != PHOTOMETRIC_SEPARATED || samples < 4 || (bits != 8 && bits != 16) || TIFFIsTiled(tiff.get()) != 0 ||
+      planes != PLANARCONFIG_CONTIG || static_cast<std::int64_t>(width) * height > kMostPixels)
+    return std::nullopt;
+  cv::Mat inks(static_cast<int>(height), static_cast<int>(width), CV_8UC4);
+  std::vector<std::uint8_t> row(static_cast<std::size_t>(TIFFScanlineSize(tiff.get())));
+  if (row.size() < std::size_t{width} * samples * bits / 8) return std::nullopt;
+  for (std::uint32_t r = 0; r < height; ++r) {
+    if (TIFFReadScanline(tiff.get(), row.data(), r, 0) != 1) return std::nullopt;
+    auto* to = inks.ptr<std::uint8_t>(static_cast<int>(r));
+    for (std::size_t c = 0; c < width; ++c) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        std::uint16_t deep = 0;
+        if (bits == 16) std::memcpy(&deep, row.data() + 2 * (c * samples + k), 2);
+        to[4 * c + k] = bits == 8 ? row[c * samples + k] : static_cast<std::uint8_t>((deep + 128) / 257);
+      }
+    }
+  }
+  return inks;
+}
+
+}  // namespace
+
+std::optional<cv::Mat> read_inks(std::string_view bytes) {
+  switch (picture_format(bytes)) {
+    case PictureFormat::kJpeg:
+      return jpeg_inks(bytes);
+    case PictureFormat::kTiff:
+      return tiff_inks(bytes);
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace veneer::planner

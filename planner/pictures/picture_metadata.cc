@@ -1,0 +1,161 @@
+#include "planner/pictures/picture_metadata.h"
+
+#include <zlib.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+namespace veneer::planner {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+constexpr std::size_t kLargestProfile = 16 << 20;
+constexpr std::uint16_t kOrientationTag = 0x0112, kProfileTag = 0x8773;
+
+bool starts_with(std::string_view bytes, std::string_view head) { return bytes.substr(0, head.size()) == head; }
+
+// A whole number of `size` bytes at `at`; none beyond the end.
+std::optional<std::uint32_t> number_at(std::string_view bytes, std::size_t at, std::size_t size, bool big_endian) {
+  if (at > bytes.size() || size > bytes.size() - at) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t from = big_endian ? at + i : at + size - 1 - i;
+    value = value << 8 | static_cast<std::uint8_t>(bytes[from]);
+  }
+  return value;
+}
+
+// TIFF files and EXIF blocks share one structure: a directory of tagged values.
+PictureMetadata from_tiff(std::string_view tiff) {
+  PictureMetadata out;
+  const bool big = starts_with(tiff, "MM");
+  if (!big && !starts_with(tiff, "II")) return out;
+  const auto directory = number_at(tiff, 4, 4, big);
+  if (!directory) return out;
+  const auto entries = number_at(tiff, *directory, 2, big);
+  for (std::uint32_t i = 0; entries && i < *entries; ++i) {
+    const std::size_t entry = static_cast<std::size_t>(*directory) + 2 + std::size_t{12} * i;
+    const auto tag = number_at(tiff, entry, 2, big), count = number_at(tiff, entry + 4, 4, big);
+    if (!tag || !count) return out;
+    if (*tag == kOrientationTag) {
+      const auto value = number_at(tiff, entry + 8, 2, big);
+      if (value && *value >= 1 && *value <= 8) out.orientation = static_cast<int>(*value);
+    } else if (*tag == kProfileTag && *count > 4) {
+      const auto at = number_at(tiff, entry + 8, 4, big);
+      if (at && *at < tiff.size() && *count <= tiff.size() - *at) out.icc_profile = tiff.substr(*at, *count);
+    }
+  }
+  return out;
+}
+
+int orientation_of_exif(std::string_view exif) {
+  constexpr auto kHead = "Exif\0\0"sv;
+  return from_tiff(starts_with(exif, kHead) ? exif.substr(kHead.size()) : exif).orientation;
+}
+
+PictureMetadata from_jpeg(std::string_view bytes) {
+  constexpr auto kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv;
+  PictureMetadata out;
+  std::map<std::uint8_t, std::string_view> parts;  // a profile may be spread over several segments
+  for (std::size_t at = 2; at + 4 <= bytes.size();) {
+    if (bytes[at] != '\xFF') break;
+    const auto marker = static_cast<std::uint8_t>(bytes[at + 1]);
+    if (marker == 0xFF) {
+      ++at;  // a fill byte
+      continue;
+    }
+    if (marker == 0xDA) {  // from here on pixels
+      out.cut_short = bytes.find("\xFF\xD9", at) == std::string_view::npos;
+      break;
+    }
+    const auto length = number_at(bytes, at + 2, 2, true);
+    if (!length || *length < 2 || *length > bytes.size() - at - 2) break;
+    const std::string_view body = bytes.substr(at + 4, *length - 2);
+    if (marker == 0xE1 && starts_with(body, kExif)) out.orientation = orientation_of_exif(body);
+    if (marker == 0xE2 && starts_with(body, kProfile) && body.size() > kProfile.size() + 2)
+      parts[static_cast<std::uint8_t>(body[kProfile.size()])] = body.substr(kProfile.size() + 2);
+    at += 2 + *length;
+  }
+  for (const auto& [number, part] : parts) out.icc_profile += part;
+  return out;
+}
+
+std::string inflated(std::string_view packed) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) return {};
+  std::string out;
+  std::string chunk(1 << 16, '\0');
+  // zlib's interface lacks the const; it only reads.
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+  stream.avail_in = static_cast<uInt>(packed.size());
+  int status = Z_OK;
+  while (status == Z_OK && out.size() <= kLargestProfile) {
+    stream.next_out = reinterpret_cast<Bytef*>(chunk.data());
+    stream.avail_out = static_cast<uInt>(chunk.size());
+    status = inflate(&stream, Z_NO_FLUSH);
+    out.append(chunk, 0, chunk.size() - stream.avail_out);
+  }
+  inflateEnd(&stream);
+  return status == Z_STREAM_END ? out : std::string();
+}
+
+PictureMetadata from_png(std::string_view bytes) {
+  PictureMetadata out;
+  for (std::size_t at = 8; at + 12 <= bytes.size();) {
+    const auto length = number_at(bytes, at, 4, true);
+    if (!length || *length > bytes.size() - at - 12) break;
+    const std::string_view kind = bytes.substr(at + 4, 4), body = bytes.substr(at + 8, *length);
+    if (kind == "eXIf") out.orientation = orientation_of_exif(body);
+    if (kind == "iCCP") {
+      const std::size_t name = body.find('\0');  // then one byte for the method, which is always zlib's
+      if (name != std::string_view::npos && name + 2 <= body.size()) out.icc_profile = inflated(body.substr(name + 2));
+    }
+    at += std::size_t{12} + *length;
+  }
+  return out;
+}
+
+PictureMetadata from_webp(std::string_view bytes) {
+  PictureMetadata out;
+  for (std::size_t at = 12; at + 8 <= bytes.size();) {
+    const auto length = number_at(bytes, at + 4, 4, false);
+    if (!length || *length > bytes.size() - at - 8) break;
+    const std::string_view kind = bytes.substr(at, 4), body = bytes.substr(at + 8, *length);
+    if (kind == "EXIF") out.orientation = orientation_of_exif(body);
+    if (kind == "ICCP") out.icc_profile = body;
+    at += std::size_t{8} + *length + *length % 2;
+  }
+  return out;
+}
+
+}  // namespace
+
+PictureFormat picture_format(std::string_view bytes) {
+  if (starts_with(bytes, "\xFF\xD8\xFF")) return PictureFormat::kJpeg;
+  if (starts_with(bytes, "\x89PNG\r\n\x1A\n")) return PictureFormat::kPng;
+  if (starts_with(bytes, "II*\0"sv) || starts_with(bytes, "MM\0*"sv)) return PictureFormat::kTiff;
+  if (starts_with(bytes, "RIFF") && bytes.substr(0, 12).substr(8) == "WEBP") return PictureFormat::kWebp;
+  if (bytes.size() > 12 && bytes.substr(4, 4) == "ftyp") return PictureFormat::kHeif;
+  if (starts_with(bytes, "%PDF")) return PictureFormat::kPdf;
+  if (bytes.substr(0, 512).find("<svg") != std::string_view::npos) return PictureFormat::kSvg;
+  return PictureFormat::kOther;
+}
+
+PictureMetadata picture_metadata(std::string_view bytes) {
+  switch (picture_format(bytes)) {
+    case PictureFormat::kJpeg:
+      return from_jpeg(bytes);
+    case PictureFormat::kPng:
+      return from_png(bytes);
+    case PictureFormat::kTiff:
+      return from_tiff(bytes);
+    case PictureFormat::kWebp:
+      return from_webp(bytes);
+    default:
+      return {};
+  }
+}
+
+}  // namespace veneer::planner

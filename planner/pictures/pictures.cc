@@ -1,0 +1,187 @@
+#include "planner/pictures/pictures.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <vector>
+
+#include "planner/pictures/picture_colours.h"
+#include "planner/pictures/picture_inks.h"
+#include "planner/pictures/picture_metadata.h"
+
+namespace veneer::planner {
+namespace {
+
+Result<std::string> read_bytes(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (!std::filesystem::exists(path, failed))
+    return Error{ErrorCode::kNotFound, fmt::format("there is no file {}", path.string())};
+  if (std::filesystem::is_directory(path, failed))
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{} is a directory, not a picture", path.string())};
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{ErrorCode::kInvalidArgument, fmt::format("{} cannot be opened for reading", path.string())};
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+std::optional<cv::Mat> decoded(std::string_view bytes, int flags) {
+  try {
+    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+    cv::Mat picture = cv::imdecode(buffer, flags);
+    if (picture.empty()) return std::nullopt;
+    return picture;
+  } catch (const cv::Exception&) {
+    return std::nullopt;
+  }
+}
+
+// Whole numbers of 8 or 16 bits, full scale = white.
+cv::Mat to_whole_numbers(const cv::Mat& picture) {
+  cv::Mat out;
+  switch (picture.depth()) {
+    case CV_8U:
+    case CV_16U:
+      return picture;
+    case CV_32F:
+    case CV_64F:
+      picture.convertTo(out, CV_16U, 65535);
+      return out;
+    default:
+      picture.convertTo(out, CV_8U);
+      return out;
+  }
+}
+
+cv::Mat to_8_bit(const cv::Mat& picture) {
+  if (picture.depth() == CV_8U) return picture;
+  cv::Mat out;
+  picture.convertTo(out, CV_8U, 1.0 / 257);
+  return out;
+}
+
+// `premultiplied`: the colours already are what they add to the light behind.
+void lay_over_white(cv::Mat& bgr, const cv::Mat& alpha, bool premultiplied) {
+  for (int r = 0; r < bgr.rows; ++r) {
+    auto* colour = bgr.ptr<cv::Vec3b>(r);
+    const auto* opaque = alpha.ptr<std::uint8_t>(r);
+    for (int c = 0; c < bgr.cols; ++c)
+      for (int k = 0; k < 3; ++k) {
+        const int light = premultiplied ? colour[c][k] * 255 : colour[c][k] * opaque[c];
+        colour[c][k] = cv::saturate_cast<std::uint8_t>((light + 255 * (255 - opaque[c]) + 127) / 255);
+      }
+  }
+}
+
+// EXIF: what to do with the stored pixels, by the number that the camera noted.
+cv::Mat turned_upright(const cv::Mat& stored, int orientation) {
+  cv::Mat out = stored;
+  if (orientation >= 5) out = out.t();
+  switch (orientation) {
+    case 2:
+    case 6:
+      cv::flip(out, out, 1);
+      break;
+    case 3:
+    case 7:
+      cv::flip(out, out, -1);
+      break;
+    case 4:
+    case 8:
+      cv::flip(out, out, 0);
+      break;
+    default:
+      break;
+  }
+  return out;
+}
+
+// Grey, grey with alpha, BGR or BGR with alpha, of any depth.
+std::optional<cv::Mat> to_opaque_bgr(const cv::Mat& stored, PictureFormat format, const std::string& icc_profile) {
+  std::vector<cv::Mat> planes;
+  cv::split(to_whole_numbers(stored), planes);
+  if (planes.empty() || planes.size() > 4) return std::nullopt;
+  cv::Mat alpha, colour;
+  if (planes.size() % 2 == 0) {
+    alpha = to_8_bit(planes.back());
+    planes.pop_back();
+  }
+  if (planes.size() == 1) {
+    colour = planes.front();
+    if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
+    cv::cvtColor(colour, colour, cv::COLOR_GRAY2BGR);
+  } else {
+    cv::merge(planes, colour);
+  }
+  if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
+  colour = to_8_bit(colour);
+  // libtiff multiplies when it hands out 8-bit pixels.
+  if (!alpha.empty()) lay_over_white(colour, alpha, format == PictureFormat::kTiff && stored.depth() == CV_8U);
+  return colour;
+}
+
+Error not_a_picture(const std::string& name, std::string_view bytes) {
+  std::string remedy = "save it as PNG, JPEG or TIFF";
+  switch (picture_format(bytes)) {
+    case PictureFormat::kJpeg:
+    case PictureFormat::kPng:
+    case PictureFormat::kTiff:
+    case PictureFormat::kWebp:
+      return {ErrorCode::kInvalidArgument, fmt::format("the picture {} is damaged or too large to be read", name)};
+    case PictureFormat::kHeif:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is a HEIF or AVIF picture: {}", name, remedy)};
+    case PictureFormat::kSvg:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is an SVG drawing: {}", name, remedy)};
+    case PictureFormat::kPdf:
+      return {ErrorCode::kInvalidArgument, fmt::format("{} is a PDF document: {}", name, remedy)};
+    case PictureFormat::kOther:
+      break;
+  }
+  return {ErrorCode::kInvalidArgument, fmt::format("{} is not a picture that can be read: {}", name, remedy)};
+}
+
+}  // namespace
+
+Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
+  if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, fmt::format("{} is empty", name)};
+  try {
+    PictureMetadata metadata = picture_metadata(bytes);
+    const PictureFormat format = picture_format(bytes);
+    if (metadata.cut_short) return not_a_picture(name, bytes);
+    if (const auto inks = read_inks(bytes))
+      return turned_upright(inks_to_srgb(*inks, metadata.icc_profile), metadata.orientation);
+    const auto stored = decoded(bytes, cv::IMREAD_UNCHANGED);
+    if (!stored) return not_a_picture(name, bytes);
+    if (format == PictureFormat::kTiff) metadata.orientation = 1;  // OpenCV turns TIFF files itself
+    const auto colour = to_opaque_bgr(*stored, format, metadata.icc_profile);
+    if (!colour) return not_a_picture(name, bytes);
+    return turned_upright(*colour, metadata.orientation);
+  } catch (const std::exception&) {  // OpenCV's, or no memory for a picture of absurd size
+    return not_a_picture(name, bytes);
+  }
+}
+
+Result<cv::Mat> load_picture(const std::filesystem::path& path) {
+  const Result<std::string> bytes = read_bytes(path);
+  if (!bytes.ok()) return bytes.error();
+  return decode_picture(*bytes, path.string());
+}
+
+Result<cv::Mat> load_mask(const std::filesystem::path& path) {
+  const Result<std::string> bytes = read_bytes(path);
+  if (!bytes.ok()) return bytes.error();
+  const auto raw = decoded(*bytes, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
+  if (!raw) return not_a_picture(path.string(), *bytes);
+  std::vector<cv::Mat> planes;
+  cv::split(*raw, planes);
+  // An alpha channel says nothing about wood: an opaque black mask is not all usable.
+  if (planes.size() == 4 || planes.size() == 2) planes.pop_back();
+  cv::Mat mask = planes.front() != 0;
+  for (std::size_t i = 1; i < planes.size(); ++i) cv::bitwise_or(mask, planes[i] != 0, mask);
+  return mask;
+}
+
+}  // namespace veneer::planner

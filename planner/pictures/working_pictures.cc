@@ -1,0 +1,130 @@
+#include "planner/pictures/working_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "planner/pictures/features.h"
+#include "planner/pictures/histogram.h"
+#include "planner/pictures/resample.h"
+
+namespace veneer::planner {
+namespace {
+
+// The stock raster, free only where the whole pixel lies on the picture, and reaching at least as far as the picture.
+Raster<PanelFrame> usable_wood(const Raster<PanelFrame>& free, const Raster<PanelFrame>& picture) {
+  double left = 0, bottom = 0, right = 0, top = 0;
+  free.to_pixels(picture.origin, left, bottom);
+  free.to_pixels({picture.origin.x + picture.width(), picture.origin.y + picture.height()}, right, top);
+  const auto beyond = [](double by) { return std::max(0, static_cast<int>(std::ceil(by - 1e-6))); };
+  const int pad_left = beyond(-left), pad_top = beyond(-top);
+  const int pad_right = beyond(right - free.pixels.cols), pad_bottom = beyond(bottom - free.pixels.rows);
+  Raster<PanelFrame> out = free;
+  cv::copyMakeBorder(free.pixels, out.pixels, pad_top, pad_bottom, pad_left, pad_right, cv::BORDER_CONSTANT, 0);
+  out.origin = {free.origin.x - free.resolution.to_mm(Pixels(pad_left)),
+                free.origin.y - free.resolution.to_mm(Pixels(pad_bottom))};
+  const int first_column = static_cast<int>(std::ceil(left - 1e-6)) + pad_left;
+  const int first_row = static_cast<int>(std::ceil(top - 1e-6)) + pad_top;
+  const int last_column = static_cast<int>(std::floor(right + 1e-6)) + pad_left;
+  const int last_row = static_cast<int>(std::floor(bottom + 1e-6)) + pad_top;
+  cv::Mat keep(out.pixels.size(), CV_8UC1, cv::Scalar(0));
+  const cv::Rect inside = cv::Rect(cv::Point(first_column, first_row), cv::Point(last_column, last_row)) &
+                          cv::Rect(0, 0, keep.cols, keep.rows);
+  if (inside.area() > 0) keep(inside).setTo(255);
+  out.pixels.setTo(0, keep == 0);
+  return out;
+}
+
+// For every pixel of `like` whether its centre is free.
+cv::Mat free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>& free) {
+  cv::Mat mask(like.pixels.size(), CV_8UC1, cv::Scalar(0));
+  for (int r = 0; r < mask.rows; ++r) {
+    auto* to = mask.ptr<std::uint8_t>(r);
+    for (int c = 0; c < mask.cols; ++c) {
+      double column = 0, row = 0;
+      free.to_pixels(like.from_pixels(c + 0.5, r + 0.5), column, row);
+      if (column < 0 || row < 0 || column >= free.pixels.cols || row >= free.pixels.rows) continue;
+      to[c] = free.pixels.at<std::uint8_t>(static_cast<int>(row), static_cast<int>(column));
+    }
+  }
+  return mask;
+}
+
+// Root mean square of edge responses.
+struct EdgeStrength {
+  double squares = 0, count = 0;
+  double rms() const { return count > 0 ? std::sqrt(squares / count) : 0; }
+
+  // One row and column in four tells enough. `features` as from filter_bank().
+  void add(const cv::Mat& features, const PlanOptions& options, const cv::Mat& mask = {}) {
+    constexpr int kStep = 4;
+    if (options.w_edge <= 0) return;
+    const auto channels = static_cast<std::size_t>(features.channels());
+    const std::size_t edge = options.w_intensity > 0 ? 1 : 0;
+    for (int r = 0; r < features.rows; r += kStep) {
+      const auto* row = features.ptr<float>(r);
+      for (int c = 0; c < features.cols; c += kStep) {
+        if (!mask.empty() && mask.at<std::uint8_t>(r, c) == 0) continue;
+        const double value = row[static_cast<std::size_t>(c) * channels + edge] / options.w_edge;
+        squares += value * value, count += 1;
+      }
+    }
+  }
+};
+
+// A picture whose edges are far weaker than the wood's is better served by plain wood than by fitting grain, and edge
+// costs only punish grain: said, because the remedy is an option.
+constexpr double kFaintEdges = 0.6;
+
+std::string faint_edges(const Artwork& artwork, const WorkingArtwork& work, double artwork_rms, double wood_rms,
+                        const PlanOptions& options) {
+  const double enlarged = static_cast<double>(work.features.cols) / artwork.picture.cols;
+  const Millimetres pixel = artwork.width / artwork.picture.cols;
+  return fmt::format(
+      "\"{}\" holds hardly any detail at {} dpi (edges of {:.3f}, the wood's {:.3f}){}: use a finer picture, compare "
+      "edges at a coarser scale (--edge-mm {:.1f}) or give them less weight (--w-edge)",
+      artwork.name, options.dpi, artwork_rms, wood_rms,
+      enlarged > 1.5 ? fmt::format(", because each of its pixels becomes {:.1f}", enlarged) : "",
+      std::max(pixel.count(), 2 * options.edge.count() + 0.2));
+}
+
+}  // namespace
+
+Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                                         const PlanOptions& options) {
+  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
+  WorkingPictures out;
+  GreyHistogram tones;
+  EdgeStrength wood;
+  bool any_free = false;
+  for (const StockPanel& panel : stock) {
+    const Raster<PanelFrame> picture = at_resolution(panel.picture, resolution);
+    const Raster<PanelFrame> free = usable_wood(panel.free, picture);
+    const cv::Mat grey = grey_of(picture.pixels), mask = free_mask_like(picture, free);
+    any_free = any_free || cv::countNonZero(mask) > 0;
+    tones.add(grey, mask, panel.tone_weight);
+    Raster<PanelFrame> features = picture;
+    features.pixels = filter_bank({picture.pixels, grey, grey, resolution}, options);
+    wood.add(features.pixels, options, mask);
+    out.panels.push_back({std::move(features), FreeWood(free, options.kerf, options.position_margin)});
+  }
+  if (!any_free) return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: every mask is empty"};
+  for (const Artwork& artwork : artworks) {
+    WorkingArtwork& work = out.artworks.emplace_back();
+    work.grid = {resolution, artwork.height};
+    const cv::Mat picture =
+        stretch(artwork.picture, working_pixels(artwork.width, resolution), working_pixels(artwork.height, resolution));
+    const cv::Mat grey = grey_of(picture), intensity = match_tones(grey, tones, options.w_hist);
+    work.features = filter_bank({picture, grey, intensity, resolution}, options);
+    intensity.convertTo(work.tones, CV_8U, 255);
+    EdgeStrength edges;
+    edges.add(work.features, options);
+    if (edges.rms() < kFaintEdges * wood.rms())
+      out.warnings.push_back(faint_edges(artwork, work, edges.rms(), wood.rms(), options));
+  }
+  return out;
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,33 @@
+// Panels and artworks at the working resolution: features, free wood, mapped tones. Pure functions.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "planner/layout_grid.h"
+#include "planner/matching/lattice.h"
+#include "planner/matching/matcher.h"
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+struct WorkingArtwork {
+  PixelGrid grid;
+  cv::Mat features;  // CV_32FC(n), after gamut mapping
+  cv::Mat tones;     // CV_8UC1: the intensity that is looked for, after gamut mapping; 255 = white
+  std::vector<Patch> patches;
+};
+
+struct WorkingPictures {
+  std::vector<MatchPanel> panels;
+  std::vector<WorkingArtwork> artworks;  // without patches
+  std::vector<std::string> warnings;     // of pictures that do not suit the options
+};
+
+// Tones of all artworks are mapped to the wood that is free now on these panels, each by its area times its tone
+// weight. kInvalidArgument: there is no free wood at all.
+Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                                         const PlanOptions& options);
+
+}  // namespace veneer::planner
