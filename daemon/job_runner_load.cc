@@ -22,10 +22,6 @@ bool back_up(const ProvenPose& pose) {
   return pose.back_up && pose.bed_from_panel.handedness() == Handedness::kImproper;
 }
 
-std::string minutes(double seconds) {
-  return seconds < 90 ? fmt::format("{:.0f} s", std::max(1.0, seconds)) : fmt::format("{:.0f} min", seconds / 60);
-}
-
 }  // namespace
 
 std::string how_to_lay(const RunSetup& setup) {
@@ -139,9 +135,8 @@ void JobRunner::judge(const ProvenPose& pose) {
   for (const auto& burn : drawn_->burns) load.seconds += burn.seconds;
   load.rms = pose.rms;
   if (checked) {
-    load.sentence =
-        fmt::format("panel {} found, back face up, fitted to {:.3f} mm; {} pieces, about {}: press Unsuspend",
-                    load.panel.value, pose.rms.count(), drawn_->burns.size(), minutes(load.seconds));
+    load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm; {} pieces: press Unsuspend",
+                                load.panel.value, pose.rms.count(), drawn_->burns.size());
     seen_ = pose;
   } else {
     load.sentence = checked.error().message;

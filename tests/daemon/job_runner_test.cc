@@ -501,7 +501,7 @@ TEST_F(JobRunnerTest, APatternIsCheckedAndConfirmedAsWell) {
 TEST_F(JobRunnerTest, TheEstimateIsThereBeforeUnsuspend) {
   load_first_panel();
   EXPECT_DOUBLE_EQ(runner_->view().load->seconds, 2);
-  EXPECT_THAT(sentence(), HasSubstr("2 pieces, about 2 s"));
+  EXPECT_THAT(sentence(), HasSubstr("2 pieces: press"));
 }
 
 TEST_F(JobRunnerTest, TheFrameIsTracedDarkAndCutsNothing) {
