@@ -22,7 +22,7 @@ constexpr std::array kOperations = {
     ApiOperation{"listRecipes", "GET", "/api/v1/recipes", Role::kViewer},
     ApiOperation{"setRecipe", "POST", "/api/v1/recipes/{material}/{operation}", Role::kOperator},
     ApiOperation{"removeRecipe", "DELETE", "/api/v1/recipes/{material}/{operation}", Role::kOperator},
-    ApiOperation{"drawTestCard", "POST", "/api/v1/test-card", Role::kViewer},
+    ApiOperation{"drawTestCard", "POST", "/api/v1/test-card", Role::kOperator},
     ApiOperation{"burnTestCard", "POST", "/api/v1/laser/test-card", Role::kOperator},
     ApiOperation{"getJobEgv", "GET", "/api/v1/jobs/{id}/cut.egv", Role::kViewer},
     ApiOperation{"calibrate", "POST", "/api/v1/calibration/{device}", Role::kOperator},

@@ -150,7 +150,7 @@ TEST_F(PlanFiles, CutFileShowsTheBackWithTheBeamsPath) {
   EXPECT_TRUE(engrave.child("path"));
 }
 
-TEST_F(PlanFiles, CutFileNamesEveryMarkThatFoundNoRoom) {
+TEST_F(PlanFiles, CutFileTellsInOneSentenceHowManyMarksFoundNoRoom) {
   PlanOptions options;
   options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1, options.kerf = 0.2_mm;
   const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 20_mm, 1)};
@@ -158,10 +158,13 @@ TEST_F(PlanFiles, CutFileNamesEveryMarkThatFoundNoRoom) {
   const Plan plan = make_plan(artworks, stock, options).value();
   const auto drawing = cut_svg(plan, plan.panels[0]);
   ASSERT_TRUE(drawing.ok()) << drawing.error().message;
-  ASSERT_EQ(drawing->warnings.size(), plan.pieces.size() - unfilled(plan));
+  ASSERT_EQ(drawing->warnings.size(), 1U);
+  const std::size_t unmarked = plan.pieces.size() - unfilled(plan);
+  EXPECT_THAT(drawing->warnings[0], testing::StartsWith(std::to_string(unmarked) + " marks do not fit"));
   for (const Piece& piece : plan.pieces) {
     if (!piece.placement) continue;
-    EXPECT_THAT(drawing->warnings, testing::Contains(HasSubstr('"' + piece.mark + '"')));
+    EXPECT_THAT(drawing->warnings[0], HasSubstr(piece.mark));
+    break;
   }
 }
 

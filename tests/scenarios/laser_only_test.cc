@@ -86,7 +86,8 @@ TEST_F(LaserOnly, JogsAndTurnsOverrides) {
   EXPECT_TRUE(cell->wait_for([&] {
     const auto status = cell->api().get("/status");
     return status && (*status)["laser"]["position_mm"].is_array() &&
-           std::abs((*status)["laser"]["position_mm"][0].get<double>() - 509) < 0.02;
+           std::abs((*status)["laser"]["position_mm"][0].get<double>() - 509) < 0.02 &&
+           (*status)["laser"]["state"] == "Idle";
   }));
   const Finished turned = cell->veneerctl({"laser", "override", "--power", "90"});
   EXPECT_EQ(turned.status, 0) << turned.output;
