@@ -491,7 +491,8 @@ void GrblCore::poll_if_due() {
 
 Status GrblCore::set_overrides(const LaserOverrides& overrides, TimePoint now) {
   now_ = now;
-  if (phase_ != Phase::kReady && phase_ != Phase::kJob)
+  // In a jog they wait until the head rests.
+  if (phase_ != Phase::kReady && phase_ != Phase::kJob && phase_ != Phase::kJogging)
     return Error{ErrorCode::kConflict, "the laser is not ready: overrides are set at rest or while a job runs"};
   if (const Status allowed = overrides_.want(overrides); !allowed.ok()) return allowed;
   if (run_) run_->motion().set_slowest(overrides_.slowest_wanted());

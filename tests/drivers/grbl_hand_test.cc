@@ -104,6 +104,16 @@ TEST_F(GrblHandTest, StopDuringAJogLosesThePosition) {
   EXPECT_FALSE(cell.core.status().homed);
 }
 
+TEST_F(GrblHandTest, OverridesAskedForInAJogComeWhenTheHeadRests) {
+  home();
+  ASSERT_TRUE(jog(-60, 0));
+  ASSERT_TRUE(turn({100, 100, 90}));
+  EXPECT_EQ(cell.sent.find('\x9B'), std::string::npos);
+  run_jog();
+  cell.run(5, [this] { return cell.sent.find('\x9B') != std::string::npos; });
+  EXPECT_THAT(cell.sent, HasSubstr("\x9B"));
+}
+
 TEST_F(GrblHandTest, AnOpenedLidEndsAJog) {
   home();
   ASSERT_TRUE(jog(-200, 0, 40));
