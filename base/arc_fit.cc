@@ -25,7 +25,8 @@ std::optional<MicroPoint> centre_of(std::span<const MicroPoint> run, double larg
   const double bx = dx(a, b), by = dy(a, b), cx = dx(a, c), cy = dy(a, c);
   const double twice_area = 2 * (bx * cy - by * cx);
   const double b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
-  if (std::abs(twice_area) * largest_radius < std::sqrt(b2 * c2) * length(b, c)) return std::nullopt;
+  // A path that comes back to where it began has no such circle either: both sides are 0 then.
+  if (std::abs(twice_area) * largest_radius <= std::sqrt(b2 * c2) * length(b, c)) return std::nullopt;
   return MicroPoint{a.x_um + std::llround((cy * b2 - by * c2) / twice_area),
                     a.y_um + std::llround((bx * c2 - cx * b2) / twice_area)};
 }

@@ -119,5 +119,15 @@ RC_GTEST_PROP(ArcFit, StaysWithinAHundredthOfAMillimetreOfAnyPath, ()) {
   }
 }
 
+// There and back, and around a square: no circle goes through the ends, which are one point.
+TEST(ArcFit, LeavesPathsThatReturnToTheirBeginningAlone) {
+  const std::vector<MicroPoint> back{{1000, 2000}, {3000, 2000}, {5000, 2000}, {3000, 2000}, {1000, 2000}};
+  const std::vector<MicroPoint> square{{0, 0}, {4000, 0}, {4000, 4000}, {0, 4000}, {0, 0}};
+  for (const auto& path : {back, square}) {
+    EXPECT_FALSE(fit_arc(path));
+    for (const PathMove& move : fit_arcs(path)) EXPECT_FALSE(move.arc);
+  }
+}
+
 }  // namespace
 }  // namespace veneer
