@@ -50,7 +50,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
               hub.broadcast({{"type", "task"}, {"task", to_json(task)}});
             }),
       devices(std::move(parts)),
-      library(config.store.data_dir),
+      panel_library(config.store.data_dir),
       look_timer_(io) {}
 
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
@@ -67,10 +67,10 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
   c.picture_worker = std::make_unique<Worker>("pictures", 5);
-  c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.library, config.scanner.dpi, c.log);
+  c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, config.scanner.dpi, c.log);
   c.calibrations =
       std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config, c.log);
-  c.plans = std::make_unique<PlanService>(*c.database, c.library, config.panel.position_margin, c.log);
+  c.plans = std::make_unique<PlanService>(*c.database, c.panel_library, config.panel.position_margin, c.log);
   c.bed =
       std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log, [&c] {
         c.hub.broadcast({{"type", "bed"}});

@@ -49,7 +49,7 @@ class Cell {
   EventHub hub;
   TaskRegistry tasks;
   Devices devices;
-  PanelLibrary library;
+  PanelLibrary panel_library;
   std::unique_ptr<DatabaseThread> database;
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;

@@ -144,10 +144,10 @@ void reply_picture(Cell& cell, const ApiRequest& request, Reply reply, bool stoc
       return Held{std::move(*panel), std::move(*live)};
     });
     if (!held) return reply(ApiReply::error(held.error()));
-    auto map = cell.library.load_map(held->panel);
+    auto map = cell.panel_library.load_map(held->panel);
     if (!map) return reply(ApiReply::error(map.error()));
     if (!stock) return reply(png_reply(map->pixels, width));
-    auto mask = cell.library.load_mask(held->panel);
+    auto mask = cell.panel_library.load_mask(held->panel);
     if (!mask) return reply(ApiReply::error(mask.error()));
     reply(png_reply(draw_stock(*map, *mask, held->live, width ? static_cast<int>(*width) : 1600), {}));
   });
@@ -272,7 +272,7 @@ void bind_stock_routes(Router& router, Cell& cell) {
           if (!list) return list.error();
           json out = {{"panels", json::array()}};
           for (const auto& panel : *list) {
-            auto figures = figures_of(r, cell.library, panel);
+            auto figures = figures_of(r, cell.panel_library, panel);
             if (!figures) return figures.error();
             out["panels"].push_back(to_json(panel, *figures));
           }
@@ -286,7 +286,7 @@ void bind_stock_routes(Router& router, Cell& cell) {
           cell, [work, id = PanelId{request.path_param("id")}](Repositories& r) { return work(r, id); }, reply);
     });
   };
-  about_panel("getPanel", [&cell](Repositories& r, const PanelId& id) { return panel_json(r, cell.library, id); });
+  about_panel("getPanel", [&cell](Repositories& r, const PanelId& id) { return panel_json(r, cell.panel_library, id); });
   about_panel("getPanelRegistration", [](Repositories& r, const PanelId& id) { return registration_json(r, id); });
   about_panel("getPanelLedger", [](Repositories& r, const PanelId& id) { return ledger_json(r, id); });
   router.bind("getPanelMap",

@@ -169,25 +169,16 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
   std::vector<std::int32_t> above(stride, 0);
   for (int y = 0; y < height; ++y) {
     // The place's four corners must lie on the panel: an interval of x.
-    double low = 0, high = width - 1;
-    const auto clip = [&](double start, double slope, double limit) {
-      if (std::abs(slope) < 1e-12) {
-        if (start < -kTolerance || start > limit + kTolerance) high = -1;
-        return;
-      }
-      const double a = -start / slope, b = (limit - start) / slope;
-      low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
-    };
+    RowStretch on_panel{0, static_cast<double>(width - 1)};
     for (const double dx : {left, right}) {
       for (const double dy : {top, bottom}) {
         double column = 0, row = 0;
         lattice_.to_panel(dx, y + dy, column, row);
-        clip(column, lattice_.cos(), picture.pixels.cols);
-        clip(row, -lattice_.sin(), picture.pixels.rows);
+        on_panel.keep_on_panel(lattice_, column, row, picture.pixels.cols, picture.pixels.rows, kTolerance);
       }
     }
-    const int first = static_cast<int>(std::ceil(low - kTolerance));
-    const int last = high < low - 1 ? -1 : static_cast<int>(std::floor(high + kTolerance));
+    const int first = static_cast<int>(std::ceil(on_panel.low - kTolerance));
+    const int last = on_panel.high < on_panel.low - 1 ? -1 : static_cast<int>(std::floor(on_panel.high + kTolerance));
     std::int32_t covering = 0;
     const int cell_row = y / windows_.y.cell;
     const auto base = base_[static_cast<std::size_t>(cell_row)];

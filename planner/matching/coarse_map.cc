@@ -72,22 +72,13 @@ void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
   size_ = kMargin;
   for (int row = 0; row < rows; ++row) {
     // Where the line through the cells' centres crosses the panel.
-    double low = 0, high = lattice.width();
+    RowStretch on_panel{0, static_cast<double>(lattice.width())};
     double column = 0, down = 0;
     lattice.to_panel(0, (row + 0.5) * grid_.height, column, down);
-    const auto clip = [&](double start, double slope, double limit) {
-      if (std::abs(slope) < 1e-12) {
-        if (start < 0 || start > limit) high = low - 1;
-        return;
-      }
-      const double a = -start / slope, b = (limit - start) / slope;
-      low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
-    };
-    clip(column, lattice.cos(), panel.width);
-    clip(down, -lattice.sin(), panel.height);
-    const bool any = high > low;
-    begin_.push_back(any ? std::max(0, static_cast<int>(low / grid_.width) - 1) : 0);
-    end_.push_back(any ? static_cast<int>(high / grid_.width) + 2 : 0);
+    on_panel.keep_on_panel(lattice, column, down, panel.width, panel.height);
+    const bool any = on_panel.high > on_panel.low;
+    begin_.push_back(any ? std::max(0, static_cast<int>(on_panel.low / grid_.width) - 1) : 0);
+    end_.push_back(any ? static_cast<int>(on_panel.high / grid_.width) + 2 : 0);
     base_.push_back(size_ - begin_.back());
     size_ += end_.back() - begin_.back();
     group_base_.push_back(groups);

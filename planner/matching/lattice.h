@@ -5,6 +5,9 @@
 // one rotation share one set of samples. Continuous coordinates put pixel centres at +0.5.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/frames.h"
 #include "base/raster.h"
 
@@ -37,6 +40,30 @@ class Lattice {
   double cos_, sin_;
   int x0_ = 0, y0_ = 0;  // of the lattice's upper left corner in turned panel coordinates
   int width_ = 0, height_ = 0;
+};
+
+// An interval of x along a lattice row; empty when high < low.
+struct RowStretch {
+  double low, high;
+
+  // Cuts it down to where a point that moves along with x lies on a panel of columns x rows pixels. The point is given
+  // by its panel pixels at x = 0. A row that runs along the border, beyond it by up to `tolerance`, still lies on it.
+  void keep_on_panel(const Lattice& lattice, double column, double row, double columns, double rows,
+                     double tolerance = 0) {
+    // Along the row the panel's coordinates run as column + cos * x and row - sin * x.
+    clip(column, lattice.cos(), columns, tolerance);
+    clip(row, -lattice.sin(), rows, tolerance);
+  }
+
+ private:
+  void clip(double start, double slope, double limit, double tolerance) {
+    if (std::abs(slope) < 1e-12) {
+      if (start < -tolerance || start > limit + tolerance) high = low - 1;
+      return;
+    }
+    const double a = -start / slope, b = (limit - start) / slope;
+    low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
+  }
 };
 
 // Working pixels of an artwork: `height` is the artwork's, rows count from its upper border.

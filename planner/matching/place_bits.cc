@@ -64,26 +64,17 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
   base_.push_back(0);
   for (int y = 0; y < height(); ++y) {
     // The window's four corners must lie on the panel: an interval of x.
-    double low = 0, high = width() - 1;
-    const auto clip = [&](double start, double slope, double limit) {
-      if (std::abs(slope) < 1e-12) {
-        if (start < -kTolerance || start > limit + kTolerance) high = -1;
-        return;
-      }
-      const double a = -start / slope, b = (limit - start) / slope;
-      low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
-    };
+    RowStretch inside{0, static_cast<double>(width() - 1)};
     for (const double dx : {covered.left, covered.right}) {
       for (const double dy : {covered.top, covered.bottom}) {
         double column = 0, down = 0;
         lattice_.to_panel(dx, y + dy, column, down);
-        clip(column, lattice_.cos(), panel.width);
-        clip(down, -lattice_.sin(), panel.height);
+        inside.keep_on_panel(lattice_, column, down, panel.width, panel.height, kTolerance);
       }
     }
-    int first = static_cast<int>(std::ceil(low - kTolerance));
-    int last = static_cast<int>(std::floor(high + kTolerance)) + 1;
-    if (high < low - 1 || last <= first) first = last = 0;
+    int first = static_cast<int>(std::ceil(inside.low - kTolerance));
+    int last = static_cast<int>(std::floor(inside.high + kTolerance)) + 1;
+    if (inside.high < inside.low - 1 || last <= first) first = last = 0;
     on_panel.emplace_back(first, last);
     begin_.push_back(first / 64 * 64);
     base_.push_back(base_.back() + static_cast<std::size_t>((last + 63) / 64 - first / 64));

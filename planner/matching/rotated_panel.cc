@@ -11,22 +11,12 @@ namespace {
 
 // Columns of a lattice row whose pixel centres lie on the panel; empty when begin >= end.
 std::pair<int, int> centres_on_panel(const Lattice& lattice, int row, const cv::Size& panel) {
-  double low = 0, high = lattice.width();
+  RowStretch on_panel{0, static_cast<double>(lattice.width())};
   double column = 0, down = 0;
   lattice.to_panel(0, row + 0.5, column, down);
-  // Along the row the panel coordinates run as column + cos * x and down - sin * x.
-  const auto clip = [&](double start, double slope, double limit) {
-    if (std::abs(slope) < 1e-12) {
-      if (start < 0 || start > limit) high = low - 1;
-      return;
-    }
-    const double a = -start / slope, b = (limit - start) / slope;
-    low = std::max(low, std::min(a, b)), high = std::min(high, std::max(a, b));
-  };
-  clip(column, lattice.cos(), panel.width);
-  clip(down, -lattice.sin(), panel.height);
-  if (high < low) return {0, 0};
-  return {static_cast<int>(std::ceil(low - 0.5)), static_cast<int>(std::floor(high - 0.5)) + 1};
+  on_panel.keep_on_panel(lattice, column, down, panel.width, panel.height);
+  if (on_panel.high < on_panel.low) return {0, 0};
+  return {static_cast<int>(std::ceil(on_panel.low - 0.5)), static_cast<int>(std::floor(on_panel.high - 0.5)) + 1};
 }
 
 }  // namespace
