@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 #include <exception>
 #include <optional>
@@ -99,6 +101,9 @@ Status apply_hand(const HandArguments& arguments, std::vector<StockPanel>& stock
   Result<std::vector<planner::KeptPiece>> kept = planner::kept_pieces(*plan, keep, *staying, arguments.replanned);
   if (!kept.ok()) return kept.error();
   options.kept = std::move(*kept);
+  // Pieces of several sizes are understood without saying again how many there were.
+  for (const planner::KeptPiece& piece : options.kept)
+    options.adaptive_levels = std::max(options.adaptive_levels, std::bit_width(static_cast<unsigned>(piece.cells)) - 1);
   return Ok();
 }
 

@@ -95,8 +95,9 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
     if (stays && !piece.placement)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("piece {} has no wood in the plan that is kept", piece.mark)};
+    KeptPiece& kept = out.emplace_back(KeptPiece{piece.mark, piece.cells, {}, stays});
     if (!piece.placement || goes || (keep == Keep::kOnly && !stays)) continue;
-    out.push_back({piece.mark, piece.placement->panel, piece.placement->panel_from_artwork, stays});
+    kept.place = KeptPiece::Place{piece.placement->panel, piece.placement->panel_from_artwork};
   }
   if (!unknown.empty())
     return Error{ErrorCode::kNotFound, fmt::format("the plan that is kept has no piece {}", *unknown.begin())};

@@ -21,8 +21,8 @@ Status swap_pieces(Plan& plan, const std::string& one, const std::string& other)
 // The piece goes to one of its listed alternatives, counted from 1.
 Status take_alternative(Plan& plan, const std::string& mark, std::size_t number);
 
-// The filled pieces of a plan, as PlanOptions::kept wants them; `must`: the marks of those that must stay. With `only`
-// these alone are kept.
+// The pieces of a plan, as PlanOptions::kept wants them; `must`: the marks of those that must stay. With kOnly all
+// others lose their wood, with kAll those of `replanned`.
 enum class Keep { kAll, kOnly };
 Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::span<const std::string> must,
                                            std::span<const std::string> replanned);

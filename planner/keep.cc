@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -49,7 +50,8 @@ class Keeper {
           return Error{
               ErrorCode::kInvalidArgument,
               fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.mark)};
-        laid[patch->second] = kept(piece, problem_.queue[patch->second].match.outline);
+        if (!piece.place) continue;
+        laid[patch->second] = kept(*piece.place, problem_.queue[patch->second].match.outline);
         if (must && !laid[patch->second])
           return Error{ErrorCode::kInvalidArgument,
                        fmt::format("piece {} cannot be cut there: that wood is not free", piece.mark)};
@@ -60,14 +62,14 @@ class Keeper {
   }
 
  private:
-  std::optional<Laid> kept(const KeptPiece& piece, const Ring<ArtworkFrame>& outline) {
+  std::optional<Laid> kept(const KeptPiece::Place& place, const Ring<ArtworkFrame>& outline) {
     for (std::size_t p = 0; p < stock_.size(); ++p) {
-      if (!(stock_[p].id == piece.panel)) continue;
+      if (!(stock_[p].id == place.panel)) continue;
       FreeWood& wood = problem_.panels[p].wood;
-      const Ring<PanelFrame> there = piece.panel_from_artwork * outline;
+      const Ring<PanelFrame> there = place.panel_from_artwork * outline;
       if (!wood.admits(there)) return std::nullopt;
       wood.allocate(there);
-      return Laid{static_cast<int>(p), piece.panel_from_artwork};
+      return Laid{static_cast<int>(p), place.panel_from_artwork};
     }
     return std::nullopt;
   }
@@ -89,6 +91,15 @@ class Keeper {
     }
   }
 
+  // Where squares choose their sizes, patches of fixed sizes choose with them, and first.
+  void queue_as_squares() {
+    std::vector<TaskTree> squares;
+    for (Problem::Task& task : problem_.queue) squares.push_back({std::move(task), {}});
+    std::move(problem_.squares.begin(), problem_.squares.end(), std::back_inserter(squares));
+    problem_.squares = std::move(squares);
+    problem_.queue.clear();
+  }
+
   KeptPatches split(LaidPatches laid) {
     KeptPatches out;
     std::vector<Problem::Task> queue;
@@ -101,6 +112,7 @@ class Keeper {
       out.laid.push_back(laid[i]);
     }
     problem_.queue = std::move(queue);
+    if (!problem_.squares.empty()) queue_as_squares();
     return out;
   }
 
@@ -115,8 +127,6 @@ class Keeper {
 Result<KeptPatches> keep_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
                                 const PlanOptions& options, Problem& problem) {
   if (options.kept.empty()) return KeptPatches{};
-  if (options.adaptive_levels > 0)
-    return Error{ErrorCode::kInvalidArgument, "pieces of a plan with patches of several sizes cannot be kept"};
   return Keeper(artworks, stock, options, problem).run();
 }
 

@@ -47,12 +47,16 @@ enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
 
-// A piece that an earlier plan has laid and that is to stay there.
+// A piece of an earlier plan. Its patch stays as it is, and so does its wood where `place` says so.
 struct KeptPiece {
+  struct Place {
+    PanelId panel;
+    Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  };
   std::string mark;
-  PanelId panel;
-  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
-  bool must = false;  // an error when it cannot stay; otherwise it is planned anew
+  int cells = 1;               // side in cells of the grid (Piece::cells)
+  std::optional<Place> place;  // none: wood is looked for anew
+  bool must = false;           // an error when it cannot stay there; otherwise it is planned anew
 };
 
 // Defaults are the paper's Table 1.
@@ -85,8 +89,10 @@ struct PlanOptions {
   // A directory in which indexes of panels are kept from plan to plan (index_cache.h): some half a gigabyte for every
   // square metre of wood at 300 dpi and size of patches. Empty: none. Plans do not depend on it.
   std::string index_cache{};
-  std::vector<KeptPiece> kept{};  // of the same artworks in the same patches; not with adaptive levels
-  std::size_t alternatives = 0;   // listed for each piece, at most
+  // All pieces that an earlier plan has of some of these artworks, in the same grid; with adaptive levels their sizes
+  // are those of that plan. Empty: nothing is kept.
+  std::vector<KeptPiece> kept{};
+  std::size_t alternatives = 0;  // listed for each piece, at most
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };

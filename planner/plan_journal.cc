@@ -73,9 +73,11 @@ std::string text_of(const PlanOptions& options) {
   static_cast<void>(threads), static_cast<void>(index_cache);  // change nothing
   std::string stays;
   for (const KeptPiece& piece : kept) {
-    const auto& map = piece.panel_from_artwork;
-    stays += fmt::format(" \"{}\" \"{}\" {} {} {} {}", piece.mark, piece.panel.value, map.angle().count(),
-                         map.shift().x.count(), map.shift().y.count(), piece.must);
+    stays += fmt::format(" \"{}\" {} {}", piece.mark, piece.cells, piece.must);
+    if (!piece.place) continue;
+    const auto& map = piece.place->panel_from_artwork;
+    stays += fmt::format(" \"{}\" {} {} {}", piece.place->panel.value, map.angle().count(), map.shift().x.count(),
+                         map.shift().y.count());
   }
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(), rotations,
                      w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),

@@ -242,9 +242,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
   };
-  const auto chosen = options.adaptive_levels > 0 ? place_squares(*problem, options.adaptive_factor, *matcher, threads,
-                                                                  stop, on_placed, journal)
-                                                  : Greedy(*problem, *matcher, threads, stop, journal).run(on_placed);
+  const auto chosen = problem->squares.empty() ? Greedy(*problem, *matcher, threads, stop, journal).run(on_placed)
+                                               : place_squares(*problem, options.adaptive_factor, *matcher, threads,
+                                                               stop, on_placed, journal);
   if (stop.stop_requested()) return cancelled;
   LaidPatches patches = laid(*problem, *matcher, chosen);
   if (options.optimize == Optimize::kGlobal && !problem->queue.empty()) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "planner/layout_adaptive.h"
 #include "planner/matching/kernels.h"
@@ -132,9 +133,45 @@ class Squares {
   WorkingArtwork& work_;
 };
 
-Result<std::vector<TaskTree>> squares_of(const Artwork& artwork, std::size_t index, const PlanOptions& options,
-                                         const std::vector<Radians>& all_turns, Problem& problem) {
-  const auto layout = adaptive_layout(artwork.width, artwork.height, options.patch, options.adaptive_levels);
+// What becomes of the layout when the pieces of an earlier plan say how far squares are cut: single patches. None when
+// that plan has no piece of this artwork.
+Result<std::vector<PatchTree>> in_kept_sizes(const std::vector<PatchTree>& layout, const Artwork& artwork,
+                                             const std::vector<KeptPiece>& kept) {
+  std::set<std::pair<std::string, int>> wanted;
+  for (const KeptPiece& piece : kept) wanted.emplace(piece.mark, piece.cells);
+  std::vector<PatchTree> out;
+  std::string missing;
+  std::vector<const PatchTree*> open;
+  for (auto tree = layout.rbegin(); tree != layout.rend(); ++tree) open.push_back(&*tree);
+  while (!open.empty()) {
+    const PatchTree& tree = *open.back();
+    open.pop_back();
+    const std::string mark = mark_of(artwork.letter, tree.patch);
+    if (wanted.count({mark, tree.patch.cells}) != 0) {
+      out.push_back({tree.patch, {}});
+    } else if (tree.parts.empty()) {
+      if (missing.empty()) missing = mark;
+    } else {
+      for (auto part = tree.parts.rbegin(); part != tree.parts.rend(); ++part) open.push_back(&*part);
+    }
+  }
+  if (!out.empty() && !missing.empty())
+    return unusable(
+        fmt::format("the plan that is kept has no piece {}: plan the same pictures in the same patches", missing));
+  return out;
+}
+
+struct Layout {
+  std::vector<TaskTree> squares;
+  bool fixed = false;  // an earlier plan says how large patches are
+};
+
+Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanOptions& options,
+                          const std::vector<Radians>& all_turns, Problem& problem) {
+  auto layout = adaptive_layout(artwork.width, artwork.height, options.patch, options.adaptive_levels);
+  Result<std::vector<PatchTree>> fixed = in_kept_sizes(layout, artwork, options.kept);
+  if (!fixed.ok()) return fixed.error();
+  if (!fixed->empty()) layout = *fixed;
   const Patch cell = grid_layout(artwork.width, artwork.height, options.patch).front();
   Squares builder(artwork, index, all_turns, problem);
   std::vector<TaskTree> squares = builder.of(layout);
@@ -146,7 +183,7 @@ Result<std::vector<TaskTree>> squares_of(const Artwork& artwork, std::size_t ind
                     "ones or add a panel",
                     artwork.name, box.width().count(), box.height().count()));
   }
-  return squares;
+  return Layout{std::move(squares), !fixed->empty()};
 }
 
 // When a square chooses: the smaller the earlier.
@@ -183,29 +220,32 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   const auto all_turns = turns(options.rotations);
   std::vector<TaskTree> squares;
   std::vector<Turn> queue;
+  std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
-    Result<std::vector<TaskTree>> own = squares_of(artworks[a], a, options, all_turns, problem);
-    if (!own.ok()) return own.error();
+    Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
+    if (!layout.ok()) return layout.error();
+    std::vector<TaskTree>& own = layout->squares;
     std::vector<Patch> patches;
-    for (const TaskTree& square : *own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
+    for (const TaskTree& square : own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
     const auto urgent = urgencies(artworks[a], patches, options.priority);
     const double share = options.interleave ? 1 : options.reserve;
-    const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own->size())));
+    const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own.size())));
     std::size_t rank = 0;
     for (const std::size_t i : by_urgency(urgent)) {
       const bool waits = rank++ >= early;
       queue.push_back({waits, waits ? a : 0, -urgent[i]});
-      squares.push_back(std::move((*own)[i]));
+      squares.push_back(std::move(own[i]));
+      of_one_size.push_back(options.adaptive_levels == 0 || layout->fixed);
     }
   }
   std::vector<std::size_t> order(squares.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return queue[a] < queue[b]; });
   for (const std::size_t i : order) {
-    if (options.adaptive_levels > 0)
-      problem.squares.push_back(std::move(squares[i]));
-    else
+    if (of_one_size[i])
       problem.queue.push_back(std::move(squares[i].task));
+    else
+      problem.squares.push_back(std::move(squares[i]));
   }
   problem.entries_per_unit = (kernels::kLargestEntry - 1) / largest_response(options);
   return problem;

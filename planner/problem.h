@@ -29,7 +29,8 @@ struct Problem {
   // In the order in which patches choose. MatchPatch::features points into `artworks`, so a Problem is moved, never
   // copied.
   std::vector<Task> queue;
-  // With adaptive levels instead: squares, in the order in which they choose (adaptive.h); the queue is empty then.
+  // With adaptive levels: squares, in the order in which they choose (adaptive.h). The queue has patches then only of
+  // artworks whose sizes an earlier plan has fixed, and none after keep_pieces().
   std::vector<TaskTree> squares;
   double entries_per_unit = 1;
 

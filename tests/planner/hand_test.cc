@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "base/polygon_ops.h"
 #include "planner/matching/free_wood.h"
 #include "planner/plan_files.h"
@@ -126,6 +128,75 @@ TEST_F(Hand, SwappedPiecesChangePlacesAndNothingElseMoves) {
   EXPECT_NEAR(centre(piece(after, "A1-2")).first, centre(piece(before, "A3-3")).first, 1e-9);
   EXPECT_NEAR(centre(piece(after, "A3-3")).second, centre(piece(before, "A1-2")).second, 1e-9);
   expect_no_wood_twice(after, stock_.front());
+}
+
+// Patches of several sizes.
+class AdaptiveHand : public Hand {
+ protected:
+  AdaptiveHand() {
+    options_.patch = 5_mm, options_.adaptive_levels = 1, options_.adaptive_factor = 1.4;
+    artworks_ = {test::blob_artwork("A", 50, 50, 30_mm, 1)};
+    before_ = planned(options_);
+    for (const Piece& it : before_.pieces) (it.cells == 2 ? large_ : small_).push_back(it.mark);
+    if (small_.size() < 3 || large_.size() < 3) throw std::runtime_error("there are not both sizes");
+  }
+  Plan before_;
+  std::vector<std::string> small_, large_;
+};
+
+TEST_F(AdaptiveHand, APlanThatIsKeptWholeStaysAsItIs) {
+  EXPECT_EQ(plan_to_json(planned(keeping(before_, Keep::kAll, {}, {}))), plan_to_json(before_));
+}
+
+TEST_F(AdaptiveHand, AReplanTouchesOnlyTheRestAndKeepsItsSizesWhicheverWayPlacesAreChosen) {
+  ASSERT_TRUE(forbid(stock_, {"P"}, bounds(piece(before_, large_[1]).placement->panel_outline)).ok());
+  for (const Optimize optimize : {Optimize::kGreedy, Optimize::kGlobal}) {
+    PlanOptions options = keeping(before_, Keep::kAll, {}, {small_[1]});
+    options.optimize = optimize, options.optimize_iterations = 5000;
+    const Plan after = planned(options);
+    const std::size_t elsewhere = moved(before_, after);
+    EXPECT_GE(elsewhere, 1U);
+    EXPECT_LT(elsewhere, 6U);  // the piece named, and those on the forbidden wood
+    EXPECT_FALSE(same_place(piece(after, large_[1]), piece(before_, large_[1])));
+    EXPECT_TRUE(same_place(piece(after, large_[2]), piece(before_, large_[2])));
+    ASSERT_EQ(after.pieces.size(), before_.pieces.size());
+    for (std::size_t i = 0; i < after.pieces.size(); ++i) EXPECT_EQ(after.pieces[i].cells, before_.pieces[i].cells);
+    EXPECT_EQ(unfilled(after), 0U);
+    expect_no_wood_twice(after, stock_.front());
+  }
+}
+
+TEST_F(AdaptiveHand, PinnedAndSwappedPiecesStay) {
+  Plan swapped = before_;
+  ASSERT_TRUE(swap_pieces(swapped, large_[0], large_[2]).ok());
+  const Plan after = planned(keeping(swapped, Keep::kOnly, {large_[0], large_[2], small_[0]}, {}));
+  for (const std::string& mark : {large_[0], large_[2], small_[0]})
+    EXPECT_TRUE(same_place(piece(after, mark), piece(swapped, mark))) << mark;
+  ASSERT_EQ(after.pieces.size(), before_.pieces.size());
+  for (std::size_t i = 0; i < after.pieces.size(); ++i) EXPECT_EQ(after.pieces[i].mark, before_.pieces[i].mark);
+  expect_no_wood_twice(after, stock_.front());
+}
+
+TEST_F(AdaptiveHand, APictureThatIsNewChoosesItsSizes) {
+  artworks_.push_back(test::blob_artwork("B", 50, 50, 20_mm, 3));
+  const Plan after = planned(keeping(before_, Keep::kAll, {}, {small_[1]}));
+  std::set<int> sizes;
+  for (const Piece& it : after.pieces)
+    if (it.artwork == 1) sizes.insert(it.cells);
+  EXPECT_EQ(sizes, (std::set<int>{1, 2}));
+  for (const std::string& mark : {large_[0], small_[0]})
+    EXPECT_TRUE(same_place(piece(after, mark), piece(before_, mark))) << mark;
+  EXPECT_TRUE(piece(after, small_[1]).placement.has_value());
+  expect_no_wood_twice(after, stock_.front());
+}
+
+TEST_F(AdaptiveHand, SaysWhichPieceTheKeptPlanLacks) {
+  PlanOptions options = keeping(before_, Keep::kAll, {}, {});
+  const std::string gone = options.kept.back().mark;
+  options.kept.pop_back();
+  const auto plan = make_plan(artworks_, stock_, options);
+  ASSERT_FALSE(plan.ok());
+  EXPECT_THAT(plan.error().message, HasSubstr("has no piece " + gone));
 }
 
 TEST_F(Hand, AlternativesAreFreeDifferentAndCanBeTaken) {
