@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "planner/matching/window_samples.h"
 
@@ -201,6 +202,36 @@ void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed) {
   }
 }
 
+void CoarseMap::find_bounds(const std::stop_token& stop) {
+  bounds_.emplace(channels_, alive_.size());
+  std::vector<const std::int16_t*> rows_of_blocks;
+  for (int row = 0; row + grid_.rows <= rows() && !stop.stop_requested(); ++row) {
+    const auto count = static_cast<std::size_t>(groups(row));
+    if (std::all_of(alive(row), alive(row) + count, [](std::uint16_t group) { return group == 0; })) continue;
+    rows_of_blocks.clear();
+    for (int pair = 0; pair < pairs(); ++pair)
+      for (int k = 0; k < grid_.rows / 2; ++k) rows_of_blocks.push_back(blocks(pair, row + 2 * k, begin(row)));
+    bounds_->measure(group_base_[static_cast<std::size_t>(row)], count, {rows_of_blocks.data(), half_energy(row)},
+                     grid_.rows / 2, grid_.columns / 2, alive(row));
+  }
+}
+
+void CoarseMap::find_score_bounds(const TapSums& taps, std::vector<float>& out) const {
+  if (bounds_)
+    bounds_->find(taps, out);
+  else
+    out.assign(alive_.size(), std::numeric_limits<float>::lowest());
+}
+
+void CoarseMap::groups_within(int row, const std::vector<float>& bounds, float most,
+                              std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const float* bound = bounds.data() + group_base_[static_cast<std::size_t>(row)];
+  const std::uint16_t* alive = this->alive(row);
+  for (int g = 0; g < groups(row); ++g)
+    if (bound[g] <= most && alive[g] != 0) out.push_back(static_cast<std::uint32_t>(g * kernels::kGroup));
+}
+
 std::size_t CoarseMap::alive_cells() const {
   std::size_t sum = 0;
   for (const std::uint16_t group : alive_) sum += static_cast<std::size_t>(__builtin_popcount(group));
@@ -209,7 +240,8 @@ std::size_t CoarseMap::alive_cells() const {
 
 std::size_t CoarseMap::bytes() const {
   return planes_.size() * static_cast<std::size_t>(size_) * 2 * sizeof(std::int16_t) +
-         half_energy_.size() * sizeof(std::int32_t) + alive_.size() * sizeof(std::uint16_t);
+         half_energy_.size() * sizeof(std::int32_t) + alive_.size() * sizeof(std::uint16_t) +
+         (bounds_ ? bounds_->bytes() : 0);
 }
 
 }  // namespace veneer::planner

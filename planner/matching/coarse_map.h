@@ -13,10 +13,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
 
+#include "planner/matching/group_bounds.h"
 #include "planner/matching/place_bits.h"
 #include "planner/matching/score_kernels.h"
 
@@ -70,6 +72,13 @@ class CoarseMap {
   const std::uint16_t* alive(int row) const { return alive_.data() + group_base_[static_cast<std::size_t>(row)]; }
   // Looks again which cells have places, for the places in `changed`.
   void find_alive(const PlaceBits& places, const cv::Rect& changed);
+  // To be called once, after measure() and find_alive(), if windows are filled: bounds for the cells alive now.
+  void find_bounds(const std::stop_token& stop);
+  // For each group of the map what to compare with TapSums::most(); nothing certain when there are no bounds.
+  void find_score_bounds(const TapSums& taps, std::vector<float>& out) const;
+  // The groups of a row that have a place left and a bound of at most `most`, by their first cells, counted from
+  // begin(row).
+  void groups_within(int row, const std::vector<float>& bounds, float most, std::vector<std::uint32_t>& out) const;
   std::size_t alive_cells() const;
   std::size_t bytes() const;
 
@@ -92,6 +101,7 @@ class CoarseMap {
   std::vector<std::int32_t> half_energy_;
   std::vector<std::size_t> group_base_;
   std::vector<std::uint16_t> alive_;
+  std::optional<GroupBounds> bounds_;
 };
 
 }  // namespace veneer::planner

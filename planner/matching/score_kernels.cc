@@ -19,6 +19,15 @@ constexpr int kBlocks = 6;  // a window, across: what nearly all have
 
 // kAtOnce groups share each tap.
 #define VENEER_SCORE_512(NAME, TARGET, MULTIPLY_ADD)                                                                \
+  __attribute__((target(TARGET), always_inline)) inline __m512i NAME##_six(__m512i sum, const std::int32_t* tap,    \
+                                                                           __m512i here, __m512i next) {            \
+    sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[0]), here);                                                       \
+    sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[1]), _mm512_alignr_epi32(next, here, 2));                         \
+    sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[2]), _mm512_alignr_epi32(next, here, 4));                         \
+    sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[3]), _mm512_alignr_epi32(next, here, 6));                         \
+    sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[4]), _mm512_alignr_epi32(next, here, 8));                         \
+    return MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[5]), _mm512_alignr_epi32(next, here, 10));                       \
+  }                                                                                                                 \
   template <int kAtOnce>                                                                                            \
   __attribute__((target(TARGET))) inline void NAME##_some(const BlockTaps& taps, const CellRow& row,                \
                                                           const std::uint32_t* groups, std::int32_t limit,          \
@@ -26,7 +35,15 @@ constexpr int kBlocks = 6;  // a window, across: what nearly all have
     __m512i sums[kAtOnce];                                                                                          \
     for (int g = 0; g < kAtOnce; ++g) sums[g] = _mm512_loadu_si512(row.offsets + groups[g]);                        \
     const std::int32_t* tap = taps.taps;                                                                            \
-    for (int r = 0; r < taps.pairs * taps.rows; ++r) {                                                              \
+    /* Windows of kBlocks blocks: shifted registers instead of overlapping loads. */                                \
+    const bool usual = taps.columns == kBlocks;                                                                     \
+    for (int r = 0; usual && r < taps.pairs * taps.rows; ++r, tap += kBlocks) {                                     \
+      for (int g = 0; g < kAtOnce; ++g) {                                                                           \
+        const std::int16_t* blocks = row.blocks[r] + static_cast<std::size_t>(2) * groups[g];                       \
+        sums[g] = NAME##_six(sums[g], tap, _mm512_loadu_si512(blocks), _mm512_loadu_si512(blocks + 2 * kGroup));    \
+      }                                                                                                             \
+    }                                                                                                               \
+    for (int r = 0; !usual && r < taps.pairs * taps.rows; ++r) {                                                    \
       const std::int16_t* blocks = row.blocks[r];                                                                   \
       for (int c = 0; c < taps.columns; ++c) {                                                                      \
         const __m512i weight = _mm512_set1_epi32(*tap++);                                                           \
@@ -40,7 +57,7 @@ constexpr int kBlocks = 6;  // a window, across: what nearly all have
       below[g] = static_cast<std::uint16_t>(_mm512_cmplt_epi32_mask(sums[g], _mm512_set1_epi32(limit)));            \
     }                                                                                                               \
   }                                                                                                                 \
-  /* Four groups side by side, and windows of kBlocks blocks: shifted registers instead of overlapping loads. */    \
+  /* The same for four groups side by side. */                                                                      \
   __attribute__((target(TARGET))) inline void NAME##_row(const BlockTaps& taps, const CellRow& row,                 \
                                                          std::uint32_t group, std::int32_t limit,                   \
                                                          std::int32_t* scores, std::uint16_t* below) {              \
@@ -52,13 +69,7 @@ constexpr int kBlocks = 6;  // a window, across: what nearly all have
       __m512i cells[5];                                                                                             \
       for (int g = 0; g < 5; ++g) cells[g] = _mm512_loadu_si512(blocks + 2 * g * kGroup);                           \
       for (int g = 0; g < 4; ++g) {                                                                                 \
-        const __m512i here = cells[g], next = cells[g + 1];                                                         \
-        __m512i sum = MULTIPLY_ADD(sums[g], _mm512_set1_epi32(tap[0]), here);                                       \
-        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[1]), _mm512_alignr_epi32(next, here, 2));                     \
-        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[2]), _mm512_alignr_epi32(next, here, 4));                     \
-        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[3]), _mm512_alignr_epi32(next, here, 6));                     \
-        sum = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[4]), _mm512_alignr_epi32(next, here, 8));                     \
-        sums[g] = MULTIPLY_ADD(sum, _mm512_set1_epi32(tap[5]), _mm512_alignr_epi32(next, here, 10));                \
+        sums[g] = NAME##_six(sums[g], tap, cells[g], cells[g + 1]);                                                 \
       }                                                                                                             \
     }                                                                                                               \
     for (int g = 0; g < 4; ++g) {                                                                                   \

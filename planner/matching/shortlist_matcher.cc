@@ -67,6 +67,7 @@ void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, c
   measure(out->map, at, window_class, stop);
   if (stop.stop_requested()) return;
   out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()});
+  if (it.windows.filled) out->map.find_bounds(stop);
 }
 
 void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t window_class, const std::stop_token& stop) {

@@ -15,7 +15,8 @@ constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
 constexpr std::size_t kLongest = 256;  // times as long as usual a list may be to find a further place
-constexpr std::size_t kOverlong = 4;   // times as long as wanted a list may grow before it is cut
+constexpr std::size_t kOverlong = 2;   // times as long as wanted a list may grow before it is cut
+constexpr int kSampledRow = 8;         // one in so many rows of cells is scored first
 
 std::vector<std::int32_t> block_taps(const MatchPatch& patch, const CellGrid& grid, bool filled,
                                      double entries_per_unit) {
@@ -104,46 +105,52 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
 std::vector<ShortlistSearch::Scored> ShortlistSearch::score_cells(std::size_t wanted) {
   const int rows = class_.grid.rows / 2, columns = class_.grid.columns / 2;
   const kernels::BlockTaps taps{taps_.data(), static_cast<int>(taps_.size()) / (rows * columns), rows, columns};
+  const TapSums sums = tap_sums(taps, patch_.features->channels());
+  blocks_.resize(static_cast<std::size_t>(taps.pairs * rows));
   std::vector<Scored> found;
   limit_ = std::numeric_limits<std::int32_t>::max();
-  for (std::uint32_t lattice = 0; lattice < matcher_.lattices(); ++lattice) score_lattice(lattice, taps, wanted, found);
+  for (std::uint32_t lattice = 0; lattice < matcher_.lattices(); ++lattice) {
+    const CoarseMap& map = indexed(lattice).map;
+    map.find_score_bounds(sums, bounds_);
+    // A sample of the rows first, so that the limit is low when the others come.
+    for (const bool sampled : {true, false}) {
+      for (int row = 0; row + class_.grid.rows <= map.rows() && !stop_.stop_requested(); ++row)
+        if ((row % kSampledRow == 0) == sampled) score_row(lattice, row, taps, sums, wanted, found);
+      if (found.size() > wanted) keep_best(wanted, found);
+    }
+  }
   if (found.size() >= wanted) complete_ = false;
-  keep_smallest(found, wanted);
   return found;
 }
 
-void ShortlistSearch::score_lattice(std::uint32_t lattice, const kernels::BlockTaps& taps, std::size_t wanted,
-                                    std::vector<Scored>& found) {
+void ShortlistSearch::score_row(std::uint32_t lattice, int row, const kernels::BlockTaps& taps, const TapSums& sums,
+                                std::size_t wanted, std::vector<Scored>& found) {
   const CoarseMap& map = indexed(lattice).map;
-  blocks_.resize(static_cast<std::size_t>(taps.pairs * taps.rows));
-  for (int row = 0; row + class_.grid.rows <= map.rows(); ++row) {
-    const std::uint16_t* alive = map.alive(row);
-    groups_.clear();
-    for (int g = 0; g < map.groups(row); ++g)
-      if (alive[g] != 0) groups_.push_back(static_cast<std::uint32_t>(g * kernels::kGroup));
-    if (groups_.empty()) continue;
-    if (stop_.stop_requested()) return;
-    for (int pair = 0; pair < taps.pairs; ++pair)
-      for (int k = 0; k < taps.rows; ++k)
-        blocks_[static_cast<std::size_t>(pair * taps.rows + k)] = map.blocks(pair, row + 2 * k, map.begin(row));
-    scores_.resize(groups_.size() * kernels::kGroup);
-    below_.resize(groups_.size());
-    kernels::score_groups(taps, {blocks_.data(), map.half_energy(row)}, groups_.data(), groups_.size(), limit_,
-                          scores_.data(), below_.data());
-    for (std::size_t i = 0; i < groups_.size(); ++i) {
-      for (unsigned hits = below_[i] & alive[groups_[i] / kernels::kGroup]; hits != 0; hits &= hits - 1) {
-        const int k = __builtin_ctz(hits);
-        found.push_back({scores_[i * kernels::kGroup + static_cast<std::size_t>(k)], lattice, row,
-                         map.begin(row) + static_cast<int>(groups_[i]) + k});
-      }
-    }
-    if (found.size() > kOverlong * wanted) {
-      keep_smallest(found, wanted);
-      // Equal scores may still be wanted for their place.
-      const std::int32_t worst = std::max_element(found.begin(), found.end())->score;
-      limit_ = worst == std::numeric_limits<std::int32_t>::max() ? worst : worst + 1;
+  map.groups_within(row, bounds_, sums.most(limit_), groups_);
+  if (groups_.empty()) return;
+  const std::uint16_t* alive = map.alive(row);
+  for (int pair = 0; pair < taps.pairs; ++pair)
+    for (int k = 0; k < taps.rows; ++k)
+      blocks_[static_cast<std::size_t>(pair * taps.rows + k)] = map.blocks(pair, row + 2 * k, map.begin(row));
+  scores_.resize(groups_.size() * kernels::kGroup);
+  below_.resize(groups_.size());
+  kernels::score_groups(taps, {blocks_.data(), map.half_energy(row)}, groups_.data(), groups_.size(), limit_,
+                        scores_.data(), below_.data());
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    for (unsigned hits = below_[i] & alive[groups_[i] / kernels::kGroup]; hits != 0; hits &= hits - 1) {
+      const int k = __builtin_ctz(hits);
+      found.push_back({scores_[i * kernels::kGroup + static_cast<std::size_t>(k)], lattice, row,
+                       map.begin(row) + static_cast<int>(groups_[i]) + k});
     }
   }
+  if (found.size() > kOverlong * wanted) keep_best(wanted, found);
+}
+
+void ShortlistSearch::keep_best(std::size_t wanted, std::vector<Scored>& found) {
+  keep_smallest(found, wanted);
+  // Equal scores may still be wanted for their place.
+  const std::int32_t worst = std::max_element(found.begin(), found.end())->score;
+  limit_ = worst == std::numeric_limits<std::int32_t>::max() ? worst : worst + 1;
 }
 
 std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<Scored>& cells, std::size_t wanted) {

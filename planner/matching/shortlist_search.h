@@ -51,8 +51,10 @@ class ShortlistSearch {
   // The most promising blocks of places, from a list of `listed` cells.
   std::vector<Block> shortlist(std::size_t listed, std::size_t count);
   std::vector<Scored> score_cells(std::size_t wanted);
-  void score_lattice(std::uint32_t lattice, const kernels::BlockTaps& taps, std::size_t wanted,
-                     std::vector<Scored>& found);
+  // Adds the cells of one row to `found`, and keeps that short.
+  void score_row(std::uint32_t lattice, int row, const kernels::BlockTaps& taps, const TapSums& sums,
+                 std::size_t wanted, std::vector<Scored>& found);
+  void keep_best(std::size_t wanted, std::vector<Scored>& found);
   // Drops cells of which enough alike are kept.
   std::vector<Scored> thinned(const std::vector<Scored>& cells, std::size_t wanted);
   Block block_of(const Scored& cell) const;
@@ -74,6 +76,7 @@ class ShortlistSearch {
   std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
   bool complete_ = true;  // no cell was dropped
   std::vector<std::int16_t> samples_;
+  std::vector<float> bounds_;  // of one lattice, while scoring
   // Of one row, while scoring.
   std::vector<std::uint32_t> groups_;
   std::vector<std::int32_t> scores_;
