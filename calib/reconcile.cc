@@ -30,11 +30,11 @@ cv::Mat draw(const Region<PanelFrame>& region, const Raster<PanelFrame>& map, co
   return mask;
 }
 
-// Grows (positive) or shrinks a mask by a distance.
-cv::Mat moved_border(const cv::Mat& mask, double px) {
-  cv::Mat distance;
-  cv::distanceTransform(px > 0 ? cv::Mat(255 - mask) : mask, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  return px > 0 ? cv::Mat(distance <= px) : cv::Mat(distance > -px);
+// The regions, each with its border moved outwards by a distance (inwards when it is negative).
+Region<PanelFrame> moved_borders(const std::vector<Region<PanelFrame>>& regions, Millimetres by) {
+  std::vector<Region<PanelFrame>> moved;
+  for (const auto& region : regions) moved.push_back(offset(region, by));
+  return unite(moved);
 }
 
 // Neutral and bright, if shaded: the lid behind an opening.
@@ -76,7 +76,7 @@ void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, c
 }  // namespace
 
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
-                                 const Region<PanelFrame>& booked_gone, const PanelFiducials& fiducials,
+                                 const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options) {
   for (const auto* map : {&before, &now})
     if (map->pixels.type() != CV_8UC3 || map->pixels.empty())
@@ -90,13 +90,12 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   const WoodColour old_colour = WoodColour::learn(old_work, marked), colour = WoodColour::learn(work, marked);
   const cv::Mat was_wood = old_colour.wood(old_work.bgr), is_wood = colour.wood(work.bgr);
   const cv::Mat was_open = lid_behind(old_work, old_colour), is_open = lid_behind(work, colour);
-  const cv::Mat booked = draw(booked_gone, now, work);
-  const double slack = options.tolerance.count() * work.px_per_mm;
+  const auto booked = [&](Millimetres moved) { return draw(moved_borders(booked_gone, moved), now, work); };
 
   // Wood that lost its colour is gone, lit or in the shadow of the rim; what was no wood is gone where the lid is seen.
   cv::Mat lost = (was_wood & ~is_wood) | (is_open & ~was_open);
-  cv::Mat not_booked = lost & ~moved_border(booked, slack);
-  cv::Mat still_there = is_wood & moved_border(booked, -slack);
+  cv::Mat not_booked = lost & ~booked(options.tolerance);
+  cv::Mat still_there = is_wood & booked(-options.tolerance);
   not_booked.setTo(0, marked);
   still_there.setTo(0, marked);
 
@@ -106,7 +105,7 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   std::stable_sort(out.differences.begin(), out.differences.end(),
                    [](const Difference& a, const Difference& b) { return a.area > b.area; });
 
-  cv::Mat gone = lost | is_open | (booked & ~is_wood);
+  cv::Mat gone = lost | is_open | (booked(Millimetres(0)) & ~is_wood);
   gone.setTo(0, marked);
   cv::morphologyEx(gone, gone, cv::MORPH_OPEN, round_kernel(options.narrowest.count() / 2 * work.px_per_mm));
   out.gone = SquareMillimetres(cv::countNonZero(gone) / (work.px_per_mm * work.px_per_mm));

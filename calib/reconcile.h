@@ -38,10 +38,11 @@ struct Reconciliation {
 };
 
 // `before` is the map the stock was made from and `now` the new one, both of the show face, of the same area at the
-// same resolution. `booked_gone` is the union of what was cut and its kerf. Wood counts as gone where it has lost its
-// colour: where `now` shows the lid, lit or shaded. kInvalidArgument when the maps do not compare.
+// same resolution. `booked_gone` holds what was cut with its kerf, one region a piece: the tolerance is each piece's
+// own, so the fine web that may stay between two bookings that touch is no difference. Wood counts as gone where it has
+// lost its colour: where `now` shows the lid, lit or shaded. kInvalidArgument when the maps do not compare.
 Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<PanelFrame>& now,
-                                 const Region<PanelFrame>& booked_gone, const PanelFiducials& fiducials,
+                                 const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {});
 
 }  // namespace veneer::calib

@@ -269,7 +269,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
   for (const auto& allocation : *live)
     if (allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap)
       gone.push_back(allocation.area);
-  auto compared = calib::reconcile(*before, *map, unite(gone), known.fiducials);
+  auto compared = calib::reconcile(*before, *map, gone, known.fiducials);
   if (!compared) return compared.error();
   progress(0.82, "finding usable wood");
   auto earlier = library_.load_mask(panel);

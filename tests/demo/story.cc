@@ -290,11 +290,15 @@ Status Story::reconcile(std::int64_t job) {
         if (panel.sheet != sheet_of_panel_[id]) continue;
         auto again = scan_face(panel, "show", id);
         if (!again) return again.error();
-        differences += static_cast<int>((*again)["differences"].size());
+        for (const auto& difference : (*again)["differences"]) {
+          differences_.push_back(difference);
+          differences_.back()["panel"] = id;
+          differences_.back()["after_job"] = job;
+          ++differences;
+        }
         ++panels;
       }
     }
-    differences_ += differences;
     reconciled_ = true;
     return fmt::format("{} panel(s) scanned again, {} difference(s) between wood and ledger", panels, differences);
   });
@@ -384,7 +388,8 @@ Status Story::prove(const fs::path& bin_dir) {
     report_["jobs"] = proof.value("jobs", json());
     for (std::size_t i = 0; i < jobs_.size() && report_["jobs"].is_array() && i < report_["jobs"].size(); ++i)
       report_["jobs"][i]["seconds"] = job_seconds_[jobs_[i]];
-    report_["reconcile"]["differences"] = reconciled_ ? json(differences_) : json();
+    report_["reconcile"]["differences"] = reconciled_ ? json(differences_.size()) : json();
+    report_["reconcile"]["places"] = differences_;
     report_["remnant_area_mm2"] = json::array();
     for (const auto& [id, sheet] : sheet_of_panel_) {
       auto panel = cell_.api().get("/panels/" + id);

@@ -85,7 +85,7 @@ class Story {
   std::vector<std::int64_t> jobs_;
   std::vector<nlohmann::json> loads_;  // poses in the order of loading: {"panel", "sheet_load"}
   std::map<std::int64_t, double> job_seconds_;
-  int differences_ = 0;
+  nlohmann::json differences_ = nlohmann::json::array();  // as the cell tells them, and panel and job
   bool reconciled_ = false;
   nlohmann::json report_ = nlohmann::json::object();
 };
