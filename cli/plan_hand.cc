@@ -103,7 +103,8 @@ Status apply_hand(const HandArguments& arguments, std::vector<StockPanel>& stock
   options.kept = std::move(*kept);
   // Pieces of several sizes are understood without saying again how many there were.
   for (const planner::KeptPiece& piece : options.kept)
-    options.adaptive_levels = std::max(options.adaptive_levels, std::bit_width(static_cast<unsigned>(piece.cells)) - 1);
+    options.adaptive_levels =
+        std::max(options.adaptive_levels, static_cast<int>(std::bit_width(static_cast<unsigned>(piece.cells))) - 1);
   return Ok();
 }
 
