@@ -54,6 +54,17 @@ Result<nlohmann::json> CommandContext::run_task(const Result<nlohmann::json>& st
   });
 }
 
+int run(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
+    return ended.get_exit_code();
+  } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
+    return app.exit(wrong) == 0 ? 0 : kUnusableArguments;
+  }
+  return 0;
+}
+
 Result<std::string> read_file(const std::string& path) {
   std::error_code fault;
   if (std::filesystem::is_directory(path, fault)) {

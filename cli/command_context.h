@@ -33,6 +33,9 @@ struct CommandContext {
 // The sentence on stderr; ends the command with this exit status.
 [[noreturn]] void fail(const Error& error, int exit_status = kWorkFailed);
 
+// Parses and runs the chosen command. The program's exit status.
+int run(CLI::App& app, int argc, char** argv);
+
 // A file for the API, kNotFound or kInvalidArgument in words when it cannot be read.
 Result<std::string> read_file(const std::string& path);
 Status write_file(const std::string& path, const std::string& bytes);

@@ -55,14 +55,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_recipe_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
   name_planner_commands(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
-    return ended.get_exit_code();
-  } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
-    return app.exit(wrong) == 0 ? 0 : veneer::cli::kUnusableArguments;
-  }
-  return 0;
+  return veneer::cli::run(app, argc, argv);
 }
 
 }  // namespace

@@ -10,12 +10,5 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   veneer::cli::add_plan_command(app);
   veneer::cli::add_series_command(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
-    return ended.get_exit_code();
-  } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
-    return app.exit(wrong) == 0 ? 0 : veneer::cli::kUnusableArguments;
-  }
-  return 0;
+  return veneer::cli::run(app, argc, argv);
 }

@@ -1,0 +1,109 @@
+// What the operator may do now, what is expected next, and what is asked before the beam comes on.
+"use strict";
+
+// Was it taken? A refusal is shown.
+async function command(path, body = null, timeoutMs = 20000) {
+  $("refusal").hidden = true;
+  let taken = true;
+  try {
+    await ask("POST", path, timeoutMs, body);
+  } catch (fault) {
+    taken = false;
+    $("refusal").textContent = fault.message;
+    $("refusal").hidden = false;
+  }
+  try { takeStatus(await ask("GET", "/api/v1/status")); } catch (fault) { /* the age of the data tells */ }
+  return taken;
+}
+
+const kAllowed = {
+  "hold": ["Execute"],
+  "unhold": ["Held"],
+  "unsuspend": ["Suspended"],
+  "stop": ["Suspended", "Held"],
+  "stop-after-piece": ["Execute", "Holding", "Held", "Unholding"],
+  "clear": ["Aborted"],
+  "reset": ["Stopped", "Complete"],
+};
+
+// What the operator is expected to do, and in which words.
+function nextStep() {
+  const load = cell.load;
+  switch (cell.state) {
+    case "Stopped": return ["reset", "Reset homes the laser: hands off the machine."];
+    case "Complete": return ["reset", "The job is done: take the pieces out, then Reset."];
+    case "Idle": return startable() ? ["start", "Start asks for the panel first. Nothing moves before you say go on."] : ["", ""];
+    case "Suspended":
+      if (!load || !load.found) return ["", "Load the panel. Its tags are looked for as soon as it lies there."];
+      if (cell.framing) return ["", "The frame is being traced: the head moves. STOP ends it."];
+      if (!allConfirmed()) return ["", "Tick what you have seen to; the laser does not begin before."];
+      return ["unsuspend", "Is it flat, clamped, and nothing in the way? Then go on: the laser will move."];
+    case "Held": return ["unhold", "Unhold goes on exactly where it stopped."];
+    case "Aborted": return ["clear", "When the cause is gone: Clear, then Reset, then Start for the remaining pieces."];
+    default: return ["", ""];
+  }
+}
+
+const kOver = ["complete", "completed", "done", "cancelled", "ended"];
+const isOver = (job) => kOver.includes(String(job.state).toLowerCase());
+
+function startable() {
+  const open = jobs.filter((job) => !isOver(job));
+  const current = cell && cell.job ? cell.job.id : 0;
+  return open.find((job) => job.id === chosenJob) || open.find((job) => job.id === current) || open[open.length - 1] || null;
+}
+
+function showCommands() {
+  const operator = role !== "viewer";
+  const [next, hint] = nextStep();
+  const found = Boolean(cell.load && cell.load.found) && !cell.framing;
+  for (const button of $("commands").querySelectorAll("[data-command]")) {
+    const name = button.dataset.command;
+    let allowed = kAllowed[name].includes(cell.state);
+    if (name === "unsuspend" && !(found && allConfirmed())) allowed = false;
+    button.disabled = !operator || !allowed;
+    button.classList.toggle("next", operator && allowed && name === next);
+  }
+  const job = startable();
+  const start = $("do-start");
+  start.textContent = job ? `Start “${job.name}”` : "Start";
+  start.disabled = !operator || cell.state !== "Idle" || !job;
+  start.classList.toggle("next", !start.disabled && next === "start");
+  $("frame").hidden = cell.state !== "Suspended";
+  $("do-frame").disabled = !operator || !found;
+  const percent = framePercent();
+  $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power` : "Trace the frame, dark";
+  if (cell.load && cell.load.frame_max_power) $("frame-percent").max = 100 * cell.load.frame_max_power;
+  $("hint").textContent = operator ? hint
+      : "You may look, and press STOP. To operate from this browser, run “veneerctl console” on the cell's machine and open the link it prints.";
+}
+
+// ---- before the beam comes on ---------------------------------------------------------------------------------------
+
+const framePercent = () => Math.max(0, Number($("frame-percent").value) || 0);
+
+// What is asked by name for what the operator may begin now.
+const askedNames = () => (cell.state === "Suspended" || recutMarks.size ? cell.confirm || [] : []);
+
+const confirmBoxes = () => [...$("confirm-names").querySelectorAll("input")];
+const confirmedNames = () => confirmBoxes().filter((box) => box.checked).map((box) => box.value);
+const allConfirmed = () => confirmedNames().length === askedNames().length;
+
+// A tick is good for one beginning: another panel, set-up or state asks again.
+function showConfirm() {
+  const names = askedNames();
+  const load = cell.load;
+  const key = JSON.stringify([names, cell.state, load && load.panel, load && load.setup]);
+  $("confirm").hidden = names.length === 0;
+  if ($("confirm").dataset.key === key) return;
+  $("confirm").dataset.key = key;
+  $("confirm-names").replaceChildren(...names.map((name) => {
+    const label = document.createElement("label");
+    const box = document.createElement("input");
+    box.type = "checkbox";
+    box.value = name;
+    box.onchange = show;
+    label.append(box, asSentence(name).replace(/\.$/, ""));
+    return label;
+  }));
+}

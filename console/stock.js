@@ -1,0 +1,63 @@
+// The panels in stock and the jobs.
+"use strict";
+
+const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
+
+async function loadPanels() {
+  listsAt = performance.now();
+  try { panels = (await ask("GET", "/api/v1/panels")).panels || []; } catch (fault) { return; }
+  showPanels();
+}
+
+function showPanels() {
+  $("panel-count").textContent = panels.length ? `(${panels.length})` : "– none yet: lay one on the scanner and run “veneerctl panel scan”";
+  $("panels").replaceChildren(...panels.map((panel) => {
+    const card = document.createElement("div");
+    card.className = "panel" + (cell && cell.load && cell.load.panel === panel.id ? " wanted" : "");
+    card.dataset.panel = panel.id;
+    const image = document.createElement("img");
+    image.alt = `Free, reserved and cut wood of ${panel.id}`;
+    image.src = `/api/v1/panels/${encodeURIComponent(panel.id)}/stock.png?width=640&at=${Date.now()}`;
+    const name = document.createElement("b");
+    name.textContent = panel.name && panel.name !== panel.id ? `${panel.id} ${panel.name}` : panel.id;
+    const size = document.createElement("div");
+    size.textContent = `${Math.round(panel.width_mm)} × ${Math.round(panel.height_mm)} mm` + (panel.parent ? `, remnant of ${panel.parent}` : "");
+    const wood = document.createElement("div");
+    wood.className = "dim";
+    wood.textContent = `${squareCm(panel.free_mm2)} free, ${squareCm(panel.reserved_mm2)} reserved`;
+    card.append(image, name, size, wood);
+    return card;
+  }));
+}
+
+async function loadJobs() {
+  try { jobs = (await ask("GET", "/api/v1/jobs")).jobs || []; } catch (fault) { return; }
+  showJobs();
+  if (cell) showCommands();
+}
+
+function showJobs() {
+  if (!jobs.length) {
+    $("jobs").textContent = "None yet: “veneerctl job new PICTURE” plans one.";
+    return;
+  }
+  const chosen = startable();
+  $("jobs").replaceChildren(...jobs.slice().reverse().map((job) => {
+    const row = document.createElement("label");
+    const radio = document.createElement("input");
+    radio.type = "radio";
+    radio.name = "job";
+    radio.disabled = isOver(job);
+    radio.checked = Boolean(chosen) && chosen.id === job.id;
+    radio.onchange = () => { chosenJob = job.id; if (cell) showCommands(); };
+    const image = document.createElement("img");
+    image.alt = "";
+    image.src = `/api/v1/jobs/${job.id}/preview.png?width=120`;
+    const words = document.createElement("span");
+    const name = document.createElement("b");
+    name.textContent = job.name;
+    words.append(name, `job ${job.id}, ${job.state}, ${job.cut} of ${job.pieces} cut` + (job.suspect ? `, ▲ ${job.suspect} suspect` : ""));
+    row.append(radio, image, words);
+    return row;
+  }));
+}
