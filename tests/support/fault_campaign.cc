@@ -268,7 +268,11 @@ FaultRow run_campaign(WireFault kind, int runs, std::uint64_t first_seed) {
     // Nobody can take back a changed letter, but it must be noticed, and soon.
     if (stood && run.broken.empty() && !(changes_lines(kind) && run.suspect && run.beam_at_rest_s < 1.5))
       run.broken = fmt::format("the beam was on at rest for {:.3f} s", run.beam_at_rest_s);
-    row.lengthened += changes_lines(kind) && run.longest_queue_s > kQueued ? 1 : 0;
+    if (changes_lines(kind) && run.longest_queue_s > kQueued) {
+      ++row.lengthened;
+      row.notes.push_back(fmt::format("{}, seed {}: a changed line was in the controller for {:.3f} s", name_of(kind),
+                                      seed, run.longest_queue_s));
+    }
     if (!changes_lines(kind) && run.longest_queue_s > kQueued && run.broken.empty())
       run.broken = fmt::format("{:.3f} s of motion queued", run.longest_queue_s);
     row.broken += run.broken.empty() ? 0 : 1;

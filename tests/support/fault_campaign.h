@@ -60,6 +60,7 @@ struct FaultRow {
   int lengthened = 0;  // more than 1.0 s of motion in the controller, because a line was changed on its way
   double hausdorff_mm = 0, longest_queue_s = 0, without_consent_mm = 0;
   std::vector<std::string> complaints;  // with the seed that shows it again
+  std::vector<std::string> notes;       // of what nobody can prevent, likewise
   bool clean() const { return wrong == 0 && broken == 0 && without_consent_mm == 0; }
 };
 

@@ -172,8 +172,8 @@ void GrblController::Impl::move(double seconds) {
     const HeadPosition to{step.to[0] + slip_.x_mm, step.to[1] + slip_.y_mm};
     if (energy > 0) burn(from, to, energy, time_, step.seconds);
   }
-  if (step.block_done)
-    log_.longest_queued_motion_s = std::max(log_.longest_queued_motion_s, run_time_ - step.request.queued_at);
+  // Of a motion that is broken off too.
+  log_.longest_queued_motion_s = std::max(log_.longest_queued_motion_s, run_time_ - step.request.queued_at);
   if (step.stopped) {
     rest_s_ = step.request.dynamic ? 0 : step.request.s;
     entered_rest();
