@@ -194,14 +194,17 @@ class GroupWriter {
   }
 
   void burn_line(WirePoint next, int motion, std::string words) {
-    ask_ = std::exchange(motion_, motion) != motion || set_power_;
-    if (ask_) words = fmt::format("G{}{}", motion, words);
+    // A G2 that arrived as G3 ends at the same place by another way, and goes unseen once the next line sets another
+    // mode: modes are asked back before they change.
+    if (motion_ != motion && unasked_) echo(stroke_, power_);
+    ask_ = set_power_;
+    if (std::exchange(motion_, motion) != motion || set_power_) words = fmt::format("G{}{}", motion, words);
     if (std::exchange(set_power_, false)) words += fmt::format("S{}", power_);
     lines_.push_back({words + "\n", LineKind::kBurn, at_, next});
     lines_.back().stroke = stroke_;
+    unasked_ = true;
   }
 
-  // A G2 that arrives as G3 ends at the same place by another way: the mode is asked back whenever it changes.
   void finish_move(WirePoint next, double longest_s) {
     lines_.back().longest_s = longest_s;
     at_ = next;
@@ -209,6 +212,7 @@ class GroupWriter {
   }
 
   void echo(std::size_t stroke, int power) {
+    unasked_ = false;
     lines_.push_back(
         {"$G\n", LineKind::kEcho, at_, at_, 0, stroke, false, feed_, power, motion_, power == GcodeLine::kAny});
   }
@@ -253,7 +257,8 @@ class GroupWriter {
   std::size_t stroke_ = 0;
   int motion_ = 0;          // G0 to G3, as the controller has it
   bool set_power_ = false;  // the stroke's power is still to be said
-  bool ask_ = false;        // the mode has changed with the line just written
+  bool ask_ = false;        // the line just written set the stroke's power
+  bool unasked_ = false;    // a line has burnt since the controller was asked what it understood
   bool absolute_ = true;
   float held_x_ = 0, held_y_ = 0;
 };

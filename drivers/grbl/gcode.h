@@ -6,8 +6,8 @@
 // end of the piece. Only the dark way to a piece is absolute (G53). Dark moves carry S0, so that even a G0 that arrives
 // as G1 burns nothing. Modes and feed are set ahead of the motions that need them and asked back ($G); no motion goes
 // out before the answer is right, since a feed that lost a digit would make a short motion last for a minute. Each
-// stroke's first burning line sets the power; modes, feed and power are asked back after it and after the last one.
-// Pure functions; thread-safe.
+// stroke's first burning line sets the power; modes, feed and power are asked back after it, before each change of the
+// mode, and after the last one. Pure functions; thread-safe.
 #pragma once
 
 #include <cstddef>

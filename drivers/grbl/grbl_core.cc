@@ -21,9 +21,10 @@ Overloaded(Handlers...) -> Overloaded<Handlers...>;
 GrblOptions GrblOptions::for_time_scale(double scale) {
   GrblOptions options;
   if (!(scale > 1)) return options;
-  for (Duration* limit : {&options.connect_timeout, &options.banner_wait, &options.settle_time, &options.poll_timeout,
-                          &options.silence_timeout, &options.lost_reply_timeout, &options.hold_timeout,
-                          &options.resume_timeout, &options.stop_timeout, &options.stall_timeout})
+  for (Duration* limit :
+       {&options.connect_timeout, &options.banner_wait, &options.settle_time, &options.poll_timeout,
+        &options.silence_timeout, &options.lost_reply_timeout, &options.hold_timeout, &options.resume_timeout,
+        &options.stop_timeout, &options.stall_timeout, &options.late_tolerance})
     *limit = Duration(std::llround(static_cast<double>(limit->count()) * scale));
   return options;
 }
@@ -93,7 +94,7 @@ void GrblCore::start(LaserJob job, TimePoint now) {
   if (const Status allowed = may_run(job); !allowed.ok()) return fail(allowed.error());
   const WirePoint at{std::llround((*position_)[0] * 1000), std::llround((*position_)[1] * 1000)};
   run_.emplace(std::move(job), settings_, options_, at);
-  run_->motion().set_slowest(overrides_.slowest_wanted());
+  run_->motion().set_slowest(overrides_.slowest_wanted(), now_);
   hold_ = Hold::kNone;
   off_path_ = idle_reports_ = 0;
   last_progress_ = now_;
@@ -217,7 +218,7 @@ void GrblCore::on_answer(std::optional<int> error_number) {
         {ErrorCode::kDeviceFault, fmt::format("the laser controller refused line {} \"{}\" with {}", answered.number,
                                               text, describe_error(*error_number, settings_.family))});
   }
-  run_->acknowledged(answered.line);
+  run_->acknowledged(answered.line, now_);
   if (answered.line.kind == LineKind::kEcho && !std::exchange(echo_seen_, false))
     stop_softly({ErrorCode::kDeviceFault,
                  fmt::format("the laser controller did not tell how it understood stroke {}: its answers "
@@ -344,7 +345,7 @@ void GrblCore::on_report(const StatusReport& report) {
       if (strangers)
         return stop_softly(
             {ErrorCode::kDeviceFault, "the speed or power override of the laser was changed at the machine"});
-      run_->motion().set_slowest(overrides_.slowest_wanted());
+      run_->motion().set_slowest(overrides_.slowest_wanted(), now_);
       on_job_report(report, poll);
       return drive_overrides();
     case Phase::kStopping:
@@ -495,7 +496,7 @@ Status GrblCore::set_overrides(const LaserOverrides& overrides, TimePoint now) {
   if (phase_ != Phase::kReady && phase_ != Phase::kJob && phase_ != Phase::kJogging)
     return Error{ErrorCode::kConflict, "the laser is not ready: overrides are set at rest or while a job runs"};
   if (const Status allowed = overrides_.want(overrides); !allowed.ok()) return allowed;
-  if (run_) run_->motion().set_slowest(overrides_.slowest_wanted());
+  if (run_) run_->motion().set_slowest(overrides_.slowest_wanted(), now_);
   drive_overrides();
   return Ok();
 }

@@ -156,7 +156,7 @@ class GrblCore {
   void send(const GcodeLine& line);
   void send_text(std::string text);
   void on_job_report(const StatusReport& report, const std::optional<Poll>& poll);
-  void follow_path();
+  void follow_path(const std::optional<Poll>& poll);
   void on_hold_report(const StatusReport& report);
   void on_idle_report(const std::optional<Poll>& poll);
   void verify_group();

@@ -86,7 +86,7 @@ void GrblCore::on_job_report(const StatusReport& report, const std::optional<Pol
   if (report.is("Door") && hold_ != Hold::kHeld && position_ &&
       run_->motion().may_have_burnt((*position_)[0], (*position_)[1]))
     run_->doubt();
-  follow_path();
+  follow_path(poll);
   if (phase_ != Phase::kJob) return;
   on_hold_report(report);
   if (phase_ != Phase::kJob || hold_ != Hold::kNone) return;
@@ -95,18 +95,29 @@ void GrblCore::on_job_report(const StatusReport& report, const std::optional<Pol
   idle_reports_ = 0;
 }
 
-void GrblCore::follow_path() {
+void GrblCore::follow_path(const std::optional<Poll>& poll) {
   if (!position_) return;
-  if (run_->motion().reported((*position_)[0], (*position_)[1])) {
+  const auto [x, y] = *position_;
+  if (run_->motion().reported(x, y, now_)) {
     off_path_ = 0;
-    return emit_executed();
+    emit_executed();
+    // A feed that lost a digit makes a short motion last for minutes, and the beam stands almost still.
+    const double late_s = poll && hold_ == Hold::kNone ? run_->motion().late_s(x, y, poll->at) : 0;
+    if (late_s <= std::chrono::duration<double>(options_.late_tolerance).count()) return;
+    return stop_softly({ErrorCode::kDeviceFault,
+                        fmt::format("the laser is slower than it was told at ({:.3f}, {:.3f}) in its own coordinates: "
+                                    "check the cable for disturbance",
+                                    x, y)});
   }
-  // One report may itself be garbled.
-  if (++off_path_ < 2) return;
+  // One report may itself be garbled: another one is asked for at once.
+  if (++off_path_ < 2) {
+    next_poll_ = std::min(next_poll_, now_ + options_.fast_poll_period / 2);
+    return;
+  }
   stop_softly({ErrorCode::kDeviceFault,
                fmt::format("the laser is off its path at ({:.3f}, {:.3f}) in its own coordinates: check the cable for "
                            "disturbance",
-                           (*position_)[0], (*position_)[1])});
+                           x, y)});
 }
 
 void GrblCore::on_hold_report(const StatusReport& report) {
@@ -138,6 +149,7 @@ void GrblCore::on_hold_report(const StatusReport& report) {
       hold_ = Hold::kNone;
       deadline_.reset();
       last_progress_ = now_;
+      run_->motion().went_on(now_);
       events_.emplace_back(laser_event::Resumed{});
       return;
   }

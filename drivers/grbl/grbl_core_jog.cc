@@ -63,7 +63,7 @@ void GrblCore::pump_jog() {
 
 void GrblCore::on_jog_answer(std::optional<int> error_number) {
   deadline_ = now_ + options_.stall_timeout;
-  jog_->motion.acknowledged();
+  jog_->motion.acknowledged(now_);
   // A line that was on its way when the jog was cancelled is a jog of its own.
   if (jog_->cancelled) output_.bytes += kJogCancel;
   if (!error_number || jog_->error) return;
@@ -74,7 +74,7 @@ void GrblCore::on_jog_answer(std::optional<int> error_number) {
 }
 
 void GrblCore::on_jog_report(const StatusReport& report, const std::optional<Poll>& poll) {
-  if (position_) jog_->motion.reported((*position_)[0], (*position_)[1]);
+  if (position_) jog_->motion.reported((*position_)[0], (*position_)[1], now_);
   if (report.is("Door") && report.state != "Door:2")
     return end_jog(Error{ErrorCode::kDeviceFault, "the lid was opened, so the jog ended: close it"});
   if (report.is("Alarm") || report.is("Sleep"))

@@ -30,6 +30,8 @@ struct GrblOptions {
   Duration stop_timeout = std::chrono::seconds(1);     // to stand still before a reset that keeps the position
   Duration homing_timeout = std::chrono::seconds(120);
   Duration stall_timeout = std::chrono::seconds(5);  // running without moving
+  // Beyond the longest that motions may take by the controller's own settings.
+  Duration late_tolerance = std::chrono::milliseconds(500);
 
   double queued_motion_s = 1.0;          // never more in the controller
   double longest_move_s = 0.2;           // longer strokes are split

@@ -27,8 +27,8 @@ void JobRun::sent() {
   if (line.gate) ++gates_;
 }
 
-void JobRun::acknowledged(const GcodeLine& line) {
-  if (line.moves()) motion_.acknowledged();
+void JobRun::acknowledged(const GcodeLine& line, TimePoint now) {
+  if (line.moves()) motion_.acknowledged(now);
   if (line.gate) --gates_;
 }
 

@@ -43,19 +43,20 @@ void MotionQueue::start_at(WirePoint at) {
 }
 
 bool MotionQueue::fits(const GcodeLine& line) const {
-  return queued_s_ + line.longest_s <= (limits_.longest_s - limits_.hidden_s) * slowest_;
+  return queued_s_ + line.longest_s <= (limits_.longest_s - limits_.hidden_s - limits_.unseen_s) * slowest_;
 }
 
 void MotionQueue::sent(const GcodeLine& line) {
-  moves_.push_back({line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn});
+  moves_.push_back(
+      {line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn, {}});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;
 }
 
-void MotionQueue::acknowledged() {
+void MotionQueue::acknowledged(TimePoint now) {
   if (acknowledged_ >= moves_.size()) return;
-  ++acknowledged_;
+  moves_[acknowledged_++].accepted = now;
   // The planner holds at most so many motions; the ones before have left it.
   if (acknowledged_ > limits_.planner_blocks) release(moves_[acknowledged_ - limits_.planner_blocks - 1]);
 }
@@ -76,13 +77,30 @@ void MotionQueue::pop_front() {
   if (moves_.empty()) queued_s_ = 0;
 }
 
-bool MotionQueue::reported(double x_mm, double y_mm) {
+bool MotionQueue::reported(double x_mm, double y_mm, TimePoint now) {
   if (moves_.empty()) return distance_to_segment_mm(x_mm, y_mm, begin_, begin_) <= limits_.tolerance_mm;
   const auto here =
       std::find_if(moves_.begin(), moves_.end(), [&](const Move& move) { return lies_on(move, x_mm, y_mm); });
   if (here == moves_.end()) return false;
+  if (here != moves_.begin()) front_since_ = now;
   for (auto passed = here - moves_.begin(); passed > 0; --passed) pop_front();
   return true;
+}
+
+double MotionQueue::late_s(double x_mm, double y_mm, TimePoint asked) const {
+  // Where the path crosses itself, the latest place that fits.
+  std::size_t count = acknowledged_;
+  while (count > 0 && !lies_on(moves_[count - 1], x_mm, y_mm)) --count;
+  if (count == 0) return 0;
+  const Move& last = moves_[count - 1];
+  if (count == acknowledged_ && distance_to_segment_mm(x_mm, y_mm, last.to, last.to) <= limits_.tolerance_mm) return 0;
+  double allowed = 0;
+  for (std::size_t i = 0; i < count; ++i) allowed += moves_[i].longest_s;
+  return std::chrono::duration<double>(asked - std::max(front_since_, last.accepted)).count() - allowed / slowest_;
+}
+
+void MotionQueue::set_slowest(double fraction, TimePoint now) {
+  if (std::exchange(slowest_, fraction) != fraction) went_on(now);
 }
 
 void MotionQueue::all_executed() {

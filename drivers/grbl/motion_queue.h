@@ -1,6 +1,6 @@
 // What motion the controller may still hold, and what it has surely executed.
 //
-// Two questions, two answers:
+// Three questions, three answers:
 //  - How long would the machine still move if the link died now? The sum of the longest durations of all motions sent
 //  and
 //    not known to be done. A motion is known to be done when a reported position lies in a later one, when the machine
@@ -8,6 +8,9 @@
 //    Each duration is from standstill to standstill, so the sum is never too small.
 //  - Which strokes are burnt? Those before the place the machine itself reports, and all when it has drained.
 //    Acknowledgements say nothing about that.
+//  - Is the machine late? Motions that were accepted take no longer than their sum; one that does runs with another
+//  feed
+//    or to another place than it was sent with.
 // Where the path crosses itself the earliest place that fits the reported position counts: too little is believed
 // done, never too much.
 //
@@ -19,6 +22,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/clock.h"
 #include "drivers/grbl/gcode.h"
 
 namespace veneer::grbl {
@@ -27,6 +31,8 @@ struct MotionQueueLimits {
   double longest_s = 1.0;
   // What the controller has taken out of its planner but not yet stepped: GRBL's segment buffer holds up to 6 x 10 ms.
   double hidden_s = 0.1;
+  // A line that grew on its way is mostly noticed when it has run on for so long.
+  double unseen_s = 0.1;
   std::size_t planner_blocks = 15;
   double tolerance_mm = 0.05;  // of a reported position to the path
 };
@@ -40,17 +46,23 @@ class MotionQueue {
   bool fits(const GcodeLine& line) const;
   void sent(const GcodeLine& line);
   // The oldest unanswered motion was accepted into the planner.
-  void acknowledged();
-  // False when the place is on no motion that can be under way. Nothing is concluded then.
-  bool reported(double x_mm, double y_mm);
+  void acknowledged(TimePoint now);
+  // `now` is when the report was heard. False when the place is on no motion that can be under way. Nothing is
+  // concluded then.
+  bool reported(double x_mm, double y_mm, TimePoint now);
+  // By how much a machine that was still here when it was asked at `asked` is late at least; <= 0 when it keeps its
+  // pace or stands where all that was accepted ends. Delays of the link make this smaller, never larger.
+  double late_s(double x_mm, double y_mm, TimePoint asked) const;
+  // It stood still until now: its pace counts from here.
+  void went_on(TimePoint now) { front_since_ = now; }
   // The machine stands still and every line was answered.
   void all_executed();
   // May the beam have been on between the place reported last and this one? False only when every motion that may have
   // run since was dark.
   bool may_have_burnt(double x_mm, double y_mm) const;
 
-  // Motion runs at this fraction of its programmed speed, by an override; at most 1 is counted on.
-  void set_slowest(double fraction) { slowest_ = fraction; }
+  // From now on motion runs at this fraction of its programmed speed, by an override; at most 1 is counted on.
+  void set_slowest(double fraction, TimePoint now);
   double queued_s() const { return queued_s_ / slowest_; }
   WirePoint end() const { return end_; }  // where the last motion sent leads to
   bool empty() const { return moves_.empty(); }
@@ -65,6 +77,7 @@ class MotionQueue {
     std::optional<std::size_t> ends_stroke;
     bool released = false;  // no longer counted in queued_s_
     bool burns = false;
+    TimePoint accepted{};
   };
   bool lies_on(const Move& move, double x_mm, double y_mm) const;
   void release(Move& move);
@@ -75,6 +88,7 @@ class MotionQueue {
   std::size_t acknowledged_ = 0;  // how many of moves_, from the front
   double queued_s_ = 0;
   double slowest_ = 1;
+  TimePoint front_since_{};  // the machine was in the front motion, at the latest
   WirePoint begin_, end_;
   std::vector<std::size_t> executed_;
 };

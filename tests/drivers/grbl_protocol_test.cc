@@ -347,11 +347,11 @@ TEST(MotionQueue, CountsAMotionUntilTheMachineIsSeenBehindIt) {
     sum += moves[sent++].longest_s;
   }
   EXPECT_LT(sent, moves.size());
-  EXPECT_LE(queue.queued_s(), 0.9);
+  EXPECT_LE(queue.queued_s(), 0.8);
   EXPECT_NEAR(queue.queued_s(), sum, 1e-9);
-  EXPECT_TRUE(queue.reported(-420 + 4.0, -280));  // in the second motion of 2.85 mm
+  EXPECT_TRUE(queue.reported(-420 + 4.0, -280, {}));  // in the second motion of 2.85 mm
   EXPECT_NEAR(queue.queued_s(), sum - moves[0].longest_s, 1e-9);
-  EXPECT_FALSE(queue.reported(-420 + 4.0, -279.9)) << "beside the path";
+  EXPECT_FALSE(queue.reported(-420 + 4.0, -279.9, {})) << "beside the path";
   EXPECT_TRUE(queue.take_executed().empty());
 }
 
@@ -361,9 +361,9 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
   queue.start_at(moves.front().from);
   for (const auto& move : moves) queue.sent(move);
   const double all = queue.queued_s();
-  EXPECT_TRUE(queue.reported(-420 + 1.0, -280));  // the crossing: in the first motion, and again in the last
+  EXPECT_TRUE(queue.reported(-420 + 1.0, -280, {}));  // the crossing: in the first motion, and again in the last
   EXPECT_NEAR(queue.queued_s(), all, 1e-9);
-  EXPECT_TRUE(queue.reported(-420 + 1.0, -281));
+  EXPECT_TRUE(queue.reported(-420 + 1.0, -281, {}));
   EXPECT_THAT(queue.take_executed(), testing::IsEmpty()) << "its last motion is not over";
   queue.all_executed();
   EXPECT_THAT(queue.take_executed(), testing::ElementsAre(0U));
@@ -379,9 +379,9 @@ TEST(MotionQueue, LetsGoOfShortMotionsThePlannerMustHaveLetGo) {
   queue.start_at(moves.front().from);
   for (std::size_t i = 0; i < 20; ++i) queue.sent(moves[i]);
   const double all = queue.queued_s();
-  for (int i = 0; i < 15; ++i) queue.acknowledged();
+  for (int i = 0; i < 15; ++i) queue.acknowledged({});
   EXPECT_NEAR(queue.queued_s(), all, 1e-12);
-  queue.acknowledged();
+  queue.acknowledged({});
   EXPECT_NEAR(queue.queued_s(), all - moves[0].longest_s, 1e-9);
   EXPECT_THAT(queue.take_executed(), testing::IsEmpty()) << "acknowledgements execute nothing";
 }
