@@ -39,11 +39,12 @@ class Keeper {
     }
   }
 
-  Result<KeptPatches> run() {
+  Result<KeptPatches> run(const std::stop_token& stop) {
     LaidPatches laid(problem_.queue.size());
     // First those that must stay.
     for (const bool must : {true, false}) {
       for (const KeptPiece& piece : options_.kept) {
+        if (stop.stop_requested()) return KeptPatches{};
         if (piece.must != must) continue;
         const auto patch = patches_.find(piece.mark);
         if (patch == patches_.end())
@@ -51,7 +52,7 @@ class Keeper {
               ErrorCode::kInvalidArgument,
               fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.mark)};
         if (!piece.place) continue;
-        laid[patch->second] = kept(*piece.place, problem_.queue[patch->second].match.outline);
+        laid[patch->second] = kept(*piece.place, problem_.queue[patch->second].match);
         if (must && !laid[patch->second])
           return Error{ErrorCode::kInvalidArgument,
                        fmt::format("piece {} cannot be cut there: that wood is not free", piece.mark)};
@@ -62,14 +63,16 @@ class Keeper {
   }
 
  private:
-  std::optional<Laid> kept(const KeptPiece::Place& place, const Ring<ArtworkFrame>& outline) {
+  std::optional<Laid> kept(const KeptPiece::Place& place, const MatchPatch& match) {
     for (std::size_t p = 0; p < stock_.size(); ++p) {
       if (!(stock_[p].id == place.panel)) continue;
       FreeWood& wood = problem_.panels[p].wood;
-      const Ring<PanelFrame> there = place.panel_from_artwork * outline;
+      const Ring<PanelFrame> there = place.panel_from_artwork * match.outline;
       if (!wood.admits(there)) return std::nullopt;
       wood.allocate(there);
-      return Laid{static_cast<int>(p), place.panel_from_artwork};
+      return Laid{static_cast<int>(p), place.panel_from_artwork,
+                  placement_cost(*match.features, match.grid, match.pixels, problem_.panels[p].features,
+                                 place.panel_from_artwork)};
     }
     return std::nullopt;
   }
@@ -125,9 +128,9 @@ class Keeper {
 }  // namespace
 
 Result<KeptPatches> keep_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                                const PlanOptions& options, Problem& problem) {
+                                const PlanOptions& options, Problem& problem, const std::stop_token& stop) {
   if (options.kept.empty()) return KeptPatches{};
-  return Keeper(artworks, stock, options, problem).run();
+  return Keeper(artworks, stock, options, problem).run(stop);
 }
 
 }  // namespace veneer::planner

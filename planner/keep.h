@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "planner/plan.h"
@@ -15,11 +16,12 @@ struct KeptPatches {
 };
 
 // Takes what PlanOptions::kept keeps out of the problem's queue, and its wood from the panels before anything is
-// indexed. Tones stay mapped to all the wood, so that kept pieces fit the others as before.
+// indexed. Returns early, with anything, once `stop` is requested. Tones stay mapped to all the wood, so that kept
+// pieces fit the others as before.
 //
 // kInvalidArgument: a mark that no patch has, or a piece that must stay and cannot: its wood is not free, or another
 // piece that must stay has it.
 Result<KeptPatches> keep_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                                const PlanOptions& options, Problem& problem);
+                                const PlanOptions& options, Problem& problem, const std::stop_token& stop);
 
 }  // namespace veneer::planner

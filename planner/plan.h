@@ -143,7 +143,7 @@ struct Shortage {
   std::size_t unfilled = 0;                    // patches without wood
   SquareMillimetres area{};                    // of them together
   std::array<SquareMillimetres, 8> missing{};  // the tones they look for (after gamut mapping), from dark to pale
-  SquareMillimetres left{};                    // free wood that no patch of the plan's sizes can use
+  std::optional<SquareMillimetres> left;       // free wood that no patch of the plan's sizes can use; none: not known
   struct Smaller {
     Millimetres side;
     std::size_t count = 0;  // at least so many squares of that side still fit
@@ -192,7 +192,8 @@ class PlanJournal;  // plan_journal.h
 //
 // kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, a patch
 // is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request;
-// Optimize::kGlobal that has greedy's plan already gives the best so far.
+// Optimize::kGlobal that has greedy's plan already gives the best that it has settled for (global_plan.h), and no
+// alternatives.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,

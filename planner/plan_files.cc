@@ -163,7 +163,7 @@ json shortage_to_json(const Shortage& shortage) {
   json out{{"unfilled", shortage.unfilled},
            {"area_mm2", shortage.area.count()},
            {"missing", missing},
-           {"free_left_mm2", shortage.left.count()},
+           {"free_left_mm2", shortage.left ? json(shortage.left->count()) : json()},
            {"smaller", nullptr}};
   if (shortage.smaller)
     out["smaller"] = {{"patch_mm", shortage.smaller->side.count()}, {"count", shortage.smaller->count}};

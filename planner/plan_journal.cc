@@ -13,12 +13,22 @@
 namespace veneer::planner {
 namespace {
 
-constexpr const char* kFormat = "veneer plan journal 1 ";
+constexpr const char* kFormat = "veneer plan journal 2 ";
 constexpr std::size_t kChecksum = 16;  // hex digits
 
 std::string hash_of(const std::string& text) { return sha256_hex(std::as_bytes(std::span(text))); }
 
-std::string line_of(const PlanJournal::Step& step) {
+std::string with_checksum(const std::string& body) { return hash_of(body).substr(0, kChecksum) + body + "\n"; }
+
+// None for a line that is torn or damaged.
+std::optional<std::string> without_checksum(const std::string& line) {
+  if (line.size() < kChecksum) return std::nullopt;
+  std::string body = line.substr(kChecksum);
+  if (hash_of(body).substr(0, kChecksum) != line.substr(0, kChecksum)) return std::nullopt;
+  return body;
+}
+
+std::string body_of(const PlanJournal::Step& step) {
   std::string body;
   for (const PlanJournal::Answer& answer : step) {
     body += fmt::format(" {} {}", answer.artwork, answer.patch);
@@ -29,15 +39,13 @@ std::string line_of(const PlanJournal::Step& step) {
     const Candidate& it = *answer.place;
     body += fmt::format(" {} {} {} {} {}", it.panel, it.rotation, it.y, it.x, std::bit_cast<std::uint64_t>(it.cost));
   }
-  return hash_of(body).substr(0, kChecksum) + body + "\n";
+  return body;
 }
 
-// None for a line that is torn or damaged.
-std::optional<PlanJournal::Step> step_of(const std::string& line) {
-  if (line.size() < kChecksum || hash_of(line.substr(kChecksum)).substr(0, kChecksum) != line.substr(0, kChecksum))
-    return std::nullopt;
+// Of a text: no step at all.
+PlanJournal::Step step_of(const std::string& body) {
   PlanJournal::Step step;
-  std::istringstream words(line.substr(kChecksum));
+  std::istringstream words(body);
   for (PlanJournal::Answer answer; words >> answer.artwork >> answer.patch; step.push_back(answer)) {
     answer.place.reset();
     std::string panel;
@@ -94,9 +102,9 @@ Result<PlanJournal> PlanJournal::open(const std::filesystem::path& path, const s
   std::string line;
   if (std::getline(old, line) && line == kFormat + key) {
     while (std::getline(old, line)) {
-      std::optional<Step> step = step_of(line);
-      if (!step) break;
-      journal.steps_.push_back(std::move(*step));
+      std::optional<std::string> body = without_checksum(line);
+      if (!body) break;
+      journal.lines_.push_back(std::move(*body));
     }
   }
   old.close();
@@ -110,7 +118,7 @@ Status PlanJournal::begin() {
   fresh += ".new";
   std::ofstream out(fresh, std::ios::binary | std::ios::trunc);
   out << kFormat << key_ << "\n";
-  for (const Step& step : steps_) out << line_of(step);
+  for (const std::string& body : lines_) out << with_checksum(body);
   out.close();
   std::error_code failed;
   if (out) std::filesystem::rename(fresh, path_, failed);
@@ -119,18 +127,37 @@ Status PlanJournal::begin() {
   return Ok();
 }
 
-std::optional<PlanJournal::Step> PlanJournal::next(const Step& asked) {
-  if (at_ == steps_.size()) return std::nullopt;
-  const Step& step = steps_[at_];
-  const auto same = [](const Answer& a, const Answer& b) { return a.artwork == b.artwork && a.patch == b.patch; };
-  if (step.size() >= asked.size() && std::equal(asked.begin(), asked.end(), step.begin(), same)) return steps_[at_++];
-  steps_.resize(at_);
+void PlanJournal::forget_the_rest() {
+  lines_.resize(at_);
   if (!begin().ok()) file_.close();
+}
+
+std::optional<PlanJournal::Step> PlanJournal::next(const Step& asked) {
+  if (at_ == lines_.size()) return std::nullopt;
+  Step step = step_of(lines_[at_]);
+  const auto same = [](const Answer& a, const Answer& b) { return a.artwork == b.artwork && a.patch == b.patch; };
+  if (step.size() >= asked.size() && std::equal(asked.begin(), asked.end(), step.begin(), same)) {
+    ++at_;
+    return step;
+  }
+  forget_the_rest();
   return std::nullopt;
 }
 
-void PlanJournal::add(const Step& step) {
-  if (file_.is_open()) file_ << line_of(step) << std::flush;
+void PlanJournal::add(const Step& step) { append(body_of(step)); }
+
+std::optional<std::string> PlanJournal::next_text(const std::string& kind) {
+  if (at_ == lines_.size()) return std::nullopt;
+  const std::string& body = lines_[at_];
+  if (body.starts_with(kind + " ")) return lines_[at_++].substr(kind.size() + 1);
+  forget_the_rest();
+  return std::nullopt;
+}
+
+void PlanJournal::add_text(const std::string& kind, const std::string& text) { append(kind + " " + text); }
+
+void PlanJournal::append(const std::string& body) {
+  if (file_.is_open()) file_ << with_checksum(body) << std::flush;
 }
 
 std::string plan_key(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,

@@ -2,7 +2,7 @@
 //
 // A step is what came of questions that the matcher was asked together. Planning is deterministic, so a later run with
 // the same inputs asks the same questions; it takes the remembered answers instead of searching, and its plan is byte
-// for byte that of an unbroken run.
+// for byte that of an unbroken run. What follows greedy remembers texts of its own (joint/joint_journal.h).
 //
 // The file is text: a line with the key of what is planned, then a line a step, each with its checksum. Lines are only
 // appended; a run that goes on drops what was torn and writes the rest anew, whole or not at all. Bound to one thread.
@@ -39,16 +39,22 @@ class PlanJournal {
   // Remembers a step, once there is no next. When the file cannot be written (a full disk) it is only ever shorter.
   void add(const Step& step);
 
-  bool goes_on() const { return !steps_.empty(); }  // there are steps of an earlier run
+  // The same for lines of text. `kind`: a word.
+  std::optional<std::string> next_text(const std::string& kind);
+  void add_text(const std::string& kind, const std::string& text);
+
+  bool goes_on() const { return !lines_.empty(); }  // there are lines of an earlier run
 
  private:
   PlanJournal(std::filesystem::path path, std::string key) : path_(std::move(path)), key_(std::move(key)) {}
   Status begin();
+  void forget_the_rest();
+  void append(const std::string& body);
 
   std::filesystem::path path_;
   std::string key_;
-  std::vector<Step> steps_;  // of earlier runs
-  std::size_t at_ = 0;       // the next of them
+  std::vector<std::string> lines_;  // of earlier runs, without checksums
+  std::size_t at_ = 0;              // the next of them
   std::ofstream file_;
 };
 

@@ -161,7 +161,7 @@ std::vector<std::size_t> reading_order(const Problem& problem) {
 
 // The patches of the queue with wood as `laid` says.
 void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const Problem& problem,
-                const Matcher& matcher, const LaidPatches& laid, Plan& plan) {
+                const LaidPatches& laid, Plan& plan) {
   for (const std::size_t i : reading_order(problem)) {
     const Problem::Task& task = problem.queue[i];
     const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
@@ -175,8 +175,7 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
     const auto panel = static_cast<std::size_t>(laid[i]->panel);
     const auto& panel_from_artwork = laid[i]->panel_from_artwork;
     piece.placement = Placement{stock[panel].id, panel_from_artwork, panel_from_artwork * patch.outline};
-    piece.cost = placement_cost(*task.match.features, task.match.grid, task.match.pixels,
-                                matcher.panels()[panel].features, panel_from_artwork);
+    piece.cost = laid[i]->cost;
   }
 }
 
@@ -218,7 +217,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   report(0, "reading the wood");
   Result<Problem> problem = make_problem(artworks, stock, options);
   if (!problem.ok()) return problem.error();
-  Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem);
+  Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem, stop);
   if (!staying.ok()) return staying.error();
   if (stop.stop_requested()) return cancelled;
 
@@ -251,21 +250,27 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     const double done = kIndexShare + greedy_share;
     JointOutcome joint = plan_jointly(
         *problem, *matcher, chosen, options, threads,
-        [&](double share, const std::string& text) { report(done + (1 - done) * share, text); }, stop);
+        [&](double share, const std::string& text) { report(done + (1 - done) * share, text); }, stop, journal);
     patches = std::move(joint.patches);
     plan.global = joint.report;
   }
-  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch);
+  const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, stop);
   const LaidPatches planned = patches;
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->laid.begin(), staying->laid.end(), std::back_inserter(patches));
-  add_pieces(artworks, stock, *problem, *matcher, patches, plan);
+  add_pieces(artworks, stock, *problem, patches, plan);
   plan.seconds.match = seconds_since(match_start);
   plan.shortage = shortage;
   if (options.alternatives > 0) {
-    const auto after = matcher_after(*problem, *matcher, planned, options, threads, stop);
-    add_alternatives(stock, *problem, *after, options.alternatives, threads, stop, plan);
-    if (stop.stop_requested()) return cancelled;
+    if (!stop.stop_requested()) {
+      const auto after = matcher_after(*problem, *matcher, planned, options, threads, stop);
+      add_alternatives(stock, *problem, *after, options.alternatives, threads, stop, plan);
+    }
+    // The plan itself is whole: it is not thrown away for want of a list.
+    if (stop.stop_requested()) {
+      for (Piece& piece : plan.pieces) piece.alternatives.clear();
+      plan.warnings.emplace_back("other places for the pieces are not listed, because planning was stopped");
+    }
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
   if (progress)

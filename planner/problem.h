@@ -50,6 +50,7 @@ struct TaskTree {
 struct Laid {
   int panel = 0;
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  double cost = 0;  // equation 4
 };
 using LaidPatches = std::vector<std::optional<Laid>>;  // one a task of the queue; none: unfilled
 

@@ -22,17 +22,17 @@ struct Leftover {
 };
 
 Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const LaidPatches& patches,
-                     Millimetres smallest) {
+                     Millimetres smallest, const std::stop_token& stop) {
   const Raster<PanelFrame>& stock = panel.wood.raster();
   const double wanted = kPixelsInTheSmallest / smallest.count();
   const int step = std::max(1, static_cast<int>(stock.resolution.px_per_mm / wanted));
   Leftover out;
   out.px_per_mm = stock.resolution.px_per_mm / step;
   out.free = cv::Mat(stock.pixels.rows / step, stock.pixels.cols / step, CV_8UC1, cv::Scalar(1));
-  for (int r = 0; r < out.free.rows * step; ++r)
+  for (int r = 0; r < out.free.rows * step && !stop.stop_requested(); ++r)
     for (int c = 0; c < out.free.cols * step; ++c)
       if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
-  for (std::size_t i = 0; i < patches.size(); ++i) {
+  for (std::size_t i = 0; i < patches.size() && !stop.stop_requested(); ++i) {
     if (!patches[i] || patches[i]->panel != index) continue;
     std::vector<cv::Point> corners;
     for (const auto& p : grown(patches[i]->panel_from_artwork * problem.queue[i].match.outline, panel.wood.kerf())) {
@@ -47,12 +47,12 @@ Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem,
 }
 
 // Upright squares side by side, row by row: fewer than would fit with turning and care.
-std::size_t squares_that_fit(const Leftover& leftover, Millimetres side) {
+std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const std::stop_token& stop) {
   const int pixels = static_cast<int>(std::ceil(side.count() * leftover.px_per_mm));
   // Free pixels on end in each column, up to the present row.
   std::vector<int> height(static_cast<std::size_t>(leftover.free.cols), 0);
   std::size_t count = 0;
-  for (int r = 0; r < leftover.free.rows; ++r) {
+  for (int r = 0; r < leftover.free.rows && !stop.stop_requested(); ++r) {
     int width = 0;
     for (int c = 0; c < leftover.free.cols; ++c) {
       int& here = height[static_cast<std::size_t>(c)];
@@ -70,7 +70,7 @@ std::size_t squares_that_fit(const Leftover& leftover, Millimetres side) {
 }  // namespace
 
 std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const LaidPatches& patches,
-                                    Millimetres patch) {
+                                    Millimetres patch, const std::stop_token& stop) {
   Shortage out;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     if (patches[i]) continue;
@@ -90,18 +90,22 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
   if (out.unfilled == 0) return std::nullopt;
   for (const SquareMillimetres& band : out.missing) out.area += band;
 
+  SquareMillimetres left{};
   std::vector<Leftover> leftovers;
   for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
     leftovers.push_back(
-        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back()));
-    out.left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
-                                  (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
+        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back(), stop));
+    left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
+                              (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
   }
+  if (stop.stop_requested()) return out;
+  out.left = left;
   for (const double share : kShares) {
     const Millimetres side = patch * share;
     std::size_t count = 0;
     for (std::size_t p = 0; p < leftovers.size(); ++p)
-      count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border());
+      count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border(), stop);
+    if (stop.stop_requested()) break;
     if (count == 0) continue;
     out.smaller = Shortage::Smaller{side, count};
     if (static_cast<double>(count) * (side * side).count() >= out.area.count()) break;
@@ -118,9 +122,10 @@ std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
   }
   std::string out =
       fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces, fmt::join(tones, ", "));
+  if (!shortage.left) return out + ": add a panel or choose smaller patches";
   if (!shortage.smaller)
     return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: add a panel",
-                             shortage.left.count());
+                             shortage.left->count());
   const double covered = static_cast<double>(shortage.smaller->count) *
                          (shortage.smaller->side * shortage.smaller->side).count() / shortage.area.count();
   return out + fmt::format("; {} {} patches of {:.1f} mm would still fit, {}: add a panel or choose smaller patches",

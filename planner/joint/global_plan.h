@@ -12,6 +12,7 @@
 
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"
+#include "planner/plan_journal.h"
 #include "planner/problem.h"
 
 namespace veneer::planner {
@@ -29,10 +30,11 @@ struct JointOutcome {
 using JointProgress = std::function<void(double share, const std::string& text)>;
 
 // `matcher` with its index built; its wood may have been taken. The same for any number of threads; only `stop` and
-// PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns what it has within 100 ms, at least
-// `greedy`.
+// PlanOptions::optimize_seconds depend on time. Once `stop` is requested it returns within 100 ms the best of the last
+// stage that it has finished (a sixteenth of the iterations), at least `greedy`; its report says after how many
+// iterations that was. `journal`: see make_plan.
 JointOutcome plan_jointly(const Problem& problem, const Matcher& matcher,
                           const std::vector<std::optional<Candidate>>& greedy, const PlanOptions& options, int threads,
-                          const JointProgress& progress, const std::stop_token& stop);
+                          const JointProgress& progress, const std::stop_token& stop, PlanJournal* journal = nullptr);
 
 }  // namespace veneer::planner

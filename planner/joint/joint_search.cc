@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t kMostEjected = 3;
 constexpr auto kNobody = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint64_t kSteady = 256;  // iterations at one temperature
+constexpr std::uint64_t kStages = 16;
 
 }  // namespace
 
@@ -23,17 +24,30 @@ Score score_of(const Chosen& chosen) {
   return score;
 }
 
-JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels,
-                         std::vector<std::vector<Place>> lists, const Chosen& start, std::uint64_t seed)
+std::uint32_t JointSearch::number_in(const std::vector<Place>& list, const std::optional<Place>& place) {
+  if (!place) return kNone;
+  return static_cast<std::uint32_t>(std::lower_bound(list.begin(), list.end(), *place, cheaper) - list.begin());
+}
+
+Chosen chosen_from(const JointSearch::Lists& lists, const std::vector<std::uint32_t>& numbers) {
+  Chosen out(lists.size());
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    if (numbers[i] != JointSearch::kNone) out[i] = lists[i][numbers[i]];
+  return out;
+}
+
+JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels, Lists lists,
+                         const State& start, std::uint64_t seed)
     : footprints_(footprints),
       lists_(std::move(lists)),
       arrangement_(footprints, panels),
-      chosen_(start),
-      best_(start),
-      random_(seed) {
-  score_ = best_score_ = score_of(start);
-  for (std::size_t i = 0; i < start.size(); ++i)
-    if (start[i]) arrangement_.put(i, start[i]->pose);
+      chosen_(chosen_from(lists_, start.chosen)),
+      best_(chosen_from(lists_, start.best)),
+      iteration_(start.iteration),
+      seed_(seed) {
+  best_score_ = score_of(best_);
+  for (std::size_t i = 0; i < chosen_.size(); ++i)
+    if (chosen_[i]) arrangement_.put(i, chosen_[i]->pose);
   for (const auto& list : lists_) blockers_.emplace_back(list.size(), kNobody);
   for (const auto& list : lists_)
     if (!list.empty()) unfilled_cost_ = std::max(unfilled_cost_, 2 * list.back().cost);
@@ -63,16 +77,32 @@ double Cooling::at(std::uint64_t iteration) const {
   return hot * std::pow(cold / hot, static_cast<double>(iteration) / static_cast<double>(iterations));
 }
 
-std::uint64_t JointSearch::run(const Cooling& cooling, std::uint64_t from, std::uint64_t to,
-                               const std::stop_token& stop) {
-  for (std::uint64_t i = from; i < to; ++i) {
-    if (i % kSteady == 0 || i == from) {
-      if (stop.stop_requested()) return i;
-      temperature_ = cooling.at(i / kSteady * kSteady);
-    }
+std::uint64_t Cooling::next_stage(std::uint64_t iteration) const {
+  const std::uint64_t length = (iterations / kStages / kSteady + 1) * kSteady;
+  return std::min(iterations, (iteration / length + 1) * length);
+}
+
+// Makes everything that decides what follows a function of the state alone.
+void JointSearch::begin_stage() {
+  random_.seed(seed_ ^ (iteration_ * 0x9E3779B97F4A7C15));
+  score_ = score_of(chosen_), best_score_ = score_of(best());
+}
+
+void JointSearch::run(const Cooling& cooling, std::uint64_t to, const std::stop_token& stop) {
+  for (; iteration_ < to && !stop.stop_requested(); ++iteration_) {
+    if (cooling.begins_a_stage(iteration_)) begin_stage();
+    if (iteration_ % kSteady == 0) temperature_ = cooling.at(iteration_);
     attempt(-temperature_ * std::log(1 - uniform()));
   }
-  return to;
+}
+
+JointSearch::State JointSearch::state() {
+  State out{iteration_, {}, {}};
+  for (std::size_t i = 0; i < lists_.size(); ++i) {
+    out.chosen.push_back(number_in(lists_[i], chosen_[i]));
+    out.best.push_back(number_in(lists_[i], best()[i]));
+  }
+  return out;
 }
 
 // One move, taken back when it costs more than `allowed`.
@@ -92,6 +122,7 @@ void JointSearch::attempt(double allowed) {
   ejected_.clear();
   arrangement_.in_the_way(patch, wanted.pose, ejected_);
   if (ejected_.size() > kMostEjected) return;
+  std::sort(ejected_.begin(), ejected_.end());  // so that nothing depends on how they came to lie there
   double left = allowed + mine - wanted.cost;
   for (const std::size_t other : ejected_) left += cost_of(chosen_[other]);
   // What the ejected cost at best.
@@ -102,7 +133,6 @@ void JointSearch::attempt(double allowed) {
   steps_.clear();
   for (const std::size_t other : ejected_) set(other, std::nullopt);
   set(patch, wanted);
-  std::sort(ejected_.begin(), ejected_.end());
   bool taken = true;
   for (std::size_t i = 0; i < ejected_.size() && taken; ++i) taken = refill(ejected_[i], left);
   if (!taken) return undo();

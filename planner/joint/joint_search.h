@@ -2,10 +2,12 @@
 // lie in its way and give each of them its best free place.
 //
 // Iterations, not seconds, decide how long it runs, so results repeat bit for bit. The best arrangement seen is kept.
-// One thread.
+// Iterations come in stages; what lies between two stages is a State, from which another search goes on to the same
+// result. One thread.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <random>
 #include <span>
@@ -28,32 +30,55 @@ struct Score {
   }
 };
 Score score_of(const Chosen& chosen);
+// The places that numbers in the lists name.
+Chosen chosen_from(const std::vector<std::vector<Place>>& lists, const std::vector<std::uint32_t>& numbers);
 
 // Temperatures, in cost, fall evenly by factors over the iterations.
 struct Cooling {
   double hot, cold;
   std::uint64_t iterations;
   double at(std::uint64_t iteration) const;
+  // The first iteration of the stage after that of `iteration`.
+  std::uint64_t next_stage(std::uint64_t iteration) const;
+  bool begins_a_stage(std::uint64_t iteration) const {
+    return iteration == 0 || next_stage(iteration - 1) == iteration;
+  }
 };
 
 class JointSearch {
  public:
+  using Lists = std::vector<std::vector<Place>>;
+  // Arrangements as numbers of places in the lists.
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  // unfilled
+  struct State {
+    std::uint64_t iteration = 0;  // the next one: the first of a stage
+    std::vector<std::uint32_t> chosen, best;
+    friend bool operator==(const State&, const State&) = default;
+  };
+
+  // Of a place that is in the list.
+  static std::uint32_t number_in(const std::vector<Place>& list, const std::optional<Place>& place);
+
   // `lists`: for each patch places on free wood, cheapest first. `start` must be free of overlaps.
-  JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels,
-              std::vector<std::vector<Place>> lists, const Chosen& start, std::uint64_t seed);
+  JointSearch(std::span<const Footprint> footprints, const std::vector<MatchPanel>& panels, Lists lists,
+              const State& start, std::uint64_t seed);
 
-  // Iterations number `from` to `to` of the cooling. Returns the number of the next one, early once `stop` is
+  // The next iterations of the cooling, up to number `to`. Returns early, after the iteration under way, once `stop` is
   // requested.
-  std::uint64_t run(const Cooling& cooling, std::uint64_t from, std::uint64_t to, const std::stop_token& stop);
+  void run(const Cooling& cooling, std::uint64_t to, const std::stop_token& stop);
 
+  std::uint64_t iteration() const { return iteration_; }  // the next one
   const Chosen& best();
   const Score& best_score() const { return best_score_; }
+  State state();
+  const Lists& lists() const { return lists_; }
 
  private:
   struct Step {
     std::size_t patch;
     std::optional<Place> before;
   };
+  void begin_stage();
   void attempt(double allowed);
   bool refill(std::size_t patch, double& allowed);
   void set(std::size_t patch, const std::optional<Place>& place);
@@ -63,13 +88,14 @@ class JointSearch {
   double cost_of(const std::optional<Place>& place) const { return place ? place->cost : unfilled_cost_; }
 
   std::span<const Footprint> footprints_;
-  std::vector<std::vector<Place>> lists_;
+  Lists lists_;
   std::vector<std::vector<std::uint32_t>> blockers_;  // for each place who was in the way last: asked first
   Arrangement arrangement_;
   Chosen chosen_, best_;
   bool best_is_chosen_ = false;  // then best_ is out of date
   Score score_, best_score_;
   double unfilled_cost_ = 0, temperature_ = 0;
+  std::uint64_t iteration_, seed_;
   std::mt19937_64 random_;
   std::vector<Step> steps_;           // of the attempt under way
   std::vector<std::size_t> ejected_;  // by it

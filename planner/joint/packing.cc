@@ -23,16 +23,22 @@ Ring<ArtworkFrame> rectangle(Millimetres width, Millimetres height) {
 }
 
 // What is left of the free wood: at first without the position margin, then without what has been taken.
-Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFrame>>& taken) {
+Raster<PanelFrame> leftover(const FreeWood& wood, const std::vector<Ring<PanelFrame>>& taken,
+                            const std::stop_token& stop) {
+  constexpr int kBand = 256;  // rows between looks at `stop`
+  const cv::Mat& all = wood.raster().pixels;
   Raster<PanelFrame> free = wood.raster();
   const Millimetres margin = wood.border() - wood.kerf() - FreeWood::kSlack;
-  const int reach = static_cast<int>(std::ceil(free.resolution.to_px(margin).count() - 1e-6));
-  free.pixels = wood.raster().pixels.clone();
-  if (reach > 0)
-    cv::erode(wood.raster().pixels, free.pixels,
-              cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1}), {-1, -1}, 1,
-              cv::BORDER_CONSTANT, 0);
+  const int reach = std::max(0, static_cast<int>(std::ceil(free.resolution.to_px(margin).count() - 1e-6)));
+  const cv::Mat near = cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1});
+  free.pixels = cv::Mat(all.size(), CV_8UC1);
+  for (int top = 0; top < all.rows && !stop.stop_requested(); top += kBand) {
+    const cv::Range band(top, std::min(all.rows, top + kBand));
+    cv::Mat part = free.pixels.rowRange(band);
+    cv::erode(all.rowRange(band), part, near, {-1, -1}, 1, cv::BORDER_CONSTANT, 0);  // looks beyond the band
+  }
   for (const Ring<PanelFrame>& ring : taken) {
+    if (stop.stop_requested()) break;
     std::vector<cv::Point> corners;
     for (const auto& p : ring) {
       double column = 0, row = 0;
@@ -150,7 +156,7 @@ class Packer {
       std::vector<Ring<PanelFrame>> taken;
       for (const Pose& pose : packed)
         if (pose.panel == static_cast<int>(p)) taken.push_back(grown(laid(pose), panels_[p].wood.kerf()));
-      out[p] = leftover(panels_[p].wood, taken);
+      out[p] = leftover(panels_[p].wood, taken, stop_);
     });
     return out;
   }
@@ -187,6 +193,7 @@ class Packer {
         if (most.size() == region.size() || stop_.stop_requested()) break;
         std::vector<Pose> settled;
         for (Pose pose : region) {
+          if (stop_.stop_requested()) return;
           const FreeWood& wood = panels_[static_cast<std::size_t>(pose.panel)].wood;
           const Millimetres pixel = wood.raster().resolution.to_mm(Pixels(1));
           pose.x += right * pixel.count(), pose.y -= down * pixel.count();

@@ -20,10 +20,13 @@ constexpr int kPositionsASide = 4;  // of a region
 // Whether a convex outline can lie somewhere, mostly without asking the polygons.
 class Clearance {
  public:
-  // Once `stop` is requested it returns early and must not be asked.
-  Clearance(const FreeWood& wood, double inner, const std::stop_token& stop) : wood_(wood), inner_(inner) {
+  // Radii of the outlines: of the largest circle inside, and of the smallest around with all that is kept from it. Once
+  // `stop` is requested it returns early and must not be asked.
+  Clearance(const FreeWood& wood, double inner, double outer, const std::stop_token& stop)
+      : wood_(wood), inner_(inner), outer_(outer) {
     const Raster<PanelFrame>& free = wood.raster();
     step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(inner / 8)).count()));
+    cell_ = free.resolution.to_mm(Pixels(step_)).count();
     // What is left over at the right and lower border is narrower than any patch's margin.
     cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
     for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
@@ -34,25 +37,41 @@ class Clearance {
     }
     if (stop.stop_requested()) return;
     cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
-    cv::distanceTransform(wholly_free, distance_, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-    cell_ = free.resolution.to_mm(Pixels(step_)).count();
+    measure(wholly_free, stop);
   }
 
-  // -1: certainly not, 1: certainly, 0: ask the outline. `outer` is the radius around it.
-  int at(const Point<PanelFrame>& centre, double outer) const {
+  // -1: certainly not, 1: certainly, 0: ask the outline.
+  int at(const Point<PanelFrame>& centre) const {
     double column = 0, row = 0;
     wood_.raster().to_pixels(centre, column, row);
     const int c = static_cast<int>(std::floor(column / step_)) + 1, r = static_cast<int>(std::floor(row / step_)) + 1;
     if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return -1;
     // From cell centre to cell centre; either point lies within half a diagonal of its own.
-    const double distance = distance_.at<float>(r, c) * cell_, doubt = 1.5 * cell_;
-    if (distance - doubt > outer) return 1;
+    const double distance = distance_.at<float>(r, c) * cell_, doubt = kDoubt * cell_;
+    if (distance - doubt > outer_) return 1;
     return distance + doubt < inner_ ? -1 : 0;
   }
 
  private:
+  static constexpr double kDoubt = 1.5;  // cells
+  static constexpr int kBand = 64;       // rows
+
+  // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
+  // beyond its own rows.
+  void measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
+    const int reach = static_cast<int>(std::ceil(outer_ / cell_ + kDoubt)) + 1;
+    distance_.create(wholly_free.size(), CV_32FC1);
+    for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kBand) {
+      const cv::Range band(top, std::min(wholly_free.rows, top + kBand));
+      const cv::Range seen(std::max(0, band.start - reach), std::min(wholly_free.rows, band.end + reach));
+      cv::Mat distance;
+      cv::distanceTransform(wholly_free.rowRange(seen), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+      distance.rowRange(band.start - seen.start, band.end - seen.start).copyTo(distance_.rowRange(band));
+    }
+  }
+
   const FreeWood& wood_;
-  double inner_, cell_ = 0;
+  double inner_, outer_, cell_ = 0;
   int step_ = 1;
   cv::Mat distance_;  // in cells
 };
@@ -100,13 +119,18 @@ class ClassSurvey {
         options_(options),
         model_(problem.queue[patches_.front()].match),
         blocks_(model_.pixels),
+        stop_(stop),
         region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {
-    for (const std::size_t patch : patches_) sketches_.emplace_back(problem.queue[patch].match, blocks_);
+    for (const std::size_t patch : patches_) {
+      if (stop.stop_requested()) return;
+      sketches_.emplace_back(problem.queue[patch].match, blocks_);
+    }
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
-      // Without the kerf's growth, which on_free_wood() adds itself.
+      const Footprint& footprint = footprints_[patches_.front()];
+      const double margin = (panel.wood.border() - panel.wood.kerf()).count() * 1.5;
       panels_.push_back({PanelSketch(panel.features.pixels, blocks_, stop),
-                         Clearance(panel.wood, footprints_[patches_.front()].inner(), stop),
+                         Clearance(panel.wood, footprint.inner(), footprint.outer() + margin, stop),
                          static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
                          static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
       panels_.back().first_row = rows_;
@@ -115,23 +139,24 @@ class ClassSurvey {
     if (!stop.stop_requested()) describe_slots();
   }
 
-  void run(Survey& survey, const std::stop_token& stop, const std::function<void(double)>& progress) {
+  void run(Survey& survey, const std::function<void(double)>& progress) {
+    if (stop_.stop_requested()) return;
     std::vector<Best> best(patches_.size(), Best(2 * options_.places));
     std::mutex merging;
     run_parallel(
-        rows_, options_.threads, stop,
+        rows_, options_.threads, stop_,
         [&](std::size_t row) {
           std::vector<Best> mine(patches_.size(), Best(2 * options_.places));
           survey_row(row, mine);
           const std::lock_guard lock(merging);
-          for (std::size_t i = 0; i < mine.size(); ++i)
+          for (std::size_t i = 0; i < mine.size() && !stop_.stop_requested(); ++i)
             for (const Found& found : mine[i].found()) best[i].offer(found);
         },
         [&](std::size_t done) {
           if (progress) progress(0.7 * static_cast<double>(done) / static_cast<double>(rows_));
         });
     run_parallel(
-        patches_.size(), options_.threads, stop,
+        patches_.size(), options_.threads, stop_,
         [&](std::size_t i) {
           survey.places[patches_[i]] = measured(patches_[i], best[i].found());
           survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
@@ -178,8 +203,7 @@ class ClassSurvey {
     const MatchPanel& panel = matcher_.panels()[static_cast<std::size_t>(spot.panel)];
     const Footprint& footprint = footprints_[patches_.front()];
     const Point<PanelFrame> centre = panel.features.from_pixels(spot.column, spot.row);
-    const double margin = (panel.wood.border() - panel.wood.kerf()).count() * 1.5;
-    const int answer = panels_[static_cast<std::size_t>(spot.panel)].clearance.at(centre, footprint.outer() + margin);
+    const int answer = panels_[static_cast<std::size_t>(spot.panel)].clearance.at(centre);
     if (answer != 0) return answer > 0;
     const double angle = matcher_.lattice(spot.panel, spot.rotation).turn().count();
     const Pose pose = pose_at(spot.panel, centre.x.count(), centre.y.count(), angle);
@@ -192,7 +216,7 @@ class ClassSurvey {
     const std::size_t stride = (per_region() + kPlacesAtOnce - 1) / kPlacesAtOnce * kPlacesAtOnce;
     std::vector<float> numbers(sketch.numbers() * stride), squares(stride), scores(stride);
     std::vector<std::uint32_t> there;
-    for (int column = 0; column < panels_[panel].columns; ++column) {
+    for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
       there.clear();
       for (std::uint32_t within = 0; within < per_region(); ++within) {
         const Spot at = spot(row, column, within);
@@ -218,7 +242,7 @@ class ClassSurvey {
     slot_stride_ = (slots_.size() + kPlacesAtOnce - 1) / kPlacesAtOnce * kPlacesAtOnce;
     slot_numbers_.resize(panels_.front().sketch.numbers() * slot_stride_);
     slot_squares_.resize(slot_stride_);
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
+    for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
       const Pose& slot = slots_[i];
       const auto panel = static_cast<std::size_t>(slot.panel);
       double column = 0, row = 0;
@@ -244,7 +268,10 @@ class ClassSurvey {
     order.resize(std::min(order.size(), options_.places / 2));
     const NearSearch near(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
     std::vector<Place> places;
-    for (const std::size_t i : order) places.push_back({slots_[i], near.cost(slots_[i])});
+    for (const std::size_t i : order) {
+      if (stop_.stop_requested()) break;
+      places.push_back({slots_[i], near.cost(slots_[i])});
+    }
     std::sort(places.begin(), places.end(), cheaper);
     return places;
   }
@@ -259,7 +286,7 @@ class ClassSurvey {
     std::vector<Spot> kept;
     std::vector<Place> places;
     for (const Found& it : found) {
-      if (places.size() == options_.places) break;
+      if (places.size() == options_.places || stop_.stop_requested()) break;
       const std::uint64_t region = it.number / per_region();
       const Spot at = spot(region / widest(), static_cast<int>(region % widest()),
                            static_cast<std::uint32_t>(it.number % per_region()));
@@ -293,6 +320,7 @@ class ClassSurvey {
   const SurveyOptions& options_;
   const MatchPatch& model_;
   SketchBlocks blocks_;
+  const std::stop_token& stop_;
   double region_;  // pixels
   std::vector<PatchSketch> sketches_;
   std::vector<Panel> panels_;
@@ -314,10 +342,9 @@ Survey survey_places(const Problem& problem, const Matcher& matcher, std::span<c
   for (std::vector<std::size_t>& patches : classes) {
     if (patches.empty() || stop.stop_requested()) continue;
     const double share = static_cast<double>(patches.size()) / static_cast<double>(problem.queue.size());
-    ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options, stop)
-        .run(survey, stop, [&](double part) {
-          if (progress) progress(done + share * part);
-        });
+    ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options, stop).run(survey, [&](double part) {
+      if (progress) progress(done + share * part);
+    });
     done += share;
   }
   return survey;

@@ -41,7 +41,10 @@ std::vector<std::vector<Pose>> Shelves::filled(const std::stop_token& stop) {
   std::map<std::size_t, std::vector<Run>> by_region;
   for (const Run& run : runs_) by_region[root(run.region)].push_back(run);
   std::vector<std::vector<Pose>> out;
-  for (const auto& [region, runs] : by_region) out.push_back(fill(runs));
+  for (const auto& [region, runs] : by_region) {
+    if (stop.stop_requested()) break;
+    out.push_back(fill(runs, stop));
+  }
   return out;
 }
 
@@ -100,10 +103,11 @@ std::size_t Shelves::root(std::size_t region) {
 }
 
 // `runs` are those of one region.
-std::vector<Pose> Shelves::fill(const std::vector<Run>& runs) const {
+std::vector<Pose> Shelves::fill(const std::vector<Run>& runs, const std::stop_token& stop) const {
   const int top = runs.front().row, count = runs.back().row - top + 1;
   std::vector<std::vector<int>> row(static_cast<std::size_t>(count));  // left points of the rectangles of a row
   for (const Run& run : runs) {
+    if (stop.stop_requested()) return {};
     std::vector<int>& lefts = row[static_cast<std::size_t>(run.row - top)];
     int next = lefts.empty() ? run.first : std::max(run.first, lefts.back() + across_);
     for (; next <= run.last; next += across_) lefts.push_back(next);

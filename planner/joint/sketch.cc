@@ -39,6 +39,19 @@ cv::Mat averaged(const cv::Mat& features, int step, bool squares, const std::sto
   return out;
 }
 
+// Over reach x reach pixels; band by band, so that a stop is heeded.
+cv::Mat blurred(const cv::Mat& map, int reach, const std::stop_token& stop) {
+  constexpr int kBand = 64;
+  cv::Mat out(map.size(), map.type());
+  for (int top = 0; top < map.rows && !stop.stop_requested(); top += kBand) {
+    const cv::Range band(top, std::min(map.rows, top + kBand));
+    // The filter looks beyond a part of a picture, into the whole.
+    cv::Mat part = out.rowRange(band);
+    cv::blur(map.rowRange(band), part, {reach, reach}, {-1, -1}, cv::BORDER_REPLICATE);
+  }
+  return out;
+}
+
 }  // namespace
 
 SketchBlocks::SketchBlocks(const PatchPixels& window)
@@ -53,12 +66,10 @@ PanelSketch::PanelSketch(const cv::Mat& features, const SketchBlocks& blocks, co
       step_(std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / kMapPixelsABlock)))) {
   // The map's pixels are smaller than a block and then blurred to its size, so that places between them are met too.
   const int reach = std::max(1, static_cast<int>(std::lround(std::min(blocks.width, blocks.height) / step_)));
-  cv::Mat means = averaged(features, step_, false, stop), squares = averaged(features, step_, true, stop);
-  if (stop.stop_requested()) return;
-  cv::blur(means, means, {reach, reach}, {-1, -1}, cv::BORDER_REPLICATE);
-  cv::blur(squares, squares, {reach, reach}, {-1, -1}, cv::BORDER_REPLICATE);
+  const cv::Mat means = blurred(averaged(features, step_, false, stop), reach, stop);
+  const cv::Mat squares = blurred(averaged(features, step_, true, stop), reach, stop);
   map_.create(means.size(), CV_32FC(channels_ + 1));
-  for (int r = 0; r < map_.rows; ++r) {
+  for (int r = 0; r < map_.rows && !stop.stop_requested(); ++r) {
     const auto *mean = means.ptr<float>(r), *square = squares.ptr<float>(r);
     auto* to = map_.ptr<float>(r);
     for (int c = 0; c < map_.cols; ++c) {

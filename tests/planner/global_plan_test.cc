@@ -3,12 +3,19 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <pthread.h>
+
+#include <atomic>
+#include <ctime>
+#include <thread>
+
 #include "base/polygon_ops.h"
 #include "planner/joint/footprint.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/free_wood.h"
 #include "planner/plan_files.h"
 #include "tests/support/synthetic_wood.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::planner {
 namespace {
@@ -36,7 +43,7 @@ PlanOptions greedy(PlanOptions options) {
   return options;
 }
 
-class GlobalPlanOfSeed : public testing::TestWithParam<std::uint64_t> {};
+class GlobalPlanOfSeed : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
   const std::uint64_t seed = GetParam();
@@ -68,7 +75,7 @@ TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, GlobalPlanOfSeed, testing::Range<std::uint64_t>(1, 13));
+INSTANTIATE_TEST_SUITE_P(Seeds, GlobalPlanOfSeed, ::testing::Range<std::uint64_t>(1, 13));
 
 TEST(GlobalPlan, GainsWhereWoodIsScarce) {
   const std::vector<StockPanel> stock{wood_panel("P", 150, 110, 50.8, 2)};
@@ -129,7 +136,9 @@ TEST(GlobalPlan, AStoppedRunGivesTheBestSoFarAndIsRepeatedByItsIterations) {
 // The optimisation alone, whose progress is told often.
 class Jointly {
  public:
-  explicit Jointly(PlanOptions options) : options_(std::move(options)), problem_(problem()), matcher_(matcher()) {
+  explicit Jointly(PlanOptions options, const StockPanel& panel = wood_panel("P", 110, 90, 50.8, 2),
+                   const Artwork& artwork = blob_artwork("A", 50, 40, 35_mm, 1))
+      : options_(std::move(options)), problem_(problem(panel, artwork)), matcher_(matcher()) {
     matcher_.build_index(1, {});
     for (const Problem::Task& task : problem_.queue) {
       greedy_.push_back(matcher_.best(task.match, {}));
@@ -138,17 +147,15 @@ class Jointly {
   }
   JointOutcome run(
       std::uint64_t iterations, const JointProgress& progress = [](double, const std::string&) {},
-      const std::stop_token& stop = {}) {
+      const std::stop_token& stop = {}, PlanJournal* journal = nullptr) {
     PlanOptions options = options_;
     options.optimize_iterations = iterations;
-    return plan_jointly(problem_, matcher_, greedy_, options, 1, progress, stop);
+    return plan_jointly(problem_, matcher_, greedy_, options, 1, progress, stop, journal);
   }
   LaidPatches greedy() const { return laid(problem_, matcher_, greedy_); }
 
  private:
-  Problem problem() const {
-    const StockPanel panel = wood_panel("P", 110, 90, 50.8, 2);
-    const Artwork artwork = blob_artwork("A", 50, 40, 35_mm, 1);
+  Problem problem(const StockPanel& panel, const Artwork& artwork) const {
     auto made = make_problem({&artwork, 1}, {&panel, 1}, options_);
     if (!made.ok()) throw std::runtime_error(made.error().message);
     return std::move(*made);
@@ -180,13 +187,57 @@ TEST(GlobalPlan, AStopAtAnyMomentIsRepeatedByItsIterations) {
   std::stop_source stop;
   const JointOutcome outcome = jointly.run(
       0,
-      [&](double, const std::string& text) {
-        if (text.starts_with("optimising")) stop.request_stop();
+      [&](double share, const std::string&) {
+        if (share > 0.6) stop.request_stop();
       },
       stop.get_token());
   ASSERT_TRUE(outcome.report.stopped);
   ASSERT_GT(outcome.report.iterations, 0U);
   expect_same(jointly.run(outcome.report.iterations).patches, outcome.patches);
+}
+
+// Of the thread that makes the clock, in seconds of its processor time.
+class ThreadClock {
+ public:
+  ThreadClock() { ::pthread_getcpuclockid(::pthread_self(), &id_); }
+  double now() const {
+    timespec time{};
+    ::clock_gettime(id_, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+  }
+
+ private:
+  clockid_t id_{};
+};
+
+// Shares of the whole run's own work, so the machine's speed and its other work do not matter.
+TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStopped) {
+  PlanOptions options = small_options();
+  options.patch = 4_mm;
+  // Packing, too: there is not wood enough for greedy.
+  Jointly jointly(options, wood_panel("P", 250, 44, 50.8, 2), blob_artwork("A", 50, 40, 40_mm, 1));
+  const auto none = [](double, const std::string&) {};
+  const ThreadClock clock;
+  const double before = clock.now();
+  ASSERT_GT(jointly.run(100000, none).report.greedy_unfilled, 0U);
+  const double whole = clock.now() - before;
+  constexpr int kMoments = 12;
+  for (int k = 0; k < kMoments; ++k) {
+    std::stop_source stop;
+    const double moment = clock.now() + whole * k / kMoments;
+    std::atomic<double> stopped = std::numeric_limits<double>::infinity();
+    double ended = 0;
+    {
+      const std::jthread stopper([&](const std::stop_token& over) {
+        while (clock.now() < moment && !over.stop_requested()) std::this_thread::yield();
+        stop.request_stop();
+        stopped = clock.now();  // not earlier: what was done while this thread waited its turn would count
+      });
+      jointly.run(100000, none, stop.get_token());
+      ended = clock.now();
+    }
+    EXPECT_LT(ended - stopped, 0.015 * whole) << "after " << k << " of " << kMoments << " parts of the work";
+  }
 }
 
 TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
@@ -201,6 +252,37 @@ TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
   EXPECT_TRUE(outcome.report.stopped);
   EXPECT_EQ(outcome.report.iterations, 0U);
   expect_same(outcome.patches, jointly.greedy());
+}
+
+TEST(GlobalPlan, GoesOnFromAJournalWithoutDoingAgainWhatWasDone) {
+  const veneer::testing::TempDirectory folder;
+  const auto journal = [&] { return std::move(*PlanJournal::open(folder.path() / "plan.journal", "key")); };
+  Jointly jointly(small_options());
+  const JointOutcome unbroken = jointly.run(0);
+  std::stop_source stop;
+  PlanJournal first = journal();
+  const JointOutcome stopped = jointly.run(
+      0,
+      [&](double share, const std::string&) {
+        if (share > 0.6) stop.request_stop();
+      },
+      stop.get_token(), &first);
+  ASSERT_TRUE(stopped.report.stopped);
+
+  PlanJournal second = journal();
+  ASSERT_TRUE(second.goes_on());
+  double lowest = 1;
+  const JointOutcome gone_on = jointly.run(
+      0,
+      [&](double share, const std::string& text) {
+        lowest = std::min(lowest, share);
+        EXPECT_TRUE(text.starts_with("optimising")) << text;
+      },
+      {}, &second);
+  EXPECT_GT(lowest, 0.5);
+  EXPECT_FALSE(gone_on.report.stopped);
+  EXPECT_EQ(gone_on.report.cost, unbroken.report.cost);
+  expect_same(gone_on.patches, unbroken.patches);
 }
 
 TEST(GlobalPlan, TheClockStopsItAfterWholeLegsThatIterationsRepeat) {

@@ -79,6 +79,43 @@ TEST_F(Journal, SoDoesOneWithPatchesOfSeveralSizes) {
   EXPECT_EQ(gone_on(), whole);
 }
 
+// Where the lines of a file end.
+std::vector<rlim_t> line_ends(const fs::path& path) {
+  std::vector<rlim_t> ends;
+  std::ifstream file(path, std::ios::binary);
+  for (std::string line; std::getline(file, line);) ends.push_back((ends.empty() ? 0 : ends.back()) + line.size() + 1);
+  return ends;
+}
+
+TEST_F(Journal, SoDoesOneWhosePatchesChooseTogether) {
+  options_.optimize = Optimize::kGlobal, options_.optimize_iterations = 30000;
+  std::string whole;
+  {
+    PlanJournal journal = opened();
+    const auto plan = make_plan(artworks_, stock_, options_, {}, {}, &journal);
+    ASSERT_TRUE(plan.ok());
+    ASSERT_LT(plan->global->cost, plan->global->greedy_cost);
+    whole = plan_to_json(*plan);
+  }
+  EXPECT_EQ(unbroken(), whole);
+  const std::vector<rlim_t> ends = line_ends(path_);
+  const std::size_t patches = 25, last = ends.size() - 1;
+  ASSERT_GT(ends.size(), patches + 5);
+  fs::remove(path_);
+  // In greedy, in the midst of the lists, after them, in a stage's line, after a stage.
+  for (const rlim_t bytes : {ends[1] + 9, ends[last - 12] + 9, ends[last - 4], ends[last - 3] + 9, ends[last - 1]}) {
+    ASSERT_TRUE(killed_at(bytes)) << bytes;
+    EXPECT_EQ(fs::file_size(path_), bytes);
+  }
+  EXPECT_EQ(gone_on(), whole);
+  EXPECT_EQ(line_ends(path_), ends);
+  for (const rlim_t bytes : {ends[last - 12] + 9, ends[last - 3]}) {  // each alone
+    fs::remove(path_);
+    ASSERT_TRUE(killed_at(bytes)) << bytes;
+    EXPECT_EQ(gone_on(), whole);
+  }
+}
+
 TEST_F(Journal, RemembersInsteadOfSearching) {
   const std::string whole = unbroken();
   PlanJournal first = opened();
