@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <csignal>
 #include <cstdio>
 
 #include "daemon/api/console_routes.h"
@@ -77,6 +78,8 @@ int run(const Config& config) {
     log->error("the watchdog is not fed: {}", health.sentence());
     return false;
   });
+  // A file that may not grow is an error to be told, like a full disk; it must not end a job.
+  std::signal(SIGXFSZ, SIG_IGN);
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;

@@ -51,6 +51,11 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
     case SQLITE_FULL:
       return {ErrorCode::kStorage,
               fmt::format("the disk is full: nothing was written to {}; free some space and try again", file)};
+    case SQLITE_IOERR:
+      // A quota or a limit on the file, not the disk, or a disk that fails.
+      if (thrown.getExtendedErrorCode() != SQLITE_IOERR_WRITE) break;
+      return {ErrorCode::kStorage,
+              fmt::format("nothing can be written to {}: make room on the disk or in its quota and try again", file)};
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       return {ErrorCode::kStorage,
@@ -66,8 +71,9 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
     case SQLITE_CONSTRAINT:
       return {ErrorCode::kConflict, fmt::format("the database refuses: {}", thrown.what())};
     default:
-      return {ErrorCode::kStorage, fmt::format("the database {} failed: {}", file, thrown.what())};
+      break;
   }
+  return {ErrorCode::kStorage, fmt::format("the database {} failed: {}", file, thrown.what())};
 }
 
 void register_functions(SQLite::Database& connection) {

@@ -3,7 +3,8 @@
 #
 # Campaigns longer than CI has time for, each with a fresh seed that is printed:
 #   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
-#   stop         200 STOPs from the request to the byte on the wire while planners run; also as stop.json
+#   stop         200 STOPs by the API and 200 by veneerctl, from the request to the byte on the wire while planners run;
+#                also as stop.json
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
@@ -34,7 +35,7 @@ seed=$(fresh_seed)
 show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak-lihuiyu" --runs 500 --seed "$seed" \
   --out "$(dirname "$out")/faults-lihuiyu.json"
 
-show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 200 --out "$(dirname "$out")/stop.json"
+show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 200 --commands 200 --out "$(dirname "$out")/stop.json"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do

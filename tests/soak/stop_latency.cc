@@ -79,11 +79,12 @@ double one_stop(LaserOnlyCell& cell, bool by_command) {
 
 int main(int argc, char** argv) {
   CLI::App app{"STOP, from the request to the byte on the wire", "veneer-soak-stop"};
-  int stops = 200;
+  int stops = 200, commands = 200;
   double limit_ms = 50;
   std::string out;
-  app.add_option("--stops", stops, "How many by the API; a tenth as many more by veneerctl")->capture_default_str();
-  app.add_option("--limit-ms", limit_ms, "For the 99th percentile of the API's")->capture_default_str();
+  app.add_option("--stops", stops, "How many by the API")->capture_default_str();
+  app.add_option("--commands", commands, "How many by veneerctl, each a process of its own")->capture_default_str();
+  app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
 
@@ -99,8 +100,10 @@ int main(int argc, char** argv) {
   int planned = 0, failed = 0;
   {
     Planners planners(bin_dir, dir);
-    for (int i = 0; i < stops + stops / 10; ++i) {
-      const bool command = i >= stops;
+    // By turns, so that both meet the same load.
+    for (int i = 0, j = 0; i + j < stops + commands;) {
+      const bool command = i * commands > j * stops || i == stops;
+      ++(command ? j : i);
       const double ms = one_stop(**cell, command);
       if (ms < 0)
         ++failed;
@@ -122,5 +125,6 @@ int main(int argc, char** argv) {
   }
   fmt::print("{} plans were made meanwhile, {} stops failed\n", planned, failed);
   if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);
-  return failed == 0 && percentile(by_api, 0.99) <= limit_ms ? 0 : 1;
+  const bool fast = percentile(by_api, 0.99) <= limit_ms && percentile(by_command, 0.99) <= limit_ms;
+  return failed == 0 && fast ? 0 : 1;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <fstream>
@@ -50,6 +51,13 @@ LaserOnlyCell::~LaserOnlyCell() {
 Finished LaserOnlyCell::veneerctl(std::vector<std::string> arguments) const {
   arguments.insert(arguments.begin(), {(bin_dir_ / "veneerctl").string(), "--socket", socket()});
   return run_program(arguments);
+}
+
+void LaserOnlyCell::set_disk_full(bool full) const {
+  rlimit limit{};
+  ::prlimit(daemon_->pid(), RLIMIT_FSIZE, nullptr, &limit);
+  limit.rlim_cur = full ? 0 : limit.rlim_max;
+  ::prlimit(daemon_->pid(), RLIMIT_FSIZE, &limit, nullptr);
 }
 
 std::string LaserOnlyCell::state() const {

@@ -30,6 +30,8 @@ class LaserOnlyCell {
   std::string state() const;
   // Begins a test pattern over the API, with all that is asked for confirmed.
   Status begin_pattern(double size_mm) const;
+  // From now on the daemon can write to no file, or can again.
+  void set_disk_full(bool full) const;
   // False when it did not come about in time.
   bool wait_for(const std::function<bool()>& good) const;
 
