@@ -64,7 +64,7 @@ TEST_F(FullDisk, StopStopsAndItsClearIsHeard) {
   cell->set_disk_full(true);
   const std::size_t before = cell->laser.resets().size();
   EXPECT_EQ(cell->veneerctl({"stop"}).status, 0);
-  EXPECT_GT(cell->laser.resets().size(), before);
+  EXPECT_TRUE(cell->wait_for([&] { return cell->laser.resets().size() > before; })) << "the byte is on its way";
   EXPECT_TRUE(cell->wait_for([&] { return cell->state() == "Aborted"; })) << cell->state();
   EXPECT_FALSE(cell->laser.beam_on());
   cell->set_disk_full(false);
