@@ -7,6 +7,7 @@
 #                also as stop.json
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
+# ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
 set -euo pipefail
 build=$1 out=$2 name=${3-}

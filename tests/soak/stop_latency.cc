@@ -121,7 +121,8 @@ int main(int argc, char** argv) {
                     {"stops", values.size()},
                     {"p50_ms", percentile(values, 0.5)},
                     {"p99_ms", percentile(values, 0.99)},
-                    {"max_ms", percentile(values, 1)}});
+                    {"max_ms", percentile(values, 1)},
+                    {"samples_ms", values}});
   }
   fmt::print("{} plans were made meanwhile, {} stops failed\n", planned, failed);
   if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);
