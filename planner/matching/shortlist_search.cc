@@ -1,6 +1,7 @@
 #include "planner/matching/shortlist_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -11,6 +12,7 @@ namespace {
 // places of the last are looked at on all pixels. Lists get longer when a look costs less.
 constexpr std::size_t kListed = 1536;
 constexpr int kFewestSamples = 16;  // pixels of the first look, along the shorter side of a window
+constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
@@ -38,12 +40,9 @@ std::vector<std::int32_t> block_taps(const MatchPatch& patch, const CellGrid& gr
   return taps;
 }
 
-// Pixel strides of the looks at a window, from few pixels to all.
-std::vector<int> strides(int shorter_side) {
-  std::vector<int> out;
-  for (int stride = std::max(1, shorter_side / kFewestSamples); stride > 1; stride /= 2) out.push_back(stride);
-  out.push_back(1);
-  return out;
+// Pixel strides of the looks at a window: few pixels, more, all.
+std::array<int, 3> strides(int shorter_side) {
+  return {std::max(1, shorter_side / kFewestSamples), (shorter_side + kMoreSamples - 1) / kMoreSamples, 1};
 }
 
 template <class T>
@@ -60,6 +59,7 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
       patch_(patch),
       stop_(stop),
       class_(matcher.classes_[patch.window_class]),
+      cut_(std::max(class_.grid.width, class_.grid.height) > kLargestBlock),
       taps_(block_taps(patch, class_.grid, class_.windows.filled, matcher.entries_per_unit_)) {
   for (const int stride : strides(std::min(patch.pixels.width, patch.pixels.height)))
     windows_.emplace_back(patch, matcher.entries_per_unit_, stride);
@@ -69,8 +69,9 @@ std::vector<Candidate> ShortlistSearch::run(std::size_t count) {
   if (count == 0) return {};
   const double samples = static_cast<double>(windows_.front().rows()) * windows_.front().columns();
   const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
-  // Shares of blocks make coarser estimates.
-  const auto usual = static_cast<std::size_t>(kListed * cheapness * (class_.windows.filled ? 1 : 3));
+  // Shares of blocks make coarser estimates, large cells too.
+  const int coarseness = (class_.windows.filled ? 1 : 3) * (cut_ ? 2 : 1);
+  const auto usual = static_cast<std::size_t>(kListed * cheapness * coarseness);
   // Longer lists when too few of the listed places are free after all.
   for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
     complete_ = true;
@@ -89,13 +90,14 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
   std::vector<Block> blocks;
   blocks.reserve(cells.size());
   for (const Scored& cell : cells) blocks.push_back(block_of(cell));
-  const TargetWindow &few = windows_.front(), &more = windows_[std::min<std::size_t>(1, windows_.size() - 1)];
-  if (std::max(class_.grid.width, class_.grid.height) <= kLargestBlock) {
+  const TargetWindow &few = windows_.front(), &more = windows_[1];
+  if (!cut_) {
     look_at(blocks, few, listed / 6);
-    if (&few != &more) look_at(blocks, more, listed / 24);
+    look_at(blocks, more, listed / 24);
     return blocks;
   }
-  look_at(blocks, few, listed / 16);
+  // The middle of a large cell says little of its other places, so many are cut.
+  look_at(blocks, few, listed / 8);
   blocks = cut(blocks);
   look_at(blocks, few, listed / 8);
   look_at(blocks, more, listed / 64);

@@ -71,6 +71,7 @@ class ShortlistSearch {
   const MatchPatch& patch_;
   const std::stop_token& stop_;
   const ShortlistMatcher::Class& class_;
+  const bool cut_;                     // cells are larger than blocks may be
   std::vector<TargetWindow> windows_;  // from few pixels to all
   std::vector<std::int32_t> taps_;
   std::int32_t limit_ = std::numeric_limits<std::int32_t>::max();
