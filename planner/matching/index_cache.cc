@@ -7,6 +7,8 @@
 #include <bit>
 #include <cctype>
 #include <fstream>
+#include <regex>
+#include <set>
 
 #include "base/hash.h"
 
@@ -16,12 +18,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFormat = "veneer shortlist index 1";
+constexpr const char* kSuffix = ".index";
 
 // The first line of a file: everything that must be as expected before its bytes are believed.
 std::string header(const std::string& key, const IndexCache::Parts& parts) {
   std::string line = fmt::format("{} {} {}", kFormat, std::endian::native == std::endian::little ? "le" : "be", key);
   for (const auto& part : parts) line += fmt::format(" {} {}", part.size(), sha256_hex(part));
   return line + "\n";
+}
+
+// As it can stand in a file's name.
+std::string plain(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
+  return name;
 }
 
 Error unwritable(const fs::path& path) {
@@ -41,12 +51,11 @@ Result<IndexCache> IndexCache::open(fs::path directory) {
   return IndexCache(std::move(directory));
 }
 
-fs::path IndexCache::file_of(const std::string& name) const {
-  std::string plain = name;
-  std::replace_if(
-      plain.begin(), plain.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
-  return directory_ / (plain + ".index");
+std::string IndexCache::entry_name(const std::string& panel, std::size_t window_class, int rotation) {
+  return fmt::format("{}-{}-{}", panel, window_class, rotation);
 }
+
+fs::path IndexCache::file_of(const std::string& name) const { return directory_ / (plain(name) + kSuffix); }
 
 bool IndexCache::load(const std::string& name, const std::string& key, const Parts& parts) const {
   std::ifstream file(file_of(name), std::ios::binary);
@@ -73,6 +82,29 @@ Status IndexCache::store(const std::string& name, const std::string& key, const 
   if (file && !failed) return Ok();
   fs::remove(fresh, failed);
   return unwritable(path);
+}
+
+void IndexCache::drop(const std::string& panel) const {
+  remove_entries([gone = plain(panel)](const std::string& other) { return other == gone; });
+}
+
+void IndexCache::keep_only(const std::vector<std::string>& panels) const {
+  std::set<std::string> kept;
+  for (const std::string& panel : panels) kept.insert(plain(panel));
+  remove_entries([&](const std::string& other) { return !kept.contains(other); });
+}
+
+void IndexCache::remove_entries(const std::function<bool(const std::string& panel)>& unwanted) const {
+  std::error_code failed;
+  std::vector<fs::path> gone;
+  for (fs::directory_iterator it(directory_, failed), end; !failed && it != end; it.increment(failed)) {
+    // Only what entry_name() made, and nothing else that may lie here.
+    const std::string file = it->path().filename().string();
+    std::smatch parts;
+    static const std::regex kEntry("(.*)-[0-9]+-[0-9]+\\.index");
+    if (std::regex_match(file, parts, kEntry) && unwanted(parts[1])) gone.push_back(it->path());
+  }
+  for (const fs::path& file : gone) fs::remove(file, failed);
 }
 
 }  // namespace veneer::planner

@@ -3,12 +3,14 @@
 // An entry is used only if it was stored with the key it is asked for, which holds the hash of what was measured, and
 // if its contents still have their checksums; anything else is measured anew and replaced. So an entry is never wrong,
 // and files may be deleted at any time. One file a name: what a name holds is bounded, whatever was planned before.
+// Entries of panels that are used up or gone are removed by who knows of it: drop(), keep_only().
 //
 // Thread-safe for different names. Several processes may share a directory: files are replaced whole.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,9 +30,19 @@ class IndexCache {
   // kStorage: not stored; what was there before is still whole.
   Status store(const std::string& name, const std::string& key, const Parts& parts) const;
 
+  // Removes the entries of a panel whose wood or map is gone; `panel` as in keep_index(). What cannot be removed stays:
+  // it is never believed for another map.
+  void drop(const std::string& panel) const;
+  // Removes the entries of all panels but these.
+  void keep_only(const std::vector<std::string>& panels) const;
+
+  // What the entry for a panel, a class of windows and a rotation is called.
+  static std::string entry_name(const std::string& panel, std::size_t window_class, int rotation);
+
  private:
   explicit IndexCache(std::filesystem::path directory) : directory_(std::move(directory)) {}
   std::filesystem::path file_of(const std::string& name) const;
+  void remove_entries(const std::function<bool(const std::string& panel)>& unwanted) const;
 
   std::filesystem::path directory_;
 };

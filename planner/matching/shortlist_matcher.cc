@@ -75,7 +75,7 @@ void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t windo
   const Lattice& lattice = lattice_at(at);
   if (!kept_) return map.measure(entries_[p], lattice, stop);
   const WindowClass& windows = classes_[window_class].windows;
-  const std::string name = fmt::format("{}-{}-{}", kept_->names[p], window_class, rotation_of(at));
+  const std::string name = IndexCache::entry_name(kept_->names[p], window_class, rotation_of(at));
   const std::string key =
       fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
                   windows.width, windows.height, windows.filled ? "filled" : "partly", lattice.turn().count());

@@ -95,6 +95,26 @@ TEST_F(IndexCacheTest, SeesEveryChangedByteAndEveryCut) {
   EXPECT_TRUE(cache->load("a panel/1", "key", loaded.parts()));
 }
 
+TEST_F(IndexCacheTest, DropsThePanelsThatAreGoneAndNothingElse) {
+  for (const char* panel : {"P-1", "P-1-2", "P-12", "Q/3"})
+    for (int rotation : {0, 11})
+      ASSERT_TRUE(cache->store(IndexCache::entry_name(panel, 0, rotation), "key", stored.parts()).ok());
+  std::ofstream(directory / "cache" / "notes-1-2.txt") << "not an entry";
+  const auto is_kept = [&](const char* panel) {
+    const bool first = cache->load(IndexCache::entry_name(panel, 0, 0), "key", loaded.parts());
+    EXPECT_EQ(cache->load(IndexCache::entry_name(panel, 0, 11), "key", loaded.parts()), first);
+    return first;
+  };
+  cache->drop("P-1");
+  EXPECT_FALSE(is_kept("P-1"));
+  EXPECT_TRUE(is_kept("P-1-2") && is_kept("P-12") && is_kept("Q/3"));
+  cache->keep_only({"P-1-2", "Q/3", "never planned"});
+  EXPECT_FALSE(is_kept("P-12"));
+  EXPECT_TRUE(is_kept("P-1-2") && is_kept("Q/3"));
+  EXPECT_TRUE(fs::exists(directory / "cache" / "notes-1-2.txt"));
+  EXPECT_TRUE(cache->load("a panel/1", "key", loaded.parts())) << "not named like the entry of a panel";
+}
+
 TEST(IndexCache, NamesTheDirectoryItCannotUse) {
   const testing::TempDirectory directory;
   std::ofstream(directory / "file") << "x";
