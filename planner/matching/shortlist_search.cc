@@ -93,7 +93,8 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::shortlist(std::size_t liste
   const TargetWindow &few = windows_.front(), &more = windows_[1];
   if (!cut_) {
     look_at(blocks, few, listed / 6);
-    look_at(blocks, more, listed / 24);
+    // Small windows are looked at whole at once.
+    if (few.rows() != more.rows()) look_at(blocks, more, listed / 24);
     return blocks;
   }
   // The middle of a large cell says little of its other places, so many are cut.
