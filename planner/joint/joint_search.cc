@@ -8,7 +8,6 @@ namespace veneer::planner {
 namespace {
 
 constexpr std::size_t kMostEjected = 3;
-constexpr auto kNobody = std::numeric_limits<std::uint32_t>::max();
 constexpr std::uint64_t kSteady = 256;  // iterations at one temperature
 constexpr std::uint64_t kStages = 16;
 
@@ -48,7 +47,8 @@ JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vecto
   best_score_ = score_of(best_);
   for (std::size_t i = 0; i < chosen_.size(); ++i)
     if (chosen_[i]) arrangement_.put(i, chosen_[i]->pose);
-  for (const auto& list : lists_) blockers_.emplace_back(list.size(), kNobody);
+  for (const auto& list : lists_) blockers_.emplace_back(list.size());
+  stays_.resize(lists_.size());
   for (const auto& list : lists_)
     if (!list.empty()) unfilled_cost_ = std::max(unfilled_cost_, 2 * list.back().cost);
 }
@@ -57,8 +57,9 @@ JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vecto
 double JointSearch::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
 void JointSearch::set(std::size_t patch, const std::optional<Place>& place) {
-  steps_.push_back({patch, chosen_[patch]});
+  steps_.push_back({patch, chosen_[patch], stays_[patch]});
   chosen_[patch] = place;
+  stays_[patch] = ++last_stay_;
   if (place)
     arrangement_.put(patch, place->pose);
   else
@@ -68,7 +69,8 @@ void JointSearch::set(std::size_t patch, const std::optional<Place>& place) {
 void JointSearch::undo() {
   // Backwards, and first everything off: a piece may return to where another one lies now.
   for (const Step& step : steps_) arrangement_.remove(step.patch);
-  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) chosen_[step->patch] = step->before;
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+    chosen_[step->patch] = step->before, stays_[step->patch] = step->stay_before;
   for (const Step& step : steps_)
     if (chosen_[step.patch]) arrangement_.put(step.patch, chosen_[step.patch]->pose);
 }
@@ -169,18 +171,26 @@ const Chosen& JointSearch::best() {
   return best_;
 }
 
+bool JointSearch::still_blocked(std::size_t patch, const Pose& pose, Blocker& blocker) const {
+  const std::uint32_t other = blocker.patch;
+  if (other == kNone) return false;
+  if (blocker.stay == stays_[other]) return true;
+  if (other == patch || !chosen_[other] ||
+      !Footprint::overlap(footprints_[patch], pose, footprints_[other], chosen_[other]->pose))
+    return false;
+  blocker.stay = stays_[other];
+  return true;
+}
+
 // The cheapest free place, if it costs at most `allowed`; takes its cost off.
 bool JointSearch::refill(std::size_t patch, double& allowed) {
   for (std::size_t k = 0; k < lists_[patch].size(); ++k) {
     const Place& place = lists_[patch][k];
     if (place.cost > allowed) break;
-    std::uint32_t& blocker = blockers_[patch][k];
-    if (blocker != kNobody && blocker != patch && chosen_[blocker] &&
-        Footprint::overlap(footprints_[patch], place.pose, footprints_[blocker], chosen_[blocker]->pose))
-      continue;
-    const auto other = arrangement_.any_in_the_way(patch, place.pose);
-    if (other) {
-      blocker = static_cast<std::uint32_t>(*other);
+    Blocker& blocker = blockers_[patch][k];
+    if (still_blocked(patch, place.pose, blocker)) continue;
+    if (const auto other = arrangement_.any_in_the_way(patch, place.pose)) {
+      blocker = {static_cast<std::uint32_t>(*other), stays_[*other]};
       continue;
     }
     allowed -= place.cost;

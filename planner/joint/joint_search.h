@@ -74,13 +74,20 @@ class JointSearch {
   const Lists& lists() const { return lists_; }
 
  private:
+  // Who was in the way of a place last, and when: still so as long as that patch has not moved.
+  struct Blocker {
+    std::uint32_t patch = kNone;
+    std::uint64_t stay = 0;
+  };
   struct Step {
     std::size_t patch;
     std::optional<Place> before;
+    std::uint64_t stay_before;
   };
   void begin_stage();
   void attempt(double allowed);
   bool refill(std::size_t patch, double& allowed);
+  bool still_blocked(std::size_t patch, const Pose& pose, Blocker& blocker) const;
   void set(std::size_t patch, const std::optional<Place>& place);
   void accept();
   void undo();
@@ -89,7 +96,10 @@ class JointSearch {
 
   std::span<const Footprint> footprints_;
   Lists lists_;
-  std::vector<std::vector<std::uint32_t>> blockers_;  // for each place who was in the way last: asked first
+  std::vector<std::vector<Blocker>> blockers_;  // one a place of the lists
+  std::vector<std::uint64_t>
+      stays_;  // of each patch: another number whenever it moves, the old one when it is put back
+  std::uint64_t last_stay_ = 0;
   Arrangement arrangement_;
   Chosen chosen_, best_;
   bool best_is_chosen_ = false;  // then best_ is out of date

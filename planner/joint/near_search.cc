@@ -27,6 +27,48 @@ VENEER_CLONES void add_squared_distance(const float* a, const float* b, std::siz
   for (std::size_t i = 0; i < kLanes; ++i) sums[i] = lanes[i];
 }
 
+// Where the pixels of an upright window lie in a panel: pixel (i, j) at (column + cos i + sin j, row + cos j - sin i).
+struct Upright {
+  double column, row, cos, sin;
+  int columns, rows;
+
+  double x(int i, int j) const { return column + cos * i + sin * j - 0.5; }
+  double y(int i, int j) const { return row + cos * j - sin * i - 0.5; }
+  // Whether every pixel has four neighbours on the map.
+  bool within(const cv::Mat& map) const {
+    for (const int i : {0, columns - 1})
+      for (const int j : {0, rows - 1})
+        if (!(x(i, j) >= 0 && y(i, j) >= 0 && x(i, j) < map.cols - 2 && y(i, j) < map.rows - 2)) return false;
+    return true;
+  }
+};
+
+// Bilinear. `Channels`: their number, 0 if it is not known beforehand. `Clamped`: pixels may lie off the map.
+template <int Channels, bool Clamped>
+void sample_upright(const cv::Mat& map, const Upright& window, std::size_t channels, float* to) {
+  const auto width = static_cast<std::ptrdiff_t>(Channels > 0 ? Channels : channels);
+  const int most_left = std::max(map.cols - 2, 0), most_up = std::max(map.rows - 2, 0);
+  const std::ptrdiff_t right = map.cols > 1 ? width : 0;
+  const auto stride = static_cast<std::ptrdiff_t>(map.step1());
+  const std::ptrdiff_t down = map.rows > 1 ? stride : 0;
+  const auto* first = map.ptr<float>();
+  for (int j = 0; j < window.rows; ++j) {
+    for (int i = 0; i < window.columns; ++i) {
+      double x = window.x(i, j), y = window.y(i, j);
+      if constexpr (Clamped) x = std::clamp(x, 0.0, map.cols - 1.0), y = std::clamp(y, 0.0, map.rows - 1.0);
+      int c = static_cast<int>(x), r = static_cast<int>(y);
+      if constexpr (Clamped) c = std::min(c, most_left), r = std::min(r, most_up);
+      const auto fx = static_cast<float>(x - c), fy = static_cast<float>(y - r);
+      const auto *upper = first + r * stride + c * width, *lower = upper + down;
+      for (std::ptrdiff_t ch = 0; ch < width; ++ch) {
+        const float above = upper[ch] + fx * (upper[ch + right] - upper[ch]);
+        const float below = lower[ch] + fx * (lower[ch + right] - lower[ch]);
+        *to++ = above + fy * (below - above);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 NearSearch::NearSearch(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels)
@@ -49,27 +91,12 @@ void NearSearch::turn_upright(const Pose& from, int reach, std::vector<float>& w
                       artwork_point(patch_.pixels.left - reach + 0.5, patch_.pixels.top - reach + 0.5),
                   column, row);
   const double step = panel.resolution.px_per_mm / grid.resolution.px_per_mm;
-  const double cos = from.cos * step, sin = from.sin * step;
-  const int most_left = std::max(map.cols - 2, 0), most_up = std::max(map.rows - 2, 0);
-  const std::ptrdiff_t right = map.cols > 1 ? static_cast<std::ptrdiff_t>(channels_) : 0;
-  const std::ptrdiff_t down = map.rows > 1 ? static_cast<std::ptrdiff_t>(map.step1()) : 0;
-  float* to = wood.data();
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      const double x = std::clamp(column + cos * i + sin * j - 0.5, 0.0, map.cols - 1.0);
-      const double y = std::clamp(row + cos * j - sin * i - 0.5, 0.0, map.rows - 1.0);
-      const int c = std::min(static_cast<int>(x), most_left), r = std::min(static_cast<int>(y), most_up);
-      const auto fx = static_cast<float>(x - c), fy = static_cast<float>(y - r);
-      const auto* upper = map.ptr<float>(r) + static_cast<std::ptrdiff_t>(c) * static_cast<std::ptrdiff_t>(channels_);
-      const auto* lower = upper + down;
-      for (std::size_t ch = 0; ch < channels_; ++ch) {
-        const auto at = static_cast<std::ptrdiff_t>(ch);
-        const float above = upper[at] + fx * (upper[at + right] - upper[at]);
-        const float below = lower[at] + fx * (lower[at + right] - lower[at]);
-        *to++ = above + fy * (below - above);
-      }
-    }
-  }
+  const Upright upright{column, row, from.cos * step, from.sin * step, columns, rows};
+  // Nearly always the window lies well within the panel and there are two channels.
+  if (channels_ == 2 && upright.within(map))
+    sample_upright<2, false>(map, upright, channels_, wood.data());
+  else
+    sample_upright<0, true>(map, upright, channels_, wood.data());
 }
 
 // Of the patch whose window's upper left pixel lies `right` and `down` pixels into the wood.

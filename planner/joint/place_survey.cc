@@ -282,7 +282,8 @@ class ClassSurvey {
     const MatchPatch& match = problem_.queue[patch].match;
     const double apart = std::min(match.pixels.width, match.pixels.height) / 4.0;
     const NearSearch near(match, footprints_[patch], matcher_.panels());
-    const int reach = static_cast<int>(std::ceil(region_ / kPositionsASide / 2)) + 1;
+    // As far as half way to the next position that was looked at.
+    const int reach = static_cast<int>(std::ceil(region_ / kPositionsASide / 2));
     std::vector<Spot> kept;
     std::vector<Place> places;
     for (const Found& it : found) {
