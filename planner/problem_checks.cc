@@ -33,8 +33,9 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   if (picture.empty()) return unusable(fmt::format("the picture \"{}\" is empty", artwork.name));
   if (picture.type() != CV_8UC3) return unusable(fmt::format("the picture \"{}\" is not 8-bit colour", artwork.name));
   if (picture.cols < 2 || picture.rows < 2)
-    return unusable(fmt::format("the picture \"{}\" has only {} x {} pixels: there is nothing to rebuild", artwork.name,
-                                picture.cols, picture.rows));
+    return unusable(
+        fmt::format("the picture \"{}\" has only {} x {} pixels, so there is nothing to rebuild: choose another",
+                    artwork.name, picture.cols, picture.rows));
   if (!within(artwork.width.count(), 0.1, 1e5) || !within(artwork.height.count(), 0.1, 1e5))
     return unusable(fmt::format("the size of \"{}\" must lie between 0.1 mm and 100 m", artwork.name));
   if (!artwork.importance.empty() && artwork.importance.type() != CV_8UC1)

@@ -77,9 +77,13 @@ struct EdgeStrength {
 // A picture whose edges are far weaker than the wood's is better served by plain wood than by fitting grain, and edge
 // costs only punish grain: said, because the remedy is an option.
 constexpr double kFaintEdges = 0.6;
+constexpr double kNoEdges = 1e-4;  // root mean square: less than one step of tone in a hundred pixels
 
 std::string faint_edges(const Artwork& artwork, const WorkingArtwork& work, double artwork_rms, double wood_rms,
                         const PlanOptions& options) {
+  if (artwork_rms < kNoEdges)
+    return fmt::format("\"{}\" is one plain tone, so there is nothing in it to rebuild: is it the right picture?",
+                       artwork.name);
   const double enlarged = static_cast<double>(work.features.cols) / artwork.picture.cols;
   const Millimetres pixel = artwork.width / artwork.picture.cols;
   return fmt::format(

@@ -118,6 +118,10 @@ TEST(WoodChoice, APictureWithoutDetailIsWarnedOf) {
   EXPECT_THAT(warnings()[0], HasSubstr("hardly any detail at 50.8 dpi"));
   options.w_edge = 0;
   EXPECT_TRUE(warnings().empty());
+  options.w_edge = 0.5;
+  artwork.picture.setTo(cv::Scalar::all(128));
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_THAT(warnings()[0], HasSubstr("is one plain tone"));
 }
 
 }  // namespace
