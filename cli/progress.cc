@@ -4,15 +4,17 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <csignal>
 
 namespace veneer::cli {
 namespace {
 
-volatile std::sig_atomic_t g_interrupted = 0;  // signal handlers have nothing else to write to
+std::atomic<bool> g_interrupted = false;  // lock-free, so a signal handler may write to it
+static_assert(std::atomic<bool>::is_always_lock_free);
 
-extern "C" void note_interrupt(int) { g_interrupted = 1; }
+extern "C" void note_interrupt(int) { g_interrupted = true; }
 
 int terminal_columns() {
   winsize size{};
@@ -75,7 +77,7 @@ Progress::~Progress() {
 }
 
 InterruptGuard::InterruptGuard() {
-  g_interrupted = 0;
+  g_interrupted = false;
   struct sigaction action {};
   action.sa_handler = note_interrupt;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
@@ -84,6 +86,6 @@ InterruptGuard::InterruptGuard() {
 
 InterruptGuard::~InterruptGuard() { signal(SIGINT, SIG_DFL); }
 
-bool InterruptGuard::interrupted() { return g_interrupted != 0; }
+bool InterruptGuard::interrupted() { return g_interrupted; }
 
 }  // namespace veneer::cli

@@ -51,8 +51,8 @@ cv::Mat importance_map(const Artwork& artwork, cv::Size size) {
   return out;
 }
 
-std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches) {
-  cv::Mat map = saliency_of(artwork.picture);
+std::vector<double> saliency_sums(const Artwork& artwork, const std::vector<Patch>& patches, SaliencyMaps& maps) {
+  cv::Mat map = maps.of(artwork.picture);
   if (!artwork.importance.empty()) map = map.mul(importance_map(artwork, map.size()));
   return sums_over(map, artwork, patches);
 }
@@ -84,8 +84,15 @@ cv::Mat saliency_of(const cv::Mat& bgr) {
   return out;
 }
 
-std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority) {
-  return priority == Priority::kSaliency ? saliency_sums(artwork, patches) : centre_distances(artwork, patches);
+cv::Mat SaliencyMaps::of(const cv::Mat& bgr) {
+  for (const Known& it : known_)
+    if (it.picture.data == bgr.data && it.picture.size() == bgr.size() && it.picture.step == bgr.step) return it.map;
+  return known_.emplace_back(Known{bgr, saliency_of(bgr)}).map;
+}
+
+std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority,
+                              SaliencyMaps& maps) {
+  return priority == Priority::kSaliency ? saliency_sums(artwork, patches, maps) : centre_distances(artwork, patches);
 }
 
 std::vector<double> importances(const Artwork& artwork, const std::vector<Patch>& patches) {

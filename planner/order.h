@@ -13,10 +13,24 @@ namespace veneer::planner {
 // windows are fixed in pixels, so the order must not depend on the working resolution.
 cv::Mat saliency_of(const cv::Mat& bgr);
 
+// Maps of pictures, each made once: a plan may have the same picture many times. Bound to one thread.
+class SaliencyMaps {
+ public:
+  // `bgr` must not be changed as long as this lives. Copies that share their pixels share their map.
+  cv::Mat of(const cv::Mat& bgr);
+
+ private:
+  struct Known {
+    cv::Mat picture, map;
+  };
+  std::vector<Known> known_;
+};
+
 // One number a patch, the larger the earlier. Saliency: the map's sum over the patch, per mm2 so that patches of
 // several artworks compare, multiplied by the artwork's importance point by point. Centre: minus the distance from the
 // artwork's centre in mm. Neither depends on the working resolution.
-std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority);
+std::vector<double> urgencies(const Artwork& artwork, const std::vector<Patch>& patches, Priority priority,
+                              SaliencyMaps& maps);
 
 // Mean importance of each patch, in [0, 1]; 1 where the artwork names none.
 std::vector<double> importances(const Artwork& artwork, const std::vector<Patch>& patches);

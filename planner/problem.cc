@@ -220,6 +220,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   const auto all_turns = turns(options.rotations);
   std::vector<TaskTree> squares;
   std::vector<Turn> queue;
+  SaliencyMaps maps;
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
@@ -227,7 +228,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
     std::vector<TaskTree>& own = layout->squares;
     std::vector<Patch> patches;
     for (const TaskTree& square : own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
-    const auto urgent = urgencies(artworks[a], patches, options.priority);
+    const auto urgent = urgencies(artworks[a], patches, options.priority, maps);
     const double share = options.interleave ? 1 : options.reserve;
     const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own.size())));
     std::size_t rank = 0;

@@ -20,7 +20,8 @@ TEST(Order, SalientPatchesChooseFirstAtAnyWorkingResolution) {
   artwork.picture.setTo(cv::Scalar::all(128));
   cv::circle(artwork.picture, {150, 50}, 14, cv::Scalar::all(255), cv::FILLED);
   const auto patches = grid_layout(artwork.width, artwork.height, 20_mm);
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
+  SaliencyMaps maps;
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency, maps));
   const auto& first = patches[order.front()];
   EXPECT_TRUE(bounds(first.outline).max.x > 40_mm && bounds(first.outline).max.y > 40_mm);
 }
@@ -28,7 +29,8 @@ TEST(Order, SalientPatchesChooseFirstAtAnyWorkingResolution) {
 TEST(Order, CentralPatchesChooseFirstByDistance) {
   const Artwork artwork = blob_artwork("A", 50, 50, 50_mm, 72);
   const auto patches = grid_layout(artwork.width, artwork.height, 10_mm);
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kCentre));
+  SaliencyMaps maps;
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kCentre, maps));
   EXPECT_EQ(patches[order.front()].row, 2);
   EXPECT_EQ(patches[order.front()].column, 2);
   EXPECT_EQ(patches[order.back()].row % 4, 0);
@@ -73,7 +75,8 @@ TEST(Order, ImportanceMovesPatchesForward) {
   const auto important = importances(artwork, patches);
   EXPECT_NEAR(important.front(), 10 / 255.0, 1e-6);
   EXPECT_NEAR(important.back(), 1, 1e-6);
-  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency));
+  SaliencyMaps maps;
+  const auto order = by_urgency(urgencies(artwork, patches, Priority::kSaliency, maps));
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_GE(patches[order[i]].row, 5) << i;
     EXPECT_GE(patches[order[i]].column, 5) << i;
@@ -116,6 +119,17 @@ TEST(Order, ReservesWoodForTheMostSalientPatchesOfEveryArtwork) {
   const auto all = queue_of(artworks, options);
   options.reserve = 0, options.interleave = true;
   EXPECT_EQ(all, queue_of(artworks, options));
+}
+
+TEST(Order, CopiesOfAPictureShareItsMap) {
+  const Artwork artwork = test::blob_artwork("A", 60, 60, 20_mm, 3), other = test::blob_artwork("B", 60, 60, 20_mm, 4);
+  const Artwork copy = artwork;
+  SaliencyMaps maps;
+  const cv::Mat first = maps.of(artwork.picture);
+  EXPECT_EQ(maps.of(copy.picture).data, first.data);
+  EXPECT_NE(maps.of(other.picture).data, first.data);
+  EXPECT_EQ(cv::norm(first, saliency_of(artwork.picture), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(maps.of(other.picture), saliency_of(other.picture), cv::NORM_INF), 0);
 }
 
 }  // namespace
