@@ -64,6 +64,9 @@ std::string render_new_job(const json& result) {
   const auto unfilled = whole_or(result, "unfilled", 0);
   std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
                                  id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
+  if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
+    text +=
+        fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
   if (unfilled > 0) text += fmt::format("Warning: {} patches found no wood and stay open.\n", unfilled);
   return text;
 }

@@ -87,8 +87,8 @@ std::array<double, 2> in_picture(const calib::CameraModel& camera, const Point<B
   return {round(seen.x.count() / camera.parameters().width_px), round(seen.y.count() / camera.parameters().height_px)};
 }
 
-// The panel and those of its back tags that no cut has touched.
-Result<SetupInput> setup_input(Repositories& r, const PanelId& id) {
+// The panel, what is booked for those of the pieces that lie on it, and its back tags that no cut has touched.
+Result<SetupInput> setup_input(Repositories& r, const PanelId& id, const std::vector<db::PieceRecord>& pieces) {
   SetupInput input;
   input.panel = id;
   auto panel = r.panels.find(id);
@@ -99,6 +99,10 @@ Result<SetupInput> setup_input(Repositories& r, const PanelId& id) {
   std::vector<Region<PanelFrame>> gone;
   for (const auto& allocation : *live)
     if (allocation.state != db::AllocationState::kReserved) gone.push_back(allocation.area);
+  for (const auto& piece : pieces)
+    for (const auto& allocation : *live)
+      if (allocation.piece == piece.id && !allocation.area.empty())
+        input.pieces.push_back({piece.id, allocation.area.rings().front()});
   auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
   for (const auto& tag : to_calib(*fiducials).tags) {
@@ -208,7 +212,7 @@ Result<std::vector<RunSetup>> BedWatcher::plan_setups_now(const std::vector<db::
     out.calibration = std::move(*calibration);
     for (const auto& piece : pieces) {
       if (out.panels.contains(*piece.panel)) continue;
-      auto input = setup_input(r, *piece.panel);
+      auto input = setup_input(r, *piece.panel, pieces);
       if (!input) return input.error();
       out.panels[*piece.panel] = std::move(*input);
     }
@@ -217,10 +221,6 @@ Result<std::vector<RunSetup>> BedWatcher::plan_setups_now(const std::vector<db::
   if (!stock) return stock.error();
   if (const Status ready = require_cutting(stock->calibration); !ready) return ready.error();
   const BedCalibration& bed = *stock->calibration.bed;
-  for (const auto& piece : pieces) {
-    const auto cut = offset(Region<PanelFrame>(piece.panel_outline), *stock->calibration.kerf).rings();
-    stock->panels[*piece.panel].pieces.push_back({piece.id, cut.empty() ? piece.panel_outline : cut.front()});
-  }
   std::vector<RunSetup> out;
   for (auto& [panel, input] : stock->panels) {
     input.reach = inner_box(bed.machine_from_bed.inverse() * corners(travel));
@@ -279,11 +279,12 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
     p.outline = pose.bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
     p.artwork_up = artwork_up(pose, piece);
+    if (piece.lead_in) p.leads = {pose.bed_from_panel * *piece.lead_in};
     const std::string material = stock->recipes->material_at(piece.panel_outline);
     p.recipe = stock->recipes->recipe_of(material);
     for (const auto& booked : stock->live)
       if (booked.piece == piece.id)
-        if (const Status fits = check_booked(piece.mark, material, *p.recipe, piece.panel_outline, booked.area); !fits)
+        if (const Status fits = check_booked(piece, material, *p.recipe, options.fit_clearance, booked.area); !fits)
           return fits.error();
     marks[piece.id] = piece.mark;
   }

@@ -70,7 +70,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, config.scanner.dpi, c.log);
   c.calibrations =
       std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config, c.log);
-  c.plans = std::make_unique<PlanService>(*c.database, c.panel_library, config.panel.position_margin, c.log);
+  c.plans =
+      std::make_unique<PlanService>(*c.database, c.panel_library, c.config.recipe, config.panel.position_margin, c.log);
   c.bed =
       std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log, [&c] {
         c.hub.broadcast({{"type", "bed"}});

@@ -70,6 +70,7 @@ json to_json(const db::PieceRecord& piece) {
   if (piece.panel) {
     out["panel"] = piece.panel->value;
     out["panel_outline_mm"] = points_json(piece.panel_outline);
+    if (piece.lead_in) out["lead_in_mm"] = {piece.lead_in->x.count(), piece.lead_in->y.count()};
     out["rotation_deg"] = to_degrees(piece.panel_from_artwork.angle());
   }
   return out;
@@ -129,6 +130,7 @@ json to_json(const JobOutcome& o) {
   return {{"job", o.job.value},
           {"pieces", o.pieces},
           {"unfilled", o.unfilled},
+          {"without_lead_in", o.without_lead},
           {"cost_per_pixel", o.cost_per_pixel},
           {"panels", panels}};
 }

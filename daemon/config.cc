@@ -201,6 +201,7 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   recipe.quantity("mark_height_mm", config.recipe.mark_height, 1, 20);
   recipe.quantity("mark_min_height_mm", config.recipe.mark_min_height, 0.8, 20);
   recipe.quantity("fit_clearance_mm", config.recipe.fit_clearance, 0, 0.5);
+  recipe.quantity("lead_in_mm", config.recipe.lead_in, 0, 5);
   recipe.truth("bridges", config.recipe.bridges);
   recipe.word("cut_order", config.recipe.cut_order, {"short", "assembly"});
   recipe.refuse_unread();

@@ -48,6 +48,7 @@ Result<CutFile> egv_of(const db::PanelRecord& panel, const std::vector<db::Piece
     p.outline = bed_from_panel * piece.panel_outline;
     p.mark = piece.mark;
     p.artwork_up = Radians(std::atan2((head.y - foot.y).count(), (head.x - foot.x).count()));
+    if (piece.lead_in) p.leads = {bed_from_panel * *piece.lead_in};
     p.recipe = recipes.recipe_of(recipes.material_at(piece.panel_outline));
   }
   auto path = planner::make_toolpath(burnt, options);

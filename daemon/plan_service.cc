@@ -10,6 +10,7 @@
 #include "base/hash.h"
 #include "daemon/calibration.h"
 #include "daemon/wood_recipes.h"
+#include "planner/cutting/lead_choice.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
@@ -61,10 +62,32 @@ Error too_little_wood(const planner::Plan& plan, std::size_t unfilled) {
                   unfilled, plan.pieces.size(), area / 100)};
 }
 
+// What stays whole even where no piece lies: a tag with its white border, a hole's rim.
+std::vector<Region<PanelFrame>> spared_by_leads(const std::vector<db::FiducialRecord>& fiducials) {
+  constexpr Millimetres kRim(4);
+  std::vector<Region<PanelFrame>> out;
+  for (const auto& fiducial : fiducials) {
+    if (fiducial.corners.size() == 4) {
+      const Millimetres module = distance(fiducial.corners[0], fiducial.corners[1]) / 8;
+      out.push_back(offset(Region<PanelFrame>(fiducial.corners), 2 * module));
+    } else if (!fiducial.corners.empty()) {
+      const auto& c = fiducial.corners.front();
+      out.emplace_back(Ring<PanelFrame>{
+          {c.x - kRim, c.y - kRim}, {c.x + kRim, c.y - kRim}, {c.x + kRim, c.y + kRim}, {c.x - kRim, c.y + kRim}});
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
-PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, Millimetres position_margin, Logger log)
-    : database_(database), library_(library), position_margin_(position_margin), log_(std::move(log)) {}
+PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
+                         Millimetres position_margin, Logger log)
+    : database_(database),
+      library_(library),
+      recipe_(recipe),
+      position_margin_(position_margin),
+      log_(std::move(log)) {}
 
 Result<std::string> PlanService::preview(JobId job) {
   auto record = database_.call([&](Repositories& r) { return r.jobs.find(job); });
@@ -105,6 +128,42 @@ Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vect
     stock.push_back({panel.id, *map, free_wood(*mask, live, position_margin_)});
   }
   return stock;
+}
+
+Result<std::size_t> PlanService::add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
+                                           Millimetres kerf, std::vector<db::NewPiece>& pieces) {
+  const planner::ToolpathOptions options = toolpath_options(recipe_);
+  std::size_t without = 0;
+  for (const auto& panel : stock) {
+    if (options.leads.length.count() <= 0) break;
+    auto room = database_.call([&](Repositories& r) -> Result<planner::LeadRoom> {
+      auto fiducials = r.panels.fiducials(panel.id);
+      if (!fiducials) return fiducials.error();
+      return planner::LeadRoom{panel.free, spared_by_leads(*fiducials), plan.kerf};
+    });
+    if (!room) return room.error();
+    auto recipes = database_.call([&](Repositories& r) { return WoodRecipes::read(r, recipe_, kerf, panel.id); });
+    if (!recipes) return recipes.error();
+    std::vector<db::NewPiece*> on_panel;
+    std::vector<planner::LeadPiece> to_lead;
+    for (auto& piece : pieces) {
+      if (piece.panel != panel.id) continue;
+      on_panel.push_back(&piece);
+      to_lead.push_back({piece.panel_outline, piece.mark, piece.panel_from_artwork.angle() + Radians(kPi / 2),
+                         recipes->recipe_of(recipes->material_at(piece.panel_outline)), piece.allocation});
+    }
+    const auto leads = planner::choose_leads(to_lead, *room, options);
+    if (!leads) return leads.error();
+    for (std::size_t i = 0; i < on_panel.size(); ++i) {
+      if (const auto& lead = (*leads)[i]) {
+        on_panel[i]->lead_in = lead->begin;
+        on_panel[i]->allocation = unite(on_panel[i]->allocation, lead->burnt);
+      } else {
+        ++without;
+      }
+    }
+  }
+  return without;
 }
 
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
@@ -169,18 +228,24 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   used.options.position_margin = position_margin_;
   job.options_json = options_json(used).dump();
   job.pieces = pieces_of(*plan);
+  const auto without_lead = add_leads(*plan, *stock, *calibration->kerf, job.pieces);
+  if (!without_lead) return without_lead.error();
   auto id = database_.call([&](Repositories& r) { return r.jobs.create(job, utc_timestamp()); });
   if (!id) return id.error();
 
   JobOutcome outcome;
   outcome.job = *id;
   outcome.pieces = plan->pieces.size();
+  outcome.without_lead = *without_lead;
   outcome.cost_per_pixel = planner::cost_per_pixel(*plan);
   std::map<PanelId, std::size_t> count;
   for (const auto& piece : plan->pieces)
     if (piece.placement) ++count[piece.placement->panel];
   outcome.panels.assign(count.begin(), count.end());
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
+  if (outcome.without_lead > 0)
+    log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",
+               outcome.without_lead);
   return outcome;
 }
 

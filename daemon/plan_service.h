@@ -11,6 +11,7 @@
 
 #include "base/log.h"
 #include "base/result.h"
+#include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/panel_library.h"
 #include "daemon/scan_service.h"
@@ -31,12 +32,14 @@ struct JobOutcome {
   std::size_t pieces = 0, unfilled = 0;
   double cost_per_pixel = 0;
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
-  std::string warning;                                  // "" = none
+  std::size_t without_lead = 0;  // pieces whose cut begins on their own edge, for want of waste beside them
 };
 
 class PlanService {
  public:
-  PlanService(DatabaseThread& database, const PanelLibrary& library, Millimetres position_margin, Logger log);
+  // `recipe` is the configuration's and outlives this.
+  PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
+              Millimetres position_margin, Logger log);
 
   // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says what is missing.
   Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
@@ -45,9 +48,13 @@ class PlanService {
 
  private:
   Result<std::vector<planner::StockPanel>> load_stock(const std::vector<PanelId>& wanted);
+  // Books a lead-in for every piece that has waste beside it; how many have none.
+  Result<std::size_t> add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
+                                Millimetres kerf, std::vector<db::NewPiece>& pieces);
 
   DatabaseThread& database_;
   const PanelLibrary& library_;
+  const RecipeConfig& recipe_;
   Millimetres position_margin_;
   Logger log_;
 };

@@ -18,7 +18,7 @@ namespace veneer::daemon {
 
 struct SetupPiece {
   PieceId piece;
-  Ring<PanelFrame> outline;  // with its kerf
+  Ring<PanelFrame> outline;  // all that its cut may burn: with its kerf and lead-in
 };
 
 struct SetupInput {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "planner/cutting/lead_choice.h"
+
 namespace veneer::daemon {
 
 WoodRecipes::WoodRecipes(const RecipeConfig& config, Millimetres kerf, std::vector<db::RecipeRecord> recipes,
@@ -68,22 +70,28 @@ planner::ToolpathOptions toolpath_options(const RecipeConfig& config) {
   options.marks.height = config.mark_height;
   options.marks.min_height = config.mark_min_height;
   options.fit_clearance = config.fit_clearance;
+  options.leads.length = config.lead_in;
   options.bridges.on = config.bridges;
   options.assembly_order = config.cut_order == "assembly";
   return options;
 }
 
-Status check_booked(const std::string& mark, const std::string& material, const planner::Recipe& recipe,
-                    const Ring<PanelFrame>& outline, const Region<PanelFrame>& booked) {
-  const Millimetres slack(0.005);  // outlines are stored in whole micrometres
-  const Millimetres kerf = recipe.widest_kerf();
-  const auto burnt = offset(Region<PanelFrame>(outline), std::max(Millimetres(0), kerf - slack));
+Status check_booked(const db::PieceRecord& piece, const std::string& material, const planner::Recipe& recipe,
+                    Millimetres fit_clearance, const Region<PanelFrame>& booked) {
+  const Millimetres slack(0.005);  // shapes are stored in whole micrometres
+  const Millimetres kerf = recipe.widest_kerf(), burnt_width = std::max(Millimetres(0), kerf - slack);
+  auto burnt = offset(Region<PanelFrame>(piece.panel_outline), burnt_width);
+  if (piece.lead_in) {
+    const auto lead = planner::lead_burn(piece.panel_outline, *piece.lead_in, recipe, fit_clearance, slack);
+    if (!lead.ok()) return Error{lead.error().code, fmt::format("piece {} {}", piece.mark, lead.error().message)};
+    burnt = unite(burnt, *lead);
+  }
   if (subtract(burnt, booked).area().count() < 1e-3) return Ok();
   return Error{
       ErrorCode::kRefused,
       fmt::format("{}piece {} would be cut with a kerf of {:.2f} mm, wider than what is booked around it: plan "
                   "the job again, or correct the recipe",
-                  material.empty() ? "" : material + " ", mark, kerf.count())};
+                  material.empty() ? "" : material + " ", piece.mark, kerf.count())};
 }
 
 }  // namespace veneer::daemon

@@ -35,8 +35,9 @@ class WoodRecipes {
 // What of the configuration is the same for all wood: marks, clearance, bridges, order.
 planner::ToolpathOptions toolpath_options(const RecipeConfig& config);
 
-// kRefused when the recipe burns more around the outline than was booked: the plan was made before the recipe.
-Status check_booked(const std::string& mark, const std::string& material, const planner::Recipe& recipe,
-                    const Ring<PanelFrame>& outline, const Region<PanelFrame>& booked);
+// kRefused when the recipe burns more around the outline and on the lead-in than was booked: the plan was made before
+// the recipe.
+Status check_booked(const db::PieceRecord& piece, const std::string& material, const planner::Recipe& recipe,
+                    Millimetres fit_clearance, const Region<PanelFrame>& booked);
 
 }  // namespace veneer::daemon

@@ -12,7 +12,7 @@ constexpr const char* kJobColumns =
     "SELECT id, name, state, created_at, target_file, preview_file, options_json FROM jobs ";
 constexpr const char* kPieceColumns =
     "SELECT p.id, p.job, p.mark, p.artwork_outline_um, p.panel, p.panel_outline_um, s.state, p.angle_rad, "
-    "p.shift_x_mm, p.shift_y_mm, p.improper FROM pieces AS p JOIN piece_states AS s ON s.piece = p.id ";
+    "p.shift_x_mm, p.shift_y_mm, p.improper, p.lead_in_um FROM pieces AS p JOIN piece_states AS s ON s.piece = p.id ";
 
 PieceState piece_state_of(const std::string& name) {
   for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
@@ -43,10 +43,12 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   piece.mark = text(row.getColumn(2));
   const auto artwork = read_ring(text(row.getColumn(3)));
   const auto panel = read_ring(text(row.getColumn(5)));
-  if (!artwork || !panel) throw damaged(fmt::format("piece {}", piece.id.value));
+  const auto lead_in = read_ring(text(row.getColumn(11)));
+  if (!artwork || !panel || !lead_in) throw damaged(fmt::format("piece {}", piece.id.value));
   piece.artwork_outline = from_micro<ArtworkFrame>(*artwork);
   if (auto id = text_or_null(row.getColumn(4))) piece.panel = PanelId{*id};
   piece.panel_outline = from_micro<PanelFrame>(*panel);
+  if (!lead_in->empty()) piece.lead_in = from_micro<PanelFrame>(*lead_in).front();
   piece.state = piece_state_of(text(row.getColumn(6)));
   piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
   return piece;

@@ -101,7 +101,8 @@ Result<std::vector<NewAllocation>> insert_pieces(SQLite::Database& connection, J
                                                  const std::vector<NewPiece>& pieces) {
   SQLite::Statement insert(connection,
                            "INSERT INTO pieces (job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, "
-                           "angle_rad, shift_x_mm, shift_y_mm, improper) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+                           "angle_rad, shift_x_mm, shift_y_mm, improper, lead_in_um) "
+                           "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   std::vector<NewAllocation> wood;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const NewPiece& piece = pieces[i];
@@ -114,6 +115,9 @@ Result<std::vector<NewAllocation>> insert_pieces(SQLite::Database& connection, J
     piece.panel ? insert.bind(5, piece.panel->value) : insert.bind(5);
     insert.bind(6, write_ring(to_micro(piece.panel_outline)));
     bind_isometry(insert, 7, piece.panel_from_artwork);
+    std::vector<Point<PanelFrame>> lead_in;
+    if (piece.lead_in) lead_in.push_back(*piece.lead_in);
+    insert.bind(11, write_ring(to_micro(lead_in)));
     insert.exec();
     if (piece.panel)
       wood.push_back(

@@ -43,8 +43,9 @@ struct NewPiece {
   Ring<ArtworkFrame> artwork_outline;
   std::optional<PanelId> panel;
   Ring<PanelFrame> panel_outline;  // the same vertices as artwork_outline, in the same order; no kerf
-  Region<PanelFrame> allocation;   // panel_outline grown by k
+  Region<PanelFrame> allocation;   // panel_outline grown by k, and what its lead-in burns
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  std::optional<Point<PanelFrame>> lead_in;  // where its cut begins in waste
 };
 
 struct NewJob {
@@ -62,6 +63,7 @@ struct PieceRecord {
   std::optional<PanelId> panel;
   Ring<PanelFrame> panel_outline;
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
+  std::optional<Point<PanelFrame>> lead_in;
   PieceState state = PieceState::kUnfilled;
 };
 

@@ -42,22 +42,23 @@ Direction away_at(const Ring<BedFrame>& ring, std::size_t i) {
   return length > 1e-9 ? Direction{x / length, y / length} : Direction{};
 }
 
-std::optional<Point<BedFrame>> lead_at(const Ring<BedFrame>& ring, std::size_t vertex, const Region<BedFrame>& waste,
-                                       bool outward, Millimetres kerf, const LeadOptions& options) {
+Point<BedFrame> moved(const Point<BedFrame>& p, const Direction& d, double by) {
+  return point<BedFrame>(p.x.count() + d.x * by, p.y.count() + d.y * by);
+}
+
+// Into a hole's corner from the waste within it.
+std::optional<Point<BedFrame>> hole_lead(const Ring<BedFrame>& ring, std::size_t vertex, const Region<BedFrame>& waste,
+                                         Millimetres kerf, const LeadOptions& options) {
   const Direction away = away_at(ring, vertex);
-  const double ux = outward ? away.x : -away.x, uy = outward ? away.y : -away.y;
-  if (ux == 0 && uy == 0) return std::nullopt;
-  const double x = ring[vertex].x.count(), y = ring[vertex].y.count();
+  if (away.x == 0 && away.y == 0) return std::nullopt;
   for (const double length : {options.length.count(), options.length.count() / 2}) {
     if (length <= 0) break;
-    const auto end = point<BedFrame>(x + ux * length, y + uy * length);
-    if (!waste.contains(end)) continue;
-    // What the lead burns, a little narrower than true: its borders may lie on those of the waste.
-    const double r = std::max(0.001, kerf.count() / 2 - 0.003), l = length + r;
-    const Ring<BedFrame> burnt = {point<BedFrame>(x - uy * r, y + ux * r), point<BedFrame>(x + uy * r, y - ux * r),
-                                  point<BedFrame>(x + ux * l + uy * r, y + uy * l - ux * r),
-                                  point<BedFrame>(x + ux * l - uy * r, y + uy * l + ux * r)};
-    if (subtract(Region<BedFrame>(burnt), waste).area().count() < 1e-6) return end;
+    const auto lead = moved(ring[vertex], away, -length);
+    if (!waste.contains(lead)) continue;
+    // A little narrower than true: its borders may lie on those of the waste.
+    const Region<BedFrame> burnt(
+        lead_burn(lead, ring[vertex], std::max(Millimetres(0.002), kerf - Millimetres(0.006))));
+    if (subtract(burnt, waste).area().count() < 1e-6) return lead;
   }
   return std::nullopt;
 }
@@ -121,18 +122,58 @@ double turn_at(const Ring<BedFrame>& ring, std::size_t i) {
   return std::abs(std::atan2(ux * vy - uy * vx, ux * vx + uy * vy));
 }
 
-std::vector<Door> doors_of(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, bool outward, Millimetres kerf,
-                           const LeadOptions& options) {
+std::vector<std::size_t> door_vertices(const Ring<BedFrame>& ring) {
   std::vector<std::size_t> vertices = corners_of(ring);
   if (vertices.empty())
     for (std::size_t i = 0; i < ring.size(); ++i) vertices.push_back(i);
+  return thinned(std::move(vertices), kMostDoors);
+}
+
+std::vector<Door> doors_of(const Ring<BedFrame>& ring) {
   std::vector<Door> doors;
-  for (const std::size_t vertex : thinned(std::move(vertices), kMostDoors)) {
-    Door& door = doors.emplace_back();
-    door.vertex = vertex;
-    if (!waste.empty()) door.lead = lead_at(ring, vertex, waste, outward, kerf, options);
-  }
+  for (const std::size_t vertex : door_vertices(ring)) doors.push_back({vertex, std::nullopt});
   return doors;
+}
+
+std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, Millimetres kerf,
+                             const LeadOptions& options) {
+  std::vector<Door> doors = doors_of(ring);
+  for (Door& door : doors) door.lead = hole_lead(ring, door.vertex, waste, kerf, options);
+  return doors;
+}
+
+Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead) {
+  const auto vertices = door_vertices(ring);
+  const auto nearest = std::min_element(vertices.begin(), vertices.end(), [&](std::size_t a, std::size_t b) {
+    return distance(ring[a], lead) < distance(ring[b], lead);
+  });
+  return {*nearest, lead};
+}
+
+Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf) {
+  const double r = kerf.count() / 2, length = distance(vertex, lead).count();
+  const Direction along{(lead.x - vertex.x).count() / length, (lead.y - vertex.y).count() / length};
+  const Direction across{-along.y, along.x};
+  const auto end = moved(lead, along, r);
+  return {moved(vertex, across, r), moved(vertex, across, -r), moved(end, across, -r), moved(end, across, r)};
+}
+
+std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t vertex, Millimetres length) {
+  constexpr double kInLine = kPi / 3;  // a corner that turns less has its edges' extensions too near to itself
+  const Direction away = away_at(ring, vertex);
+  if (away.x == 0 && away.y == 0) return {};
+  const auto& b = ring[vertex];
+  std::vector<Point<BedFrame>> out = {moved(b, away, length.count())};
+  const std::size_t n = ring.size();
+  const auto &a = ring[(vertex + n - 1) % n], &c = ring[(vertex + 1) % n];
+  const double in = distance(a, b).count(), on = distance(b, c).count();
+  const Direction into{(b.x - a.x).count() / in, (b.y - a.y).count() / in};
+  const Direction back{(b.x - c.x).count() / on, (b.y - c.y).count() / on};
+  const bool convex = into.x * -back.y - into.y * -back.x > 0;
+  if (!convex || turn_at(ring, vertex) < kInLine) return out;
+  out.push_back(moved(b, back, length.count()));
+  out.push_back(moved(b, into, length.count()));
+  return out;
 }
 
 std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options) {

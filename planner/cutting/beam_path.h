@@ -41,10 +41,24 @@ struct Door {
   std::optional<Point<BedFrame>> lead;
 };
 
-// Sharp corners, where a cut's beginning shows least; on a smooth ring vertices all around it. `waste` is what the
-// lead-in and its kerf may burn, the band around the ring included; `outward` is false for holes.
-std::vector<Door> doors_of(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, bool outward, Millimetres kerf,
-                           const LeadOptions& options);
+// Sharp corners, where a cut's beginning shows least; on a smooth ring vertices all around it. Without lead-ins.
+std::vector<Door> doors_of(const Ring<BedFrame>& ring);
+// Those of a hole, led into from `waste`: what the lead-in and its kerf may burn, the band around the ring included.
+std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, Millimetres kerf,
+                             const LeadOptions& options);
+
+// The door of a cut that begins at `lead`: the corner nearest to it, on a smooth ring the nearest vertex.
+Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead);
+
+// What a straight lead-in burns, `kerf` wide, the round end at its beginning included.
+Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf);
+
+// Straight ways into one corner, from outside and `length` long: along its bisector, and in line with either edge where
+// the corner is sharp enough that they part from the ring at once. Each is where the cut would begin.
+std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t vertex, Millimetres length);
+
+// The corners of the ring, at most eight; on a smooth one eight vertices around it.
+std::vector<std::size_t> door_vertices(const Ring<BedFrame>& ring);
 
 // Where bridges stay, as distances along the ring from its first vertex: in the middle of long straight or smooth
 // stretches, never at a corner. Empty when no stretch is long enough.

@@ -109,13 +109,14 @@ Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& o
     auto ring = beam_ring(hole, -grow);
     if (!ring.ok()) return unusable(piece, ring.error().message);
     const Region<BedFrame> inside(hole);
-    auto doors = doors_of(*ring, inside, false, kerf, options.leads);
+    auto doors = hole_doors(*ring, inside, kerf, options.leads);
     paths.holes.push_back({std::move(ring).value(), std::move(doors), {}});
     paths.within = unite(paths.within, inside);
   }
   auto ring = beam_ring(piece.outline, grow);
   if (!ring.ok()) return unusable(piece, ring.error().message);
-  paths.outline.doors = doors_of(*ring, piece.allocation, true, kerf, options.leads);
+  if (piece.leads.empty()) paths.outline.doors = doors_of(*ring);
+  for (const auto& lead : piece.leads) paths.outline.doors.push_back(door_for(*ring, lead));
   if (options.bridges.on && narrowest_width(piece.outline) < options.bridges.below) {
     BridgeOptions wanted = options.bridges;
     wanted.width = bridge_gap(recipe, options.bridges);
@@ -171,16 +172,12 @@ std::vector<ToolpathStroke> strokes_of(const ToolpathPiece& piece, const PiecePa
 // ---- All pieces --------------------------------------------------------------------------------------------------
 
 CutSite site_of(const ToolpathPiece& piece, const PiecePaths& paths, const ToolpathOptions& options) {
-  // What a cut without a lead-in counts, beside one with it: the mark of its beginning is on the piece's edge.
-  constexpr double kNoLead = 30;
   CutSite site;
-  const bool leads = std::any_of(paths.outline.doors.begin(), paths.outline.doors.end(),
-                                 [](const Door& door) { return door.lead.has_value(); });
   const std::size_t ways = std::max<std::size_t>(1, paths.engravings.size()) * paths.outline.doors.size();
   for (std::size_t way = 0; way < ways; ++way) {
     const Manner manner = manner_of(paths, way);
     const auto strokes = strokes_of(piece, paths, manner, options);
-    double inner = leads && !paths.outline.doors[manner.door].lead ? kNoLead : 0;
+    double inner = 0;
     for (std::size_t i = 1; i < strokes.size(); ++i)
       inner += distance(strokes[i - 1].end(), strokes[i].path.front()).count();
     site.ways.push_back({strokes.front().path.front(), strokes.back().end(), Millimetres(inner)});
@@ -256,7 +253,7 @@ void keep_leads_off_pieces(const std::vector<ToolpathPiece>& pieces, std::vector
     }
     if (!taken) continue;
     for (BeamRing& hole : paths[i].holes)
-      hole.doors = doors_of(hole.ring, waste, false, paths[i].recipe.widest_kerf(), options.leads);
+      hole.doors = hole_doors(hole.ring, waste, paths[i].recipe.widest_kerf(), options.leads);
   }
 }
 
@@ -271,7 +268,7 @@ void add_piece(const ToolpathPiece& piece, const PiecePaths& paths, Manner manne
   ToolpathSummary& summary = toolpath.pieces.emplace_back();
   summary.piece = piece.piece;
   summary.bridges = paths.outline.bridges.size();
-  summary.lead_in = paths.outline.doors[manner.door].lead.has_value();
+  summary.lead = paths.outline.doors[manner.door].lead;
   std::vector<TimedStroke> timed;
   const Point<BedFrame> from = at;
   for (ToolpathStroke& stroke : strokes_of(piece, paths, manner, options)) {

@@ -29,9 +29,9 @@ struct ToolpathPiece {
   std::string mark;                   // "" = none
   Radians artwork_up{kPi / 2};        // where the artwork's up points in BedFrame, counter-clockwise from +x
   std::optional<Recipe> recipe;       // of its wood; without, the options' one
-  // What the ledger has booked for the piece, with its kerf; what lies beyond the kerf is there for the lead-in. Empty:
-  // nothing but the kerf. Wood in the piece's own holes is waste where no other piece lies.
-  Region<BedFrame> allocation;
+  // Where its cut may begin in waste that is booked for it (lead_choice.h), each near a corner. None: on its edge. Wood
+  // in the piece's own holes is waste where no other piece lies.
+  std::vector<Point<BedFrame>> leads;
 };
 
 enum class ToolpathRole { kEngrave, kCut };
@@ -66,7 +66,7 @@ struct ToolpathSummary {
   PieceId piece;
   std::size_t strokes = 0;  // how many, in order
   std::size_t bridges = 0;
-  bool lead_in = false;
+  std::optional<Point<BedFrame>> lead;        // where its cut begins in waste
   std::chrono::duration<double> estimate{0};  // with the way to it and the drain after it
 };
 

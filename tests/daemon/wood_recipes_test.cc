@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "daemon/cut_file.h"
+#include "planner/cutting/lead_choice.h"
 
 namespace veneer::daemon {
 namespace {
@@ -66,41 +67,6 @@ TEST(WoodRecipes, APlanKeepsRoomForTheWidestKerfOfThePanel) {
   EXPECT_DOUBLE_EQ(WoodRecipes(configured(), Millimetres(0.27), {}, {}).widest_kerf().count(), 0.27);
 }
 
-TEST(WoodRecipes, ACutWiderThanWhatWasBookedIsRefused) {
-  const auto recipes = three_strips();
-  const auto outline = box(40, 50, 14, 14);
-  const auto walnut = recipes.recipe_of("walnut");
-  EXPECT_TRUE(
-      check_booked("A1", "walnut", walnut, outline, offset(Region<PanelFrame>(outline), Millimetres(0.4))).ok());
-  const Status refused =
-      check_booked("A1", "walnut", walnut, outline, offset(Region<PanelFrame>(outline), Millimetres(0.27)));
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(refused.error().message, HasSubstr("walnut piece A1"));
-  EXPECT_THAT(refused.error().message, HasSubstr("0.40 mm"));
-  // A square on its corner: what is booked reaches farther out at its corners than the kerf.
-  const Ring<PanelFrame> turned = {point<PanelFrame>(50, 40), point<PanelFrame>(60, 50), point<PanelFrame>(50, 60),
-                                   point<PanelFrame>(40, 50)};
-  const auto booked = [&](double kerf) { return offset(Region<PanelFrame>(turned), Millimetres(kerf)); };
-  EXPECT_FALSE(check_booked("A1", "walnut", walnut, turned, booked(0.35)).ok());
-  EXPECT_TRUE(check_booked("A1", "walnut", walnut, turned, booked(0.4)).ok());
-}
-
-TEST(WoodRecipes, TheConfigurationSaysHowMarksBridgesClearanceAndOrderAre) {
-  RecipeConfig config = configured();
-  config.mark_min_height = 1.5_mm;
-  config.fit_clearance = 0.1_mm;
-  config.bridges = false;
-  config.cut_order = "assembly";
-  const auto options = toolpath_options(config);
-  EXPECT_EQ(options.marks.min_height, 1.5_mm);
-  EXPECT_EQ(options.fit_clearance, 0.1_mm);
-  EXPECT_FALSE(options.bridges.on);
-  EXPECT_TRUE(options.assembly_order);
-  EXPECT_TRUE(toolpath_options(configured()).bridges.on);
-  EXPECT_FALSE(toolpath_options(configured()).assembly_order);
-}
-
 db::PieceRecord piece(const std::string& mark, double x, double y) {
   db::PieceRecord record;
   record.id = PieceId{7};
@@ -109,6 +75,55 @@ db::PieceRecord piece(const std::string& mark, double x, double y) {
   record.panel_outline = box(x, y, 16, 16);
   record.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, y));
   return record;
+}
+
+TEST(WoodRecipes, ACutWiderThanWhatWasBookedIsRefused) {
+  const auto walnut = three_strips().recipe_of("walnut");
+  const auto check = [&](const db::PieceRecord& p, double kerf) {
+    return check_booked(p, "walnut", walnut, 0.05_mm, offset(Region<PanelFrame>(p.panel_outline), Millimetres(kerf)));
+  };
+  db::PieceRecord square = piece("A1", 40, 50);
+  EXPECT_TRUE(check(square, 0.4).ok());
+  const Status refused = check(square, 0.27);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message, HasSubstr("walnut piece A1"));
+  EXPECT_THAT(refused.error().message, HasSubstr("0.40 mm"));
+  // A square on its corner: what is booked reaches farther out at its corners than the kerf.
+  square.panel_outline = {point<PanelFrame>(50, 40), point<PanelFrame>(60, 50), point<PanelFrame>(50, 60),
+                          point<PanelFrame>(40, 50)};
+  EXPECT_FALSE(check(square, 0.35).ok());
+  EXPECT_TRUE(check(square, 0.4).ok());
+}
+
+TEST(WoodRecipes, ALeadInThatIsNotBookedIsRefused) {
+  const auto walnut = three_strips().recipe_of("walnut");
+  db::PieceRecord led = piece("A1", 40, 50);
+  led.lead_in = point<PanelFrame>(56.8, 66.8);
+  const auto kerf_alone = offset(Region<PanelFrame>(led.panel_outline), 0.4_mm);
+  EXPECT_FALSE(check_booked(led, "walnut", walnut, 0.05_mm, kerf_alone).ok());
+  const auto burnt = planner::lead_burn(led.panel_outline, *led.lead_in, walnut, 0.05_mm, 0_mm);
+  ASSERT_TRUE(burnt.ok());
+  EXPECT_TRUE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, *burnt)).ok());
+  led.lead_in = point<PanelFrame>(39.2, 66.8);  // at another corner than the booked one
+  EXPECT_FALSE(check_booked(led, "walnut", walnut, 0.05_mm, unite(kerf_alone, *burnt)).ok());
+}
+
+TEST(WoodRecipes, TheConfigurationSaysHowMarksBridgesClearanceAndOrderAre) {
+  RecipeConfig config = configured();
+  config.mark_min_height = 1.5_mm;
+  config.fit_clearance = 0.1_mm;
+  config.lead_in = 0.5_mm;
+  config.bridges = false;
+  config.cut_order = "assembly";
+  const auto options = toolpath_options(config);
+  EXPECT_EQ(options.marks.min_height, 1.5_mm);
+  EXPECT_EQ(options.fit_clearance, 0.1_mm);
+  EXPECT_EQ(options.leads.length, 0.5_mm);
+  EXPECT_FALSE(options.bridges.on);
+  EXPECT_TRUE(options.assembly_order);
+  EXPECT_TRUE(toolpath_options(configured()).bridges.on);
+  EXPECT_FALSE(toolpath_options(configured()).assembly_order);
 }
 
 TEST(CutFile, AJobsPanelBecomesOneProgramForALihuiyuBoard) {
@@ -121,6 +136,12 @@ TEST(CutFile, AJobsPanelBecomesOneProgramForALihuiyuBoard) {
   EXPECT_THAT(file->text, HasSubstr("LHYMICRO-GL"));
   EXPECT_THAT(file->text, HasSubstr("S1E"));
   EXPECT_THAT(file->text, HasSubstr("FNSE"));
+  // A lead-in that is booked is burnt: the program is another one.
+  db::PieceRecord led = piece("A1", 20, 120);
+  led.lead_in = point<PanelFrame>(36.8, 136.8);
+  const auto with_lead = egv_of(panel, {led}, three_strips(), configured(), {300_mm, 200_mm});
+  ASSERT_TRUE(with_lead.ok()) << with_lead.error().message;
+  EXPECT_NE(with_lead->text, file->text);
   panel.width = 420_mm;
   const auto wide = egv_of(panel, {piece("A1", 20, 120)}, three_strips(), configured(), {300_mm, 200_mm});
   ASSERT_FALSE(wide.ok());

@@ -64,8 +64,19 @@ TEST_F(JobStoreTest, RemembersThePlan) {
   EXPECT_EQ(pieces[1].panel_outline, square(30, 10, 14));
   EXPECT_EQ(pieces[1].panel_from_artwork.shift(), point<PanelFrame>(30, 10));
   EXPECT_EQ(pieces[3].panel, other);
+  EXPECT_FALSE(pieces[1].lead_in.has_value());
   EXPECT_FALSE(pieces[4].panel.has_value());
   EXPECT_EQ(must(jobs.list()).size(), 1U);
+}
+
+TEST_F(JobStoreTest, RemembersWhereACutBeginsInWaste) {
+  NewPiece led = square_piece("B1", panel, 100, 10, 14);
+  led.lead_in = point<PanelFrame>(114.8, 24.8);
+  led.allocation = unite(led.allocation, Region<PanelFrame>(square(114, 24, 1)));
+  const JobId second = must(jobs.create(job_of({led}), kNow));
+  EXPECT_EQ(must(jobs.pieces(second))[0].lead_in, led.lead_in);
+  // Its wood is the piece's.
+  EXPECT_FALSE(jobs.create(job_of({square_piece("C1", panel, 114.6, 24.6, 14)}), kNow).ok());
 }
 
 TEST_F(JobStoreTest, PieceIdsAreGlobal) {

@@ -204,33 +204,25 @@ TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
 
 TEST(Toolpath, BeginsInTheWasteThatIsBookedForIt) {
   const double kerf = 0.27;
-  const Ring<BedFrame> outline = square(10, 10, 12);
-  ToolpathPiece with_waste = piece(1, outline);
-  // The kerf's band, and a spur of wood beyond the upper right corner.
-  const double r = kerf / 2 / std::sqrt(2.0), x = 22 + 1.2, corner = 22;
-  const Ring<BedFrame> spur = {point<BedFrame>(corner + r, corner - r), point<BedFrame>(x + r, x - r),
-                               point<BedFrame>(x - r, x + r), point<BedFrame>(corner - r, corner + r)};
-  const auto band = offset(Region<BedFrame>(outline), Millimetres(kerf));
-  with_waste.allocation = unite(band, Region<BedFrame>(spur));
+  ToolpathPiece with_waste = piece(1, square(10, 10, 12));
+  with_waste.leads = {point<BedFrame>(22.8, 22.8)};
   auto options = options_with_kerf(kerf);
   options.start = point<BedFrame>(0, 0);  // near the other corner
   const auto path = make_toolpath({with_waste}, options);
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->strokes, SizeIs(1));
-  EXPECT_TRUE(path->pieces[0].lead_in);
+  EXPECT_EQ(path->pieces[0].lead, with_waste.leads[0]);
   const auto& cut = path->strokes[0].path;
   EXPECT_FALSE(path->strokes[0].closed);
-  EXPECT_GT(cut.front().x.count(), 22.4);
+  EXPECT_EQ(cut.front(), with_waste.leads[0]);
   // Into the corner, around, and on past it.
   EXPECT_LT(distance(cut[1], point<BedFrame>(22.135, 22.135)).count(), 1e-6);
   EXPECT_NEAR(distance(cut.back(), cut[1]).count(), 0.3, 1e-6);
-  for (const auto& p : cut) EXPECT_TRUE(offset(with_waste.allocation, Millimetres(-kerf / 2 + 0.01)).contains(p));
-
-  // Without the spur nothing leads in: the wood beyond the kerf is somebody else's.
-  with_waste.allocation = band;
+  // Without waste that is booked for it, it begins on its edge.
+  with_waste.leads.clear();
   const auto without = make_toolpath({with_waste}, options);
   ASSERT_TRUE(without.ok());
-  EXPECT_FALSE(without->pieces[0].lead_in);
+  EXPECT_FALSE(without->pieces[0].lead.has_value());
   EXPECT_THAT(corners(without->strokes[0]), exactly(square(9.865, 9.865, 12.27)));
 }
 

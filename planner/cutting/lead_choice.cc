@@ -1,0 +1,216 @@
+#include "planner/cutting/lead_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "base/frames.h"
+#include "planner/matching/free_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+// Polygons meet on whole micrometres: what is kept between two of them beyond that they do not overlap.
+constexpr Millimetres kSlack{0.004};
+// Wood deeper than this is as good as any other.
+constexpr double kDeep = 4;
+// Beginnings whose depths differ by less are as good as each other.
+constexpr double kAsGood = 0.3;
+
+// beam_path.h and toolpath.h speak of the bed; for what is asked here it may as well be the panel.
+Isometry2<BedFrame, PanelFrame> as_drawn() { return {}; }
+
+template <class Shape>
+auto on_bed(const Shape& shape) {
+  return as_drawn() * shape;
+}
+template <class Shape>
+auto on_panel(const Shape& shape) {
+  return as_drawn().inverse() * shape;
+}
+
+bool apart(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres by = Millimetres(0)) {
+  return a.min.x > b.max.x + by || b.min.x > a.max.x + by || a.min.y > b.max.y + by || b.min.y > a.max.y + by;
+}
+
+double to_edge(const Point<PanelFrame>& p, const Point<PanelFrame>& a, const Point<PanelFrame>& b) {
+  const double ux = (b.x - a.x).count(), uy = (b.y - a.y).count(), squared = ux * ux + uy * uy;
+  const double px = (p.x - a.x).count(), py = (p.y - a.y).count();
+  const double t = squared > 0 ? std::clamp((px * ux + py * uy) / squared, 0.0, 1.0) : 0;
+  return std::hypot(px - t * ux, py - t * uy);
+}
+
+struct Taken {
+  Region<PanelFrame> area;
+  std::vector<Ring<PanelFrame>> rings;
+  Box<PanelFrame> box;
+};
+
+Taken taken(const Region<PanelFrame>& area) {
+  Taken out{area, area.rings(), {}};
+  for (const auto& ring : out.rings)
+    for (const auto& p : ring) out.box.add(p);
+  return out;
+}
+
+struct Candidate {
+  std::size_t vertex = 0;  // of the beam's ring
+  Point<PanelFrame> begin;
+  Ring<PanelFrame> burnt;
+  double depth = 0;  // how far into wood that somebody might still use
+};
+
+class Chooser {
+ public:
+  Chooser(const std::vector<LeadPiece>& pieces, const LeadRoom& room, const ToolpathOptions& options)
+      : pieces_(pieces), room_(room), options_(options), wood_(room.free, Millimetres(0), Millimetres(0)) {
+    for (const LeadPiece& piece : pieces) taken_.push_back(taken(piece.allocation));
+    for (const auto& area : room.spared) taken_.push_back(taken(area));
+  }
+
+  // The longest that have room, those that lie least deep in free wood first.
+  Result<std::vector<Candidate>> candidates(std::size_t i) const {
+    const LeadPiece& piece = pieces_[i];
+    const auto ring = beam_ring(on_bed(piece.outline), beam_offset(piece.recipe, options_.fit_clearance));
+    if (!ring.ok()) return ring.error();
+    const Region<PanelFrame> own(piece.outline);
+    std::vector<Candidate> out;
+    for (const Millimetres length : {options_.leads.length, options_.leads.length / 2}) {
+      for (const std::size_t vertex : door_vertices(*ring))
+        for (const auto& lead : leads_into(*ring, vertex, length)) {
+          if (door_for(*ring, lead).vertex != vertex) continue;
+          Candidate candidate{vertex, on_panel(lead), on_panel(lead_burn(lead, (*ring)[vertex], room_.kerf)), 0};
+          if (!free_for(i, candidate.burnt) || overlaps(Region<PanelFrame>(candidate.burnt), own)) continue;
+          candidate.depth = depth(i, candidate.begin);
+          out.push_back(std::move(candidate));
+        }
+      if (!out.empty()) break;
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Candidate& a, const Candidate& b) { return a.depth < b.depth; });
+    return out;
+  }
+
+  // Whether nobody but piece `i` holds any of this wood.
+  bool free_for(std::size_t i, const Ring<PanelFrame>& burnt) const {
+    Ring<PanelFrame> counter_clockwise = burnt;
+    if (signed_area(burnt) < 0) std::reverse(counter_clockwise.begin(), counter_clockwise.end());
+    const Ring<PanelFrame> wide = grown(counter_clockwise, kSlack);
+    if (!wood_.on_free_wood(wide)) return false;
+    const Region<PanelFrame> area(wide);
+    const Box<PanelFrame> box = bounds(wide);
+    for (std::size_t k = 0; k < taken_.size(); ++k)
+      if (k != i && !apart(box, taken_[k].box) && overlaps(area, taken_[k].area)) return false;
+    return std::none_of(leads_.begin(), leads_.end(),
+                        [&](const Taken& lead) { return !apart(box, lead.box) && overlaps(area, lead.area); });
+  }
+
+  void take(const Region<PanelFrame>& burnt) { leads_.push_back(taken(burnt)); }
+
+ private:
+  double depth(std::size_t i, const Point<PanelFrame>& p) const {
+    double least = kDeep;
+    Box<PanelFrame> at;
+    at.add(p);
+    for (std::size_t k = 0; k < taken_.size(); ++k) {
+      if (k == i || apart(at, taken_[k].box, Millimetres(least))) continue;
+      for (const auto& ring : taken_[k].rings)
+        for (std::size_t e = 0; e < ring.size(); ++e)
+          least = std::min(least, to_edge(p, ring[e], ring[(e + 1) % ring.size()]));
+    }
+    return std::min(least, to_used_pixel(p, least));
+  }
+
+  // To the nearest pixel that is not free, no farther than `most`.
+  double to_used_pixel(const Point<PanelFrame>& p, double most) const {
+    const cv::Mat& pixels = room_.free.pixels;
+    double column = 0, row = 0;
+    room_.free.to_pixels(p, column, row);
+    const double scale = room_.free.resolution.px_per_mm;
+    const int reach = static_cast<int>(std::ceil(most * scale));
+    double least = most * scale;
+    for (int r = static_cast<int>(row) - reach; r <= static_cast<int>(row) + reach; ++r)
+      for (int c = static_cast<int>(column) - reach; c <= static_cast<int>(column) + reach; ++c) {
+        const bool inside = r >= 0 && c >= 0 && r < pixels.rows && c < pixels.cols;
+        if (inside && pixels.at<unsigned char>(r, c) != 0) continue;
+        least = std::min(least, std::hypot(c + 0.5 - column, r + 0.5 - row));
+      }
+    return least / scale;
+  }
+
+  const std::vector<LeadPiece>& pieces_;
+  const LeadRoom& room_;
+  const ToolpathOptions& options_;
+  FreeWood wood_;
+  std::vector<Taken> taken_;  // pieces first, in their order
+  std::vector<Taken> leads_;
+};
+
+// Of each piece's candidates that cost no more wood than need be, the one by which the head's way is short: where it
+// begins on them, in the order of burning.
+Result<std::vector<std::pair<std::size_t, Point<PanelFrame>>>> short_way(
+    const std::vector<LeadPiece>& pieces, const std::vector<std::vector<Candidate>>& candidates,
+    const ToolpathOptions& options) {
+  std::vector<ToolpathPiece> laid;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    ToolpathPiece& piece = laid.emplace_back();
+    piece.piece = PieceId{static_cast<std::int64_t>(i)};
+    piece.outline = on_bed(pieces[i].outline);
+    piece.mark = pieces[i].mark;
+    piece.artwork_up = pieces[i].artwork_up;
+    piece.recipe = pieces[i].recipe;
+    std::set<std::size_t> doors;
+    for (const Candidate& c : candidates[i])
+      if (c.depth <= candidates[i].front().depth + kAsGood && doors.insert(c.vertex).second)
+        piece.leads.push_back(on_bed(c.begin));
+  }
+  const auto path = make_toolpath(laid, options);
+  if (!path.ok()) return path.error();
+  std::vector<std::pair<std::size_t, Point<PanelFrame>>> out;
+  for (const ToolpathSummary& summary : path->pieces)
+    if (summary.lead) out.emplace_back(static_cast<std::size_t>(summary.piece.value), on_panel(*summary.lead));
+  return out;
+}
+
+}  // namespace
+
+Result<Region<PanelFrame>> lead_burn(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin,
+                                     const Recipe& recipe, Millimetres fit_clearance, Millimetres slack) {
+  const auto ring = beam_ring(on_bed(outline), beam_offset(recipe, fit_clearance));
+  if (!ring.ok()) return ring.error();
+  const Door door = door_for(*ring, on_bed(begin));
+  const Millimetres width = recipe.widest_kerf() - 2 * slack;
+  if (width.count() <= 0) return Region<PanelFrame>();
+  return Region<PanelFrame>(on_panel(lead_burn(*door.lead, (*ring)[door.vertex], width)));
+}
+
+Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPiece>& pieces, const LeadRoom& room,
+                                                        const ToolpathOptions& options) {
+  std::vector<std::optional<LeadIn>> out(pieces.size());
+  if (options.leads.length.count() <= 0 || pieces.empty()) return out;
+  Chooser chooser(pieces, room, options);
+  std::vector<std::vector<Candidate>> candidates;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    auto of_piece = chooser.candidates(i);
+    if (!of_piece.ok())
+      return Error{of_piece.error().code, fmt::format("piece {} {}", pieces[i].mark, of_piece.error().message)};
+    candidates.push_back(std::move(*of_piece));
+  }
+  const auto wished = short_way(pieces, candidates, options);
+  if (!wished.ok()) return wished.error();
+  for (const auto& [i, begin] : *wished) {
+    // Two pieces may have wished for the same waste: the second takes what is next best.
+    auto& list = candidates[i];
+    std::stable_partition(list.begin(), list.end(), [&b = begin](const Candidate& c) { return c.begin == b; });
+    const auto best =
+        std::find_if(list.begin(), list.end(), [&](const Candidate& c) { return chooser.free_for(i, c.burnt); });
+    if (best == list.end()) continue;
+    LeadIn& lead = out[i].emplace(LeadIn{best->begin, Region<PanelFrame>(best->burnt)});
+    chooser.take(lead.burnt);
+  }
+  return out;
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,49 @@
+// Where the cuts of a panel's pieces begin in waste. Chosen when the wood is reserved, because what a lead-in burns is
+// booked with its piece: nobody else's wood, no fiducial and nothing outside the usable wood is ever led through.
+//
+// Waste between pieces that nothing fits into comes first; of beginnings as good, the one that makes the way of the
+// head short. A piece too closely surrounded gets none. Deterministic. Pure functions; thread-safe.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/polygon_ops.h"
+#include "base/raster.h"
+#include "base/result.h"
+#include "planner/cutting/toolpath.h"
+
+namespace veneer::planner {
+
+// A piece to be cut, in PanelFrame.
+struct LeadPiece {
+  Ring<PanelFrame> outline;
+  std::string mark;
+  Radians artwork_up{kPi / 2};
+  Recipe recipe;
+  Region<PanelFrame> allocation;  // what is booked for it without a lead-in
+};
+
+struct LeadIn {
+  Point<PanelFrame> begin;
+  Region<PanelFrame> burnt;  // to be booked as well; it overlaps the piece's own allocation
+};
+
+struct LeadRoom {
+  Raster<PanelFrame> free;  // as StockPanel::free, before these pieces
+  std::vector<Region<PanelFrame>> spared;
+  Millimetres kerf;  // what is booked around every beam
+};
+
+// One for each piece, in order; none where no wood is left for it, or when `options.leads.length` is 0.
+// kInvalidArgument as make_toolpath.
+Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPiece>& pieces, const LeadRoom& room,
+                                                        const ToolpathOptions& options);
+
+// What a piece's lead-in burns by this recipe, less `slack` on every side. kInvalidArgument as make_toolpath; the
+// message lacks its subject.
+Result<Region<PanelFrame>> lead_burn(const Ring<PanelFrame>& outline, const Point<PanelFrame>& begin,
+                                     const Recipe& recipe, Millimetres fit_clearance, Millimetres slack);
+
+}  // namespace veneer::planner
