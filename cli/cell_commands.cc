@@ -67,13 +67,17 @@ void add_job_stop(CLI::App& job, CommandContext& context) {
   add_command(job, context, "stop", "End the run in order (`veneerctl stop` is STOP, at once)");
 }
 
+void add_stop_command(CLI::App& app, CommandContext& context) {
+  app.add_subcommand("stop", "STOP: beam off and abort, at once")->callback([&context] {
+    context.finish(context.client().post("/stop"), render_state);
+  });
+}
+
 void add_cell_commands(CLI::App& app, CommandContext& context) {
   app.add_subcommand("status", "The cell at a glance")->callback([&context] {
     context.finish(context.client().get("/status"), render_status);
   });
-  app.add_subcommand("stop", "STOP: beam off and abort, at once")->callback([&context] {
-    context.finish(context.client().post("/stop"), render_state);
-  });
+  add_stop_command(app, context);
   app.add_subcommand("console", "A one-time link that lets a browser operate the cell")->callback([&context] {
     context.finish(context.client().post("/console-links"),
                    [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });

@@ -47,6 +47,7 @@ void add_unit_commands(CLI::App& parent, CommandContext& context);
 void add_job_stop(CLI::App& job, CommandContext& context);
 
 // Each adds its commands to the program.
+void add_stop_command(CLI::App& app, CommandContext& context);
 void add_cell_commands(CLI::App& app, CommandContext& context);    // status, stop, hold, ..., console
 void add_panel_commands(CLI::App& app, CommandContext& context);   // panel scan|list|show, calibrate, certificates
 void add_job_commands(CLI::App& app, CommandContext& context);     // job new|list|show|start|hold|..., task

@@ -38,6 +38,18 @@ void name_planner_commands(CLI::App& app) {
     });
 }
 
+// STOP does not wait either until a hundred other commands have been described.
+bool asks_to_stop(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument == "--socket")
+      ++i;
+    else if (argument != "--json" && !argument.starts_with("--socket="))
+      return argument == "stop";
+  }
+  return false;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Runs a scan-to-cut cell for computational parquetry", "veneerctl");
   app.require_subcommand(1);
@@ -48,6 +60,10 @@ int run(int argc, char** argv) {
       ->envname("VENEERD_SOCKET")
       ->capture_default_str();
   app.add_flag("--json", context.json, "Print JSON");
+  if (asks_to_stop(argc, argv)) {
+    veneer::cli::add_stop_command(app, context);
+    return veneer::cli::run(app, argc, argv);
+  }
   veneer::cli::add_cell_commands(app, context);
   veneer::cli::add_panel_commands(app, context);
   veneer::cli::add_job_commands(app, context);
