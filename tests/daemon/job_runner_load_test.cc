@@ -256,6 +256,31 @@ TEST_F(JobRunnerTest, ARecutCanBeHeld) {
   EXPECT_FALSE(command(CellCommand::kUnhold).ok());
 }
 
+// Two people at two screens: what the second asks for meanwhile is refused, and the first one's recut goes on unharmed.
+TEST_F(JobRunnerTest, ASecondClientCannotInterfereWithARecutExceptToStopIt) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  laser_.jobs.clear();
+  ASSERT_TRUE(recut({"A1-1", "A1-2"}).ok());
+  ASSERT_EQ(laser_.jobs.size(), 1U);
+  EXPECT_FALSE(recut({"A1-1"}).ok());
+  EXPECT_FALSE(start().ok());
+  EXPECT_FALSE(frame().ok());
+  for (const auto other : {CellCommand::kUnsuspend, CellCommand::kReset, CellCommand::kUnhold, CellCommand::kClear})
+    EXPECT_FALSE(command(other).ok());
+  EXPECT_EQ(laser_.jobs.size(), 1U) << "nothing was sent in between";
+  EXPECT_EQ(state(), CellState::kExecute);
+  laser_.finish();
+  settle();
+  ASSERT_EQ(laser_.jobs.size(), 2U);
+  EXPECT_EQ(laser_.jobs[1].strokes[0].piece.value, 2);
+  runner_->abort("STOP");
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
 TEST_F(JobRunnerTest, StopAfterThisPieceLetsThePanelLeaveAndTheRestBeCutInANewPose) {
   laser_.burn_at_once = false;
   load_first_panel();
