@@ -51,7 +51,7 @@ void add_new_sheets(CLI::App& sim, CommandContext& context) {
 void add_place(CLI::App& sim, CommandContext& context) {
   struct Place {
     std::string sheet, on, face = "show", part;
-    std::optional<double> height_mm;
+    std::optional<double> height_mm, x_mm, y_mm, turn_deg;
   };
   const auto place = std::make_shared<Place>();
   CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
@@ -61,10 +61,16 @@ void add_place(CLI::App& sim, CommandContext& context) {
       ->check(CLI::IsMember({"show", "back"}));
   command->add_option("--part", place->part, "Which part of it lies on the glass (whole, left, right, ...)");
   command->add_option("--height-mm", place->height_mm, "On blocks of this height");
+  command->add_option("--x-mm", place->x_mm, "Bed: where its middle comes to lie; it may stick out over the edge");
+  command->add_option("--y-mm", place->y_mm, "The same, from the front edge");
+  command->add_option("--turn-deg", place->turn_deg, "Bed: turned by so much, counter-clockwise");
   command->callback([place, &context] {
     json arguments = {{"sheet", place->sheet}, {"on", place->on}, {"face", place->face}};
     if (!place->part.empty()) arguments["part"] = place->part;
     if (place->height_mm) arguments["height_mm"] = *place->height_mm;
+    if (place->x_mm) arguments["x_mm"] = *place->x_mm;
+    if (place->y_mm) arguments["y_mm"] = *place->y_mm;
+    if (place->turn_deg) arguments["turn_deg"] = *place->turn_deg;
     call(context, "place", arguments);
   });
 }

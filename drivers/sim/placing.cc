@@ -104,4 +104,10 @@ Result<SheetPose> lay_on_bed(const Sheet& sheet, SheetFace up, const TwinSetting
                                                 sheet.width_mm, sheet.height_mm, bed.width_mm, bed.height_mm)};
 }
 
+SheetPose lay_as_told(const Sheet& sheet, SheetFace up, Vec2 middle, double turn_deg, Random& random) {
+  const double angle = degrees(turn_deg + random.spread(0.5)).count(), c = std::cos(angle), s = std::sin(angle);
+  const Vec2 half{sheet.width_mm / 2, sheet.height_mm / 2}, hand{random.spread(3), random.spread(3)};
+  return pose_of(sheet, up, angle, middle + hand - Vec2{c * half.x - s * half.y, s * half.x + c * half.y});
+}
+
 }  // namespace veneer::sim

@@ -116,7 +116,14 @@ const TwinService::Command* TwinService::find(const json& request) {
       {"place",
        false,
        &TwinService::place,
-       {{"sheet"}, {"on"}, {"face"}, {"part", Type::kText, false}, {"height_mm", Type::kNumber, false}}},
+       {{"sheet"},
+        {"on"},
+        {"face"},
+        {"part", Type::kText, false},
+        {"height_mm", Type::kNumber, false},
+        {"x_mm", Type::kNumber, false},
+        {"y_mm", Type::kNumber, false},
+        {"turn_deg", Type::kNumber, false}}},
       {"lift", false, &TwinService::lift, {{"from"}}},
       {"nudge", false, &TwinService::nudge, {}},
       {"scan", false, &TwinService::scan, {{"dpi", Type::kNumber, false}}},
@@ -208,6 +215,16 @@ TwinService::Reply TwinService::place(const json& r) {
   if (!on.ok()) return on.error();
   const Result<SheetFace> face = face_named(r.at("face"));
   if (!face.ok()) return face.error();
+  if (r.contains("x_mm") || r.contains("y_mm") || r.contains("turn_deg")) {
+    if (*on != Spot::kBed) return invalid("only on the bed is a sheet laid where somebody says: leave x_mm, y_mm out");
+    const auto sheet = world_.sheet(r.at("sheet"));
+    if (!sheet.ok()) return sheet.error();
+    const Vec2 middle{r.value("x_mm", world_.truth().settings.bed.width_mm / 2),
+                      r.value("y_mm", world_.truth().settings.bed.height_mm / 2)};
+    Random random(world_.truth().settings.seed, "told", static_cast<std::uint64_t>(world_.next_picture("placement")));
+    const SheetPose pose = lay_as_told(**sheet, *face, middle, r.value("turn_deg", 0.0), random);
+    return done(world_.place_at({r.at("sheet"), *face, pose, r.value("height_mm", 0.0)}, *on));
+  }
   return done(
       world_.place(r.at("sheet"), *on, *face, r.value("part", std::string("whole")), r.value("height_mm", 0.0)));
 }
