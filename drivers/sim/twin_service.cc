@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/sim/placing.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/scanner.h"
 #include "drivers/sim/truth_files.h"

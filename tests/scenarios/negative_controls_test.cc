@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 
+#include "base/polygon_ops.h"
 #include "tests/demo/figures.h"
 #include "tests/scenarios/prepared_cell.h"
 
@@ -13,12 +15,58 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class NegativeControls : public PreparedCell {};
 
 TEST_F(NegativeControls, WithoutAnErrorEveryFigureIsGreen) {
   cut_and_prove();
   EXPECT_THAT(red_figures(story_->report()), IsEmpty()) << story_->report().dump(2);
+}
+
+// Every cut begins in waste that was reserved with its piece. Where the booking does not say so, the burn tells.
+TEST_F(NegativeControls, ALeadInThatIsNotBookedNoLongerMatchesTheBurn) {
+  const nlohmann::json pieces = get(fmt::format("/jobs/{}/pieces", kJob))["pieces"];
+  const auto led = std::count_if(pieces.begin(), pieces.end(), [](const auto& p) { return p.contains("lead_in_mm"); });
+  EXPECT_GE(led, 12) << "of 16 pieces on a large panel";
+  ASSERT_TRUE(story_->cut(kJob).ok());
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Not(Contains(HasSubstr("ledger_matches_burn"))));
+  const double kerf = get(fmt::format("/jobs/{}", kJob))["options"]["kerf_mm"];
+  for (const auto& row : get(fmt::format("/panels/{}/ledger", kPanel))["allocations"]) {
+    Ring<PanelFrame> outline;
+    for (const auto& p : row["outline_mm"]) outline.push_back(point<PanelFrame>(p[0], p[1]));
+    nlohmann::json area = nlohmann::json::array();
+    const Region<PanelFrame> without_lead = offset(Region<PanelFrame>(outline), Millimetres(kerf));
+    for (const auto& ring : without_lead.micro_area().rings) {
+      auto& points = area.emplace_back(nlohmann::json::array());
+      for (const auto& p : ring) points.push_back({p.x_um, p.y_um});
+    }
+    tamper({"IF EXISTS allocations_keep_their_wood"},
+           fmt::format("UPDATE allocations SET area_um = '{}' WHERE piece = {}", area.dump(), row["piece"].dump()));
+  }
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/ledger_matches_burn = false")));
+}
+
+// Behind the daemon's back: it looks at what is booked before it burns, and says so.
+TEST_F(NegativeControls, ABeginningThatIsNotBookedIsNeverBurnt) {
+  tamper({"pieces_are_never_edited"}, R"(UPDATE pieces SET lead_in_um = json_array(json_array(
+    json_extract(lead_in_um, '$[0][0]') + 2000, json_extract(lead_in_um, '$[0][1]'))) WHERE mark = 'A2-2')");
+  ASSERT_TRUE(cell_->api().post("/commands/reset").ok());
+  ASSERT_TRUE(cell_->api().post(fmt::format("/jobs/{}/start", kJob)).ok());
+  ASSERT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "control"}, {"on", "bed"}, {"face", "back"}}).ok());
+  const auto refused = cell_->wait_status(
+      [](const nlohmann::json& s) {
+        return s["load"].is_object() &&
+               s["load"].value("sentence", "").find("wider than what is booked") != std::string::npos;
+      },
+      std::chrono::seconds(60));
+  ASSERT_TRUE(refused.ok()) << refused.error().message;
+  EXPECT_THAT((*refused)["load"].value("sentence", ""), HasSubstr("piece A2-2"));
+  EXPECT_FALSE(cell_->api().post("/commands/unsuspend").ok());
+  ASSERT_TRUE(story_->prove(bin_dir()).ok());
+  EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/cut = 0")));
 }
 
 // What mixing the two pixel conventions does at 300 dpi: fiducials lie 42 um beside the wood they belong to.
