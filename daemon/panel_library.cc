@@ -10,6 +10,7 @@
 #include <span>
 
 #include "base/hash.h"
+#include "planner/matching/index_cache.h"
 
 namespace veneer::daemon {
 namespace {
@@ -100,6 +101,16 @@ Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
     return Error{ErrorCode::kStorage,
                  fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
   return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+void PanelLibrary::drop_index(const PanelId& panel) const {
+  if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
+}
+
+void PanelLibrary::keep_index_only(const std::vector<PanelId>& panels) const {
+  std::vector<std::string> names;
+  for (const PanelId& panel : panels) names.push_back(panel.value);
+  if (auto cache = planner::IndexCache::open(index_dir())) cache->keep_only(names);
 }
 
 Result<Raster<PanelFrame>> PanelLibrary::load_map(const db::PanelRecord& panel) const {

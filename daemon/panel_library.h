@@ -35,6 +35,13 @@ class PanelLibrary {
   Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
   Result<std::string> load_bytes(const std::string& file) const;
   const std::filesystem::path& data_dir() const { return data_dir_; }
+  // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
+  std::filesystem::path index_dir() const { return data_dir_ / "index"; }
+  // Removes what is kept there for a panel whose map was replaced or whose wood is used up: it will never be read
+  // again, and may be gigabytes. What cannot be removed does no harm.
+  void drop_index(const PanelId& panel) const;
+  // The same for all panels but these.
+  void keep_index_only(const std::vector<PanelId>& panels) const;
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
   Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
 #include "base/clock.h"
 #include "base/hash.h"
@@ -100,6 +101,7 @@ Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vect
     db::PanelRecord panel;
     std::vector<db::AllocationRecord> live;
   };
+  std::vector<PanelId> in_stock;
   auto held = database_.call([&](Repositories& r) -> Result<std::vector<Held>> {
     auto panels = r.panels.list();
     if (!panels) return panels.error();
@@ -108,6 +110,7 @@ Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vect
         return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", id.value)};
     std::vector<Held> out;
     for (auto& panel : *panels) {
+      in_stock.push_back(panel.id);
       if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
       auto live = r.ledger.live_allocations(panel.id);
       if (!live) return live.error();
@@ -118,6 +121,7 @@ Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vect
   if (!held) return held.error();
   if (held->empty())
     return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
+  library_.keep_index_only(in_stock);
   std::vector<planner::StockPanel> stock;
   for (const auto& [panel, live] : *held) {
     auto map = library_.load_map(panel);
@@ -126,6 +130,7 @@ Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vect
     if (!mask) return mask.error();
     // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
     stock.push_back({panel.id, *map, free_wood(*mask, live, position_margin_)});
+    if (cv::countNonZero(stock.back().free.pixels) == 0) library_.drop_index(panel.id);
   }
   return stock;
 }
@@ -200,7 +205,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   });
   if (!widest) return widest.error();
   options.kerf = *widest;
-  options.index_cache = (library_.data_dir() / "index").string();
+  options.index_cache = library_.index_dir().string();
   auto plan = planner::make_plan(
       {&artwork, 1}, *stock, options,
       [&](double f, std::string_view text) { progress(0.05 + 0.83 * f, std::string(text)); }, stop);

@@ -290,6 +290,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
     return r.panels.set_map(panel.id, map_file->file, mask_file->file, map_file->sha256);
   });
   if (!written) return written.error();
+  library_.drop_index(panel.id);
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = panel.id;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <opencv2/imgproc.hpp>
 
 #include "tests/support/rendered_panel.h"
@@ -71,9 +72,15 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
                     return r.panels.set_map(before.id, before.map_file, stored->file, before.map_hash);
                   })
                   .ok());
+  // What the planner measured of the replaced map goes with it.
+  const auto index = library_.index_dir() / "P-0001-0-3.index", other = library_.index_dir() / "P-0002-0-3.index";
+  std::filesystem::create_directories(library_.index_dir());
+  std::ofstream(index) << "x", std::ofstream(other) << "x";
   auto again = scan();
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_FALSE(again->is_new);
+  EXPECT_FALSE(std::filesystem::exists(index));
+  EXPECT_TRUE(std::filesystem::exists(other));
   auto after = library_.load_mask(panel());
   ASSERT_TRUE(after.ok());
   EXPECT_EQ(cv::countNonZero(after->pixels(taken)), 0);
