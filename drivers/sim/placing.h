@@ -18,8 +18,8 @@ Result<SheetPose> lay_on_glass(const Sheet& sheet, SheetFace down, const std::st
 // bed_from_sheet: somewhere on the bed with the whole sheet in reach of the beam.
 Result<SheetPose> lay_on_bed(const Sheet& sheet, SheetFace up, const TwinSettings::Bed& bed, Random& random);
 
-// bed_from_sheet as a person lays it who was told where: the middle of the upper face at `middle`, its upright turned by
-// `turn_deg`, a few millimetres beside and half a degree askew. It may stick out over the bed's edge.
+// bed_from_sheet as a person lays it who was told where: the middle of the upper face at `middle`, its upright turned
+// by `turn_deg`, a few millimetres beside and half a degree askew. It may stick out over the bed's edge.
 SheetPose lay_as_told(const Sheet& sheet, SheetFace up, Vec2 middle, double turn_deg, Random& random);
 
 }  // namespace veneer::sim

@@ -13,8 +13,9 @@
 namespace veneer::planner {
 namespace {
 
-// Polygons meet on whole micrometres: what is kept between two of them beyond that they do not overlap.
-constexpr Millimetres kSlack{0.004};
+// Wood that stays between a lead-in and whatever else is cut: it holds the waste, which would fall out as soon as
+// burns enclosed it, booked by nobody.
+constexpr Millimetres kWeb{0.4};
 // Wood deeper than this is as good as any other.
 constexpr double kDeep = 4;
 // Beginnings whose depths differ by less are as good as each other.
@@ -97,7 +98,7 @@ class Chooser {
   bool free_for(std::size_t i, const Ring<PanelFrame>& burnt) const {
     Ring<PanelFrame> counter_clockwise = burnt;
     if (signed_area(burnt) < 0) std::reverse(counter_clockwise.begin(), counter_clockwise.end());
-    const Ring<PanelFrame> wide = grown(counter_clockwise, kSlack);
+    const Ring<PanelFrame> wide = grown(counter_clockwise, kWeb);
     if (!wood_.on_free_wood(wide)) return false;
     const Region<PanelFrame> area(wide);
     const Box<PanelFrame> box = bounds(wide);

@@ -58,7 +58,8 @@ class PlanServiceTest : public ::testing::Test {
     request.picture.assign(bytes.begin(), bytes.end());
     request.size = Millimetres(6);
     request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
-    PlanService service(*database_, library_, Millimetres(0.2), make_null_logger());
+    const RecipeConfig recipe;
+    PlanService service(*database_, library_, recipe, Millimetres(0.2), make_null_logger());
     return service.make_job(request, [](double, const std::string&) {}, {});
   }
 

@@ -108,6 +108,7 @@ TEST(MaterialsMigration, AnOlderDatabaseGetsItsTablesAndKeepsItsPanels) {
     cell.new_panel();
     SQLite::Database& connection = cell.database().connection();
     connection.exec("DROP TABLE zones; DROP TABLE recipes; PRAGMA user_version = 1");
+    connection.exec("ALTER TABLE pieces DROP COLUMN lead_in_um");
     connection.exec("VACUUM INTO '" + file.string() + "'");
   }
   auto database = must(Database::open(file));

@@ -56,7 +56,7 @@ json laid_as_told(const std::string& how) {
           {"x_mm", x},      {"y_mm", kBedHeight / 2}, {"turn_deg", turn}};
 }
 
-TEST(LargePanel, IsCutInTwoSetUpsAndEveryPieceOnce) {
+TEST(LargePanel, IsCutStickingOutOverTheBedAsTheCellSays) {
   std::string pattern = (fs::temp_directory_path() / "veneer-plank-XXXXXX").string();
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   const fs::path dir = pattern, bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
@@ -95,7 +95,6 @@ TEST(LargePanel, IsCutInTwoSetUpsAndEveryPieceOnce) {
     }
     if ((*status)["state"] != "Suspended") break;
     const json load = (*status)["load"];
-    EXPECT_GE(load["setups"].get<int>(), 2) << load.dump();
     EXPECT_THAT(load["how"].get<std::string>(), HasSubstr("sticking out"));
     cut_in[load["setup"].get<int>()];
     // Laid the wrong way round, pieces would lie beyond the machine's reach: it says so, and nothing is cut.
@@ -112,7 +111,7 @@ TEST(LargePanel, IsCutInTwoSetUpsAndEveryPieceOnce) {
   const auto job = cell.api().get("/jobs/1");
   EXPECT_EQ((*job)["cut"], (*job)["pieces"]);
   EXPECT_EQ((*job)["runs"].size(), cut_in.size());
-  ASSERT_GE(cut_in.size(), 2U);
+  ASSERT_FALSE(cut_in.empty());
   for (const auto& [setup, marks] : cut_in) EXPECT_FALSE(marks.empty()) << "set-up " << setup;
 
   for (const Status& step : {story.reconcile(1), story.prove(bin)}) ASSERT_TRUE(step.ok()) << step.error().message;

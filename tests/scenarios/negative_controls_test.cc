@@ -33,7 +33,8 @@ TEST_F(NegativeControls, ALeadInThatIsNotBookedNoLongerMatchesTheBurn) {
   ASSERT_TRUE(story_->prove(bin_dir()).ok());
   EXPECT_THAT(red_figures(story_->report()), Not(Contains(HasSubstr("ledger_matches_burn"))));
   const double kerf = get(fmt::format("/jobs/{}", kJob))["options"]["kerf_mm"];
-  for (const auto& row : get(fmt::format("/panels/{}/ledger", kPanel))["allocations"]) {
+  const nlohmann::json allocations = get(fmt::format("/panels/{}/ledger", kPanel))["allocations"];
+  for (const auto& row : allocations) {
     Ring<PanelFrame> outline;
     for (const auto& p : row["outline_mm"]) outline.push_back(point<PanelFrame>(p[0], p[1]));
     nlohmann::json area = nlohmann::json::array();
