@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr double kBedWidth = 520, kBedHeight = 380;
-const StoryPanel kPlank{"plank", 570, 130};
+const StoryPanel kPlank{"plank", 680, 130};
 
 class Quiet final : public Narrator {
  public:
@@ -56,18 +56,18 @@ json laid_as_told(const std::string& how) {
           {"x_mm", x},      {"y_mm", kBedHeight / 2}, {"turn_deg", turn}};
 }
 
-TEST(LargePanel, IsCutStickingOutOverTheBedAsTheCellSays) {
+TEST(LargePanel, IsCutInSeveralSetUpsLaidAsTheCellSays) {
   std::string pattern = (fs::temp_directory_path() / "veneer-plank-XXXXXX").string();
   ASSERT_NE(mkdtemp(pattern.data()), nullptr);
   const fs::path dir = pattern, bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
   draw_target(dir / "target.png");
-  auto started = SimulatedCell::start({dir, bin, 11, 40});
+  auto started = SimulatedCell::start({dir, bin, 11, 40, "[twin.scanner]\nwidth_mm = 390\n"});
   ASSERT_TRUE(started.ok()) << started.error().message;
   SimulatedCell& cell = **started;
   Quiet narrator;
   Story story(cell, dir, narrator);
   for (const Status& step :
-       {story.calibrate(), story.scan_panel(kPlank), story.plan({dir / "target.png", "plank", 84, 12})})
+       {story.calibrate(), story.scan_panel(kPlank), story.plan({dir / "target.png", "plank", 108, 12})})
     ASSERT_TRUE(step.ok()) << step.error().message;
   const auto reset = cell.api().post("/commands/reset");
   ASSERT_TRUE(reset.ok()) << reset.error().message;
@@ -111,7 +111,7 @@ TEST(LargePanel, IsCutStickingOutOverTheBedAsTheCellSays) {
   const auto job = cell.api().get("/jobs/1");
   EXPECT_EQ((*job)["cut"], (*job)["pieces"]);
   EXPECT_EQ((*job)["runs"].size(), cut_in.size());
-  ASSERT_FALSE(cut_in.empty());
+  ASSERT_GE(cut_in.size(), 2U);
   for (const auto& [setup, marks] : cut_in) EXPECT_FALSE(marks.empty()) << "set-up " << setup;
 
   for (const Status& step : {story.reconcile(1), story.prove(bin)}) ASSERT_TRUE(step.ok()) << step.error().message;

@@ -54,7 +54,8 @@ Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellO
 
 Status SimulatedCell::write_configs() const {
   std::ofstream twin(options_.dir / "veneer-twin.toml");
-  twin << fmt::format("[sim]\ntime_scale = {}\n[twin]\nseed = {}\n", options_.time_scale, options_.seed);
+  twin << fmt::format("[sim]\ntime_scale = {}\n[twin]\nseed = {}\n{}", options_.time_scale, options_.seed,
+                      options_.twin_tables);
   std::ofstream daemon(config_file());
   daemon << fmt::format(
       "[laser]\nkind = \"sim\"\n[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"
