@@ -2,10 +2,6 @@
 
 #include <cstdlib>
 
-#include <opencv2/core.hpp>
-
-#include "base/frames.h"
-#include "planner/cutting/lead_choice.h"
 #include "tests/planner/scattered_pieces.h"
 
 namespace veneer::planner {
