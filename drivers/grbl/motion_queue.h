@@ -2,15 +2,13 @@
 //
 // Three questions, three answers:
 //  - How long would the machine still move if the link died now? The sum of the longest durations of all motions sent
-//  and
-//    not known to be done. A motion is known to be done when a reported position lies in a later one, when the machine
-//    is idle with every line answered, or when so many later motions were acknowledged that the planner has let it go.
-//    Each duration is from standstill to standstill, so the sum is never too small.
+//    and not known to be done. A motion is known to be done when a reported position lies in a later one, when the
+//    machine is idle with every line answered, or when so many later motions were acknowledged that the planner has let
+//    it go. Each duration is from standstill to standstill, so the sum is never too small.
 //  - Which strokes are burnt? Those before the place the machine itself reports, and all when it has drained.
 //    Acknowledgements say nothing about that.
 //  - Is the machine late? Motions that were accepted take no longer than their sum; one that does runs with another
-//  feed
-//    or to another place than it was sent with.
+//    feed, or to another place, than it was sent with.
 // Where the path crosses itself the earliest place that fits the reported position counts: too little is believed
 // done, never too much.
 //

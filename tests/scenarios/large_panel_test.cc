@@ -1,7 +1,6 @@
 // A panel longer than the bed, cut in several set-ups: the real daemon says how to lay it, hands lay it so.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <stdlib.h>
 
 #include <filesystem>
 #include <map>
@@ -12,6 +11,7 @@
 
 #include "tests/demo/figures.h"
 #include "tests/demo/story.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
 namespace {
@@ -57,9 +57,8 @@ json laid_as_told(const std::string& how) {
 }
 
 TEST(LargePanel, IsCutInSeveralSetUpsLaidAsTheCellSays) {
-  std::string pattern = (fs::temp_directory_path() / "veneer-plank-XXXXXX").string();
-  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-  const fs::path dir = pattern, bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
+  const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
+  const fs::path &dir = folder.path(), bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
   draw_target(dir / "target.png");
   auto started = SimulatedCell::start({dir, bin, 11, 40, "[twin.scanner]\nwidth_mm = 390\n"});
   ASSERT_TRUE(started.ok()) << started.error().message;
@@ -119,7 +118,6 @@ TEST(LargePanel, IsCutInSeveralSetUpsLaidAsTheCellSays) {
   // Counted by the demo's own way of loading only.
   std::erase_if(red, [](const std::string& f) { return f.find("motion_without_consent") != std::string::npos; });
   EXPECT_THAT(red, IsEmpty()) << story.report().dump(2);
-  if (!::testing::Test::HasFailure()) fs::remove_all(dir);
 }
 
 }  // namespace

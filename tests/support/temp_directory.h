@@ -1,5 +1,5 @@
 // A directory of its own for one test; gone with the test. In memory where there is such a place, so that no test waits
-// for a disk.
+// for a disk; on the disk when a test writes more than memory should hold.
 #pragma once
 
 #include <cstdlib>
@@ -11,9 +11,11 @@ namespace veneer::testing {
 
 class TempDirectory {
  public:
-  TempDirectory() {
+  enum class Place { kMemory, kDisk };
+
+  explicit TempDirectory(Place place = Place::kMemory) {
     std::error_code ignored;
-    const bool in_memory = std::filesystem::is_directory("/dev/shm", ignored);
+    const bool in_memory = place == Place::kMemory && std::filesystem::is_directory("/dev/shm", ignored);
     const std::filesystem::path parent = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
     std::string name = (parent / "veneer-test-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) std::abort();
