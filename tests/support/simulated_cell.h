@@ -22,7 +22,7 @@ struct SimulatedCellOptions {
   std::filesystem::path bin_dir;  // where veneerd and veneer-twin are
   std::uint64_t seed = 1;         // of the twin
   double time_scale = 40;
-  std::string twin_tables;  // more of veneer-twin.toml
+  std::string twin_tables = {};  // more of veneer-twin.toml
 };
 
 class SimulatedCell {
