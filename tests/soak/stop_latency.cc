@@ -109,6 +109,8 @@ int main(int argc, char** argv) {
         ++failed;
       else
         (command ? by_command : by_api).push_back(ms);
+      fmt::print(stderr, "{} of {}: {} {:.1f} ms\n", i + j, stops + commands, command ? "veneerctl stop" : "POST /stop",
+                 ms);
     }
     planned = planners.runs();
   }
