@@ -119,9 +119,18 @@ void JobRunner::reset(Reply reply) {
 }
 
 void JobRunner::clear(const Reply& reply) {
+  const std::string reason = view_.reason;
   enter(CellState::kClearing);
-  enter(CellState::kStopped, "Reset homes the laser");
-  reply(Ok());
+  const auto cleared = [this, reply] {
+    enter(CellState::kStopped, "Reset homes the laser");
+    reply(Ok());
+  };
+  if (!unwritten_) return cleared();
+  write_end(*std::exchange(unwritten_, std::nullopt), [this, reply, reason, cleared](const Status& written) {
+    if (written) return refresh_job(cleared);
+    enter(CellState::kAborted, reason);
+    reply(written);
+  });
 }
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
@@ -293,20 +302,38 @@ void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspec
   recut_.reset();
   forget_cuts();
   const auto finish = [this, reason = why_aborted](const Status& written) {
-    if (!written) log_->error("the end of the run could not be written: {}", written.error().message);
     run_.reset();
-    refresh_job([this, reason] { enter(CellState::kAborted, reason); });
+    const std::string told =
+        written ? reason : reason + "; the end of the run is not written yet: make room on the disk, then Clear";
+    refresh_job([this, told] { enter(CellState::kAborted, told); });
   };
   if (run_) {
-    database_.async([run = run_->id, suspects = std::move(suspects),
-                     reason](Repositories& r) { return r.jobs.abort_run(run, suspects, reason, utc_timestamp()); },
-                    while_current(finish));
+    write_end({run_->id, std::move(suspects), run_->unbooked, reason}, finish);
   } else if (view_.job && !to_cut_.empty()) {
     database_.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
                     while_current([finish](const Status&) { finish(Ok()); }));  // a planned job stays planned
   } else {
     enter(CellState::kAborted, why_aborted);
   }
+}
+
+// A piece that was proven is booked all the same. What the disk does not take is kept for the next Clear: without its
+// end no run could begin after this one until the daemon is restarted.
+void JobRunner::write_end(BrokenRun run, std::function<void(Status)> then) {
+  const auto disk_failed = [](const Status& s) { return !s && s.error().code == ErrorCode::kStorage; };
+  database_.async(
+      [run, disk_failed](Repositories& r) -> Status {
+        if (run.verified)
+          if (Status booked = r.jobs.book_piece(*run.verified, utc_timestamp()); disk_failed(booked)) return booked;
+        return r.jobs.abort_run(run.id, run.suspects, run.reason, utc_timestamp());
+      },
+      while_current([this, run, disk_failed, then = std::move(then)](const Status& written) {
+        if (!written) log_->error("the end of the run could not be written: {}", written.error().message);
+        if (!disk_failed(written)) return then(Ok());
+        unwritten_ = run;
+        then(Error{ErrorCode::kStorage,
+                   fmt::format("the end of the run is not written yet: {}", written.error().message)});
+      }));
 }
 
 void JobRunner::stop_waiting_job() {

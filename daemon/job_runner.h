@@ -174,6 +174,7 @@ class JobRunner {
   void piece_verified();
   void end_run();
   void break_off(const std::string& reason, std::vector<PieceId> suspects);
+  void write_end(BrokenRun run, std::function<void(Status)> then);
   void stop_waiting_job();
   void answer(const Status& status);
   bool laser_busy() const;
@@ -214,6 +215,7 @@ class JobRunner {
   std::deque<RunSetup> setups_;          // still to come, the one waited for first
   std::vector<db::PieceRecord> to_cut_;  // the job's reserved pieces, panel by panel
   std::unique_ptr<PanelRun> run_;        // while a panel is being cut
+  std::optional<BrokenRun> unwritten_;   // broken off, and the database could not take it; Clear tries again
   Reply pending_;                        // the command whose acting state is on
   Reply pattern_reply_;                  // while a pattern is burnt
   Reply frame_reply_;                    // while the frame is traced

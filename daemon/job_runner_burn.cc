@@ -87,19 +87,19 @@ void JobRunner::burn_noted_piece() {
 void JobRunner::piece_verified() {
   const PieceId piece = run_->burns[run_->next - 1].piece;
   run_->burning = false;
+  run_->unbooked = piece;
   keep_cuts(run_->burns[run_->next - 1]);
-  database_.async(
-      [piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
-      while_current([this, piece](const Status& booked) {
-        if (!booked)
-          return abort(fmt::format("a cut piece could not be booked ({}): make room on the disk, then Clear",
-                                   booked.error().message));
-        std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
-        ++view_.job->cut;
-        view_.job->current_piece.clear();
-        on_change_();
-        next_piece();
-      }));
+  database_.async([piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
+                  while_current([this, piece](const Status& booked) {
+                    if (!booked)
+                      return abort(fmt::format("a cut piece could not be booked: {}", booked.error().message));
+                    run_->unbooked.reset();
+                    std::erase_if(to_cut_, [piece](const auto& p) { return p.id == piece; });
+                    ++view_.job->cut;
+                    view_.job->current_piece.clear();
+                    on_change_();
+                    next_piece();
+                  }));
 }
 
 void JobRunner::end_run() {

@@ -1,6 +1,7 @@
 // One panel of a job being cut, from the proven pose to the last booked piece, and what is kept of it for a recut.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,16 +43,25 @@ struct RecutRun {
   std::size_t next = 0;
 };
 
+// How a run that was broken off is to be written down. Kept until that has succeeded: the disk may be full.
+struct BrokenRun {
+  db::RunId id;
+  std::vector<PieceId> suspects;
+  std::optional<PieceId> verified;  // burnt and proven, but its booking failed
+  std::string reason;
+};
+
 struct PanelRun {
   db::RunId id;
   PanelId panel;
   std::vector<PieceBurn> burns;
-  std::size_t next = 0;           // index of the piece to burn next
-  bool noted = false;             // the piece `next` is `cutting` in the database, but no stroke of it was sent yet
-  bool burning = false;           // the laser has the piece next - 1
-  bool hold_wanted = false;       // asked between two pieces: hold before the next one
-  bool stop_after_piece = false;  // asked by the operator
-  bool consented = false;         // the operator's word was given and nothing was burnt since
+  std::size_t next = 0;             // index of the piece to burn next
+  bool noted = false;               // the piece `next` is `cutting` in the database, but no stroke of it was sent yet
+  bool burning = false;             // the laser has the piece next - 1
+  std::optional<PieceId> unbooked;  // burnt and proven, not booked yet
+  bool hold_wanted = false;         // asked between two pieces: hold before the next one
+  bool stop_after_piece = false;    // asked by the operator
+  bool consented = false;           // the operator's word was given and nothing was burnt since
   double seconds_left() const {
     double sum = 0;
     for (std::size_t i = next; i < burns.size(); ++i) sum += burns[i].seconds;

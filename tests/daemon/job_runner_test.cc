@@ -1,17 +1,39 @@
 // The way of a job through its panels, and what breaks it off.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "tests/daemon/job_runner_fixture.h"
 
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using P = db::PieceState;
+
+// While it lives this process can write to no file.
+class FullDisk {
+ public:
+  FullDisk() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit none = before_;
+    none.rlim_cur = 0;
+    ::setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~FullDisk() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
 
 TEST_F(JobRunnerTest, NothingIsAskedOfTheLaserBeforeAnOperatorsReset) {
   settle();
@@ -115,6 +137,49 @@ TEST_F(JobRunnerTest, ALostLinkEndsAbortedAndNothingGoesOnByItself) {
   EXPECT_FALSE(start().ok());
   EXPECT_TRUE(laser_.calls.empty());
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+}
+
+// Nothing that was proven is forgotten, and the cell goes on without a restart once there is room.
+TEST_F(JobRunnerTest, WhatAFullDiskDidNotTakeIsWrittenByTheNextClear) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  {
+    const FullDisk full;
+    laser_.finish();
+    settle();
+    EXPECT_EQ(state(), CellState::kAborted);
+    EXPECT_THAT(runner_->view().reason, AllOf(HasSubstr("could not be booked"), HasSubstr("make room on the disk")));
+    EXPECT_THAT(laser_.calls, Contains("abort"));
+    const Status early = command(CellCommand::kClear);
+    ASSERT_FALSE(early.ok());
+    EXPECT_THAT(early.error().message, HasSubstr("make room on the disk"));
+    EXPECT_EQ(state(), CellState::kAborted);
+  }
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  EXPECT_EQ(state(), CellState::kStopped);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kReserved, P::kReserved));
+  EXPECT_EQ(job_state(), db::JobState::kAborted);
+  laser_.burn_at_once = true;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(JobRunnerTest, APieceBrokenOffUnderAFullDiskIsSuspectAfterTheClear) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  {
+    const FullDisk full;
+    runner_->abort("STOP");
+    settle();
+    EXPECT_EQ(state(), CellState::kAborted);
+    EXPECT_THAT(runner_->view().reason, AllOf(HasSubstr("STOP"), HasSubstr("make room on the disk")));
+  }
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+  EXPECT_EQ(job_state(), db::JobState::kAborted);
 }
 
 TEST_F(JobRunnerTest, TheRemainingPiecesCanBeCutAfterClearAndReset) {
