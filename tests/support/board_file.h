@@ -1,0 +1,67 @@
+// A simulated Lihuiyu board as a device file: umockdev answers the kernel's usbfs calls for this process and for those
+// it starts, without any kernel module, so that the real libusb reaches the board.
+#pragma once
+
+#include <umockdev.h>
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "drivers/sim/lihuiyu_board/usb_host.h"
+
+namespace veneer::tests {
+
+// To be called first in main(): starts the program anew with umockdev's library loaded before all others, unless it is.
+void be_under_umockdev(int argc, char** argv);
+
+// Threading: calls come on umockdev's thread, questions from the test's; both take the lock. One at a time in a
+// process.
+class BoardFile : private sim::BurnSink {
+ public:
+  explicit BoardFile(const sim::BoardOptions& options);
+  ~BoardFile() override;
+  BoardFile(const BoardFile&) = delete;
+  BoardFile& operator=(const BoardFile&) = delete;
+
+  // The board as it is now.
+  template <class Use>
+  auto with_board(Use use) {
+    const std::lock_guard lock(mutex_);
+    host_.advance_to(now());
+    return use(board_);
+  }
+  std::vector<sim::BurnSegment> burns();
+  // The interface was taken from the kernel's driver, and the chip put into its mode before all else.
+  bool set_up_in_order() const { return claimed_detached_ && configured_first_; }
+
+ private:
+  struct Flying {
+    UMockdevIoctlData* urb;
+    UMockdevIoctlData* buffer;
+  };
+
+  static TimePoint now() { return SteadyClock().now(); }
+  void burn(const sim::BurnSegment& segment) override { burns_.push_back(segment); }
+
+  bool answer(UMockdevIoctlClient* client);
+  void opened_anew();
+  bool submit(UMockdevIoctlClient* client, UMockdevIoctlData* arg);
+  bool reap(UMockdevIoctlClient* client, UMockdevIoctlData* arg);
+  bool discard(UMockdevIoctlClient* client, UMockdevIoctlData* arg);
+
+  std::mutex mutex_;  // guards all below
+  std::vector<sim::BurnSegment> burns_;
+  sim::LihuiyuBoard board_;
+  sim::UsbHost host_;
+  UMockdevTestbed* testbed_;
+  UMockdevIoctlBase* handler_;
+  std::map<std::uint64_t, Flying> flying_;
+  std::vector<Flying> done_;
+  std::uint64_t next_id_ = 1;
+  bool detached_ = false, claimed_detached_ = false, configured_first_ = false;
+};
+
+}  // namespace veneer::tests

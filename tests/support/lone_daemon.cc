@@ -1,0 +1,86 @@
+#include "tests/support/lone_daemon.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+namespace veneer::tests {
+
+namespace fs = std::filesystem;
+
+Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser) {
+  bin_dir_ = bin_dir;
+  std::string pattern = (fs::temp_directory_path() / "veneer-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) return Error{ErrorCode::kStorage, "cannot make a folder"};
+  dir_ = pattern;
+  std::ofstream(dir_ / "veneerd.toml") << fmt::format(
+      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"\"\n[store]\ndata_dir = \"{}\"\n", laser, socket(),
+      (dir_ / "data").string());
+  fs::create_directories(dir_ / "data");
+  return start_process();
+}
+
+Status LoneDaemon::start_process() {
+  auto daemon = ChildProcess::start({(bin_dir_ / "veneerd").string(), "--config", (dir_ / "veneerd.toml").string()},
+                                    dir_ / "log");
+  if (!daemon) return daemon.error();
+  process_.emplace(std::move(*daemon));
+  api_.emplace(cli::ApiAddress{socket(), "", 0}, std::chrono::seconds(60));
+  if (wait_for([&] { return api_->get("/status").ok(); })) return Ok();
+  return Error{ErrorCode::kTimeout, "veneerd does not answer"};
+}
+
+Status LoneDaemon::kill_and_start_again() {
+  process_->kill();
+  return start_process();
+}
+
+void LoneDaemon::end() {
+  if (process_ && process_->running()) process_->terminate();
+}
+
+LoneDaemon::~LoneDaemon() {
+  end();
+  std::error_code ignored;
+  if (!dir_.empty()) fs::remove_all(dir_, ignored);
+}
+
+Finished LoneDaemon::veneerctl(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.begin(), {(bin_dir_ / "veneerctl").string(), "--socket", socket()});
+  return run_program(arguments);
+}
+
+void LoneDaemon::set_disk_full(bool full) const {
+  rlimit limit{};
+  ::prlimit(process_->pid(), RLIMIT_FSIZE, nullptr, &limit);
+  limit.rlim_cur = full ? 0 : limit.rlim_max;
+  ::prlimit(process_->pid(), RLIMIT_FSIZE, &limit, nullptr);
+}
+
+std::string LoneDaemon::state() const {
+  const auto status = api_->get("/status");
+  return status ? status->value("state", "") : status.error().message;
+}
+
+Status LoneDaemon::begin_pattern(double size_mm) const {
+  const auto status = api_->get("/status");
+  if (!status) return status.error();
+  const auto begun = api_->post("/laser/test-pattern", {{"size_mm", size_mm}, {"confirmed", (*status)["confirm"]}});
+  return begun ? Ok() : Status(begun.error());
+}
+
+// Processes say nothing when they get on; the pause only bounds how often they are asked.
+bool LoneDaemon::wait_for(const std::function<bool()>& good) const {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!good()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+}  // namespace veneer::tests

@@ -1,0 +1,50 @@
+// The real daemon as a process of its own in a folder of its own: no scanner, no camera, no certificate, no twin; a
+// laser if its table of the configuration names one.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/api_client.h"
+#include "tests/support/child_process.h"
+
+namespace veneer::tests {
+
+class LoneDaemon {
+ public:
+  LoneDaemon() = default;
+  ~LoneDaemon();
+  LoneDaemon(const LoneDaemon&) = delete;
+  LoneDaemon& operator=(const LoneDaemon&) = delete;
+
+  // `bin_dir` holds veneerd and veneerctl; `laser` is what follows [laser]. Returns when the daemon answers.
+  Status start(const std::filesystem::path& bin_dir, const std::string& laser);
+  void end();
+  // SIGKILL, and the same daemon again.
+  Status kill_and_start_again();
+
+  const cli::ApiClient& api() const { return *api_; }
+  std::string socket() const { return (dir_ / "d.sock").string(); }
+  // veneerctl with these arguments, to its end.
+  Finished veneerctl(std::vector<std::string> arguments) const;
+  std::string state() const;
+  // Begins a test pattern over the API, with all that is asked for confirmed.
+  Status begin_pattern(double size_mm) const;
+  // From now on the daemon can write to no file, or can again.
+  void set_disk_full(bool full) const;
+  // False when it did not come about in time.
+  bool wait_for(const std::function<bool()>& good) const;
+
+ private:
+  Status start_process();
+
+  std::filesystem::path bin_dir_, dir_;
+  std::optional<ChildProcess> process_;
+  std::optional<cli::ApiClient> api_;
+};
+
+}  // namespace veneer::tests
