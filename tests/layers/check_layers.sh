@@ -74,7 +74,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       one_door("^systemd/", "^daemon/")
       one_door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       one_door("^libusb", "^drivers/transport/usb_port\\.cc$")
-      one_door("^umockdev", "^tests/drivers/")
+      one_door("^umockdev", "^tests/support/board_file")
       one_door("^tesseract/", "^drivers/sim/proof/")
       one_door("^(gtest|gmock|rapidcheck|benchmark)[/.]", "^tests/")
       one_door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
