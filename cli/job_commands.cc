@@ -28,6 +28,7 @@ struct NewJob {
   std::string picture;
   std::string name;
   std::string panels;
+  bool fine_rotation = false;
   std::vector<std::pair<const char*, std::optional<double>>> numbers = {
       {"size_mm", {}},     {"patch_mm", {}}, {"rotations", {}}, {"seed", {}}, {"max_panels", {}},
       {"w_intensity", {}}, {"w_edge", {}},   {"w_hist", {}},    {"dpi", {}},
@@ -37,6 +38,7 @@ struct NewJob {
     const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
     std::string text = "?name=" + url_encode(title);
     if (!panels.empty()) text += "&panels=" + url_encode(panels);
+    if (fine_rotation) text += "&fine_rotation=1";
     for (const auto& [key, value] : numbers) {
       if (value) text += fmt::format("&{}={}", key, *value);
     }
@@ -77,6 +79,8 @@ void add_new(CLI::App& job, CommandContext& context) {
   command->add_option("PICTURE", options->picture, "The picture file")->required();
   command->add_option("--name", options->name, "The job's name [the file's]");
   command->add_option("--panels", options->panels, "Only these panels, separated by commas");
+  command->add_flag("--fine-rotation", options->fine_rotation,
+                    "At last turn and shift each piece a little more, to angles between those of --rotations");
   for (auto& [key, value] : options->numbers) {
     std::string flag = std::string("--") + key;
     for (char& c : flag) c = c == '_' ? '-' : c;

@@ -132,6 +132,8 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                   "A large patch stays when its cost a pixel is at most so many times that of four smaller ones")
       ->capture_default_str();
   command.add_option("--rotations", options.rotations, "Turns of the wood that are tried")->capture_default_str();
+  command.add_flag("--fine-rotation", options.fine_rotation,
+                   "At last turn and shift each piece a little more, to angles between those of --rotations");
   command.add_option("--dpi", options.dpi, "Working resolution")->capture_default_str();
   command.add_option("--w-intensity", options.w_intensity, "Weight of brightness, 0 to 1")->capture_default_str();
   command.add_option("--w-edge", options.w_edge, "Weight of edges, 0 to 1")->capture_default_str();

@@ -145,6 +145,12 @@ void tell_gain(const planner::GlobalReport& global) {
   }
 }
 
+void tell_gain(const planner::FineReport& fine) {
+  std::cerr << fmt::format("veneerctl: {} pieces turned finely, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
+                           fine.moved, fine.cost, fine.cost_before,
+                           fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
+}
+
 void run(const Arguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -167,6 +173,7 @@ void run(const Arguments& arguments) {
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads);
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
   if (plan.global) tell_gain(*plan.global);
+  if (plan.fine) tell_gain(*plan.fine);
   std::error_code ignored;
   fs::remove(journal, ignored);
   warn(plan.warnings);

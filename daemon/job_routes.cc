@@ -23,10 +23,11 @@ Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
   auto& o = job.options;
   o.threads = cell.config.planner_threads;
   o.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
-  double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1;
+  double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1, fine = 0;
   const std::pair<const char*, double*> numbers[] = {
-      {"size_mm", &size},    {"patch_mm", &patch},  {"rotations", &rotations}, {"w_intensity", &o.w_intensity},
-      {"w_edge", &o.w_edge}, {"w_hist", &o.w_hist}, {"dpi", &o.dpi},           {"seed", &seed}};
+      {"size_mm", &size},      {"patch_mm", &patch},  {"rotations", &rotations}, {"w_intensity", &o.w_intensity},
+      {"w_edge", &o.w_edge},   {"w_hist", &o.w_hist}, {"dpi", &o.dpi},           {"seed", &seed},
+      {"fine_rotation", &fine}};
   for (const auto& [name, out] : numbers) {
     auto value = request.query_number(name);
     if (!value) return value.error();
@@ -35,10 +36,12 @@ Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
   if (!(size > 0) || !(patch > 0) || !(rotations >= 1) || !(o.dpi >= 25) || !(seed >= 0))
     return Error{ErrorCode::kInvalidArgument,
                  "size_mm and patch_mm must be positive, rotations at least 1, dpi at least 25, seed not negative"};
+  if (fine != 0 && fine != 1) return Error{ErrorCode::kInvalidArgument, "fine_rotation must be 0 or 1"};
   job.size = Millimetres(size);
   o.patch = Millimetres(patch);
   o.rotations = static_cast<int>(rotations);
   o.seed = static_cast<std::uint64_t>(seed);
+  o.fine_rotation = fine == 1;
   if (auto panels = request.query_value("panels")) {
     std::stringstream list(*panels);
     for (std::string id; std::getline(list, id, ',');)

@@ -27,6 +27,7 @@ nlohmann::json options_json(const JobRequest& request) {
   return {{"size_mm", request.size.count()},
           {"patch_mm", o.patch.count()},
           {"rotations", o.rotations},
+          {"fine_rotation", o.fine_rotation},
           {"w_intensity", o.w_intensity},
           {"w_edge", o.w_edge},
           {"w_hist", o.w_hist},

@@ -81,6 +81,9 @@ struct PlanOptions {
   // first artworks' backgrounds do not use up the rare wood that the last ones' faces need.
   double reserve = 0;
   bool exact = false;  // choose the cheapest place by proof, some hundred times slower
+  // At last turn and shift each new piece continuously (fine_rotation.h): rotations are then no multiples of
+  // 360 / n_rot degrees any more. Kept pieces stay as they are.
+  bool fine_rotation = false;
   Optimize optimize = Optimize::kGreedy;
   // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
   // the clock stopped is repeated by the iterations that it reports.
@@ -161,6 +164,12 @@ struct GlobalReport {
   double seconds = 0;                        // on top of greedy's; not part of what a plan is
 };
 
+// What `PlanOptions::fine_rotation` gained, over all pieces that are not kept.
+struct FineReport {
+  double cost_before = 0, cost = 0;
+  std::size_t moved = 0;  // pieces
+};
+
 // Pieces in reading order: artwork by artwork, row by row.
 struct Plan {
   std::vector<PlanArtwork> artworks;
@@ -172,6 +181,7 @@ struct Plan {
   PlanSeconds seconds;
   std::optional<Shortage> shortage;
   std::optional<GlobalReport> global;
+  std::optional<FineReport> fine;
   std::vector<std::string> warnings;  // one sentence each
 };
 
@@ -193,7 +203,7 @@ class PlanJournal;  // plan_journal.h
 // kStorage: options.index_cache cannot be used. kInvalidArgument: a picture, size, weight or panel is unusable, a patch
 // is larger than every panel, or a piece that must be kept cannot stay. kCancelled: within 100 ms of the stop request;
 // Optimize::kGlobal that has greedy's plan already gives the best that it has settled for (global_plan.h), and no
-// alternatives.
+// alternatives; pieces that are to be turned finely stay as they are from then on.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,

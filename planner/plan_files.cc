@@ -153,6 +153,13 @@ json global_to_json(const GlobalReport& global) {
           {"seconds", global.seconds}};
 }
 
+json fine_to_json(const FineReport& fine) {
+  return {{"cost_before", fine.cost_before},
+          {"cost", fine.cost},
+          {"gain", fine.cost_before > 0 ? 1 - fine.cost / fine.cost_before : 0},
+          {"moved", fine.moved}};
+}
+
 json shortage_to_json(const Shortage& shortage) {
   json missing = json::array();
   const double band = 1.0 / static_cast<double>(shortage.missing.size());
@@ -242,6 +249,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"warnings", plan.warnings},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
+                 {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";

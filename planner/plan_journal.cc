@@ -76,8 +76,8 @@ std::string text_of(const Raster<Frame>& raster) {
 std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
-               adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, optimize, optimize_seconds,
-               optimize_iterations, index_cache, kept, alternatives, seed, threads] = options;
+               adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, fine_rotation, optimize,
+               optimize_seconds, optimize_iterations, index_cache, kept, alternatives, seed, threads] = options;
   static_cast<void>(threads), static_cast<void>(index_cache);  // change nothing
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -87,11 +87,11 @@ std::string text_of(const PlanOptions& options) {
     stays += fmt::format(" \"{}\" {} {} {}", piece.place->panel.value, map.angle().count(), map.shift().x.count(),
                          map.shift().y.count());
   }
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(), rotations,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(), rotations,
                      w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
                      position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,
-                     reserve, exact, static_cast<int>(optimize), optimize_seconds, optimize_iterations, seed,
-                     alternatives, stays);
+                     reserve, exact, fine_rotation, static_cast<int>(optimize), optimize_seconds, optimize_iterations,
+                     seed, alternatives, stays);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "planner/adaptive.h"
+#include "planner/fine_rotation.h"
 #include "planner/joint/global_plan.h"
 #include "planner/keep.h"
 #include "planner/matching/certified_matcher.h"
@@ -212,6 +213,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
                        const Progress& progress, std::stop_token stop, PlanJournal* journal) {
   const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
   constexpr double kIndexShare = 0.1;
+  const double fine_share = options.fine_rotation ? 0.1 : 0;
   Reporter report(progress);
   const auto start = Clock::now();
   report(0, "reading the wood");
@@ -236,7 +238,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const auto match_start = Clock::now();
   const std::size_t count = problem->queue.size() + problem->squares.size();
   // Of what the index leaves, greedy's part of the time.
-  const double greedy_share = (1 - kIndexShare) * (options.optimize == Optimize::kGlobal ? 0.2 : 1);
+  const double greedy_share = (1 - kIndexShare - fine_share) * (options.optimize == Optimize::kGlobal ? 0.2 : 1);
   const auto on_placed = [&](std::size_t placed) {
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
@@ -250,16 +252,31 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     const double done = kIndexShare + greedy_share;
     JointOutcome joint = plan_jointly(
         *problem, *matcher, chosen, options, threads,
-        [&](double share, const std::string& text) { report(done + (1 - done) * share, text); }, stop, journal);
+        [&](double share, const std::string& text) { report(done + (1 - fine_share - done) * share, text); }, stop,
+        journal);
     patches = std::move(joint.patches);
     plan.global = joint.report;
+  }
+  plan.seconds.match = seconds_since(match_start);
+  if (options.fine_rotation) {
+    const auto fine_start = Clock::now();
+    if (progress) progress(1 - fine_share, "turning pieces finely");
+    FineOutcome fine = turn_finely(
+        *problem, *matcher, std::move(patches), threads,
+        [&](double share) { report(1 - fine_share * (1 - share), "turning pieces finely"); }, stop, journal);
+    if (stop.stop_requested()) {
+      if (!plan.global) return cancelled;
+      plan.warnings.emplace_back("not all pieces are turned finely, because planning was stopped");
+    }
+    patches = std::move(fine.patches);
+    plan.fine = fine.report;
+    plan.seconds.refine = seconds_since(fine_start);
   }
   const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, stop);
   const LaidPatches planned = patches;
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->laid.begin(), staying->laid.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
-  plan.seconds.match = seconds_since(match_start);
   plan.shortage = shortage;
   if (options.alternatives > 0) {
     if (!stop.stop_requested()) {

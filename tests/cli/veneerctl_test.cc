@@ -160,7 +160,8 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   running = &server;
   const std::string picture = (server.folder() / "grace hopper.png").string();
   std::ofstream(picture) << "a picture";
-  const Outcome outcome = ask(server, {"job", "new", picture, "--size-mm", "120.5", "--rotations", "15"});
+  const Outcome outcome =
+      ask(server, {"job", "new", picture, "--size-mm", "120.5", "--rotations", "15", "--fine-rotation"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("veneerctl job start 7"), std::string::npos) << outcome.out;
   EXPECT_EQ(outcome.err, "matching patches\n");
@@ -168,6 +169,7 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   EXPECT_EQ(query["name"], "grace hopper");
   EXPECT_EQ(query["size_mm"], "120.5");
   EXPECT_EQ(query["rotations"], "15");
+  EXPECT_EQ(query["fine_rotation"], "1");
 }
 
 TEST(Veneerctl, AMissingPictureIsNamed) {

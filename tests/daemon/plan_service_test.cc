@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -50,7 +51,7 @@ class PlanServiceTest : public ::testing::Test {
     std::ofstream(file) << "of an earlier plan";
     return file;
   }
-  Result<JobOutcome> plan() {
+  Result<JobOutcome> plan(bool fine_rotation = false) {
     JobRequest request;
     request.name = "test";
     std::vector<unsigned char> bytes;
@@ -58,6 +59,7 @@ class PlanServiceTest : public ::testing::Test {
     request.picture.assign(bytes.begin(), bytes.end());
     request.size = Millimetres(6);
     request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
+    request.options.fine_rotation = fine_rotation;
     const RecipeConfig recipe;
     PlanService service(*database_, library_, recipe, Millimetres(0.2), make_null_logger());
     return service.make_job(request, [](double, const std::string&) {}, {});
@@ -79,6 +81,22 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
   EXPECT_FALSE(std::filesystem::exists(gone));
   EXPECT_TRUE(std::filesystem::exists(in_stock));
   EXPECT_TRUE(std::filesystem::exists(library_.index_dir() / "P-0002-0-1.index")) << "what this plan measured";
+}
+
+TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
+  add_panel("P-0001", 255);
+  const auto job = plan(true);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+  ASSERT_TRUE(pieces.ok());
+  std::size_t between = 0;
+  for (const auto& piece : *pieces) {
+    ASSERT_TRUE(piece.panel);
+    between += std::abs(std::sin(piece.panel_from_artwork.angle().count())) > 1e-3 ? 1 : 0;
+    for (std::size_t i = 0; i < piece.artwork_outline.size(); ++i)
+      EXPECT_LT(distance(piece.panel_outline[i], piece.panel_from_artwork * piece.artwork_outline[i]).count(), 1e-3);
+  }
+  EXPECT_GT(between, 0U);
 }
 
 }  // namespace

@@ -116,6 +116,30 @@ TEST_F(Journal, SoDoesOneWhosePatchesChooseTogether) {
   }
 }
 
+TEST_F(Journal, SoDoesOneWhosePiecesAreTurnedFinely) {
+  options_.fine_rotation = true;
+  std::string whole;
+  {
+    PlanJournal journal = opened();
+    const auto plan = make_plan(artworks_, stock_, options_, {}, {}, &journal);
+    ASSERT_TRUE(plan.ok());
+    ASSERT_GT(plan->fine->moved, 5U);
+    whole = plan_to_json(*plan);
+  }
+  EXPECT_EQ(unbroken(), whole);
+  const std::vector<rlim_t> ends = line_ends(path_);
+  const std::size_t last = ends.size() - 1;
+  EXPECT_EQ(gone_on(), whole);
+  EXPECT_EQ(line_ends(path_), ends);  // all was remembered
+  // Before the pieces are turned, in the midst of their lines, before the last of them.
+  for (const rlim_t bytes : {ends[1] + 9, ends[last - 3], ends[last - 2] + 9, ends[last - 1]}) {
+    fs::remove(path_);
+    ASSERT_TRUE(killed_at(bytes)) << bytes;
+    EXPECT_EQ(gone_on(), whole);
+    EXPECT_EQ(line_ends(path_), ends);
+  }
+}
+
 TEST_F(Journal, RemembersInsteadOfSearching) {
   const std::string whole = unbroken();
   PlanJournal first = opened();

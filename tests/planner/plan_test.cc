@@ -127,8 +127,11 @@ double measured_cost(const Piece& piece, const Artwork& artwork, const StockPane
   return cost;
 }
 
-TEST(Plan, CostsAreWhatThePlacedWoodMeasures) {
+class CostsOfPlan : public ::testing::TestWithParam<bool> {};
+
+TEST_P(CostsOfPlan, AreWhatThePlacedWoodMeasures) {
   PlanOptions options = small_options();
+  options.fine_rotation = GetParam();
   options.w_intensity = 0.7, options.w_edge = 0.4, options.w_hist = 0.6;
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 21), wood_panel("Q", 80, 60, 50.8, 22)};
   const Artwork artwork = blob_artwork("A", 56, 42, 21_mm, 23);
@@ -147,6 +150,8 @@ TEST(Plan, CostsAreWhatThePlacedWoodMeasures) {
   EXPECT_NEAR(cost_total(plan), total, 1e-5 * total);
   EXPECT_NEAR(cost_per_pixel(plan), total / static_cast<double>(all_pixels), 1e-5 * cost_per_pixel(plan));
 }
+
+INSTANTIATE_TEST_SUITE_P(OnTheLatticeAndBetween, CostsOfPlan, ::testing::Bool());
 
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 50, 42_mm, 31), blob_artwork("B", 40, 50, 28_mm, 32)};
