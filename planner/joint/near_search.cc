@@ -9,6 +9,8 @@ namespace veneer::planner {
 namespace {
 
 constexpr std::size_t kLanes = 16;
+// Places near each other are compared by so many rows of the patch, and so many of the best by all rows.
+constexpr int kRows = 16, kMeasured = 4;
 
 // Added to `sums`, so that rows need no adding up of their own.
 VENEER_CLONES void add_squared_distance(const float* a, const float* b, std::size_t count, float* sums) {
@@ -99,11 +101,11 @@ void NearSearch::turn_upright(const Pose& from, int reach, std::vector<float>& w
     sample_upright<0, true>(map, upright, channels_, wood.data());
 }
 
-// Of the patch whose window's upper left pixel lies `right` and `down` pixels into the wood.
-float NearSearch::distance(const std::vector<float>& wood, int wood_columns, int right, int down) const {
+// Of the patch whose window's upper left pixel lies `right` and `down` pixels into the wood; of every `step`th row.
+float NearSearch::distance(const std::vector<float>& wood, int wood_columns, int right, int down, int step) const {
   const PatchPixels& pixels = patch_.pixels;
   float sums[kLanes] = {};
-  for (int i = 0; i < pixels.height; ++i) {
+  for (int i = step / 2; i < pixels.height; i += step) {
     const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(i)];
     const auto* target = patch_.features->ptr<float>(pixels.top + i) + static_cast<std::size_t>(span.begin) * channels_;
     const auto first = static_cast<std::size_t>(down + i) * static_cast<std::size_t>(wood_columns) +
@@ -119,13 +121,14 @@ float NearSearch::distance(const std::vector<float>& wood, int wood_columns, int
 double NearSearch::cost(const Pose& at) const {
   std::vector<float> wood;
   turn_upright(at, 0, wood);
-  return distance(wood, patch_.pixels.width, 0, 0);
+  return distance(wood, patch_.pixels.width, 0, 0, 1);
 }
 
 std::optional<Place> NearSearch::best(const Pose& from, int reach,
                                       const std::function<bool(const Pose&)>& allowed) const {
   std::vector<float> wood;
   turn_upright(from, reach, wood);
+  const int columns = patch_.pixels.width + 2 * reach, step = std::max(1, patch_.pixels.height / kRows);
   struct Found {
     float cost;
     int right, down;
@@ -133,16 +136,21 @@ std::optional<Place> NearSearch::best(const Pose& from, int reach,
   std::vector<Found> found;
   for (int down = 0; down <= 2 * reach; ++down)
     for (int right = 0; right <= 2 * reach; ++right)
-      found.push_back({distance(wood, patch_.pixels.width + 2 * reach, right, down), right - reach, down - reach});
+      found.push_back({distance(wood, columns, right, down, step), right, down});
   std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.cost < b.cost; });
   const double pixel = patch_.grid.resolution.to_mm(Pixels(1)).count();
+  std::optional<Place> best;
+  int measured = 0;
   for (const Found& it : found) {
     Pose pose = from;
-    const double x = it.right * pixel, y = -it.down * pixel;
+    const double x = (it.right - reach) * pixel, y = (reach - it.down) * pixel;
     pose.x += from.cos * x - from.sin * y, pose.y += from.sin * x + from.cos * y;
-    if (allowed(pose)) return Place{pose, it.cost};
+    if (!allowed(pose)) continue;
+    const double cost = step == 1 ? it.cost : distance(wood, columns, it.right, it.down, 1);
+    if (!best || cost < best->cost) best = Place{pose, cost};
+    if (step == 1 || ++measured == kMeasured) break;
   }
-  return std::nullopt;
+  return best;
 }
 
 }  // namespace veneer::planner

@@ -21,13 +21,13 @@ class NearSearch {
   NearSearch(const MatchPatch& patch, const Footprint& footprint, const std::vector<MatchPanel>& panels);
 
   // The cheapest place that is whole pixels (along the patch's sides, at most `reach` each way) from `from` and that
-  // `allowed` accepts. The same pose counts too.
+  // `allowed` accepts; of a large patch the cheapest by some of its rows. The same pose counts too.
   std::optional<Place> best(const Pose& from, int reach, const std::function<bool(const Pose&)>& allowed) const;
   double cost(const Pose& at) const;
 
  private:
   void turn_upright(const Pose& from, int reach, std::vector<float>& wood) const;
-  float distance(const std::vector<float>& wood, int wood_columns, int right, int down) const;
+  float distance(const std::vector<float>& wood, int wood_columns, int right, int down, int step) const;
 
   const MatchPatch& patch_;
   const Footprint& footprint_;
