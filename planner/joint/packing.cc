@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -167,12 +168,10 @@ class Packer {
     std::vector<std::vector<std::vector<Pose>>> found(free.size() * rotations);
     run_parallel(found.size(), threads_, stop_, [&](std::size_t i) {
       const int panel = static_cast<int>(i / rotations), rotation = static_cast<int>(i % rotations);
-      const Raster<PanelFrame>& wood = free[i / rotations];
-      const Millimetres spacing = 2 * growth_ + Millimetres(1e-6);
-      found[i] =
-          Shelves(wood, panel, matcher_.lattice(panel, rotation).turn(),
-                  {wood.resolution.to_px(width_ + spacing).count(), wood.resolution.to_px(height_ + spacing).count()})
-              .filled(stop_);
+      const Radians turn = matcher_.lattice(panel, rotation).turn();
+      found[i] = rows_on(free[i / rotations], panel, turn, false);
+      std::vector<std::vector<Pose>> columns = rows_on(free[i / rotations], panel, turn, true);
+      std::move(columns.begin(), columns.end(), std::back_inserter(found[i]));
       for (std::vector<Pose>& region : found[i]) settle(region);
     });
     std::vector<std::vector<Pose>> regions;
@@ -181,6 +180,18 @@ class Packer {
     std::vector<Pose> poses;
     for (const std::vector<Pose>& region : regions) poses.insert(poses.end(), region.begin(), region.end());
     return poses;
+  }
+
+  // Rows of rectangles at one rotation, or columns: rows of the same rectangles, seen from the side.
+  std::vector<std::vector<Pose>> rows_on(const Raster<PanelFrame>& wood, int panel, Radians turn, bool columns) const {
+    const Millimetres spacing = 2 * growth_ + Millimetres(1e-6);
+    Spacing each{wood.resolution.to_px(width_ + spacing).count(), wood.resolution.to_px(height_ + spacing).count()};
+    if (!columns) return Shelves(wood, panel, turn, each).filled(stop_);
+    std::swap(each.width, each.height);
+    auto regions = Shelves(wood, panel, turn + Radians(std::numbers::pi / 2), each).filled(stop_);
+    for (std::vector<Pose>& region : regions)
+      for (Pose& pose : region) pose = pose_at(panel, pose.x, pose.y, turn.count());
+    return regions;
   }
 
   // Shifts a region's poses, all alike and by up to a pixel, so that as many as possible keep to the rule of
