@@ -73,13 +73,15 @@ class JointPlanner {
   // The search at its beginning, or where an earlier run left it. None once a stop is requested.
   std::optional<JointSearch> begun(JointJournal& journal) {
     JointSearch::State state;
-    std::optional<JointSearch::Lists> lists = journal.lists(greedy_.places.size());
+    std::optional<JointSearch::Lists> lists = journal.lists(greedy_.places.size(), stop_);
     std::optional<JointSearch::State> remembered = lists ? journal.next_state(*lists) : std::nullopt;
     if (!remembered) {
       Start start = surveyed();
       if (stop_.stop_requested()) return std::nullopt;
       lists = std::move(start.lists), remembered = std::move(start.state);
-      journal.add(*lists), journal.add(*remembered);
+      journal.add(*lists, stop_);
+      if (stop_.stop_requested()) return std::nullopt;
+      journal.add(*remembered);
     }
     for (; remembered; remembered = journal.next_state(*lists)) {
       state = std::move(*remembered);
@@ -100,9 +102,10 @@ class JointPlanner {
     Survey survey = survey_places(problem_, matcher_, footprints_, slots, {kPlaces, threads_}, stop_,
                                   [&](double share) { progress_(kSurveyShare * share, "surveying the wood"); });
     if (stop_.stop_requested()) return {};
-    for (std::size_t i = 0; i < start.size(); ++i)
-      for (auto* places : {&survey.slots[i], &survey.places[i]})
-        for (Place& place : *places) place.cost *= problem_.queue[i].importance;
+    for (std::size_t i = 0; i < start.size(); ++i) {
+      for (Place& place : survey.places[i]) place.cost *= problem_.queue[i].importance;
+      for (Choice& choice : survey.slots[i]) choice.cost *= problem_.queue[i].importance;
+    }
     if (!slots.empty()) {
       Chosen on_slots = each_on_a_slot(slots, survey.slots);
       if (score_of(on_slots).unfilled < greedy_.score.unfilled) start = std::move(on_slots);
@@ -110,7 +113,7 @@ class JointPlanner {
     Start out{std::move(survey.places), {}};
     for (std::size_t i = 0; i < start.size() && !stop_.stop_requested(); ++i) {
       std::vector<Place>& list = out.lists[i];
-      list.insert(list.end(), survey.slots[i].begin(), survey.slots[i].end());
+      for (const Choice& choice : survey.slots[i]) list.push_back({slots[choice.thing], choice.cost});
       for (const auto& place : {greedy_.places[i], start[i]})
         if (place) list.push_back(*place);
       std::sort(list.begin(), list.end(), cheaper);
@@ -131,30 +134,33 @@ class JointPlanner {
     return pack_rectangles(matcher_, width, height, greedy_.places.size(), threads_, stop_);
   }
 
-  // In the order of the queue, each patch on the cheapest slot that is left.
-  Chosen each_on_a_slot(const std::vector<Pose>& slots, const std::vector<std::vector<Place>>& priced) const {
-    Arrangement arrangement(footprints_, matcher_.panels());
-    Chosen out(greedy_.places.size());
-    std::vector<std::size_t> left;
-    for (std::size_t i = 0; i < out.size() && !stop_.stop_requested(); ++i) {
-      for (const Place& place : priced[i])
-        if (!arrangement.any_in_the_way(i, place.pose)) {
-          out[i] = place;
-          break;
-        }
-      if (out[i])
-        arrangement.put(i, out[i]->pose);
-      else
-        left.push_back(i);
+  // The cheapest assignment of patches to slots. Where slots are short, the first in the queue have them: to go without
+  // costs more the earlier a patch is there, and by more than all places together differ.
+  Chosen each_on_a_slot(const std::vector<Pose>& slots, const std::vector<std::vector<Choice>>& priced) const {
+    const std::size_t count = greedy_.places.size();
+    double most = 0;
+    for (const auto& choices : priced)
+      for (const Choice& choice : choices) most = std::max(most, choice.cost);
+    std::vector<double> without;
+    for (std::size_t i = 0; i < count; ++i)
+      without.push_back(most * static_cast<double>(count) * static_cast<double>(2 * count - i));
+    const auto taken = assign(priced, without, slots.size(), stop_);
+    Chosen out(count);
+    std::vector<bool> is_taken(slots.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!taken[i]) continue;
+      const Choice& choice =
+          *std::find_if(priced[i].begin(), priced[i].end(), [&](const Choice& it) { return it.thing == *taken[i]; });
+      is_taken[choice.thing] = true;
+      out[i] = Place{slots[choice.thing], choice.cost};
     }
-    // Where all the cheapest are taken, any slot.
-    std::size_t next = 0;
-    for (const std::size_t i : left) {
-      if (stop_.stop_requested()) break;
-      while (next < slots.size() && arrangement.any_in_the_way(i, slots[next])) ++next;
+    // Where others have all the cheapest, any slot.
+    for (std::size_t i = 0, next = 0; i < count && !stop_.stop_requested(); ++i) {
+      if (out[i]) continue;
+      while (next < slots.size() && is_taken[next]) ++next;
       if (next == slots.size()) break;
       out[i] = Place{slots[next], problem_.queue[i].importance * measured(i, slots[next])};
-      arrangement.put(i, slots[next]);
+      ++next;
     }
     return out;
   }
@@ -193,9 +199,10 @@ class JointPlanner {
   void settle_for(const Chosen& places, std::uint64_t iterations) {
     Verified better = with_costs(places);
     if (stop_.stop_requested()) return;
-    const bool admitted = !(better.score < best_.score) || keeps_to_the_wood(better.places);
+    // The search gets ever better by its own measure, which counts who goes without; here greedy is what matters.
+    const bool settled = better.score < greedy_.score && keeps_to_the_wood(better.places);
     if (stop_.stop_requested()) return;
-    if (better.score < best_.score && admitted) best_ = std::move(better);
+    if (settled) best_ = std::move(better);
     best_at_ = iterations;
   }
 

@@ -49,9 +49,10 @@ bool all_in(const std::vector<std::uint32_t>& numbers, const JointSearch::Lists&
 
 }  // namespace
 
-std::optional<JointSearch::Lists> JointJournal::lists(std::size_t patches) {
+std::optional<JointSearch::Lists> JointJournal::lists(std::size_t patches, const std::stop_token& stop) {
   JointSearch::Lists lists;
   while (journal_ != nullptr && lists.size() < patches) {
+    if (stop.stop_requested()) return std::nullopt;
     const std::optional<std::string> text = journal_->next_text(kList);
     if (!text) return std::nullopt;
     ++lists_;
@@ -66,9 +67,9 @@ std::optional<JointSearch::Lists> JointJournal::lists(std::size_t patches) {
   return lists;
 }
 
-void JointJournal::add(const JointSearch::Lists& lists) {
+void JointJournal::add(const JointSearch::Lists& lists, const std::stop_token& stop) {
   if (journal_ == nullptr) return;
-  for (; lists_ < lists.size(); ++lists_) {
+  for (; lists_ < lists.size() && !stop.stop_requested(); ++lists_) {
     Writer line;
     for (const Place& place : lists[lists_]) {
       line.number(static_cast<std::uint64_t>(place.pose.panel));

@@ -44,13 +44,13 @@ JointSearch::JointSearch(std::span<const Footprint> footprints, const std::vecto
       best_(chosen_from(lists_, start.best)),
       iteration_(start.iteration),
       seed_(seed) {
-  best_score_ = score_of(best_);
   for (std::size_t i = 0; i < chosen_.size(); ++i)
     if (chosen_[i]) arrangement_.put(i, chosen_[i]->pose);
   for (const auto& list : lists_) blockers_.emplace_back(list.size());
   stays_.resize(lists_.size());
   for (const auto& list : lists_)
-    if (!list.empty()) unfilled_cost_ = std::max(unfilled_cost_, 2 * list.back().cost);
+    if (!list.empty()) hole_cost_ = std::max(hole_cost_, 2 * list.back().cost);
+  begin_stage();
 }
 
 // In [0, 1), the same everywhere (the standard's distributions are not).
@@ -87,7 +87,14 @@ std::uint64_t Cooling::next_stage(std::uint64_t iteration) const {
 // Makes everything that decides what follows a function of the state alone.
 void JointSearch::begin_stage() {
   random_.seed(seed_ ^ (iteration_ * 0x9E3779B97F4A7C15));
-  score_ = score_of(chosen_), best_score_ = score_of(best());
+  score_ = score_with_holes(chosen_), best_score_ = score_with_holes(best());
+}
+
+Score JointSearch::score_with_holes(const Chosen& chosen) const {
+  Score score = score_of(chosen);
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    if (!chosen[i]) score.cost += hole_cost(i);
+  return score;
 }
 
 void JointSearch::run(const Cooling& cooling, std::uint64_t to, const std::stop_token& stop) {
@@ -113,7 +120,7 @@ void JointSearch::attempt(double allowed) {
   const std::vector<Place>& list = lists_[patch];
   if (list.empty()) return;
   // Places that alone cost too much are not worth asking about.
-  const double mine = cost_of(chosen_[patch]), highest = mine + allowed;
+  const double mine = cost_now(patch), highest = mine + allowed;
   const auto end = std::lower_bound(list.begin(), list.end(), highest,
                                     [](const Place& place, double cost) { return place.cost < cost; });
   if (end == list.begin()) return;
@@ -126,7 +133,7 @@ void JointSearch::attempt(double allowed) {
   if (ejected_.size() > kMostEjected) return;
   std::sort(ejected_.begin(), ejected_.end());  // so that nothing depends on how they came to lie there
   double left = allowed + mine - wanted.cost;
-  for (const std::size_t other : ejected_) left += cost_of(chosen_[other]);
+  for (const std::size_t other : ejected_) left += cost_now(other);
   // What the ejected cost at best.
   double least = 0;
   for (const std::size_t other : ejected_) least += lists_[other].empty() ? 0 : lists_[other].front().cost;
@@ -147,14 +154,9 @@ void JointSearch::accept() {
   for (auto step = steps_.begin(); step != steps_.end(); ++step) {
     const bool first = std::none_of(steps_.begin(), step, [&](const Step& it) { return it.patch == step->patch; });
     if (!first) continue;
-    if (step->before)
-      score.cost -= step->before->cost;
-    else
-      --score.unfilled;
-    if (chosen_[step->patch])
-      score.cost += chosen_[step->patch]->cost;
-    else
-      ++score.unfilled;
+    score.cost += cost_now(step->patch) - cost_of(step->patch, step->before);
+    if (!step->before) --score.unfilled;
+    if (!chosen_[step->patch]) ++score.unfilled;
   }
   if (score < best_score_) {
     best_score_ = score, best_is_chosen_ = true;
@@ -197,8 +199,8 @@ bool JointSearch::refill(std::size_t patch, double& allowed) {
     set(patch, place);
     return true;
   }
-  if (unfilled_cost_ > allowed) return false;
-  allowed -= unfilled_cost_;
+  if (hole_cost(patch) > allowed) return false;
+  allowed -= hole_cost(patch);
   return true;
 }
 

@@ -21,7 +21,7 @@ namespace veneer::planner {
 // Where each patch lies; none: unfilled.
 using Chosen = std::vector<std::optional<Place>>;
 
-// Unfilled patches weigh more than any place: first the number of filled patches counts, then the cost.
+// First the number of filled patches counts, then the cost.
 struct Score {
   std::size_t unfilled = 0;
   double cost = 0;
@@ -69,7 +69,7 @@ class JointSearch {
 
   std::uint64_t iteration() const { return iteration_; }  // the next one
   const Chosen& best();
-  const Score& best_score() const { return best_score_; }
+  const Score& best_score() const { return best_score_; }  // its cost is with that of holes
   State state();
   const Lists& lists() const { return lists_; }
 
@@ -92,7 +92,16 @@ class JointSearch {
   void accept();
   void undo();
   double uniform();
-  double cost_of(const std::optional<Place>& place) const { return place ? place->cost : unfilled_cost_; }
+  // More than any place, and the more the earlier the patch is in the queue: where wood is missing, the holes belong
+  // to the patches that matter least.
+  double hole_cost(std::size_t patch) const {
+    return hole_cost_ * (2 - static_cast<double>(patch) / static_cast<double>(lists_.size()));
+  }
+  double cost_of(std::size_t patch, const std::optional<Place>& place) const {
+    return place ? place->cost : hole_cost(patch);
+  }
+  double cost_now(std::size_t patch) const { return cost_of(patch, chosen_[patch]); }
+  Score score_with_holes(const Chosen& chosen) const;
 
   std::span<const Footprint> footprints_;
   Lists lists_;
@@ -104,7 +113,7 @@ class JointSearch {
   Chosen chosen_, best_;
   bool best_is_chosen_ = false;  // then best_ is out of date
   Score score_, best_score_;
-  double unfilled_cost_ = 0, temperature_ = 0;
+  double hole_cost_ = 0, temperature_ = 0;
   std::uint64_t iteration_, seed_;
   std::mt19937_64 random_;
   std::vector<Step> steps_;           // of the attempt under way

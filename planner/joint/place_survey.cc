@@ -260,20 +260,19 @@ class ClassSurvey {
     return scores;
   }
 
-  std::vector<Place> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
+  std::vector<Choice> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
     std::vector<std::size_t> order(slots_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return std::tie(scores[a], a) < std::tie(scores[b], b); });
     order.resize(std::min(order.size(), options_.places / 2));
     const NearSearch near(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
-    std::vector<Place> places;
+    std::vector<Choice> choices;
     for (const std::size_t i : order) {
       if (stop_.stop_requested()) break;
-      places.push_back({slots_[i], near.cost(slots_[i])});
+      choices.push_back({static_cast<std::uint32_t>(i), near.cost(slots_[i])});
     }
-    std::sort(places.begin(), places.end(), cheaper);
-    return places;
+    return choices;
   }
 
   // Thinned, laid on the lattice and measured.

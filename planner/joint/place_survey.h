@@ -12,6 +12,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "planner/joint/assignment.h"
 #include "planner/joint/footprint.h"
 #include "planner/matching/matcher.h"
 #include "planner/problem.h"
@@ -23,9 +24,11 @@ struct SurveyOptions {
   int threads = 1;
 };
 
-// Two lists a task of the queue, cheapest first: places found, and the cheapest of the slots that were given.
+// Two lists a task of the queue: places found, cheapest first, and the cheapest of the slots that were given, by their
+// numbers.
 struct Survey {
-  std::vector<std::vector<Place>> places, slots;
+  std::vector<std::vector<Place>> places;
+  std::vector<std::vector<Choice>> slots;
 };
 
 // Deterministic, any number of threads. Returns early, with anything, once `stop` is requested; `progress` is called on

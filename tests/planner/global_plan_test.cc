@@ -6,6 +6,7 @@
 #include <pthread.h>
 #include <signal.h>  // NOLINT(modernize-deprecated-headers): POSIX
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <ctime>
@@ -274,6 +275,18 @@ TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStoppedOnALongBoard) {
   // Eight rows of regions: a single one would be too much.
   Jointly jointly(options, wood_panel("P", 600, 44, 50.8, 2), blob_artwork("A", 50, 40, 24_mm, 1));
   expect_to_stop_at_once(jointly, 3000);
+}
+
+TEST(GlobalPlan, LeavesHolesToThePatchesThatMatterLeast) {
+  // Wood for two thirds of the patches: many stay without whatever is done.
+  Jointly jointly(small_options(), wood_panel("P", 110, 90, 50.8, 2), blob_artwork("A", 50, 40, 49_mm, 1));
+  const LaidPatches patches = jointly.run(20000).patches;
+  const auto holes = static_cast<std::size_t>(
+      std::count_if(patches.begin(), patches.end(), [](const auto& laid) { return !laid.has_value(); }));
+  ASSERT_GT(holes, 5U);
+  ASSERT_LT(holes, patches.size() / 2);
+  // Patches are in the order in which they choose: the first matter most.
+  for (std::size_t i = 0; i + holes + holes / 2 < patches.size(); ++i) EXPECT_TRUE(patches[i].has_value()) << i;
 }
 
 TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
