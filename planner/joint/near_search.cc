@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "planner/matching/clones.h"
 
@@ -10,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLanes = 16;
 // Places near each other are compared by so many rows of the patch, and so many of the best by all rows.
-constexpr int kRows = 16, kMeasured = 4;
+constexpr int kRows = 32, kMeasured = 4;
 
 // Added to `sums`, so that rows need no adding up of their own.
 VENEER_CLONES void add_squared_distance(const float* a, const float* b, std::size_t count, float* sums) {
@@ -45,10 +46,9 @@ struct Upright {
   }
 };
 
-// Bilinear. `Channels`: their number, 0 if it is not known beforehand. `Clamped`: pixels may lie off the map.
-template <int Channels, bool Clamped>
+// Bilinear; what lies off the map is as its border.
 void sample_upright(const cv::Mat& map, const Upright& window, std::size_t channels, float* to) {
-  const auto width = static_cast<std::ptrdiff_t>(Channels > 0 ? Channels : channels);
+  const auto width = static_cast<std::ptrdiff_t>(channels);
   const int most_left = std::max(map.cols - 2, 0), most_up = std::max(map.rows - 2, 0);
   const std::ptrdiff_t right = map.cols > 1 ? width : 0;
   const auto stride = static_cast<std::ptrdiff_t>(map.step1());
@@ -56,10 +56,9 @@ void sample_upright(const cv::Mat& map, const Upright& window, std::size_t chann
   const auto* first = map.ptr<float>();
   for (int j = 0; j < window.rows; ++j) {
     for (int i = 0; i < window.columns; ++i) {
-      double x = window.x(i, j), y = window.y(i, j);
-      if constexpr (Clamped) x = std::clamp(x, 0.0, map.cols - 1.0), y = std::clamp(y, 0.0, map.rows - 1.0);
-      int c = static_cast<int>(x), r = static_cast<int>(y);
-      if constexpr (Clamped) c = std::min(c, most_left), r = std::min(r, most_up);
+      const double x = std::clamp(window.x(i, j), 0.0, map.cols - 1.0);
+      const double y = std::clamp(window.y(i, j), 0.0, map.rows - 1.0);
+      const int c = std::min(static_cast<int>(x), most_left), r = std::min(static_cast<int>(y), most_up);
       const auto fx = static_cast<float>(x - c), fy = static_cast<float>(y - r);
       const auto *upper = first + r * stride + c * width, *lower = upper + down;
       for (std::ptrdiff_t ch = 0; ch < width; ++ch) {
@@ -67,6 +66,27 @@ void sample_upright(const cv::Mat& map, const Upright& window, std::size_t chann
         const float below = lower[ch] + fx * (lower[ch + right] - lower[ch]);
         *to++ = above + fy * (below - above);
       }
+    }
+  }
+}
+
+// The same for two channels and windows that lie well within the map: both channels of both neighbours at once.
+void sample_pairs(const cv::Mat& map, const Upright& window, float* to) {
+  using Four = float __attribute__((vector_size(16)));
+  const auto stride = static_cast<std::ptrdiff_t>(map.step1());
+  const auto* first = map.ptr<float>();
+  for (int j = 0; j < window.rows; ++j) {
+    const double left = window.x(0, j), top = window.y(0, j);
+    for (int i = 0; i < window.columns; ++i, to += 2) {
+      const double x = left + window.cos * i, y = top - window.sin * i;
+      const int c = static_cast<int>(x), r = static_cast<int>(y);
+      const auto fx = static_cast<float>(x - c), fy = static_cast<float>(y - r);
+      const auto* from = first + r * stride + 2 * static_cast<std::ptrdiff_t>(c);
+      Four upper, lower;
+      std::memcpy(&upper, from, sizeof upper), std::memcpy(&lower, from + stride, sizeof lower);
+      const Four between = upper + fy * (lower - upper);
+      to[0] = between[0] + fx * (between[2] - between[0]);
+      to[1] = between[1] + fx * (between[3] - between[1]);
     }
   }
 }
@@ -96,9 +116,9 @@ void NearSearch::turn_upright(const Pose& from, int reach, std::vector<float>& w
   const Upright upright{column, row, from.cos * step, from.sin * step, columns, rows};
   // Nearly always the window lies well within the panel and there are two channels.
   if (channels_ == 2 && upright.within(map))
-    sample_upright<2, false>(map, upright, channels_, wood.data());
+    sample_pairs(map, upright, wood.data());
   else
-    sample_upright<0, true>(map, upright, channels_, wood.data());
+    sample_upright(map, upright, channels_, wood.data());
 }
 
 // Of the patch whose window's upper left pixel lies `right` and `down` pixels into the wood; of every `step`th row.
