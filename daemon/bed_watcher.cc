@@ -182,9 +182,10 @@ Result<ProvenPose> BedWatcher::look_now() {
 }
 
 void BedWatcher::prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
+                         const std::optional<LaserMotion>& machine,
                          std::function<void(Result<std::vector<PieceBurn>>)> reply) {
-  worker_.post([this, pose, pieces = std::move(pieces), reply = std::move(reply)]() mutable {
-    auto burns = prepare_now(pose, pieces);
+  worker_.post([this, pose, machine, pieces = std::move(pieces), reply = std::move(reply)]() mutable {
+    auto burns = prepare_now(pose, pieces, machine);
     boost::asio::post(reactor_,
                       [burns = std::move(burns), reply = std::move(reply)]() mutable { reply(std::move(burns)); });
   });
@@ -246,7 +247,8 @@ Result<std::vector<RunSetup>> BedWatcher::plan_setups_now(const std::vector<db::
 }
 
 Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
-                                                       const std::vector<db::PieceRecord>& pieces) {
+                                                       const std::vector<db::PieceRecord>& pieces,
+                                                       const std::optional<LaserMotion>& machine) {
   struct Stock {
     Calibration calibration;
     std::optional<WoodRecipes> recipes;
@@ -270,7 +272,8 @@ Result<std::vector<PieceBurn>> BedWatcher::prepare_now(const ProvenPose& pose,
   const auto* calibration = &stock->calibration;
   const auto& machine_from_bed = calibration->bed->machine_from_bed;
 
-  const planner::ToolpathOptions options = toolpath_options(config_.recipe);
+  planner::ToolpathOptions options = toolpath_options(config_.recipe);
+  options.kinematics = kinematics_of(machine);
   std::vector<planner::ToolpathPiece> to_burn;
   std::map<PieceId, std::string> marks;
   for (const auto& piece : pieces) {

@@ -27,7 +27,7 @@ class BedWatcher final : public RunSupport {
   void look(std::function<void(Result<ProvenPose>)> reply) override;
   void plan_setups(std::vector<db::PieceRecord> pieces, Box<MachineFrame> travel,
                    std::function<void(Result<std::vector<RunSetup>>)> reply) override;
-  void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
+  void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces, const std::optional<LaserMotion>& machine,
                std::function<void(Result<std::vector<PieceBurn>>)> reply) override;
 
   // The last look as JPEG, with what was found drawn in; empty before the first.
@@ -42,7 +42,8 @@ class BedWatcher final : public RunSupport {
   void keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
                      const BedCalibration& bed);
   Result<ProvenPose> look_now();
-  Result<std::vector<PieceBurn>> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces);
+  Result<std::vector<PieceBurn>> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
+                                             const std::optional<LaserMotion>& machine);
 
   boost::asio::io_context& reactor_;
   CameraDriver& camera_;

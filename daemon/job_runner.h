@@ -67,8 +67,10 @@ class RunSupport {
   // How the panels of these pieces are to be laid, in the order of cutting; off the reactor, the reply on it.
   virtual void plan_setups(std::vector<db::PieceRecord> pieces, Box<MachineFrame> travel,
                            std::function<void(Result<std::vector<RunSetup>>)> reply) = 0;
-  // Toolpaths of these pieces for this pose, off the reactor; the reply comes on the reactor.
+  // Toolpaths of these pieces for this pose, and how long this machine takes for each; off the reactor, the reply on
+  // it.
   virtual void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
+                       const std::optional<LaserMotion>& machine,
                        std::function<void(Result<std::vector<PieceBurn>>)> reply) = 0;
 };
 

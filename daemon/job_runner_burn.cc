@@ -10,7 +10,8 @@
 namespace veneer::daemon {
 
 void JobRunner::begin_run(const ProvenPose& pose) {
-  support_.prepare(pose, setup_pieces(), while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
+  support_.prepare(pose, setup_pieces(), limits_.motion,
+                   while_current([this, pose](Result<std::vector<PieceBurn>> burns) {
                      if (burns) return run_prepared(pose, std::move(*burns));
                      await_panel();
                      answer(burns.error());

@@ -106,7 +106,7 @@ void JobRunner::saw(Result<ProvenPose> look) {
   if (drawn_ && moved_between(drawn_->pose, *look) <= kLiesAsBefore) return judge(*look);
   say(fmt::format("panel {} is on the bed: its cuts are being checked", load.panel.value));
   looking_ = true;
-  support_.prepare(*look, setup_pieces(),
+  support_.prepare(*look, setup_pieces(), limits_.motion,
                    [this, epoch = epoch_, at = *epoch_, pose = *look](Result<std::vector<PieceBurn>> burns) {
                      if (*epoch != at) return;
                      looking_ = false;

@@ -150,9 +150,10 @@ void set_material(Cell& cell, const ApiRequest& request, const Reply& reply) {
 // ---- Test cards --------------------------------------------------------------------------------------------------
 
 // A machine that cannot find its corner has its head, and so the corner of its travel, where the operator put it.
-Result<planner::TestCard> read_card(const Cell& cell, const json& body, const Box<MachineFrame>& travel,
-                                    bool finds_home) {
+Result<planner::TestCard> read_card(const Cell& cell, const json& body, const LaserLimits& machine) {
+  const Box<MachineFrame>& travel = machine.travel;
   planner::TestCardOptions options;
+  if (machine.motion) options.acceleration = std::min(machine.motion->acceleration_x, machine.motion->acceleration_y);
   const auto operation = body.find("operation");
   if (operation != body.end() && !operation->is_null()) {
     const auto named = operation->is_string() ? db::operation_of(operation->get<std::string>()) : std::nullopt;
@@ -182,7 +183,7 @@ Result<planner::TestCard> read_card(const Cell& cell, const json& body, const Bo
   const Box<MachineFrame> area = card->area;
   const Point<MachineFrame> middle{(travel.min.x + travel.max.x - area.width()) / 2,
                                    (travel.min.y + travel.max.y - area.height()) / 2};
-  const Point<MachineFrame> corner = finds_home ? middle : travel.min;
+  const Point<MachineFrame> corner = machine.finds_home ? middle : travel.min;
   const auto x = number(body, "x_mm", corner.x.count()), y = number(body, "y_mm", corner.y.count());
   for (const auto* value : {&x, &y})
     if (!value->ok()) return value->error();
@@ -204,7 +205,9 @@ void draw_card(const Cell& cell, const ApiRequest& request, const Reply& reply) 
   auto body = request.json_body();
   if (!body) return reply(ApiReply::error(body.error()));
   const Travel travel = travel_of(cell);
-  auto card = read_card(cell, *body, {{}, {travel.x, travel.y}}, true);
+  LaserLimits machine;
+  machine.travel = {{}, {travel.x, travel.y}};
+  auto card = read_card(cell, *body, machine);
   if (!card) return reply(ApiReply::error(card.error()));
   auto egv = egv_of(*card, travel);
   if (!egv) return reply(ApiReply::error(egv.error()));
@@ -216,9 +219,10 @@ void draw_card(const Cell& cell, const ApiRequest& request, const Reply& reply) 
 
 void burn_card(Cell& cell, const TaskReporter& task, const json& body, const std::string& who, bool dark,
                std::vector<std::string> confirmed) {
-  const auto& travel = cell.runner->limits().travel;
-  if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
-  auto card = read_card(cell, body, travel, cell.runner->limits().finds_home);
+  const LaserLimits& machine = cell.runner->limits();
+  if (machine.travel.empty())
+    return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
+  auto card = read_card(cell, body, machine);
   if (!card) return task.fail(card.error());
   task.progress(0.3, dark ? "running the card with the beam off" : "burning the card");
   const std::size_t strokes = card->strokes.size();

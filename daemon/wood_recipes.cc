@@ -76,6 +76,16 @@ planner::ToolpathOptions toolpath_options(const RecipeConfig& config) {
   return options;
 }
 
+planner::Kinematics kinematics_of(const std::optional<LaserMotion>& machine) {
+  planner::Kinematics out;
+  if (!machine) return out;
+  out.rapid_x = machine->fastest_x, out.rapid_y = machine->fastest_y;
+  out.acceleration_x = machine->acceleration_x, out.acceleration_y = machine->acceleration_y;
+  out.junction_deviation = machine->junction_deviation;
+  out.planner_moves = machine->planner_blocks;
+  return out;
+}
+
 Status check_booked(const db::PieceRecord& piece, const std::string& material, const planner::Recipe& recipe,
                     Millimetres fit_clearance, const Region<PanelFrame>& booked) {
   const Millimetres slack(0.005);  // shapes are stored in whole micrometres

@@ -2,12 +2,14 @@
 // configuration and the kerf certificate say. Values of one moment; pure once made, thread-safe.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
+#include "drivers/laser_driver.h"
 #include "planner/cutting/toolpath.h"
 
 namespace veneer::daemon {
@@ -34,6 +36,9 @@ class WoodRecipes {
 
 // What of the configuration is the same for all wood: marks, clearance, bridges, order.
 planner::ToolpathOptions toolpath_options(const RecipeConfig& config);
+
+// What the estimate of time needs of the machine; the estimate's own assumptions where it tells nothing.
+planner::Kinematics kinematics_of(const std::optional<LaserMotion>& machine);
 
 // kRefused when the recipe burns more around the outline and on the lead-in than was booked: the plan was made before
 // the recipe.

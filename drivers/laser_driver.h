@@ -18,13 +18,23 @@
 
 namespace veneer {
 
+// How the machine moves, for estimates of time and for run-ups.
+struct LaserMotion {
+  MmPerSecond fastest_x{0}, fastest_y{0};
+  MmPerSecond2 acceleration_x{0}, acceleration_y{0};
+  Millimetres junction_deviation{0};
+  int planner_blocks = 0;
+  friend bool operator==(const LaserMotion&, const LaserMotion&) = default;
+};
+
 struct LaserLimits {
   Box<MachineFrame> travel;  // where strokes may lie
   std::string firmware;      // as the controller names itself: "Grbl 1.1h"
   // Does it find its corner itself, the same one each time? If not, home() takes the place where the head stands as the
   // lower left corner, and nothing that was measured before holds.
   bool finds_home = true;
-  MmPerSecond fastest{0};  // of the slower axis; 0 = not known
+  MmPerSecond fastest{0};                            // of the slower axis; 0 = not known
+  std::optional<LaserMotion> motion = std::nullopt;  // as the controller tells it; nothing when it does not
 };
 
 // What the operator turns while a job runs: per cent of the programmed value.

@@ -95,9 +95,13 @@ void GrblCore::finish_connect() {
   settings_ = std::move(settings).value();
   window_ = SendWindow(settings_.receive_bytes);
   enter(Phase::kReady);
-  events_.emplace_back(
-      laser_event::Connected{{settings_.travel(), settings_.firmware, settings_.homing,
-                              MmPerSecond(std::min(settings_.x.max_rate_mm_s, settings_.y.max_rate_mm_s))}});
+  const Axis &x = settings_.x, &y = settings_.y;
+  events_.emplace_back(laser_event::Connected{
+      {settings_.travel(), settings_.firmware, settings_.homing,
+       MmPerSecond(std::min(x.max_rate_mm_s, y.max_rate_mm_s)),
+       LaserMotion{MmPerSecond(x.max_rate_mm_s), MmPerSecond(y.max_rate_mm_s), MmPerSecond2(x.acceleration_mm_s2),
+                   MmPerSecond2(y.acceleration_mm_s2), Millimetres(settings_.junction_deviation_mm),
+                   static_cast<int>(settings_.planner_blocks)}}});
 }
 
 void GrblCore::begin_homing() {

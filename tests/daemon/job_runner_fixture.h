@@ -42,8 +42,9 @@ class LaidBed final : public RunSupport {
     }
     boost::asio::post(io_, [out = std::move(out), reply = std::move(reply)] { reply(out); });
   }
-  void prepare(const ProvenPose&, std::vector<db::PieceRecord> pieces,
+  void prepare(const ProvenPose&, std::vector<db::PieceRecord> pieces, const std::optional<LaserMotion>& machine,
                std::function<void(Result<std::vector<PieceBurn>>)> reply) override {
+    told = machine;
     std::vector<PieceBurn> burns;
     for (const auto& piece : pieces) {
       Stroke mark;
@@ -65,8 +66,9 @@ class LaidBed final : public RunSupport {
                                                       back_up ? Handedness::kImproper : Handedness::kProper),
                       Millimetres(0.02)};
   }
-  double reach_x = 20;           // how far to the right each cut goes
-  std::vector<RunSetup> setups;  // empty: one for each panel
+  std::optional<LaserMotion> told;  // of the machine, last
+  double reach_x = 20;              // how far to the right each cut goes
+  std::vector<RunSetup> setups;     // empty: one for each panel
   Result<ProvenPose> seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
 
  private:

@@ -99,6 +99,13 @@ TEST_F(JobRunnerTest, TheEstimateIsThereBeforeUnsuspend) {
   EXPECT_THAT(sentence(), HasSubstr("2 pieces: press"));
 }
 
+TEST_F(JobRunnerTest, TheEstimateIsOfTheMachineThatIsThere) {
+  laser_.motion =
+      LaserMotion{MmPerSecond(150), MmPerSecond(100), MmPerSecond2(300), MmPerSecond2(500), Millimetres(0.002), 100};
+  load_first_panel();
+  EXPECT_EQ(bed_.told, laser_.motion);
+}
+
 TEST_F(JobRunnerTest, TheFrameIsTracedDarkAndCutsNothing) {
   EXPECT_FALSE(frame().ok());
   ASSERT_TRUE(command(CellCommand::kReset).ok());

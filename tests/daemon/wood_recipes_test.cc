@@ -126,6 +126,18 @@ TEST(WoodRecipes, TheConfigurationSaysHowMarksBridgesClearanceAndOrderAre) {
   EXPECT_FALSE(toolpath_options(configured()).assembly_order);
 }
 
+TEST(WoodRecipes, TheEstimateKnowsTheMachineThatTellsHowItMoves) {
+  const auto told = kinematics_of(
+      LaserMotion{MmPerSecond(150), MmPerSecond(100), MmPerSecond2(300), MmPerSecond2(500), 0.002_mm, 100});
+  EXPECT_EQ(told.rapid_x.count(), 150);
+  EXPECT_EQ(told.rapid_y.count(), 100);
+  EXPECT_EQ(told.acceleration_x.count(), 300);
+  EXPECT_EQ(told.acceleration_y.count(), 500);
+  EXPECT_EQ(told.junction_deviation, 0.002_mm);
+  EXPECT_EQ(told.planner_moves, 100);
+  EXPECT_EQ(kinematics_of(std::nullopt).rapid_x, planner::Kinematics{}.rapid_x);
+}
+
 TEST(CutFile, AJobsPanelBecomesOneProgramForALihuiyuBoard) {
   db::PanelRecord panel;
   panel.id = PanelId{"P-0001"};

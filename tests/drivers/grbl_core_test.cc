@@ -121,6 +121,9 @@ TEST_F(GrblCoreTest, ConnectsWithAResetAndReadsAllItNeeds) {
   ASSERT_TRUE(connected);
   EXPECT_EQ(connected->limits.firmware, "Grbl 1.1h");
   EXPECT_DOUBLE_EQ(connected->limits.travel.max.x.count(), 519);
+  ASSERT_TRUE(connected->limits.motion);
+  EXPECT_EQ(*connected->limits.motion, (LaserMotion{MmPerSecond(400), MmPerSecond(400), MmPerSecond2(1500),
+                                                    MmPerSecond2(1500), Millimetres(0.01), 15}));
   EXPECT_TRUE(core.status().connected);
   EXPECT_FALSE(core.status().homed);
 }

@@ -18,7 +18,7 @@ class SimLaser final : public LaserDriver {
   void connect(OnEvent on_event) override {
     calls.push_back("connect");
     on_event_ = std::move(on_event);
-    LaserLimits limits{{}, "SimLaser", finds_home, MmPerSecond(400)};
+    LaserLimits limits{{}, "SimLaser", finds_home, MmPerSecond(400), motion};
     connected_ = present;
     limits.travel.add(point<MachineFrame>(0, 0));
     limits.travel.add(point<MachineFrame>(520, 380));
@@ -80,6 +80,7 @@ class SimLaser final : public LaserDriver {
   std::vector<PieceId> burnt;
   std::vector<LaserJob> jobs;  // as burnt
   bool present = true;
+  std::optional<LaserMotion> motion;  // as it tells when it is connected
   bool finds_home = true;
   bool lid_open = false;
   bool lid_was_open = false;  // and is closed again, and nothing was begun since
