@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -64,6 +65,13 @@ bool ChildProcess::running() {
 
 void ChildProcess::signal(int number) const {
   if (pid_ > 0) ::kill(pid_, number);
+}
+
+void ChildProcess::set_disk_full(bool full) const {
+  rlimit limit{};
+  ::prlimit(pid_, RLIMIT_FSIZE, nullptr, &limit);
+  limit.rlim_cur = full ? 0 : limit.rlim_max;
+  ::prlimit(pid_, RLIMIT_FSIZE, &limit, nullptr);
 }
 
 int ChildProcess::wait() {

@@ -27,6 +27,8 @@ class ChildProcess {
   int wait();       // for its end; exit status, or 128 + signal
   int terminate();  // SIGTERM and wait()
   int kill();       // SIGKILL and wait()
+  // From now on it can write to no file, or can again.
+  void set_disk_full(bool full) const;
   pid_t pid() const { return pid_; }
 
  private:

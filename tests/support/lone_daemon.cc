@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <fstream>
@@ -52,13 +51,6 @@ LoneDaemon::~LoneDaemon() {
 Finished LoneDaemon::veneerctl(std::vector<std::string> arguments) const {
   arguments.insert(arguments.begin(), {(bin_dir_ / "veneerctl").string(), "--socket", socket()});
   return run_program(arguments);
-}
-
-void LoneDaemon::set_disk_full(bool full) const {
-  rlimit limit{};
-  ::prlimit(process_->pid(), RLIMIT_FSIZE, nullptr, &limit);
-  limit.rlim_cur = full ? 0 : limit.rlim_max;
-  ::prlimit(process_->pid(), RLIMIT_FSIZE, &limit, nullptr);
 }
 
 std::string LoneDaemon::state() const {

@@ -35,7 +35,7 @@ class LoneDaemon {
   // Begins a test pattern over the API, with all that is asked for confirmed.
   Status begin_pattern(double size_mm) const;
   // From now on the daemon can write to no file, or can again.
-  void set_disk_full(bool full) const;
+  void set_disk_full(bool full) const { process_->set_disk_full(full); }
   // False when it did not come about in time.
   bool wait_for(const std::function<bool()>& good) const;
 

@@ -43,6 +43,8 @@ class SimulatedCell {
   void kill_daemon() { daemon_->kill(); }
   int stop_daemon() { return daemon_->terminate(); }
   bool daemon_running() { return daemon_ && daemon_->running(); }
+  // From now on the daemon can write to no file, or can again.
+  void set_disk_full(bool full) const { daemon_->set_disk_full(full); }
   int stop_twin() { return twin_process_->terminate(); }
   Status start_twin();
 

@@ -1,0 +1,136 @@
+// What breaks a job off from outside the machine: a killed daemon, a full disk. Afterwards wood, job and ledger say the
+// same, piece by piece, and the rest is cut.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "base/polygon_ops.h"
+#include "tests/scenarios/operated_cell.h"
+
+namespace veneer::tests {
+namespace {
+
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class Interrupted : public OperatedCell {
+ protected:
+  std::map<std::string, std::string> states() {
+    std::map<std::string, std::string> out;
+    const json pieces = get(fmt::format("/jobs/{}/pieces", kJob));
+    for (const auto& piece : pieces["pieces"]) out[piece["mark"]] = piece["state"];
+    return out;
+  }
+  std::set<std::string> marks_in(const std::string& state) {
+    std::set<std::string> out;
+    for (const auto& [mark, is] : states())
+      if (is == state) out.insert(mark);
+    return out;
+  }
+  // Every piece's allocation is in the piece's state.
+  void expect_ledger_says_what_the_job_says() {
+    std::map<int, std::string> booked;
+    const json ledger = get(fmt::format("/panels/{}/ledger", kPanel));
+    for (const auto& row : ledger["allocations"]) booked[row["piece"].get<int>()] = row["state"];
+    const json pieces = get(fmt::format("/jobs/{}/pieces", kJob));
+    ASSERT_EQ(booked.size(), pieces["pieces"].size());
+    for (const auto& piece : pieces["pieces"]) EXPECT_EQ(booked[piece["id"].get<int>()], piece["state"]) << piece;
+  }
+  // What the proof says against the wood, the ledger and the pieces that are out; a piece in doubt is one too few, in
+  // the picture as well.
+  std::vector<std::string> untrue() {
+    auto figures = red();
+    std::erase_if(figures, [](const std::string& f) {
+      return f.find("/suspect = ") != std::string::npos || f.find("/cut = ") != std::string::npos ||
+             f.find("/picture_ssim = ") != std::string::npos;
+    });
+    return figures;
+  }
+  // The rest of the job in a new pose; nothing that was touched before is on its way again.
+  void cut_the_rest(const std::set<std::string>& untouched) {
+    begin();
+    std::set<std::string> drawn;
+    const json toolpath = get("/bed/toolpath");
+    for (const auto& piece : toolpath["pieces"]) drawn.insert(piece["mark"].get<std::string>());
+    EXPECT_EQ(drawn, untouched);
+    ASSERT_EQ(post("/commands/unsuspend"), "");
+    wait([](const json& s) { return s["state"] == "Complete" || s["state"] == "Stopped"; });
+    lift();
+  }
+  Result<json> new_job(const std::string& query) {
+    std::ifstream in(dir_.parent_path() / "target.png", std::ios::binary);
+    auto started =
+        cell_->api().request("POST", "/jobs?name=again&" + query, std::string{std::istreambuf_iterator<char>(in), {}},
+                             "application/octet-stream");
+    if (!started) return started;
+    return cell_->api().wait_task((*started)["task"]);
+  }
+};
+
+TEST_F(Interrupted, AKilledDaemonLeavesWoodJobAndLedgerTrueByName) {
+  int led = 0;
+  const json planned = get(fmt::format("/jobs/{}/pieces", kJob));
+  for (const auto& piece : planned["pieces"]) led += piece.contains("lead_in_mm") ? 1 : 0;
+  EXPECT_GE(led, 12) << "the cuts begin in waste";
+  cut_some();
+  cell_->kill_daemon();
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  const auto cut = marks_in("cut"), suspect = marks_in("suspect"), rest = marks_in("reserved");
+  EXPECT_GE(cut.size(), 3U);
+  EXPECT_LE(suspect.size(), 1U);
+  EXPECT_EQ(cut.size() + suspect.size() + rest.size(), 16U);
+  expect_ledger_says_what_the_job_says();
+  lift();
+  EXPECT_THAT(untrue(), Not(Contains(HasSubstr("ledger_matches_burn")))) << story_->report().dump(2);
+
+  ASSERT_EQ(post("/commands/clear"), "");
+  cut_the_rest(rest);
+  EXPECT_EQ(marks_in("suspect"), suspect);
+  EXPECT_EQ(marks_in("cut").size(), 16 - suspect.size());
+  expect_ledger_says_what_the_job_says();
+  EXPECT_THAT(untrue(), IsEmpty()) << story_->report().dump(2);
+}
+
+TEST_F(Interrupted, AFullDiskEndsTheJobInOneSentenceAndForgetsNothing) {
+  cut_some();
+  cell_->set_disk_full(true);
+  const json aborted = wait_state("Aborted");
+  EXPECT_THAT(aborted.value("reason", ""), HasSubstr("make room on the disk"));
+  EXPECT_FALSE(aborted["laser"]["beam_on"].get<bool>());
+  EXPECT_THAT(post("/commands/clear"), HasSubstr("make room on the disk"));
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  cell_->set_disk_full(false);
+  lift();
+  ASSERT_EQ(post("/commands/clear"), "");
+  EXPECT_THAT(marks_in("suspect"), IsEmpty()) << "what was burnt was proven, and is booked after all";
+  const auto cut = marks_in("cut");
+  EXPECT_GE(cut.size(), 3U);
+  expect_ledger_says_what_the_job_says();
+  cut_the_rest(marks_in("reserved"));
+  EXPECT_EQ(marks_in("cut").size(), 16U);
+  EXPECT_THAT(red(), IsEmpty()) << story_->report().dump(2);
+}
+
+TEST_F(Interrupted, AJobThatTheDiskDoesNotTakeReservesNothing) {
+  std::filesystem::remove_all(cell_->data_dir() / "index");  // so that the planner has something to keep, too
+  const json before = get(fmt::format("/panels/{}/ledger", kPanel));
+  cell_->set_disk_full(true);
+  const auto refused = new_job("size_mm=24&patch_mm=12");
+  ASSERT_FALSE(refused.ok()) << refused->dump();
+  EXPECT_THAT(refused.error().message, HasSubstr("room on the disk"));
+  EXPECT_EQ(get("/jobs")["jobs"].size(), 1U);
+  EXPECT_EQ(get(fmt::format("/panels/{}/ledger", kPanel)), before);
+  cell_->set_disk_full(false);
+  const auto taken = new_job("size_mm=24&patch_mm=12");
+  ASSERT_TRUE(taken.ok()) << taken.error().message;
+  EXPECT_EQ(get("/jobs")["jobs"].size(), 2U);
+}
+
+}  // namespace
+}  // namespace veneer::tests
