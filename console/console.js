@@ -27,6 +27,7 @@ function takeStatus(fresh) {
   if (turned) loadJobs();
   if (jobBefore !== jobNow) {
     loadPieces();
+    recountJobs();
     if (!turned && performance.now() - listsAt > kListsMs) { loadJobs(); loadPanels(); }
   }
   show();

@@ -56,8 +56,24 @@ function showJobs() {
     const words = document.createElement("span");
     const name = document.createElement("b");
     name.textContent = job.name;
-    words.append(name, `job ${job.id}, ${job.state}, ${job.cut} of ${job.pieces} cut` + (job.suspect ? `, ▲ ${job.suspect} suspect` : ""));
+    const told = document.createElement("span");
+    told.dataset.job = job.id;
+    told.textContent = jobWords(job);
+    words.append(name, told);
     row.append(radio, image, words);
     return row;
   }));
+}
+
+function jobWords(job) {
+  // Of the job under way the status is newer than the list: one page tells one number.
+  const {cut, suspect} = cell && cell.job && cell.job.id === job.id ? cell.job : job;
+  return `job ${job.id}, ${job.state}, ${cut} of ${job.pieces} cut` + (suspect ? `, ▲ ${suspect} suspect` : "");
+}
+
+function recountJobs() {
+  for (const told of $("jobs").querySelectorAll("[data-job]")) {
+    const job = jobs.find((known) => known.id === Number(told.dataset.job));
+    if (job) told.textContent = jobWords(job);
+  }
 }

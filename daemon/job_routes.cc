@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -118,8 +119,14 @@ void reply_preview(Cell& cell, const ApiRequest& request, const Reply& reply) {
   auto width = request.query_number("width");
   if (!width) return reply(ApiReply::error(width.error()));
   cell.picture_worker->post([&cell, job = JobId{*id}, width = *width, reply] {
-    auto bytes = cell.plans->preview(job);
-    reply(bytes ? png_reply(std::move(*bytes), width) : ApiReply::error(bytes.error()));
+    auto file = cell.plans->preview_file(job);
+    if (!file) return reply(ApiReply::error(file.error()));
+    if (!width) {
+      auto bytes = cell.panel_library.load_bytes(*file);
+      return reply(bytes ? ApiReply::bytes(std::move(*bytes), "image/png") : ApiReply::error(bytes.error()));
+    }
+    auto small = cell.panel_library.load_small(*file, shown_width(width, std::numeric_limits<int>::max()));
+    reply(small ? png_reply(small->pixels) : ApiReply::error(small.error()));
   });
 }
 

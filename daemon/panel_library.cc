@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <span>
 
 #include "base/hash.h"
+#include "daemon/panel_wood.h"
 #include "planner/matching/index_cache.h"
 
 namespace veneer::daemon {
@@ -22,6 +24,9 @@ Error storage_error(const fs::path& file) {
       ErrorCode::kStorage,
       fmt::format("cannot write {}: make room on the disk or give the daemon access, then try again", file.string())};
 }
+
+// Of small pictures, all together: some 40 MB, the stock of a workshop as its page shows it.
+constexpr std::size_t kKeptPixels = 12'000'000;
 
 // The whole file or none of it, and on the disk when this returns.
 Status write_whole(const fs::path& file, std::span<const unsigned char> bytes) {
@@ -43,27 +48,6 @@ Status write_whole(const fs::path& file, std::span<const unsigned char> bytes) {
   fs::remove(temporary, failed);
   return storage_error(file);
 }
-
-std::vector<cv::Point> to_pixels(const Ring<PanelFrame>& ring, const Raster<PanelFrame>& raster, int shift) {
-  std::vector<cv::Point> out;
-  out.reserve(ring.size());
-  for (const auto& p : ring) {
-    double column = 0, row = 0;
-    raster.to_pixels(p, column, row);
-    // OpenCV draws with pixel centres at whole numbers.
-    out.emplace_back(cvRound((column - 0.5) * (1 << shift)), cvRound((row - 0.5) * (1 << shift)));
-  }
-  return out;
-}
-
-std::vector<std::vector<cv::Point>> to_pixels(const Region<PanelFrame>& region, const Raster<PanelFrame>& raster,
-                                              int shift) {
-  std::vector<std::vector<cv::Point>> out;
-  for (const auto& ring : region.rings()) out.push_back(to_pixels(ring, raster, shift));
-  return out;
-}
-
-constexpr int kShift = 6;  // 1/64 pixel
 
 }  // namespace
 
@@ -125,6 +109,32 @@ Result<Raster<PanelFrame>> PanelLibrary::load_mask(const db::PanelRecord& panel)
   return Raster<PanelFrame>{*pixels, kMapResolution, {}};
 }
 
+Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& file, int width_px) const {
+  {
+    const std::lock_guard lock(kept_mutex_);
+    const auto known = std::find_if(kept_.begin(), kept_.end(),
+                                    [&](const auto& k) { return k.file == file && k.width_px == width_px; });
+    if (known != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, known);
+      return known->picture;
+    }
+  }
+  auto whole = load_picture(file);
+  if (!whole) return whole.error();
+  SmallPicture small{*whole, std::min(1.0, static_cast<double>(width_px) / whole->cols)};
+  if (small.scale < 1)
+    cv::resize(*whole, small.pixels, {width_px, std::max(1, cvRound(whole->rows * small.scale))}, 0, 0, cv::INTER_AREA);
+  if (small.pixels.total() > kKeptPixels / 4) return small;
+  const std::lock_guard lock(kept_mutex_);
+  kept_.push_front({file, width_px, small});
+  std::size_t pixels = 0;
+  for (auto kept = kept_.begin(); kept != kept_.end();) {
+    pixels += kept->picture.pixels.total();
+    kept = pixels > kKeptPixels ? kept_.erase(kept) : std::next(kept);
+  }
+  return small;
+}
+
 Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {
   {
     const std::lock_guard lock(areas_mutex_);
@@ -134,11 +144,6 @@ Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel
   if (!mask) return mask.error();
   const std::lock_guard lock(areas_mutex_);
   return areas_[panel.mask_file] = wood_area(*mask);
-}
-
-SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
-  const double pixel = 1 / mask.resolution.px_per_mm;
-  return SquareMillimetres(cv::countNonZero(mask.pixels) * pixel * pixel);
 }
 
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records) {
@@ -166,72 +171,6 @@ std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducial
   if (face == calib::Face::kShow)
     for (std::size_t i = 0; i < fiducials.holes.size(); ++i)
       out.push_back({db::FiducialKind::kHole, static_cast<int>(i), db_face, {fiducials.holes[i].centre}});
-  return out;
-}
-
-Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
-                             Millimetres margin) {
-  Raster<PanelFrame> out{mask.pixels.clone(), mask.resolution, mask.origin};
-  for (const auto& allocation : live) {
-    const auto rings = to_pixels(offset(allocation.area, margin), out, kShift);
-    if (rings.empty()) continue;
-    cv::fillPoly(out.pixels, rings, cv::Scalar(0), cv::LINE_8, kShift);
-    // The border pixels too: fillPoly goes by pixel centres.
-    cv::polylines(out.pixels, rings, true, cv::Scalar(0), 2, cv::LINE_8, kShift);
-  }
-  return out;
-}
-
-cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask,
-                   const std::vector<db::AllocationRecord>& live, int width_px) {
-  const double scale = std::min(1.0, static_cast<double>(width_px) / map.pixels.cols);
-  Raster<PanelFrame> small{{}, {map.resolution.px_per_mm * scale}, map.origin};
-  cv::Mat usable;
-  cv::resize(map.pixels, small.pixels, {}, scale, scale, cv::INTER_AREA);
-  cv::resize(mask.pixels, usable, small.pixels.size(), 0, 0, cv::INTER_NEAREST);
-  // What cannot be used steps back: half grey, lighter.
-  cv::Mat pale;
-  cv::addWeighted(small.pixels, 0.35, cv::Mat(small.pixels.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.65, 0, pale);
-  pale.copyTo(small.pixels, usable == 0);
-
-  // Okabe-Ito: blue for reserved, orange for being cut or suspect; what is cut is gone and shows as white.
-  const cv::Scalar blue(178, 114, 0), orange(0, 159, 230), white(255, 255, 255), grey(120, 120, 120);
-  cv::Mat tint = small.pixels.clone();
-  for (const auto& allocation : live) {
-    const auto rings = to_pixels(allocation.area, small, kShift);
-    if (rings.empty()) continue;
-    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = allocation.state == db::AllocationState::kReserved;
-    cv::fillPoly(tint, rings, gone ? white : reserved ? blue : orange, cv::LINE_AA, kShift);
-  }
-  cv::addWeighted(tint, 0.62, small.pixels, 0.38, 0, small.pixels);
-  for (const auto& allocation : live) {
-    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = allocation.state == db::AllocationState::kReserved;
-    cv::polylines(small.pixels, to_pixels(allocation.area, small, kShift), true,
-                  gone       ? grey
-                  : reserved ? blue
-                             : orange,
-                  1, cv::LINE_AA, kShift);
-  }
-
-  constexpr int kLegend = 34;
-  cv::Mat out(small.pixels.rows + kLegend, small.pixels.cols, CV_8UC3, cv::Scalar(245, 245, 245));
-  small.pixels.copyTo(out(cv::Rect(0, 0, small.pixels.cols, small.pixels.rows)));
-  int x = 12;
-  const auto entry = [&](const cv::Scalar& colour, const char* word) {
-    const cv::Rect box(x, small.pixels.rows + 9, 16, 16);
-    cv::rectangle(out, box, colour, cv::FILLED);
-    cv::rectangle(out, box, grey, 1);
-    cv::putText(out, word, {x + 24, small.pixels.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1,
-                cv::LINE_AA);
-    x += 44 + static_cast<int>(cv::getTextSize(word, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr).width);
-  };
-  entry({120, 170, 205}, "free");
-  entry(blue, "reserved");
-  entry(orange, "being cut / suspect");
-  entry(white, "cut");
-  entry({225, 228, 230}, "not usable");
   return out;
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <list>
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
@@ -34,6 +35,13 @@ class PanelLibrary {
   Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
   Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
   Result<std::string> load_bytes(const std::string& file) const;
+  // The same at most `width_px` wide, for people's eyes; its sides were multiplied with `scale` (1 at most). The last
+  // few are kept, because pages ask for them again and again and a map has a hundred million pixels: draw on a copy.
+  struct SmallPicture {
+    cv::Mat pixels;
+    double scale = 1;
+  };
+  Result<SmallPicture> load_small(const std::string& file, int width_px) const;
   const std::filesystem::path& data_dir() const { return data_dir_; }
   // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
   std::filesystem::path index_dir() const { return data_dir_ / "index"; }
@@ -52,6 +60,13 @@ class PanelLibrary {
   std::filesystem::path data_dir_;
   mutable std::mutex areas_mutex_;
   mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
+  struct KeptPicture {
+    std::string file;
+    int width_px = 0;
+    SmallPicture picture;
+  };
+  mutable std::mutex kept_mutex_;
+  mutable std::list<KeptPicture> kept_;  // the last one asked for first; guarded by kept_mutex_
 };
 
 // The resolution of every stored veneer map.
@@ -60,16 +75,5 @@ inline constexpr ScanResolution kMapResolution = ScanResolution::from_dpi(300);
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records);
 // Those of one face; holes count to the show face.
 std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducials, calib::Face face);
-
-SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
-
-// Mask minus live allocations grown by `margin`; never too generous: a pixel that an allocation touches is not free.
-Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
-                             Millimetres margin);
-
-// The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood
-// marked, with a legend. At most `width_px` wide.
-cv::Mat draw_stock(const Raster<PanelFrame>& map, const Raster<PanelFrame>& mask,
-                   const std::vector<db::AllocationRecord>& live, int width_px);
 
 }  // namespace veneer::daemon

@@ -3,16 +3,14 @@
 
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
 
-#include "base/result.h"
 #include "daemon/api/api_message.h"
 
 namespace veneer::daemon {
 
-// As PNG, made smaller when `width` is less than the picture's (and at least 16 pixels); never larger.
-ApiReply png_reply(const cv::Mat& picture, std::optional<double> width);
-// The same of a stored PNG, whose bytes go out as they are when they need not change. kStorage when it is no picture.
-ApiReply png_reply(std::string stored, std::optional<double> width);
+ApiReply png_reply(const cv::Mat& picture);
+
+// The width a picture is wanted in, in pixels: `otherwise` when none is asked for or it is too small to see anything.
+int shown_width(std::optional<double> asked, int otherwise);
 
 }  // namespace veneer::daemon

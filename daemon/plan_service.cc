@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/hash.h"
 #include "daemon/calibration.h"
+#include "daemon/panel_wood.h"
 #include "daemon/wood_recipes.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/pictures/pictures.h"
@@ -91,10 +92,10 @@ PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, 
       position_margin_(position_margin),
       log_(std::move(log)) {}
 
-Result<std::string> PlanService::preview(JobId job) {
+Result<std::string> PlanService::preview_file(JobId job) {
   auto record = database_.call([&](Repositories& r) { return r.jobs.find(job); });
   if (!record) return record.error();
-  return library_.load_bytes(record->preview_file);
+  return record->preview_file;
 }
 
 Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vector<PanelId>& wanted) {

@@ -1,7 +1,7 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
 // one transaction.
 //
-// Threading: make_job() blocks and is called on the planner's worker only, preview() on any worker.
+// Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
 #pragma once
 
 #include <optional>
@@ -44,7 +44,7 @@ class PlanService {
   // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says what is missing.
   Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   // The job's assembled picture as it was planned, PNG; any worker. kNotFound, kStorage.
-  Result<std::string> preview(JobId job);
+  Result<std::string> preview_file(JobId job);
 
  private:
   Result<std::vector<planner::StockPanel>> load_stock(const std::vector<PanelId>& wanted);

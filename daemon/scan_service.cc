@@ -1,4 +1,5 @@
 #include "daemon/scan_service.h"
+#include "daemon/panel_wood.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <limits>
 #include <map>
 
 #include "base/clock.h"
 #include "daemon/cell_json.h"
 #include "daemon/cell_routes.h"
+#include "daemon/panel_wood.h"
 #include "daemon/picture_reply.h"
 
 namespace veneer::daemon {
@@ -144,12 +146,14 @@ void reply_picture(Cell& cell, const ApiRequest& request, Reply reply, bool stoc
       return Held{std::move(*panel), std::move(*live)};
     });
     if (!held) return reply(ApiReply::error(held.error()));
-    auto map = cell.panel_library.load_map(held->panel);
+    const int shown = shown_width(width, stock ? 1600 : std::numeric_limits<int>::max());
+    auto map = cell.panel_library.load_small(held->panel.map_file, shown);
     if (!map) return reply(ApiReply::error(map.error()));
-    if (!stock) return reply(png_reply(map->pixels, width));
-    auto mask = cell.panel_library.load_mask(held->panel);
+    if (!stock) return reply(png_reply(map->pixels));
+    auto mask = cell.panel_library.load_small(held->panel.mask_file, shown);
     if (!mask) return reply(ApiReply::error(mask.error()));
-    reply(png_reply(draw_stock(*map, *mask, held->live, width ? static_cast<int>(*width) : 1600), {}));
+    const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
+    reply(png_reply(draw_stock(wood, mask->pixels, held->live)));
   });
 }
 
@@ -286,7 +290,8 @@ void bind_stock_routes(Router& router, Cell& cell) {
           cell, [work, id = PanelId{request.path_param("id")}](Repositories& r) { return work(r, id); }, reply);
     });
   };
-  about_panel("getPanel", [&cell](Repositories& r, const PanelId& id) { return panel_json(r, cell.panel_library, id); });
+  about_panel("getPanel",
+              [&cell](Repositories& r, const PanelId& id) { return panel_json(r, cell.panel_library, id); });
   about_panel("getPanelRegistration", [](Repositories& r, const PanelId& id) { return registration_json(r, id); });
   about_panel("getPanelLedger", [](Repositories& r, const PanelId& id) { return ledger_json(r, id); });
   router.bind("getPanelMap",

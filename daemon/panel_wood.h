@@ -1,0 +1,23 @@
+// A panel's wood as pictures: what is free of it, for the planner and for people. Pure; thread-safe.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "base/raster.h"
+#include "db/ledger.h"
+
+namespace veneer::daemon {
+
+// Of the mask: non-zero = usable.
+SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
+
+// Mask minus live allocations grown by `margin`; never too generous: a pixel that an allocation touches is not free.
+Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
+                             Millimetres margin);
+
+// The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood
+// marked, with a legend below. `mask`: of the map's size, 128 and more = usable.
+cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live);
+
+}  // namespace veneer::daemon
