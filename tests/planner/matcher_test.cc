@@ -170,6 +170,24 @@ TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoes) {
   }
 }
 
+TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoesForTriangles) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 24_mm, 1)};
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2)};
+  auto problem = make_problem(artworks, stock, options(8, 50.8, 5));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  CertifiedMatcher matcher(std::move(problem->panels), turns(5), problem->classes, problem->entries_per_unit);
+  test::ExhaustiveMatching oracle(matcher.panels(), turns(5), 2);
+  for (std::size_t i = 0; i < 4; ++i) {
+    MatchPatch& patch = problem->queue[i].match;
+    patch.outline.erase(patch.outline.begin() + static_cast<std::ptrdiff_t>(i));
+    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    const auto expected = exhaustive(matcher, patch, 5);
+    ASSERT_TRUE(expected);
+    EXPECT_EQ(oracle.best(patch).best, expected) << "patch " << i;
+    if (i % 2 == 0) matcher.take(patch, *expected);
+  }
+}
+
 TEST(ExhaustiveMatching, FindsNoPlaceWhereThereIsNone) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 10_mm, 1)};
   std::vector<StockPanel> stock{wood_panel("P", 60, 60, 50.8, 2)};

@@ -52,6 +52,17 @@ cv::Mat turned_free(const MatchPanel& panel, const Lattice& lattice) {
   return out;
 }
 
+// 1 where a pixel of the window belongs to the patch; empty when all do.
+cv::Mat counted_pixels(const PatchPixels& pixels) {
+  if (pixels.count == static_cast<std::int64_t>(pixels.width) * pixels.height) return {};
+  cv::Mat counts(pixels.height, pixels.width, CV_32FC1, cv::Scalar(0));
+  for (int r = 0; r < pixels.height; ++r) {
+    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(r)];
+    if (span.begin < span.end) counts.row(r).colRange(span.begin - pixels.left, span.end - pixels.left).setTo(1);
+  }
+  return counts;
+}
+
 double process_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 }  // namespace
@@ -89,12 +100,25 @@ void ExhaustiveMatching::erode(cv::Size window) {
   }
 }
 
-void ExhaustiveMatching::match(Turned& turned, const std::vector<cv::Mat>& target) const {
+void ExhaustiveMatching::allow(const cv::Mat& counts) {
+  window_ = {};
+  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) {
+    Turned& it = turned_[i];
+    it.allowed = cv::Mat();
+    if (it.free.cols < counts.cols || it.free.rows < counts.rows) return;
+    cv::Mat blocked, covered;
+    cv::Mat(it.free == 0).convertTo(blocked, CV_32FC1, 1.0 / 255);
+    cv::matchTemplate(blocked, counts, covered, cv::TM_CCORR);
+    it.allowed = covered < 0.5;
+  });
+}
+
+void ExhaustiveMatching::match(Turned& turned, const std::vector<cv::Mat>& target, const cv::Mat& counts) const {
   turned.costs = cv::Mat();
   if (turned.allowed.empty()) return;
   cv::Mat one;
   for (std::size_t c = 0; c < target.size(); ++c) {
-    cv::matchTemplate(turned.channels[c], target[c], c == 0 ? turned.costs : one, cv::TM_SQDIFF);
+    cv::matchTemplate(turned.channels[c], target[c], c == 0 ? turned.costs : one, cv::TM_SQDIFF, counts);
     if (c > 0) turned.costs += one;
   }
   double least = 0;
@@ -103,8 +127,11 @@ void ExhaustiveMatching::match(Turned& turned, const std::vector<cv::Mat>& targe
 
 ExhaustiveMatching::Answer ExhaustiveMatching::best(const MatchPatch& patch) {
   const PatchPixels& pixels = patch.pixels;
-  CV_Assert(pixels.count == static_cast<std::int64_t>(pixels.width) * pixels.height);
-  erode({pixels.width, pixels.height});
+  const cv::Mat counts = counted_pixels(pixels);
+  if (counts.empty())
+    erode({pixels.width, pixels.height});
+  else
+    allow(counts);
   std::vector<cv::Mat> target;
   cv::split((*patch.features)(cv::Rect(pixels.left, pixels.top, pixels.width, pixels.height)), target);
 
@@ -113,7 +140,7 @@ ExhaustiveMatching::Answer ExhaustiveMatching::best(const MatchPatch& patch) {
   cv::setNumThreads(1);
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = process_seconds();
-  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) { match(turned_[i], target); });
+  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) { match(turned_[i], target, counts); });
   Answer answer;
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   answer.cpu_seconds = process_seconds() - cpu_start;

@@ -1,9 +1,9 @@
 // Exhaustive matching, as anybody would write it with OpenCV: every place of every panel and rotation by matchTemplate
 // (TM_SQDIFF in the spectrum), one call a channel. What the matcher is measured against, for its answers and its time.
 //
-// Windows must be full rectangles of pixels. Candidates are the matcher's: lattice pixels (lattice.h). A place is
-// looked at when the centres of all its pixels lie on pixels of the stock raster that are free; what may be taken is
-// then decided by FreeWood, so that the answer follows the planner's own rule.
+// Patches that do not fill their windows are matched with a mask. Candidates are the matcher's: lattice pixels
+// (lattice.h). A place is looked at when the centres of all its pixels lie on pixels of the stock raster that are free;
+// what may be taken is then decided by FreeWood, so that the answer follows the planner's own rule.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -41,7 +41,9 @@ class ExhaustiveMatching {
     cv::Mat costs;                  // of the patch last asked for
   };
   void erode(cv::Size window);
-  void match(Turned& turned, const std::vector<cv::Mat>& target) const;
+  // `counts`: which pixels of the window count, CV_32FC1; empty: all of them.
+  void match(Turned& turned, const std::vector<cv::Mat>& target, const cv::Mat& counts) const;
+  void allow(const cv::Mat& counts);
   std::optional<Candidate> cheapest_that_may_be_taken(const MatchPatch& patch, double slack) const;
 
   std::span<const MatchPanel> panels_;
