@@ -13,11 +13,13 @@ namespace veneer::planner {
 // windows are fixed in pixels, so the order must not depend on the working resolution.
 cv::Mat saliency_of(const cv::Mat& bgr);
 
-// Maps of pictures, each made once: a plan may have the same picture many times. Bound to one thread.
+// Maps of pictures, each made once: a plan, or several plans, may have the same picture many times. Bound to one
+// thread.
 class SaliencyMaps {
  public:
   // `bgr` must not be changed as long as this lives. Copies that share their pixels share their map.
   cv::Mat of(const cv::Mat& bgr);
+  std::size_t size() const { return known_.size(); }
 
  private:
   struct Known {

@@ -193,7 +193,8 @@ std::size_t unfilled(const Plan& plan);
 // Called on the thread that called make_plan, at most some ten times a second. `text` is one short phrase.
 using Progress = std::function<void(double fraction, std::string_view text)>;
 
-class PlanJournal;  // plan_journal.h
+class PlanJournal;   // plan_journal.h
+class SaliencyMaps;  // order.h
 
 // Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
 // apart at the working resolution) and rotations; no wood twice. With `exact` the best place is what an exhaustive
@@ -206,7 +207,9 @@ class PlanJournal;  // plan_journal.h
 // alternatives; pieces that are to be turned finely stay as they are from then on.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
+// `maps` spares several plans of the same pictures the same work.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress = {}, std::stop_token stop = {}, PlanJournal* journal = nullptr);
+                       const Progress& progress = {}, std::stop_token stop = {}, PlanJournal* journal = nullptr,
+                       SaliencyMaps* maps = nullptr);
 
 }  // namespace veneer::planner

@@ -198,7 +198,9 @@ void add_alternatives(std::span<const StockPanel> stock, const Problem& problem,
   const std::vector<std::size_t> order = reading_order(problem);
   run_parallel(order.size(), threads, stop, [&](std::size_t i) {
     const Problem::Task& task = problem.queue[order[i]];
-    for (const Candidate& place : matcher.places(task.match, count, stop)) {
+    std::vector<Candidate> places = matcher.places(task.match, count, stop);
+    std::sort(places.begin(), places.end());  // the shortlist's are in order but for its rounding
+    for (const Candidate& place : places) {
       const auto panel_from_artwork = matcher.panel_from_artwork(task.match, place);
       plan.pieces[i].alternatives.push_back({{stock[static_cast<std::size_t>(place.panel)].id, panel_from_artwork,
                                               panel_from_artwork * task.match.outline},
@@ -210,14 +212,14 @@ void add_alternatives(std::span<const StockPanel> stock, const Problem& problem,
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress, std::stop_token stop, PlanJournal* journal) {
+                       const Progress& progress, std::stop_token stop, PlanJournal* journal, SaliencyMaps* maps) {
   const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
   constexpr double kIndexShare = 0.1;
   const double fine_share = options.fine_rotation ? 0.1 : 0;
   Reporter report(progress);
   const auto start = Clock::now();
   report(0, "reading the wood");
-  Result<Problem> problem = make_problem(artworks, stock, options);
+  Result<Problem> problem = make_problem(artworks, stock, options, maps);
   if (!problem.ok()) return problem.error();
   Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem, stop);
   if (!staying.ok()) return staying.error();

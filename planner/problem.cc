@@ -208,7 +208,7 @@ Problem& Problem::operator=(Problem&&) noexcept = default;
 Problem::~Problem() = default;
 
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options) {
+                             const PlanOptions& options, SaliencyMaps* maps) {
   if (Status status = check_input(artworks, stock, options); !status.ok()) return status.error();
   Result<WorkingPictures> pictures = working_pictures(artworks, stock, options);
   if (!pictures.ok()) return pictures.error();
@@ -220,7 +220,8 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   const auto all_turns = turns(options.rotations);
   std::vector<TaskTree> squares;
   std::vector<Turn> queue;
-  SaliencyMaps maps;
+  SaliencyMaps fresh;
+  SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
@@ -228,7 +229,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
     std::vector<TaskTree>& own = layout->squares;
     std::vector<Patch> patches;
     for (const TaskTree& square : own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
-    const auto urgent = urgencies(artworks[a], patches, options.priority, maps);
+    const auto urgent = urgencies(artworks[a], patches, options.priority, saliency);
     const double share = options.interleave ? 1 : options.reserve;
     const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own.size())));
     std::size_t rank = 0;

@@ -57,7 +57,7 @@ using LaidPatches = std::vector<std::optional<Laid>>;  // one a task of the queu
 // kInvalidArgument: see make_plan.
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options);
+                             const PlanOptions& options, SaliencyMaps* maps = nullptr);
 
 // Rotations k * 360 / n degrees.
 std::vector<Radians> turns(int rotations);

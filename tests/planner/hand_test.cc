@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 #include "base/polygon_ops.h"
 #include "planner/matching/free_wood.h"
 #include "planner/plan_files.h"
+#include "planner/problem.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -224,6 +226,86 @@ TEST_F(Hand, AlternativesAreFreeDifferentAndCanBeTaken) {
     EXPECT_NEAR(piece(after, "A2-2").cost, piece(before, "A2-2").alternatives[1].cost, 1e-6);
     expect_no_wood_twice(after, stock_.front());
   }
+}
+
+Point<PanelFrame> centre_on_panel(const Piece& it, const Isometry2<PanelFrame, ArtworkFrame>& panel_from_artwork) {
+  const Box<ArtworkFrame> box = bounds(it.artwork_outline);
+  return panel_from_artwork * Point<ArtworkFrame>{(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2};
+}
+
+// Two places of a piece are different when they are on different panels or their centres lie at least half the piece's
+// shorter side apart, however they are turned.
+bool differ(const Piece& it, const PanelId& panel, const Isometry2<PanelFrame, ArtworkFrame>& place,
+            const Alternative& other) {
+  if (!(panel == other.placement.panel)) return true;
+  const Box<ArtworkFrame> box = bounds(it.artwork_outline);
+  return distance(centre_on_panel(it, place), centre_on_panel(it, other.placement.panel_from_artwork)) >=
+         std::min(box.width(), box.height()) / 2 - Millimetres(1e-9);
+}
+
+// The wood that is free when `left_out` lies nowhere.
+FreeWood wood_without(const Plan& plan, const StockPanel& panel, const Piece* left_out) {
+  FreeWood wood(panel.free, plan.kerf, Millimetres(0));
+  for (const Piece& it : plan.pieces)
+    if (&it != left_out && it.placement && it.placement->panel == panel.id) wood.allocate(it.placement->panel_outline);
+  return wood;
+}
+
+void expect_different_free_and_in_order(const Plan& plan, const StockPanel& panel) {
+  for (const Piece& it : plan.pieces) {
+    const FreeWood wood = wood_without(plan, panel, &it);
+    for (std::size_t k = 0; k < it.alternatives.size(); ++k) {
+      const Placement& place = it.alternatives[k].placement;
+      EXPECT_TRUE(wood.admits(place.panel_outline)) << it.mark;
+      if (it.placement) {
+        EXPECT_TRUE(differ(it, it.placement->panel, it.placement->panel_from_artwork, it.alternatives[k])) << it.mark;
+      }
+      for (std::size_t j = 0; j < k; ++j) {
+        EXPECT_LE(it.alternatives[j].cost, it.alternatives[k].cost) << it.mark;
+        EXPECT_TRUE(differ(it, place.panel, place.panel_from_artwork, it.alternatives[j])) << it.mark;
+      }
+    }
+  }
+}
+
+TEST_F(Hand, OnAmpleWoodEachPieceListsADozenDifferentAlternatives) {
+  stock_ = {test::wood_panel("P", 260, 220, 50.8, 2)};
+  options_.alternatives = 12;
+  for (const bool fine : {false, true}) {
+    options_.fine_rotation = fine;
+    const Plan plan = planned(options_);
+    for (const Piece& it : plan.pieces) EXPECT_EQ(it.alternatives.size(), 12U) << it.mark;
+    expect_different_free_and_in_order(plan, stock_.front());
+  }
+}
+
+TEST_F(Hand, OnScarceWoodEachPieceListsWhatThereIsAndNothingDifferentIsLeftOut) {
+  constexpr int kColumns = 104, kRows = 88;
+  stock_ = {test::wood_panel("P", kColumns, kRows, 50.8, 2)};
+  options_.alternatives = 12, options_.rotations = 3;
+  const Plan plan = planned(options_);
+  expect_different_free_and_in_order(plan, stock_.front());
+  const FreeWood wood = wood_without(plan, stock_.front(), nullptr);
+  const PixelGrid grid{ScanResolution::from_dpi(options_.dpi), artworks_.front().height};
+  std::size_t listed = 0, fewer = 0;
+  for (const Piece& it : plan.pieces) {
+    if (it.alternatives.size() == 12) continue;
+    listed += it.alternatives.size(), ++fewer;
+    const PatchPixels pixels = patch_pixels(it.artwork_outline, grid, 56, 56);
+    for (const Radians turn : turns(options_.rotations)) {
+      const Lattice lattice(kColumns, kRows, turn);
+      for (int y = 0; y < lattice.height(); ++y) {
+        for (int x = 0; x < lattice.width(); ++x) {
+          const auto place = panel_from_artwork(lattice, stock_.front().picture, grid, pixels.left, pixels.top, x, y);
+          const bool unlike = std::all_of(it.alternatives.begin(), it.alternatives.end(),
+                                          [&](const Alternative& other) { return differ(it, {"P"}, place, other); });
+          ASSERT_FALSE(unlike && wood.admits(place * it.artwork_outline)) << it.mark << " at " << x << ", " << y;
+        }
+      }
+    }
+  }
+  EXPECT_GT(fewer, 8U);
+  EXPECT_GT(listed, fewer);
 }
 
 TEST_F(Hand, NamesWhatItDoesNotKnow) {

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "planner/plan_files.h"
 #include "planner/problem.h"
 #include "tests/support/synthetic_wood.h"
 
@@ -34,6 +35,25 @@ TEST(Order, CentralPatchesChooseFirstByDistance) {
   EXPECT_EQ(patches[order.front()].row, 2);
   EXPECT_EQ(patches[order.front()].column, 2);
   EXPECT_EQ(patches[order.back()].row % 4, 0);
+}
+
+TEST(Order, ThePlansOfAPictureShareItsMap) {
+  const std::vector<StockPanel> stock{wood_panel("P", 90, 90, 50.8, 3)};
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1;
+  std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 20_mm, 5)};
+  SaliencyMaps maps;
+  const auto one = make_plan(artworks, stock, options, {}, {}, nullptr, &maps);
+  EXPECT_EQ(maps.size(), 1U);
+  artworks.push_back(artworks.front());  // shares its pixels
+  artworks.back().letter = "B";
+  const auto two = make_plan(artworks, stock, options, {}, {}, nullptr, &maps);
+  EXPECT_EQ(maps.size(), 1U);
+  ASSERT_TRUE(one.ok() && two.ok());
+  EXPECT_EQ(plan_to_json(*two), plan_to_json(*make_plan(artworks, stock, options)));
+  artworks.push_back(blob_artwork("C", 40, 40, 20_mm, 6));
+  ASSERT_TRUE(make_problem(artworks, stock, options, &maps).ok());
+  EXPECT_EQ(maps.size(), 2U);
 }
 
 // Artwork and patch of every place in the queue.
