@@ -1,6 +1,8 @@
 // The panels in stock and the jobs.
 "use strict";
 
+const stockPictures = new Map();  // by panel: the <img> that is shown
+const jobPictures = new Map();
 const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
 
 async function loadPanels() {
@@ -9,15 +11,28 @@ async function loadPanels() {
   showPanels();
 }
 
+// The last picture stays until the next one is there to be shown in its place.
+function newestPicture(panel, path) {
+  const next = new Image();
+  next.src = path;
+  const shown = stockPictures.get(panel);
+  if (!shown) { stockPictures.set(panel, next); return next; }
+  next.decode().then(() => {
+    next.alt = shown.alt;
+    stockPictures.get(panel).replaceWith(next);
+    stockPictures.set(panel, next);
+  }, () => {});  // the last one stays
+  return shown;
+}
+
 function showPanels() {
   $("panel-count").textContent = panels.length ? `(${panels.length})` : "– none yet: lay one on the scanner and run “veneerctl panel scan”";
   $("panels").replaceChildren(...panels.map((panel) => {
     const card = document.createElement("div");
     card.className = "panel" + (cell && cell.load && cell.load.panel === panel.id ? " wanted" : "");
     card.dataset.panel = panel.id;
-    const image = document.createElement("img");
+    const image = newestPicture(panel.id, `/api/v1/panels/${encodeURIComponent(panel.id)}/stock.png?width=640&at=${Date.now()}`);
     image.alt = `Free, reserved and cut wood of ${panel.id}`;
-    image.src = `/api/v1/panels/${encodeURIComponent(panel.id)}/stock.png?width=640&at=${Date.now()}`;
     const name = document.createElement("b");
     name.textContent = panel.name && panel.name !== panel.id ? `${panel.id} ${panel.name}` : panel.id;
     const size = document.createElement("div");
@@ -50,9 +65,10 @@ function showJobs() {
     radio.disabled = isOver(job);
     radio.checked = Boolean(chosen) && chosen.id === job.id;
     radio.onchange = () => { chosenJob = job.id; if (cell) showCommands(); };
-    const image = document.createElement("img");
+    const image = jobPictures.get(job.id) || new Image();  // never changes
+    jobPictures.set(job.id, image);
     image.alt = "";
-    image.src = `/api/v1/jobs/${job.id}/preview.png?width=120`;
+    if (!image.src) image.src = `/api/v1/jobs/${job.id}/preview.png?width=120`;
     const words = document.createElement("span");
     const name = document.createElement("b");
     name.textContent = job.name;
