@@ -49,6 +49,19 @@ TEST(Packing, FillsARectangleWithRowsSideBySide) {
   expect_packed(*matcher, poses, 7_mm, 7_mm);
 }
 
+TEST(Packing, FillsColumnsWhereRowsDoNotMeet) {
+  // Three boards side by side, the middle one half a rectangle lower: five on each, but rows across find only four
+  // there.
+  cv::Mat free(84, 48, CV_8UC1, cv::Scalar(0));
+  for (const int left : {0, 16, 32}) free(cv::Rect(left, left == 16 ? 8 : 0, 16, 76)).setTo(255);
+  PlanOptions options = options_with(0.15_mm);
+  options.rotations = 1;
+  const auto matcher = matcher_on(free, options);
+  const auto poses = pack_rectangles(*matcher, 7_mm, 7_mm, 15, 1, {});
+  EXPECT_EQ(poses.size(), 15U);
+  expect_packed(*matcher, poses, 7_mm, 7_mm);
+}
+
 TEST(Packing, KeepsThePositionMarginFromWoodThatIsNotFree) {
   PlanOptions options = options_with(0.15_mm);
   options.position_margin = 0.6_mm;
