@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kLanes = 16;
 // Places near each other are compared by so many rows of the patch, and so many of the best by all rows.
-constexpr int kRows = 32, kMeasured = 4;
+constexpr int kRows = 25, kMeasured = 4;
 
 // Added to `sums`, so that rows need no adding up of their own.
 VENEER_CLONES void add_squared_distance(const float* a, const float* b, std::size_t count, float* sums) {
