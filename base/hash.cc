@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <memory>
@@ -34,9 +35,11 @@ class Sha256 {
 
 }  // namespace
 
-std::string sha256_hex(std::span<const std::byte> bytes) {
+std::string sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop) {
+  constexpr std::size_t kPart = 4 << 20;  // some milliseconds
   Sha256 hash;
-  hash.add(bytes.data(), bytes.size());
+  for (std::size_t at = 0; at < bytes.size() && !stop.stop_requested(); at += kPart)
+    hash.add(bytes.data() + at, std::min(kPart, bytes.size() - at));
   return hash.hex();
 }
 

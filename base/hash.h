@@ -4,14 +4,15 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include "base/result.h"
 
 namespace veneer {
 
-// SHA-256 in lower-case hex.
-std::string sha256_hex(std::span<const std::byte> bytes);
+// SHA-256 in lower-case hex. Returns early, with anything, once `stop` is requested.
+std::string sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop = {});
 Result<std::string> sha256_hex_of_file(const std::filesystem::path& path);
 
 }  // namespace veneer

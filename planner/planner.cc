@@ -219,7 +219,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   Reporter report(progress);
   const auto start = Clock::now();
   report(0, "reading the wood");
-  Result<Problem> problem = make_problem(artworks, stock, options, maps);
+  Result<Problem> problem = make_problem(artworks, stock, options, stop, maps);
   if (!problem.ok()) return problem.error();
   Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem, stop);
   if (!staying.ok()) return staying.error();

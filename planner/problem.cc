@@ -208,9 +208,9 @@ Problem& Problem::operator=(Problem&&) noexcept = default;
 Problem::~Problem() = default;
 
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options, SaliencyMaps* maps) {
+                             const PlanOptions& options, const std::stop_token& stop, SaliencyMaps* maps) {
   if (Status status = check_input(artworks, stock, options); !status.ok()) return status.error();
-  Result<WorkingPictures> pictures = working_pictures(artworks, stock, options);
+  Result<WorkingPictures> pictures = working_pictures(artworks, stock, options, stop);
   if (!pictures.ok()) return pictures.error();
   Problem problem;
   problem.panels = std::move(pictures->panels);
@@ -224,6 +224,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
     Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
     if (!layout.ok()) return layout.error();
     std::vector<TaskTree>& own = layout->squares;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -56,8 +57,10 @@ using LaidPatches = std::vector<std::optional<Laid>>;  // one a task of the queu
 
 // kInvalidArgument: see make_plan.
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
+// The same, and kCancelled: within some tens of milliseconds of the stop request.
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options, SaliencyMaps* maps = nullptr);
+                             const PlanOptions& options, const std::stop_token& stop = {},
+                             SaliencyMaps* maps = nullptr);
 
 // Rotations k * 360 / n degrees.
 std::vector<Radians> turns(int rotations);

@@ -40,7 +40,7 @@ BlockAxis choose_blocks(int window) {
   return best;
 }
 
-BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side) {
+BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side, const std::stop_token& stop) {
   const cv::Mat& mask = free.pixels;
   const int stride = std::max(1, static_cast<int>(free.resolution.to_px(shortest_side).count() / 2));
   BlockedPixels out;
@@ -48,7 +48,7 @@ BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortes
   const auto is_free = [&](int row, int column) {
     return row >= 0 && column >= 0 && row < mask.rows && column < mask.cols && mask.at<std::uint8_t>(row, column) != 0;
   };
-  for (int r = 0; r < mask.rows; ++r) {
+  for (int r = 0; r < mask.rows && !stop.stop_requested(); ++r) {
     for (int c = 0; c < mask.cols; ++c) {
       if (mask.at<std::uint8_t>(r, c) != 0) continue;
       bool wanted = r % stride == 0 && c % stride == 0;
@@ -61,12 +61,12 @@ BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortes
 }
 
 CellIndex::CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
-                     const BlockedPixels& blocked, Millimetres border)
+                     const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop)
     : lattice_(panel.lattice()), windows_(windows), channels_(panel.channels()) {
   find_rows(panel);
-  measure(panel, kBlock);
-  if (windows_.rest_pixels() > 0) measure(panel, kRest);
-  find_places(picture, blocked, border);
+  measure(panel, kBlock, stop);
+  if (windows_.rest_pixels() > 0) measure(panel, kRest, stop);
+  find_places(picture, blocked, border, stop);
   find_alive_cells();
 }
 
@@ -93,7 +93,7 @@ void CellIndex::find_rows(const RotatedPanel& panel) {
   for (Intervals& map : maps_) map.low.assign(padded, 0), map.high.assign(padded, 0);
 }
 
-void CellIndex::measure(const RotatedPanel& panel, Part part) {
+void CellIndex::measure(const RotatedPanel& panel, Part part, const std::stop_token& stop) {
   const BlockAxis &x = windows_.x, &y = windows_.y;
   const int columns = lattice_.width() + 2 * RotatedPanel::kReach + x.cell + 2 * windows_.width;
   std::vector<Term> terms;
@@ -107,7 +107,7 @@ void CellIndex::measure(const RotatedPanel& panel, Part part) {
   const double scale = kFineUnits / pixels * (part == kBlock ? 1 : windows_.rest_scale());
   PlaceSums places(columns);
   std::vector<RowExtremes> extremes(static_cast<std::size_t>(channels_), RowExtremes(columns));
-  for (std::size_t row = 0; row < begin_.size(); ++row) {
+  for (std::size_t row = 0; row < begin_.size() && !stop.stop_requested(); ++row) {
     const int first = begin_[row] * x.cell, count = (end_[row] - begin_[row]) * x.cell;
     for (RowExtremes& e : extremes) e.reset(count);
     for (int place_row = static_cast<int>(row) * y.cell; place_row < static_cast<int>(row + 1) * y.cell; ++place_row) {
@@ -143,7 +143,9 @@ void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::siz
   }
 }
 
-void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border) {
+void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                            const std::stop_token& stop) {
+  if (stop.stop_requested()) return;
   const double grow = picture.resolution.to_px(border).count();
   const double left = windows_.left - grow, right = windows_.right + grow;
   const double top = windows_.top - grow, bottom = windows_.bottom + grow;
@@ -167,7 +169,7 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
     ++change[at(y0, x0)], --change[at(y0, x1)], --change[at(y1, x0)], ++change[at(y1, x1)];
   }
   std::vector<std::int32_t> above(stride, 0);
-  for (int y = 0; y < height; ++y) {
+  for (int y = 0; y < height && !stop.stop_requested(); ++y) {
     // The place's four corners must lie on the panel: an interval of x.
     RowStretch on_panel{0, static_cast<double>(width - 1)};
     for (const double dx : {left, right}) {

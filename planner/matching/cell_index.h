@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "planner/matching/rotated_panel.h"
@@ -41,12 +42,14 @@ struct WindowClass {
 };
 
 // The pixels of a stock raster that are not free, thinned: all that have a free neighbour, and of the others one in
-// every `stride` x `stride`, so that a rectangle with sides of at least `stride` on blocked wood always covers one.
+// every `stride` x `stride`, so that a rectangle with sides of at least `stride` on blocked wood always covers one. Too
+// few once `stop` is requested.
 struct BlockedPixels {
   std::vector<Point<PanelFrame>> centres;
   Millimetres side;  // of one pixel
 };
-BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side);
+BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side,
+                             const std::stop_token& stop = {});
 
 struct RowExtremes;  // window_sums.h
 
@@ -58,9 +61,10 @@ class CellIndex {
   // A block (of the window whose corner is the cell's place), or what no block covers.
   enum Part { kBlock, kRest };
 
-  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels.
+  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. Once `stop`
+  // is requested, an index that must not be asked.
   CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
-            const BlockedPixels& blocked, Millimetres border);
+            const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop);
 
   const WindowClass& windows() const { return windows_; }
   int cell_rows() const { return static_cast<int>(alive_begin_.size()); }
@@ -91,9 +95,10 @@ class CellIndex {
            static_cast<std::size_t>(feature);
   }
   void find_rows(const RotatedPanel& panel);
-  void measure(const RotatedPanel& panel, Part part);
+  void measure(const RotatedPanel& panel, Part part, const std::stop_token& stop);
   void store_row(const RowExtremes& extremes, Part part, int channel, std::size_t row, double scale);
-  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border);
+  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                   const std::stop_token& stop);
   void find_alive_cells();
 
   Lattice lattice_;

@@ -12,33 +12,34 @@ CertifiedMatcher::CertifiedMatcher(std::vector<MatchPanel> all_panels, std::vect
     : Matcher(std::move(all_panels), std::move(turns)),
       classes_(std::move(classes)),
       entries_per_unit_(entries_per_unit) {
-  for (std::size_t p = 0; p < panels().size(); ++p) {
-    const MatchPanel& panel = panels()[p];
+  for (std::size_t p = 0; p < panels().size(); ++p)
+    for (int r = 0; r < rotations(); ++r) indexed_.push_back({static_cast<int>(p), r, nullptr, {}});
+}
+
+void CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
+  for (const MatchPanel& panel : panels()) {
     auto& blocked = blocked_.emplace_back();
     for (const WindowClass& windows : classes_) {
       const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
       blocked.push_back(
-          blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0)))));
+          blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop));
     }
-    for (int r = 0; r < rotations(); ++r) indexed_.push_back({static_cast<int>(p), r, nullptr, {}});
   }
-}
-
-void CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
   run_parallel(
-      indexed_.size(), threads, stop, [&](std::size_t at) { index_lattice(at); },
+      indexed_.size(), threads, stop, [&](std::size_t at) { index_lattice(at, stop); },
       [&](std::size_t done) {
         if (progress) progress(static_cast<double>(done) / static_cast<double>(indexed_.size()));
       });
 }
 
-void CertifiedMatcher::index_lattice(std::size_t at) {
+void CertifiedMatcher::index_lattice(std::size_t at, const std::stop_token& stop) {
   IndexedLattice& it = indexed_[at];
   const MatchPanel& panel = panels()[static_cast<std::size_t>(it.panel)];
-  it.pixels = std::make_unique<RotatedPanel>(panel.features.pixels, lattice(it.panel, it.rotation), entries_per_unit_);
+  it.pixels =
+      std::make_unique<RotatedPanel>(panel.features.pixels, lattice(it.panel, it.rotation), entries_per_unit_, stop);
   for (std::size_t k = 0; k < classes_.size(); ++k)
     it.cells.emplace_back(*it.pixels, classes_[k], panel.features, blocked_[static_cast<std::size_t>(it.panel)][k],
-                          panel.wood.border());
+                          panel.wood.border(), stop);
 }
 
 void CertifiedMatcher::remove(int panel, const Ring<PanelFrame>& taken) {

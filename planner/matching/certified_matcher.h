@@ -32,7 +32,7 @@ class CertifiedMatcher final : public Matcher {
   std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
 
  private:
-  void index_lattice(std::size_t at);
+  void index_lattice(std::size_t at, const std::stop_token& stop);
   void remove(int panel, const Ring<PanelFrame>& taken) override;
 
   std::vector<WindowClass> classes_;

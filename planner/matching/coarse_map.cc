@@ -55,9 +55,8 @@ CoarseMap::CoarseMap(const cv::Size& panel, int channels, const Lattice& lattice
 
 void CoarseMap::measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) {
   const Measured cells = measure_cells(entries, lattice, stop);
-  if (stop.stop_requested()) return;
-  average_blocks(cells);
-  if (filled_) add_up_energy(cells);
+  average_blocks(cells, stop);
+  if (filled_) add_up_energy(cells, stop);
 }
 
 std::vector<std::span<std::byte>> CoarseMap::measured() {
@@ -133,8 +132,8 @@ CoarseMap::Measured CoarseMap::measure_cells(const cv::Mat& entries, const Latti
   return out;
 }
 
-void CoarseMap::average_blocks(const Measured& cells) {
-  for (int row = 0; row + 1 < rows(); ++row) {
+void CoarseMap::average_blocks(const Measured& cells, const std::stop_token& stop) {
+  for (int row = 0; row + 1 < rows() && !stop.stop_requested(); ++row) {
     const std::int16_t* upper = cells.means.data() + base_[static_cast<std::size_t>(row)] * channels_;
     const std::int16_t* lower = cells.means.data() + base_[static_cast<std::size_t>(row) + 1] * channels_;
     const int first = std::max(begin(row), begin(row + 1)), last = std::min(end(row), end(row + 1)) - 1;
@@ -156,7 +155,7 @@ void CoarseMap::average_blocks(const Measured& cells) {
   }
 }
 
-void CoarseMap::add_up_energy(const Measured& cells) {
+void CoarseMap::add_up_energy(const Measured& cells, const std::stop_token& stop) {
   int widest = 0;
   for (int row = 0; row < rows(); ++row) widest = std::max(widest, end(row));
   // Sums over the window's rows, slid down; windows that leave the panel get something small, but no place.
@@ -168,7 +167,7 @@ void CoarseMap::add_up_energy(const Measured& cells) {
       column_sums[static_cast<std::size_t>(cell)] += sign * from[cell];
   };
   for (int row = 0; row < grid_.rows; ++row) add_row(row, 1);
-  for (int row = 0; row < rows(); ++row) {
+  for (int row = 0; row < rows() && !stop.stop_requested(); ++row) {
     std::int32_t* to = half_energy_.data() + base_[static_cast<std::size_t>(row)];
     std::int64_t sum = 0;
     for (int cell = begin(row); cell < std::min(begin(row) + grid_.columns, widest); ++cell)
@@ -183,13 +182,13 @@ void CoarseMap::add_up_energy(const Measured& cells) {
   }
 }
 
-void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed) {
+void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop) {
   // One cell more on each side than the places need.
   const int first_row = std::max(0, static_cast<int>(changed.y / grid_.height) - 1);
   const int last_row = std::min(rows() - 1, static_cast<int>(changed.br().y / grid_.height) + 1);
   const int first_cell = static_cast<int>(changed.x / grid_.width) - 1;
   const int last_cell = static_cast<int>(changed.br().x / grid_.width) + 1;
-  for (int row = first_row; row <= last_row; ++row) {
+  for (int row = first_row; row <= last_row && !stop.stop_requested(); ++row) {
     const int y0 = CellGrid::first_place(row, grid_.height), y1 = CellGrid::first_place(row + 1, grid_.height);
     std::uint16_t* alive = alive_.data() + group_base_[static_cast<std::size_t>(row)];
     for (int cell = std::max(begin(row), first_cell); cell < std::min(end(row), last_cell + 1); ++cell) {

@@ -70,8 +70,9 @@ class CoarseMap {
   // Groups of kernels::kGroup cells, counted from begin(row): one bit for each cell that has a place left.
   int groups(int row) const { return (end(row) - begin(row) + kernels::kGroup - 1) / kernels::kGroup; }
   const std::uint16_t* alive(int row) const { return alive_.data() + group_base_[static_cast<std::size_t>(row)]; }
-  // Looks again which cells have places, for the places in `changed`.
-  void find_alive(const PlaceBits& places, const cv::Rect& changed);
+  // Looks again which cells have places, for the places in `changed`. Returns early, with anything, once `stop` is
+  // requested.
+  void find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop = {});
   // To be called once, after measure() and find_alive(), if windows are filled: bounds for the cells alive now.
   void find_bounds(const std::stop_token& stop);
   // For each group of the map what to compare with TapSums::most(); nothing certain when there are no bounds.
@@ -86,8 +87,8 @@ class CoarseMap {
   struct Measured;
   void find_rows(const Lattice& lattice, const cv::Size& panel);
   Measured measure_cells(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) const;
-  void average_blocks(const Measured& cells);
-  void add_up_energy(const Measured& cells);
+  void average_blocks(const Measured& cells, const std::stop_token& stop);
+  void add_up_energy(const Measured& cells, const std::stop_token& stop);
 
   static constexpr std::ptrdiff_t kMargin = 64;  // cells that reading beyond a row may touch
 

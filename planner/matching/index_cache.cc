@@ -19,11 +19,12 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kFormat = "veneer shortlist index 1";
 constexpr const char* kSuffix = ".index";
+constexpr std::size_t kAtOnce = 4 << 20;  // bytes read or written between looks for a stop
 
 // The first line of a file: everything that must be as expected before its bytes are believed.
-std::string header(const std::string& key, const IndexCache::Parts& parts) {
+std::string header(const std::string& key, const IndexCache::Parts& parts, const std::stop_token& stop) {
   std::string line = fmt::format("{} {} {}", kFormat, std::endian::native == std::endian::little ? "le" : "be", key);
-  for (const auto& part : parts) line += fmt::format(" {} {}", part.size(), sha256_hex(part));
+  for (const auto& part : parts) line += fmt::format(" {} {}", part.size(), sha256_hex(part, stop));
   return line + "\n";
 }
 
@@ -32,6 +33,17 @@ std::string plain(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
   return name;
+}
+
+// Bytes of `part`, a few at a time, until `move` fails or `stop` is requested: false.
+template <class Move>
+bool in_pieces(std::span<std::byte> part, const std::stop_token& stop, Move move) {
+  while (!part.empty() && !stop.stop_requested()) {
+    const auto next = part.first(std::min(part.size(), kAtOnce));
+    if (!move(reinterpret_cast<char*>(next.data()), static_cast<std::streamsize>(next.size()))) return false;
+    part = part.subspan(next.size());
+  }
+  return part.empty();
 }
 
 Error unwritable(const fs::path& path) {
@@ -57,27 +69,33 @@ std::string IndexCache::entry_name(const std::string& panel, std::size_t window_
 
 fs::path IndexCache::file_of(const std::string& name) const { return directory_ / (plain(name) + kSuffix); }
 
-bool IndexCache::load(const std::string& name, const std::string& key, const Parts& parts) const {
+bool IndexCache::load(const std::string& name, const std::string& key, const Parts& parts,
+                      const std::stop_token& stop) const {
   std::ifstream file(file_of(name), std::ios::binary);
   std::string found;
   if (!std::getline(file, found) || found.rfind(fmt::format("{} ", kFormat), 0) != 0 ||
       found.find(key) == std::string::npos)
     return false;
   for (const auto& part : parts)
-    if (!file.read(reinterpret_cast<char*>(part.data()), static_cast<std::streamsize>(part.size()))) return false;
-  return found + "\n" == header(key, parts) && file.peek() == std::ifstream::traits_type::eof();
+    if (!in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); })) return false;
+  return found + "\n" == header(key, parts, stop) && file.peek() == std::ifstream::traits_type::eof();
 }
 
-Status IndexCache::store(const std::string& name, const std::string& key, const Parts& parts) const {
+Status IndexCache::store(const std::string& name, const std::string& key, const Parts& parts,
+                         const std::stop_token& stop) const {
   const fs::path path = file_of(name);
   fs::path fresh = path;
   fresh += fmt::format(".{}", getpid());
   std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-  file << header(key, parts);
+  file << header(key, parts, stop);
   for (const auto& part : parts)
-    file.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
+    in_pieces(part, stop, [&](const char* from, std::streamsize size) { return bool(file.write(from, size)); });
   file.close();
   std::error_code failed;
+  if (stop.stop_requested()) {
+    fs::remove(fresh, failed);
+    return Ok();
+  }
   if (file) fs::rename(fresh, path, failed);
   if (file && !failed) return Ok();
   fs::remove(fresh, failed);

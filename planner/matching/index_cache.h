@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -25,10 +26,13 @@ class IndexCache {
   static Result<IndexCache> open(std::filesystem::path directory);
 
   using Parts = std::vector<std::span<std::byte>>;
-  // Fills `parts`, whose sizes must be those that were stored; false: nothing usable is stored, parts hold anything.
-  bool load(const std::string& name, const std::string& key, const Parts& parts) const;
-  // kStorage: not stored; what was there before is still whole.
-  Status store(const std::string& name, const std::string& key, const Parts& parts) const;
+  // Fills `parts`, whose sizes must be those that were stored; false: nothing usable is stored, or `stop` was
+  // requested; parts hold anything.
+  bool load(const std::string& name, const std::string& key, const Parts& parts,
+            const std::stop_token& stop = {}) const;
+  // kStorage: not stored; what was there before is still whole. Nothing is stored once `stop` is requested.
+  Status store(const std::string& name, const std::string& key, const Parts& parts,
+               const std::stop_token& stop = {}) const;
 
   // Removes the entries of a panel whose wood or map is gone; `panel` as in keep_index(). What cannot be removed stays:
   // it is never believed for another map.

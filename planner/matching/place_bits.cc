@@ -37,10 +37,11 @@ void spread_up(std::uint64_t* row, std::size_t words, int length) {
 }
 
 // The same from row to row.
-void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_t rows, int length) {
+void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_t rows, int length,
+                 const std::stop_token& stop) {
   for (int reached = 1; reached < length;) {
     const int step = std::min(reached, length - reached);
-    for (std::size_t row = rows; row-- > static_cast<std::size_t>(step);) {
+    for (std::size_t row = rows; row-- > static_cast<std::size_t>(step) && !stop.stop_requested();) {
       std::uint64_t* to = bits.data() + row * words;
       const std::uint64_t* from = to - static_cast<std::size_t>(step) * words;
       for (std::size_t i = 0; i < words; ++i) to[i] |= from[i];
@@ -52,11 +53,11 @@ void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_
 }  // namespace
 
 PlaceBits::PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
-                     const BlockedPixels& blocked, Millimetres border)
+                     const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop)
     : lattice_(lattice), windows_(windows) {
   const Reach covered = reach(picture.resolution.to_px(border).count());
   mark_places_on_panel(covered, picture.pixels.size());
-  clear_blocked(covered, picture, blocked);
+  clear_blocked(covered, picture, blocked, stop);
 }
 
 void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
@@ -87,7 +88,8 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
   }
 }
 
-void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& picture, const BlockedPixels& blocked) {
+void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
+                              const std::stop_token& stop) {
   // A blocked pixel forbids a rectangle of places whose sides vary by one with its position. Its corners are marked and
   // spread over the shorter sides, all pixels at once.
   const double inscribed =
@@ -100,6 +102,7 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
   const auto rows = static_cast<std::size_t>(height() + pad_rows);
   std::vector<std::uint64_t> marks(words * rows, 0);
   for (const Point<PanelFrame>& centre : blocked.centres) {
+    if (stop.stop_requested()) return;
     double column = 0, row = 0, x = 0, y = 0;
     picture.to_pixels(centre, column, row);
     lattice_.from_panel(column, row, x, y);
@@ -119,9 +122,9 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
       }
     }
   }
-  for (std::size_t r = 0; r < rows; ++r) spread_up(marks.data() + r * words, words, across);
-  spread_down(marks, words, rows, down);
-  for (int y = 0; y < height(); ++y) {
+  for (std::size_t r = 0; r < rows && !stop.stop_requested(); ++r) spread_up(marks.data() + r * words, words, across);
+  spread_down(marks, words, rows, down, stop);
+  for (int y = 0; y < height() && !stop.stop_requested(); ++y) {
     const int first = pad_columns + begin_[static_cast<std::size_t>(y)];
     const std::uint64_t* forbidden =
         marks.data() + static_cast<std::size_t>(y + pad_rows) * words + static_cast<std::size_t>(first) / 64;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "planner/matching/cell_index.h"
@@ -13,9 +14,10 @@ namespace veneer::planner {
 
 class PlaceBits {
  public:
-  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels.
+  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. Once `stop`
+  // is requested, bits are anything.
   PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
-            const BlockedPixels& blocked, Millimetres border);
+            const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop = {});
 
   // For places of the lattice.
   bool at(int x, int y) const {
@@ -50,7 +52,8 @@ class PlaceBits {
     return static_cast<int>(base_[at + 1] - base_[at]) * 64;
   }
   void mark_places_on_panel(const Reach& reach, const cv::Size& panel);
-  void clear_blocked(const Reach& reach, const Raster<PanelFrame>& picture, const BlockedPixels& blocked);
+  void clear_blocked(const Reach& reach, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
+                     const std::stop_token& stop);
 
   Lattice lattice_;
   WindowClass windows_;

@@ -21,7 +21,8 @@ std::pair<int, int> centres_on_panel(const Lattice& lattice, int row, const cv::
 
 }  // namespace
 
-RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit)
+RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit,
+                           const std::stop_token& stop)
     : lattice_(lattice), channels_(features.channels()) {
   find_spans(features.size());
   std::ptrdiff_t size = 0;
@@ -32,7 +33,7 @@ RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, doub
   // Whole steps are read, for the widest window of a cell, past the end of the last row.
   data_.assign(static_cast<std::size_t>(size + kReach * channels_) + 2 * kernels::kRowStep, 0);
   const auto scale = static_cast<float>(entries_per_unit);
-  for (int row = 0; row < rows(); ++row) {
+  for (int row = 0; row < rows() && !stop.stop_requested(); ++row) {
     switch (channels_) {
       case 1:
         sample_row<1>(features, row, scale);

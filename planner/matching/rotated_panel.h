@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <stop_token>
 #include <vector>
 
 #include "planner/matching/lattice.h"
@@ -18,8 +19,9 @@ class RotatedPanel {
   static constexpr int kReach = 8;
   static constexpr double kRoundingPerEntry = 0.505;
 
-  // `features`: weighted responses of the whole panel, CV_32FC(n). Stored entry = response * entries_per_unit.
-  RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit);
+  // `features`: weighted responses of the whole panel, CV_32FC(n). Stored entry = response * entries_per_unit. Once
+  // `stop` is requested, entries are anything.
+  RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit, const std::stop_token& stop);
 
   const Lattice& lattice() const { return lattice_; }
   int channels() const { return channels_; }

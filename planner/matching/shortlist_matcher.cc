@@ -33,16 +33,17 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
     const std::size_t p = task % panel_count;
     const MatchPanel& panel = panels()[p];
     if (task < panel_count) {
-      entries_[p] = rounded_entries(panel.features.pixels, entries_per_unit_);
+      entries_[p] = rounded_entries(panel.features.pixels, entries_per_unit_, stop);
       if (kept_)
         kept_->hashes[p] = sha256_hex(
-            std::as_bytes(std::span(entries_[p].ptr<std::int16_t>(0), entries_[p].total() * entries_[p].channels())));
+            std::as_bytes(std::span(entries_[p].ptr<std::int16_t>(0), entries_[p].total() * entries_[p].channels())),
+            stop);
       return;
     }
     const WindowClass& windows = classes_[task / panel_count - 1].windows;
     const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
     blocked_[p][task / panel_count - 1] =
-        blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))));
+        blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
   });
   if (stop.stop_requested()) return;
 
@@ -62,11 +63,11 @@ void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, c
   const Lattice& lattice = lattice_at(at);
   auto& out = indexed_[window_class][at];
   out = std::make_unique<Indexed>(
-      Indexed{PlaceBits(lattice, it.windows, panel.features, blocked_[p][window_class], panel.wood.border()),
+      Indexed{PlaceBits(lattice, it.windows, panel.features, blocked_[p][window_class], panel.wood.border(), stop),
               CoarseMap(entries_[p].size(), entries_[p].channels(), lattice, it.grid, it.windows.filled)});
   measure(out->map, at, window_class, stop);
   if (stop.stop_requested()) return;
-  out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()});
+  out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()}, stop);
   if (it.windows.filled) out->map.find_bounds(stop);
 }
 
@@ -79,10 +80,10 @@ void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t windo
   const std::string key =
       fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
                   windows.width, windows.height, windows.filled ? "filled" : "partly", lattice.turn().count());
-  if (kept_->cache.load(name, key, map.measured())) return;
+  if (kept_->cache.load(name, key, map.measured(), stop)) return;
   map.measure(entries_[p], lattice, stop);
   if (stop.stop_requested()) return;
-  if (Status status = kept_->cache.store(name, key, map.measured()); !status.ok()) {
+  if (Status status = kept_->cache.store(name, key, map.measured(), stop); !status.ok()) {
     const std::lock_guard lock(not_kept_mutex_);
     if (!not_kept_) not_kept_ = status.error();
   }

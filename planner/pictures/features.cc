@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kLargestEdge = 1.4143;
 
+// Pictures are filtered in bands of so many pixels: what lies between two filters stays in the cache, and a stop is
+// answered within a band.
+constexpr int kBandPixels = 1 << 18;
+
 std::vector<cv::Mat> intensity(const FilterInput& input, const PlanOptions& /*options*/) { return {input.intensity}; }
 
 std::vector<cv::Mat> edge(const FilterInput& input, const PlanOptions& options) {
@@ -93,15 +97,27 @@ constexpr std::array<Filter, 4> kFilters{{
 
 }  // namespace
 
-cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options) {
-  std::vector<cv::Mat> weighted;
-  for (const Filter& filter : kFilters) {
-    const double weight = options.*filter.weight;
-    if (weight <= 0) continue;
-    for (const cv::Mat& channel : filter.channels(input, options)) weighted.emplace_back(channel * weight);
-  }
+cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop) {
+  const int rows = input.bgr.rows, band = std::max(1, kBandPixels / std::max(1, input.bgr.cols));
   cv::Mat responses;
-  cv::merge(weighted, responses);
+  for (int first = 0; first < rows && !stop.stop_requested(); first += band) {
+    const int last = std::min(rows, first + band);
+    // OpenCV's filters look beyond a range of rows into the picture it is part of. What they answer has no rows beyond:
+    // one more on each side is for filters of filtered pictures.
+    const cv::Range around(std::max(0, first - 1), std::min(rows, last + 1));
+    const FilterInput part{input.bgr.rowRange(around), input.grey.rowRange(around), input.intensity.rowRange(around),
+                           input.resolution};
+    std::vector<cv::Mat> weighted;
+    for (const Filter& filter : kFilters) {
+      const double weight = options.*filter.weight;
+      if (weight <= 0) continue;
+      for (const cv::Mat& channel : filter.channels(part, options))
+        weighted.emplace_back(channel.rowRange(first - around.start, last - around.start) * weight);
+    }
+    if (responses.empty()) responses.create(input.bgr.size(), CV_32FC(static_cast<int>(weighted.size())));
+    cv::Mat to = responses.rowRange(first, last);
+    cv::merge(weighted, to);
+  }
   return responses;
 }
 
@@ -123,9 +139,9 @@ Status check_weights(const PlanOptions& options) {
   return Error{ErrorCode::kInvalidArgument, "the weights of all filters are 0: raise the intensity or the edge weight"};
 }
 
-cv::Mat grey_of(const cv::Mat& bgr) {
+cv::Mat grey_of(const cv::Mat& bgr, const std::stop_token& stop) {
   cv::Mat grey(bgr.size(), CV_32FC1);
-  for (int r = 0; r < bgr.rows; ++r) {
+  for (int r = 0; r < bgr.rows && !stop.stop_requested(); ++r) {
     const auto* from = bgr.ptr<cv::Vec3b>(r);
     auto* to = grey.ptr<float>(r);
     for (int c = 0; c < bgr.cols; ++c)

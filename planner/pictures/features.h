@@ -7,6 +7,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -24,8 +25,9 @@ struct FilterInput {
   ScanResolution resolution;
 };
 
-// CV_32FC(n), n = number of channels in use, each multiplied by its weight.
-cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options);
+// CV_32FC(n), n = number of channels in use, each multiplied by its weight. Works in bands of rows. Returns early, with
+// anything, once `stop` is requested.
+cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop = {});
 
 // The largest value a channel of filter_bank() can have.
 double largest_response(const PlanOptions& options);
@@ -33,8 +35,9 @@ double largest_response(const PlanOptions& options);
 // kInvalidArgument: a weight lies outside [0, 1] or is not a number, or all are 0.
 Status check_weights(const PlanOptions& options);
 
-// CV_32FC1 in [0, 1]: BT.601 of the sRGB values of a CV_8UC3 BGR picture.
-cv::Mat grey_of(const cv::Mat& bgr);
+// CV_32FC1 in [0, 1]: BT.601 of the sRGB values of a CV_8UC3 BGR picture. Returns early, with anything, once `stop` is
+// requested.
+cv::Mat grey_of(const cv::Mat& bgr, const std::stop_token& stop = {});
 
 // CV_32FC1: 0.25 * |3x3 Sobel|, at most sqrt(2).
 cv::Mat edges_of(const cv::Mat& grey);

@@ -37,16 +37,19 @@ float value_at(const Shares& source, const GreyHistogram& histogram, double shar
 
 }  // namespace
 
-void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight) {
-  for (int r = 0; r < grey.rows; ++r) {
+void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight, const std::stop_token& stop) {
+  std::array<std::int64_t, 256> pixels{};
+  for (int r = 0; r < grey.rows && !stop.stop_requested(); ++r) {
     const auto* from = grey.ptr<float>(r);
     const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
     for (int c = 0; c < grey.cols; ++c) {
       if (usable != nullptr && usable[c] == 0) continue;
-      const long bin = std::clamp(std::lround(from[c] * 255.0F), 0L, 255L);
-      counts[static_cast<std::size_t>(bin)] += weight;
+      // Rounded as lround does, which is a call.
+      const int bin = static_cast<int>(static_cast<double>(from[c] * 255.0F) + 0.5);
+      ++pixels[static_cast<std::size_t>(std::clamp(bin, 0, 255))];
     }
   }
+  for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += weight * static_cast<double>(pixels[i]);
 }
 
 double GreyHistogram::total() const { return std::accumulate(counts.begin(), counts.end(), 0.0); }
@@ -59,14 +62,15 @@ std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHist
   return table;
 }
 
-cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist) {
-  if (w_hist <= 0 || source.total() <= 0) return target_grey.clone();
+cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
+                    const std::stop_token& stop) {
+  if (w_hist <= 0 || source.total() <= 0) return target_grey;
   GreyHistogram target;
-  target.add(target_grey);
+  target.add(target_grey, {}, 1, stop);
   const auto table = rank_matching(target, source);
   const auto w = static_cast<float>(w_hist);
   cv::Mat out(target_grey.size(), CV_32FC1);
-  for (int r = 0; r < out.rows; ++r) {
+  for (int r = 0; r < out.rows && !stop.stop_requested(); ++r) {
     const auto* from = target_grey.ptr<float>(r);
     auto* to = out.ptr<float>(r);
     for (int c = 0; c < out.cols; ++c) {

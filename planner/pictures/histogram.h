@@ -3,6 +3,7 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
+#include <stop_token>
 
 namespace veneer::planner {
 
@@ -11,8 +12,8 @@ struct GreyHistogram {
   std::array<double, 256> counts{};
 
   // Counts the pixels of a CV_32FC1 picture, each `weight` times; with a CV_8UC1 mask of the same size only where it is
-  // non-zero.
-  void add(const cv::Mat& grey, const cv::Mat& mask = {}, double weight = 1);
+  // non-zero. Returns early once `stop` is requested.
+  void add(const cv::Mat& grey, const cv::Mat& mask = {}, double weight = 1, const std::stop_token& stop = {});
   double total() const;
 };
 
@@ -20,7 +21,9 @@ struct GreyHistogram {
 std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHistogram& source);
 
 // The target's grey picture (CV_32FC1) with its tones mapped to the source's; w_hist in [0, 1]. Between the 256 values
-// the mapping is linear. A source without pixels leaves the target as it is.
-cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist);
+// the mapping is linear. A source without pixels leaves the target as it is. Returns early, with anything, once `stop`
+// is requested.
+cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
+                    const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

@@ -21,33 +21,41 @@ Raster<PanelFrame> usable_wood(const Raster<PanelFrame>& free, const Raster<Pane
   const auto beyond = [](double by) { return std::max(0, static_cast<int>(std::ceil(by - 1e-6))); };
   const int pad_left = beyond(-left), pad_top = beyond(-top);
   const int pad_right = beyond(right - free.pixels.cols), pad_bottom = beyond(bottom - free.pixels.rows);
+  const cv::Rect whole(0, 0, free.pixels.cols, free.pixels.rows);
+  const cv::Rect covered(
+      cv::Point(static_cast<int>(std::ceil(left - 1e-6)), static_cast<int>(std::ceil(top - 1e-6))),
+      cv::Point(static_cast<int>(std::floor(right + 1e-6)), static_cast<int>(std::floor(bottom + 1e-6))));
+  const cv::Rect kept = covered & whole;
+  if (kept == whole && pad_left + pad_top + pad_right + pad_bottom == 0) return free;
   Raster<PanelFrame> out = free;
-  cv::copyMakeBorder(free.pixels, out.pixels, pad_top, pad_bottom, pad_left, pad_right, cv::BORDER_CONSTANT, 0);
+  out.pixels =
+      cv::Mat(free.pixels.rows + pad_top + pad_bottom, free.pixels.cols + pad_left + pad_right, CV_8UC1, cv::Scalar(0));
+  if (!kept.empty()) free.pixels(kept).copyTo(out.pixels(kept + cv::Point(pad_left, pad_top)));
   out.origin = {free.origin.x - free.resolution.to_mm(Pixels(pad_left)),
                 free.origin.y - free.resolution.to_mm(Pixels(pad_bottom))};
-  const int first_column = static_cast<int>(std::ceil(left - 1e-6)) + pad_left;
-  const int first_row = static_cast<int>(std::ceil(top - 1e-6)) + pad_top;
-  const int last_column = static_cast<int>(std::floor(right + 1e-6)) + pad_left;
-  const int last_row = static_cast<int>(std::floor(bottom + 1e-6)) + pad_top;
-  cv::Mat keep(out.pixels.size(), CV_8UC1, cv::Scalar(0));
-  const cv::Rect inside = cv::Rect(cv::Point(first_column, first_row), cv::Point(last_column, last_row)) &
-                          cv::Rect(0, 0, keep.cols, keep.rows);
-  if (inside.area() > 0) keep(inside).setTo(255);
-  out.pixels.setTo(0, keep == 0);
   return out;
 }
 
 // For every pixel of `like` whether its centre is free.
-cv::Mat free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>& free) {
-  cv::Mat mask(like.pixels.size(), CV_8UC1, cv::Scalar(0));
-  for (int r = 0; r < mask.rows; ++r) {
+cv::Mat free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>& free, const std::stop_token& stop) {
+  constexpr int kOutside = -1;
+  const auto index = [](double at, int size) { return at >= 0 && at < size ? static_cast<int>(at) : kOutside; };
+  std::vector<int> columns;
+  double column = 0, row = 0;
+  for (int c = 0; c < like.pixels.cols; ++c) {
+    free.to_pixels(like.from_pixels(c + 0.5, 0.5), column, row);
+    columns.push_back(index(column, free.pixels.cols));
+  }
+  cv::Mat mask(like.pixels.size(), CV_8UC1);
+  for (int r = 0; r < mask.rows && !stop.stop_requested(); ++r) {
+    free.to_pixels(like.from_pixels(0.5, r + 0.5), column, row);
+    const int from_row = index(row, free.pixels.rows);
+    mask.row(r).setTo(0);
+    if (from_row == kOutside) continue;
+    const auto* from = free.pixels.ptr<std::uint8_t>(from_row);
     auto* to = mask.ptr<std::uint8_t>(r);
-    for (int c = 0; c < mask.cols; ++c) {
-      double column = 0, row = 0;
-      free.to_pixels(like.from_pixels(c + 0.5, r + 0.5), column, row);
-      if (column < 0 || row < 0 || column >= free.pixels.cols || row >= free.pixels.rows) continue;
-      to[c] = free.pixels.at<std::uint8_t>(static_cast<int>(row), static_cast<int>(column));
-    }
+    for (int c = 0; c < mask.cols; ++c)
+      if (columns[static_cast<std::size_t>(c)] != kOutside) to[c] = from[columns[static_cast<std::size_t>(c)]];
   }
   return mask;
 }
@@ -58,12 +66,12 @@ struct EdgeStrength {
   double rms() const { return count > 0 ? std::sqrt(squares / count) : 0; }
 
   // One row and column in four tells enough. `features` as from filter_bank().
-  void add(const cv::Mat& features, const PlanOptions& options, const cv::Mat& mask = {}) {
+  void add(const cv::Mat& features, const PlanOptions& options, const std::stop_token& stop, const cv::Mat& mask = {}) {
     constexpr int kStep = 4;
     if (options.w_edge <= 0) return;
     const auto channels = static_cast<std::size_t>(features.channels());
     const std::size_t edge = options.w_intensity > 0 ? 1 : 0;
-    for (int r = 0; r < features.rows; r += kStep) {
+    for (int r = 0; r < features.rows && !stop.stop_requested(); r += kStep) {
       const auto* row = features.ptr<float>(r);
       for (int c = 0; c < features.cols; c += kStep) {
         if (!mask.empty() && mask.at<std::uint8_t>(r, c) == 0) continue;
@@ -97,34 +105,37 @@ std::string faint_edges(const Artwork& artwork, const WorkingArtwork& work, doub
 }  // namespace
 
 Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                                         const PlanOptions& options) {
+                                         const PlanOptions& options, const std::stop_token& stop) {
+  const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
   const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
   WorkingPictures out;
   GreyHistogram tones;
   EdgeStrength wood;
   bool any_free = false;
   for (const StockPanel& panel : stock) {
-    const Raster<PanelFrame> picture = at_resolution(panel.picture, resolution);
+    const Raster<PanelFrame> picture = at_resolution(panel.picture, resolution, stop);
     const Raster<PanelFrame> free = usable_wood(panel.free, picture);
-    const cv::Mat grey = grey_of(picture.pixels), mask = free_mask_like(picture, free);
+    const cv::Mat grey = grey_of(picture.pixels, stop), mask = free_mask_like(picture, free, stop);
     any_free = any_free || cv::countNonZero(mask) > 0;
-    tones.add(grey, mask, panel.tone_weight);
+    tones.add(grey, mask, panel.tone_weight, stop);
     Raster<PanelFrame> features = picture;
-    features.pixels = filter_bank({picture.pixels, grey, grey, resolution}, options);
-    wood.add(features.pixels, options, mask);
+    features.pixels = filter_bank({picture.pixels, grey, grey, resolution}, options, stop);
+    wood.add(features.pixels, options, stop, mask);
+    if (stop.stop_requested()) return cancelled;
     out.panels.push_back({std::move(features), FreeWood(free, options.kerf, options.position_margin)});
   }
   if (!any_free) return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: every mask is empty"};
   for (const Artwork& artwork : artworks) {
     WorkingArtwork& work = out.artworks.emplace_back();
     work.grid = {resolution, artwork.height};
-    const cv::Mat picture =
-        stretch(artwork.picture, working_pixels(artwork.width, resolution), working_pixels(artwork.height, resolution));
-    const cv::Mat grey = grey_of(picture), intensity = match_tones(grey, tones, options.w_hist);
-    work.features = filter_bank({picture, grey, intensity, resolution}, options);
+    const cv::Mat picture = stretch(artwork.picture, working_pixels(artwork.width, resolution),
+                                    working_pixels(artwork.height, resolution), stop);
+    const cv::Mat grey = grey_of(picture, stop), intensity = match_tones(grey, tones, options.w_hist, stop);
+    work.features = filter_bank({picture, grey, intensity, resolution}, options, stop);
+    if (stop.stop_requested()) return cancelled;
     intensity.convertTo(work.tones, CV_8U, 255);
     EdgeStrength edges;
-    edges.add(work.features, options);
+    edges.add(work.features, options, stop);
     if (edges.rms() < kFaintEdges * wood.rms())
       out.warnings.push_back(faint_edges(artwork, work, edges.rms(), wood.rms(), options));
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,8 @@ struct WorkingPictures {
 };
 
 // Tones of all artworks are mapped to the wood that is free now on these panels, each by its area times its tone
-// weight. kInvalidArgument: there is no free wood at all.
+// weight. kInvalidArgument: there is no free wood at all. kCancelled: some rows of a picture after the stop request.
 Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                                         const PlanOptions& options);
+                                         const PlanOptions& options, const std::stop_token& stop = {});
 
 }  // namespace veneer::planner

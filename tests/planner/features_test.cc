@@ -121,6 +121,21 @@ TEST(Features, EveryFilterTurnsWithThePicture) {
   EXPECT_LE(most, largest_response(options));
 }
 
+// A picture wider than a band is filtered row by row: as if it were filtered whole.
+TEST(Features, BandsOfRowsDoNotShow) {
+  cv::RNG random(12);
+  cv::Mat picture(23, 270000, CV_8UC3);
+  random.fill(picture, cv::RNG::UNIFORM, 0, 255);
+  const cv::Mat grey = grey_of(picture);
+  PlanOptions options;
+  options.w_intensity = options.w_edge = 1, options.edge = 0.5_mm;
+  std::vector<cv::Mat> planes;
+  cv::split(filter_bank({picture, grey, grey, ScanResolution{4}}, options), planes);
+  ASSERT_EQ(planes.size(), 2U);
+  EXPECT_EQ(cv::norm(planes[0], grey, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(planes[1], edges_at_scale(grey, Pixels(2)), cv::NORM_INF), 0);
+}
+
 TEST(Features, ColourIsADistanceInCielab) {
   cv::Mat pair(1, 2, CV_8UC3);
   pair.at<cv::Vec3b>(0, 0) = {40, 80, 160};  // BGR: a reddish brown

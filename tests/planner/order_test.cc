@@ -52,7 +52,7 @@ TEST(Order, ThePlansOfAPictureShareItsMap) {
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_EQ(plan_to_json(*two), plan_to_json(*make_plan(artworks, stock, options)));
   artworks.push_back(blob_artwork("C", 40, 40, 20_mm, 6));
-  ASSERT_TRUE(make_problem(artworks, stock, options, &maps).ok());
+  ASSERT_TRUE(make_problem(artworks, stock, options, {}, &maps).ok());
   EXPECT_EQ(maps.size(), 2U);
 }
 

@@ -5,6 +5,7 @@
 #   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
 #   stop         200 STOPs by the API and 200 by veneerctl, from the request to the byte on the wire while planners run;
 #                also as stop.json
+#   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
@@ -37,6 +38,10 @@ show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak-lihuiyu" 
   --out "$(dirname "$out")/faults-lihuiyu.json"
 
 show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 200 --commands 200 --out "$(dirname "$out")/stop.json"
+
+seed=$(fresh_seed)
+show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \
+  --out "$(dirname "$out")/plan-stop.json"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do

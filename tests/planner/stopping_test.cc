@@ -1,0 +1,175 @@
+// How much is still done after a stop request before the index stands: counted as processor time of the thread that
+// works, as a share of what the whole takes, so the machine's speed and its other work do not matter.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "planner/matching/certified_matcher.h"
+#include "planner/matching/coarse_map.h"
+#include "planner/matching/window_samples.h"
+#include "planner/pictures/features.h"
+#include "planner/pictures/histogram.h"
+#include "planner/pictures/resample.h"
+#include "planner/pictures/working_pictures.h"
+#include "planner/problem.h"
+#include "tests/support/stop_in_the_midst.h"
+#include "tests/support/synthetic_wood.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::planner {
+namespace {
+
+using test::StopInTheMidst;
+using Work = std::function<void(const std::stop_token&)>;
+
+double whole_of(const Work& work) {
+  const StopInTheMidst never(1e6);
+  const double before = never.now();
+  work(never.token());
+  return never.now() - before;
+}
+
+// Asks for a stop after `share` of the work: what is done after it, as a share of the whole. Timers are coarse, so the
+// work may be over before: 0 then.
+double rest_of(const Work& work, double share, double whole) {
+  const StopInTheMidst stop(whole * share);
+  work(stop.token());
+  return stop.spent() / whole;
+}
+
+// Stages of a panel that is large enough for each to take some hundredths of a second.
+class Stopping : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    panel_ = new StockPanel(test::wood_panel("P", 1800, 1400, 300, 1));
+    // Like a scan of offcuts: much of it is not wood, with many borders.
+    for (int i = 0; i < 120; ++i)
+      cv::circle(panel_->free.pixels, {i * 577 % 1800, i * 919 % 1400}, 30, cv::Scalar(0), cv::FILLED);
+  }
+  static void TearDownTestSuite() { delete panel_; }
+  static const StockPanel& panel() { return *panel_; }
+
+  void expect_soon(const std::string& stage, const Work& work) {
+    const double whole = whole_of(work);
+    for (const double share : {0.15, 0.4, 0.65}) {
+      const double rest = rest_of(work, share, whole);
+      EXPECT_LT(rest, 0.3) << stage << ", stopped after " << share;
+      met_ += rest > 0 ? 1 : 0, ++asked_;
+    }
+  }
+  void TearDown() override { EXPECT_GT(met_, asked_ / 2) << "most requests came while there was work"; }
+
+ private:
+  static inline StockPanel* panel_ = nullptr;
+  int asked_ = 0, met_ = 0;
+};
+
+TEST_F(Stopping, PicturesAreReadInRows) {
+  const cv::Mat& picture = panel().picture.pixels;
+  const cv::Mat grey = grey_of(picture);
+  PlanOptions options;
+  options.w_colour = options.w_texture = 0.5, options.edge = 1_mm;
+  GreyHistogram tones;
+  tones.add(grey);
+  expect_soon("grey", [&](const auto& stop) { grey_of(picture, stop); });
+  expect_soon("tones", [&](const auto& stop) { tones.add(grey, panel().free.pixels, 1, stop); });
+  expect_soon("matched tones", [&](const auto& stop) { match_tones(grey, tones, 0.5, stop); });
+  expect_soon("resampling", [&](const auto& stop) { stretch(picture, 1700, 1300, stop); });
+  expect_soon("filters", [&](const auto& stop) {
+    filter_bank({picture, grey, grey, panel().picture.resolution}, options, stop);
+  });
+}
+
+TEST_F(Stopping, LatticesAreIndexedInRows) {
+  PlanOptions options;
+  options.patch = 4_mm, options.threads = 1, options.rotations = 1;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 12_mm, 3)};
+  auto problem = make_problem(artworks, std::span(&panel(), 1), options);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  const MatchPanel& wood = problem->panels.front();
+  const WindowClass& windows = problem->classes.front();
+  const cv::Mat& features = wood.features.pixels;
+  const Lattice lattice(features.cols, features.rows, degrees(24));
+  const BlockedPixels blocked = blocked_pixels(wood.wood.raster(), 4_mm);
+  const cv::Mat entries = rounded_entries(features, 1000);
+  const PlaceBits places(lattice, windows, wood.features, blocked, wood.wood.border());
+  CoarseMap map(features.size(), 2, lattice, cell_grid(windows), true);
+  const auto nothing = [](const auto& /*index*/) {};
+  expect_soon("entries", [&](const auto& stop) { rounded_entries(features, 1000, stop); });
+  expect_soon("blocked pixels", [&](const auto& stop) { blocked_pixels(wood.wood.raster(), 4_mm, stop); });
+  expect_soon("places",
+              [&](const auto& stop) { nothing(PlaceBits(lattice, windows, wood.features, blocked, 0.2_mm, stop)); });
+  expect_soon("cells", [&](const auto& stop) { map.measure(entries, lattice, stop); });
+  expect_soon("cells alive", [&](const auto& stop) {
+    map.find_alive(places, {0, 0, lattice.width(), lattice.height()}, stop);
+  });
+  expect_soon("bounds", [&](const auto& stop) { map.find_bounds(stop); });
+  expect_soon("turned panel", [&](const auto& stop) { nothing(RotatedPanel(features, lattice, 1000, stop)); });
+  const RotatedPanel turned(features, lattice, 1000, {});
+  expect_soon("certified cells",
+              [&](const auto& stop) { nothing(CellIndex(turned, windows, wood.features, blocked, 0.2_mm, stop)); });
+}
+
+// A plan that was stopped anywhere is no plan, and nothing much is done after the request.
+void expect_whole_plans_to_stop(PlanOptions options, std::size_t moments) {
+  options.patch = 8_mm, options.dpi = 150, options.threads = 1;
+  options.priority = Priority::kCentre;  // saliency is OpenCV's: it cannot be interrupted
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 60, 60, 24_mm, 5)};
+  const std::vector<StockPanel> stock{test::wood_panel("P", 800, 640, 150, 6), test::wood_panel("Q", 500, 400, 100, 7)};
+  const Work work = [&](const std::stop_token& stop) {
+    const auto plan = make_plan(artworks, stock, options, {}, stop);
+    // Too late to be heeded: then it is whole.
+    if (plan.ok())
+      EXPECT_EQ(unfilled(*plan), 0U);
+    else
+      EXPECT_EQ(plan.error().code, ErrorCode::kCancelled);
+  };
+  const double whole = whole_of(work);
+  std::size_t stopped = 0;
+  for (std::size_t i = 0; i < moments; ++i) {
+    const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(moments);
+    const double rest = rest_of(work, share, whole);
+    stopped += rest > 0 ? 1 : 0;
+    EXPECT_LT(rest, 0.05) << "stopped after " << share;
+  }
+  EXPECT_GT(stopped, moments / 2);
+}
+
+TEST(StoppedPlan, IsNoPlanAndEndsSoon) { expect_whole_plans_to_stop({}, 12); }
+
+TEST(StoppedPlan, EndsSoonWhenItIsExactToo) {
+  PlanOptions options;
+  options.exact = true, options.rotations = 4;
+  expect_whole_plans_to_stop(options, 8);
+}
+
+TEST(StoppedPlan, KeepsOnlyWholeIndexes) {
+  namespace fs = std::filesystem;
+  const testing::TempDirectory directory;
+  PlanOptions options;
+  options.patch = 8_mm, options.dpi = 150, options.threads = 1, options.rotations = 6;
+  options.priority = Priority::kCentre;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 60, 60, 24_mm, 5)};
+  const std::vector<StockPanel> stock{test::wood_panel("P", 800, 640, 150, 6)};
+  const auto planned = [&](const std::stop_token& stop) { return make_plan(artworks, stock, options, {}, stop); };
+  const auto expected = planned({});
+  ASSERT_TRUE(expected.ok()) << expected.error().message;
+  const double whole = whole_of([&](const auto& stop) { (void)planned(stop).ok(); });
+  for (const double share : {0.2, 0.4, 0.6, 0.3, 0.5}) {
+    options.index_cache = (directory / "index").string();
+    const StopInTheMidst stop(whole * share);
+    (void)planned(stop.token()).ok();
+    for (const auto& file : fs::directory_iterator(directory / "index"))
+      EXPECT_EQ(file.path().extension(), ".index") << "half an entry is left: " << file.path();
+  }
+  const auto plan = planned({});
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  EXPECT_EQ(cost_total(*plan), cost_total(*expected));
+}
+
+}  // namespace
+}  // namespace veneer::planner

@@ -1,0 +1,154 @@
+// How long planning goes on after a stop request: from the request to the return of make_plan, with all of its memory
+// freed, on the clock, at random moments of a plan on a large panel.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+#include <thread>
+
+#include "planner/pictures/pictures.h"
+#include "planner/plan.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace {
+
+using namespace veneer;
+using namespace veneer::planner;
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Boards side by side on a background that is no wood, mirrored where their pictures meet.
+StockPanel tiled_panel(cv::Size size, double dpi) {
+  const cv::Mat wood = test::wood_picture(1400, 1100, 1);
+  StockPanel panel;
+  panel.id = {"P"};
+  panel.picture.pixels = cv::Mat(size, CV_8UC3, cv::Scalar::all(230));
+  panel.picture.resolution = panel.free.resolution = ScanResolution::from_dpi(dpi);
+  panel.free.pixels = cv::Mat(size, CV_8UC1, cv::Scalar(0));
+  const cv::Rect all({0, 0}, size);
+  for (int left = 8, column = 0; left < size.width; left += wood.cols + 8, ++column) {
+    for (int top = 0, row = 0; top < size.height; top += wood.rows, ++row) {
+      cv::Mat tile = wood;
+      if (row % 2 == 1) cv::flip(wood, tile, 0);
+      const cv::Rect place = cv::Rect(left, top, tile.cols, tile.rows) & all;
+      tile(cv::Rect({0, 0}, place.size())).copyTo(panel.picture.pixels(place));
+    }
+    panel.free.pixels(cv::Rect(left + 8, 8, wood.cols - 16, size.height - 16) & all).setTo(255);
+  }
+  return panel;
+}
+
+double percentile(std::vector<double> values, double p) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
+}
+
+double decoding_ms(const cv::Mat& picture, const std::string& extension) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(extension, picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+  const auto start = Clock::now();
+  const auto read =
+      decode_picture({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "the panel" + extension);
+  return read.ok() ? ms_since(start) : 0;
+}
+
+struct Stopped {
+  double ms = 0;
+  bool in_time = false;  // the plan was not made before
+  std::string doing;     // what was last reported
+};
+
+Stopped stop_after(std::chrono::duration<double> moment, const Artwork& artwork, const StockPanel& panel,
+                   const PlanOptions& options) {
+  std::stop_source stop;
+  Stopped out;
+  std::promise<void> over;
+  std::thread planner([&] {
+    const auto plan = make_plan(
+        std::span(&artwork, 1), std::span(&panel, 1), options,
+        [&](double, std::string_view text) { out.doing = text.substr(0, text.find(':')); }, stop.get_token());
+    out.in_time = !plan.ok();
+    over.set_value();
+  });
+  const auto done = over.get_future();
+  const bool early = done.wait_for(moment) == std::future_status::ready;
+  const auto asked = Clock::now();
+  stop.request_stop();
+  done.wait();
+  out.ms = ms_since(asked);
+  out.in_time = out.in_time && !early;
+  planner.join();
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"A stop request, until planning has ended", "veneer-soak-plan-stops"};
+  int stops = 100, width = 3000, height = 2400, patches = 20;
+  std::uint64_t seed = 1;
+  double limit_ms = 100;
+  std::string out;
+  PlanOptions options;
+  options.patch = Millimetres(48 / 300.0 * 25.4);
+  app.add_option("--stops", stops, "How many before the index stands, and how many afterwards")->capture_default_str();
+  app.add_option("--width-px", width, "Of the panel, at 300 dpi")->capture_default_str();
+  app.add_option("--height-px", height)->capture_default_str();
+  app.add_option("--patches", patches, "Along each side of the picture, of 48 pixels")->capture_default_str();
+  app.add_option("--seed", seed, "Of the moments")->capture_default_str();
+  app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
+  app.add_flag("--exact", options.exact, "With the certified search");
+  app.add_option("--index-cache", options.index_cache, "As veneerctl plan has it");
+  app.add_option("--out", out, "Also write the figures as JSON");
+  CLI11_PARSE(app, argc, argv);
+
+  const StockPanel panel = tiled_panel({width, height}, 300);
+  const Artwork artwork = test::blob_artwork("A", 300, 300, patches * options.patch, 2);
+  fmt::print("decoding the panel, which nothing interrupts: {:.0f} ms as PNG, {:.0f} ms as JPEG\n",
+             decoding_ms(panel.picture.pixels, ".png"), decoding_ms(panel.picture.pixels, ".jpg"));
+  const auto start = Clock::now();
+  const auto whole = make_plan(std::span(&artwork, 1), std::span(&panel, 1), options);
+  const double whole_s = ms_since(start) / 1000;
+  if (!whole.ok()) {
+    fmt::print(stderr, "{}\n", whole.error().message);
+    return 1;
+  }
+  const double index_s = whole->seconds.features;
+  fmt::print("{} x {} pixels: the index takes {:.1f} s, the whole plan {:.1f} s\n", width, height, index_s, whole_s);
+  std::mt19937_64 random(seed);
+  nlohmann::json rows = nlohmann::json::array();
+  bool soon = true;
+  for (const auto& [name, from, to] :
+       {std::tuple("before the index stands", 0.0, index_s), std::tuple("while patches choose", index_s, whole_s)}) {
+    std::vector<double> values;
+    Stopped slowest;
+    for (int i = 0; i < stops; ++i) {
+      const double moment = std::uniform_real_distribution(from, to)(random);
+      const Stopped stopped = stop_after(std::chrono::duration<double>(moment), artwork, panel, options);
+      if (!stopped.in_time) continue;
+      values.push_back(stopped.ms);
+      if (stopped.ms > slowest.ms) slowest = stopped;
+    }
+    fmt::print("{:<24} {:>4} stops  p50 {:7.2f} ms  p99 {:7.2f} ms  max {:7.2f} ms (\"{}\")\n", name, values.size(),
+               percentile(values, 0.5), percentile(values, 0.99), percentile(values, 1), slowest.doing);
+    soon = soon && percentile(values, 0.99) <= limit_ms;
+    rows.push_back({{"when", name},
+                    {"stops", values.size()},
+                    {"p50_ms", percentile(values, 0.5)},
+                    {"p99_ms", percentile(values, 0.99)},
+                    {"max_ms", percentile(values, 1)},
+                    {"samples_ms", values}});
+  }
+  if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"stops", rows}}.dump(2);
+  return soon ? 0 : 1;
+}
