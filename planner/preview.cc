@@ -26,7 +26,7 @@ cv::Vec3b bilinear(const cv::Mat& picture, double column, double row) {
   cv::Vec3b out;
   for (int k = 0; k < 3; ++k) {
     const double value = (1 - fy) * ((1 - fx) * a[k] + fx * b[k]) + fy * ((1 - fx) * d[k] + fx * e[k]);
-    out[k] = static_cast<std::uint8_t>(std::lround(value));
+    out[k] = static_cast<std::uint8_t>(value + 0.5);
   }
   return out;
 }
@@ -62,13 +62,18 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
       found = pictures.emplace(id, finer ? at_resolution(panel->picture, resolution) : panel->picture).first;
     }
     const Raster<PanelFrame>& picture = found->second;
+    const auto& map = piece.placement->panel_from_artwork;
+    const double cos = std::cos(map.angle().count()), sin = std::sin(map.angle().count());
     const PatchPixels patch = patch_pixels(piece.artwork_outline, grid, preview.pixels.cols, preview.pixels.rows);
     for (int i = 0; i < patch.height; ++i) {
       const PatchPixels::Span span = patch.rows[static_cast<std::size_t>(i)];
       for (int c = span.begin; c < span.end; ++c) {
         double column = 0, row = 0;
-        picture.to_pixels(piece.placement->panel_from_artwork * preview.from_pixels(c + 0.5, patch.top + i + 0.5),
-                          column, row);
+        // As map * pixel, which asks for the sine each time.
+        const Point<ArtworkFrame> pixel = preview.from_pixels(c + 0.5, patch.top + i + 0.5);
+        picture.to_pixels(
+            {pixel.x * cos - pixel.y * sin + map.shift().x, pixel.x * sin + pixel.y * cos + map.shift().y}, column,
+            row);
         preview.pixels.at<cv::Vec3b>(patch.top + i, c) = bilinear(picture.pixels, column, row);
       }
     }

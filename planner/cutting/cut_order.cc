@@ -13,7 +13,8 @@ namespace {
 constexpr double kGain = 1e-9;     // mm; below it a change is rounding, and could go on for ever
 constexpr double kHeat = 1000;     // mm; what burning a neighbour right away counts: no detour is as long
 constexpr std::size_t kNear = 10;  // sites around one that are tried as its neighbours in the tour
-constexpr std::size_t kKicks = 1500;
+// Ways through up to fifty sites find their best sooner: within 0.1 % of what all kicks reach.
+constexpr std::size_t kKicks = 1500, kKicksPerSite = 30;
 constexpr int kMostRounds = 60;  // tours of thousands of sites are good long before nothing improves any more
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
@@ -99,7 +100,7 @@ class Tour {
     std::mt19937 random(1);  // its numbers are the same everywhere
     const std::size_t span = std::min<std::size_t>(n, 50);
     double length = total();
-    for (std::size_t kick = 0; kick < kKicks; ++kick) {
+    for (std::size_t kick = 0; kick < std::min(kKicks, kKicksPerSite * n); ++kick) {
       std::vector<CutVisit> before_kick = visits_;
       const std::size_t base = random() % (n - span + 1);
       std::array<std::size_t, 3> cuts{};

@@ -101,20 +101,18 @@ cv::Mat turned_upright(const cv::Mat& stored, int orientation) {
 
 // Grey, grey with alpha, BGR or BGR with alpha, of any depth.
 std::optional<cv::Mat> to_opaque_bgr(const cv::Mat& stored, PictureFormat format, const std::string& icc_profile) {
-  std::vector<cv::Mat> planes;
-  cv::split(to_whole_numbers(stored), planes);
-  if (planes.empty() || planes.size() > 4) return std::nullopt;
-  cv::Mat alpha, colour;
-  if (planes.size() % 2 == 0) {
+  cv::Mat alpha, colour = to_whole_numbers(stored);
+  if (colour.channels() > 4) return std::nullopt;
+  if (colour.channels() % 2 == 0) {
+    std::vector<cv::Mat> planes;
+    cv::split(colour, planes);
     alpha = to_8_bit(planes.back());
     planes.pop_back();
+    cv::merge(planes, colour);
   }
-  if (planes.size() == 1) {
-    colour = planes.front();
+  if (colour.channels() == 1) {
     if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
     cv::cvtColor(colour, colour, cv::COLOR_GRAY2BGR);
-  } else {
-    cv::merge(planes, colour);
   }
   if (const auto converted = to_srgb(colour, icc_profile)) colour = *converted;
   colour = to_8_bit(colour);
