@@ -40,7 +40,7 @@ void GrblCore::pump() {
     const GcodeLine* line = run_->next();
     if (line == nullptr || !window_.fits(line->text)) return;
     send(*line);
-    run_->sent();
+    run_->sent(now_);
   }
 }
 

@@ -57,7 +57,7 @@ void GrblCore::stop_jog(TimePoint now) {
 void GrblCore::pump_jog() {
   if (!outstanding_.empty() || jog_->all_sent() || !jog_->motion.fits(jog_->lines[jog_->next])) return;
   const GcodeLine& line = jog_->lines[jog_->next++];
-  jog_->motion.sent(line);
+  jog_->motion.sent(line, now_);
   send(line);
 }
 

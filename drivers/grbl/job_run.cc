@@ -20,9 +20,9 @@ const GcodeLine* JobRun::next() const {
   return line.moves() && (gates_ > 0 || !motion_.fits(line)) ? nullptr : &line;
 }
 
-void JobRun::sent() {
+void JobRun::sent(TimePoint now) {
   const GcodeLine& line = lines_[next_++];
-  if (line.moves()) motion_.sent(line);
+  if (line.moves()) motion_.sent(line, now);
   if (line.kind == LineKind::kBurn) burning_begun_ = true;
   if (line.gate) ++gates_;
 }

@@ -22,7 +22,7 @@ class JobRun {
 
   // The next line, or null when the lines of the group are all out or the next one would queue too much motion.
   const GcodeLine* next() const;
-  void sent();  // the line next() gave
+  void sent(TimePoint now);  // the line next() gave
   void acknowledged(const GcodeLine& line, TimePoint now);
   bool all_sent() const { return next_ >= lines_.size(); }
 

@@ -46,9 +46,9 @@ bool MotionQueue::fits(const GcodeLine& line) const {
   return queued_s_ + line.longest_s <= (limits_.longest_s - limits_.hidden_s - limits_.unseen_s) * slowest_;
 }
 
-void MotionQueue::sent(const GcodeLine& line) {
+void MotionQueue::sent(const GcodeLine& line, TimePoint now) {
   moves_.push_back(
-      {line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn, {}});
+      {line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn, now, {}});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;
@@ -87,16 +87,27 @@ bool MotionQueue::reported(double x_mm, double y_mm, TimePoint now) {
   return true;
 }
 
+double MotionQueue::longest_s(std::size_t count) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += moves_[i].longest_s;
+  return sum / slowest_;
+}
+
 double MotionQueue::late_s(double x_mm, double y_mm, TimePoint asked) const {
+  const double late = late_in_accepted_s(x_mm, y_mm, asked);
+  if (acknowledged_ == moves_.size()) return late;
+  const TimePoint since = std::max(front_since_, moves_[acknowledged_].sent);
+  return std::max(late, std::chrono::duration<double>(asked - since).count() - longest_s(acknowledged_ + 1));
+}
+
+double MotionQueue::late_in_accepted_s(double x_mm, double y_mm, TimePoint asked) const {
   // Where the path crosses itself, the latest place that fits.
   std::size_t count = acknowledged_;
   while (count > 0 && !lies_on(moves_[count - 1], x_mm, y_mm)) --count;
   if (count == 0) return 0;
   const Move& last = moves_[count - 1];
   if (count == acknowledged_ && distance_to_segment_mm(x_mm, y_mm, last.to, last.to) <= limits_.tolerance_mm) return 0;
-  double allowed = 0;
-  for (std::size_t i = 0; i < count; ++i) allowed += moves_[i].longest_s;
-  return std::chrono::duration<double>(asked - std::max(front_since_, last.accepted)).count() - allowed / slowest_;
+  return std::chrono::duration<double>(asked - std::max(front_since_, last.accepted)).count() - longest_s(count);
 }
 
 void MotionQueue::set_slowest(double fraction, TimePoint now) {

@@ -7,8 +7,9 @@
 //    it go. Each duration is from standstill to standstill, so the sum is never too small.
 //  - Which strokes are burnt? Those before the place the machine itself reports, and all when it has drained.
 //    Acknowledgements say nothing about that.
-//  - Is the machine late? Motions that were accepted take no longer than their sum; one that does runs with another
-//    feed, or to another place, than it was sent with.
+//  - Is the machine late? Motions that were accepted take no longer than their sum, and a motion is accepted when those
+//    before it have ended, at the latest; an arc, which the controller plans chord by chord, when it has ended itself.
+//    What takes longer runs with another feed, or to another place, than it was sent with.
 // Where the path crosses itself the earliest place that fits the reported position counts: too little is believed
 // done, never too much.
 //
@@ -42,7 +43,7 @@ class MotionQueue {
   // The machine stands here, nothing is queued.
   void start_at(WirePoint at);
   bool fits(const GcodeLine& line) const;
-  void sent(const GcodeLine& line);
+  void sent(const GcodeLine& line, TimePoint now);
   // The oldest unanswered motion was accepted into the planner.
   void acknowledged(TimePoint now);
   // `now` is when the report was heard. False when the place is on no motion that can be under way. Nothing is
@@ -75,9 +76,11 @@ class MotionQueue {
     std::optional<std::size_t> ends_stroke;
     bool released = false;  // no longer counted in queued_s_
     bool burns = false;
-    TimePoint accepted{};
+    TimePoint sent{}, accepted{};
   };
   bool lies_on(const Move& move, double x_mm, double y_mm) const;
+  double late_in_accepted_s(double x_mm, double y_mm, TimePoint asked) const;
+  double longest_s(std::size_t count) const;  // of so many motions, from the front
   void release(Move& move);
   void pop_front();
 

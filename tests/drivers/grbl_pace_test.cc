@@ -58,6 +58,21 @@ TEST(GrblPace, AnArcThatNoiseTurnedTheOtherWayIsNoticed) {
   EXPECT_FALSE(run.cell.has<laser_event::PieceVerified>());
 }
 
+// Its line is answered when its last chord is planned, so nothing else says that it was understood at all.
+TEST(GrblPace, AnArcWhoseFeedNoiseChangedIsNoticedBeforeTheBeamHasStoodForTwoSeconds) {
+  ChangedLine run("G3X-1.552Y0.274I-0.8S200", "G3X-1.552Y0.274I-0.8F5S200");
+  EXPECT_THAT(run.sentence(), testing::HasSubstr("slower than it was told"));
+  ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::ElementsAre(PieceId{1}));
+  double crept_s = 0;
+  for (const sim::BurnSegment& burn : run.cell.bench.burns) {
+    const double seconds = std::chrono::duration<double>(burn.end - burn.start).count();
+    if (burn.length_mm() / seconds < 1) crept_s += seconds;
+  }
+  EXPECT_LT(crept_s, 2.0);
+  EXPECT_GT(crept_s, 0.1) << "the beam must have crept for this test to say anything";
+}
+
 TEST(GrblPace, AMachineHeldForLongIsNotLate) {
   GrblCell cell;
   cell.connect_and_home();

@@ -343,7 +343,7 @@ TEST(MotionQueue, CountsAMotionUntilTheMachineIsSeenBehindIt) {
   double sum = 0;
   std::size_t sent = 0;
   while (sent < moves.size() && queue.fits(moves[sent])) {
-    queue.sent(moves[sent]);
+    queue.sent(moves[sent], {});
     sum += moves[sent++].longest_s;
   }
   EXPECT_LT(sent, moves.size());
@@ -359,7 +359,7 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
   MotionQueue queue({.longest_s = 10, .planner_blocks = 15});
   const auto moves = burns({{100, 100}, {102, 100}, {102, 102}, {101, 102}, {101, 99}}, 0.2);
   queue.start_at(moves.front().from);
-  for (const auto& move : moves) queue.sent(move);
+  for (const auto& move : moves) queue.sent(move, {});
   const double all = queue.queued_s();
   EXPECT_TRUE(queue.reported(-420 + 1.0, -280, {}));  // the crossing: in the first motion, and again in the last
   EXPECT_NEAR(queue.queued_s(), all, 1e-9);
@@ -370,6 +370,27 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
   EXPECT_EQ(queue.queued_s(), 0);
 }
 
+// An arc is planned chord by chord, so that its line is answered only near its end: one that creeps is never accepted.
+TEST(MotionQueue, AMotionThatIsNotAcceptedInItsTimeIsLate) {
+  using std::chrono::milliseconds;
+  const auto moves = burns({{100, 100}, {102, 100}, {102, 102}}, 10);
+  ASSERT_EQ(moves.size(), 2U);
+  MotionQueue queue({});
+  queue.start_at(moves[0].from);
+  const TimePoint begin{std::chrono::seconds(100)};
+  for (const auto& move : moves) queue.sent(move, begin);
+  queue.acknowledged(begin);
+  const double x = static_cast<double>(moves[0].to.x_um) / 1000, y = static_cast<double>(moves[0].to.y_um) / 1000;
+  const double both = moves[0].longest_s + moves[1].longest_s;
+  EXPECT_LE(queue.late_s(x, y, begin + milliseconds(10)), 0);
+  EXPECT_NEAR(queue.late_s(x, y, begin + milliseconds(3000)), 3 - both, 1e-9);
+  queue.set_slowest(0.5, begin);
+  EXPECT_NEAR(queue.late_s(x, y, begin + milliseconds(3000)), 3 - 2 * both, 1e-9);
+  queue.acknowledged(begin + milliseconds(1000));
+  const double end_y = static_cast<double>(moves[1].to.y_um) / 1000;
+  EXPECT_LE(queue.late_s(x, end_y, begin + milliseconds(3000)), 0) << "it stands where all ends";
+}
+
 TEST(MotionQueue, LetsGoOfShortMotionsThePlannerMustHaveLetGo) {
   MotionQueue queue({.longest_s = 1.0, .planner_blocks = 15});
   std::vector<std::pair<double, double>> points;
@@ -377,7 +398,7 @@ TEST(MotionQueue, LetsGoOfShortMotionsThePlannerMustHaveLetGo) {
   for (int i = 0; i < 60; ++i) points.emplace_back(100 + 0.05 * i, 100);
   const auto moves = burns(points, 0.2);
   queue.start_at(moves.front().from);
-  for (std::size_t i = 0; i < 20; ++i) queue.sent(moves[i]);
+  for (std::size_t i = 0; i < 20; ++i) queue.sent(moves[i], {});
   const double all = queue.queued_s();
   for (int i = 0; i < 15; ++i) queue.acknowledged({});
   EXPECT_NEAR(queue.queued_s(), all, 1e-12);
