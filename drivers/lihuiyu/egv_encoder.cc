@@ -54,6 +54,9 @@ class ProgramWriter {
 
   Program finish(std::string_view ending) {
     if (beam_) letter('U');
+    // Not with a full packet: an empty one would have to follow it, and if the board had ended by then, nobody would be
+    // told: a packet clears what its lines say.
+    if (packets() && (program_.text.size() + ending.size()) % kPayloadBytes == 0) letter('U');
     program_.text += ending;
     program_.end = at_;
     return std::move(program_);

@@ -146,6 +146,18 @@ TEST(LihuiyuProgram, IsWhatTheProtocolSays) {
   EXPECT_EQ(packet(6), "DrTM|eUFNSE");
 }
 
+// The board may be done with it before a packet that follows has come, and that would clear the news of it.
+TEST(LihuiyuProgram, TheEndIsNeverFollowedByAnotherPacket) {
+  for (int mils = 1; mils <= 400; ++mils) {
+    const Polyline<MachineFrame> line{point<MachineFrame>(50, 100), point<MachineFrame>(50 + 0.0254 * mils, 101)};
+    const auto programs = write_programs(std::vector{stroke_of(line)}, 0, {}, kGrid, {.packet_motion_s = 0.1});
+    const auto packets = make_packets(programs[0].text);
+    EXPECT_NE(packets.back(), make_packet("")) << mils;
+    const Decoded decoded = decode(programs[0].text);
+    EXPECT_TRUE(decoded.finished && decoded.complaints.empty()) << mils;
+  }
+}
+
 RC_GTEST_PROP(LihuiyuProgram, BurnsThePathWithinHalfAMil, ()) {
   const auto path = random_path(*rc::gen::element(0.1, 1.0, 4.0));
   RC_PRE(check_job({{stroke_of(path)}}, kGrid).ok());
