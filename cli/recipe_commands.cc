@@ -99,7 +99,8 @@ void add_card(CLI::App& recipe, CommandContext& context) {
   x->needs(y);
   y->needs(x);
   card->add_flag("--no-air", options->no_air, "Without air assist");
-  card->add_option("--out", options->out, "Write FILE.svg, to look at, or FILE.egv, for a Lihuiyu board");
+  card->add_option("--out", options->out,
+                   "Write FILE.svg, to look at, or FILE.egv, for a Lihuiyu board (as --help of `job export` says)");
   card->add_flag("--burn", options->burn, "Burn it now: this is your word. The cell must be Idle");
   card->add_flag("--dry", options->dry, "With --burn: the beam stays off");
   add_confirm_option(*card, options->confirmed);
@@ -155,7 +156,10 @@ void add_export(CLI::App& job, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = job.add_subcommand(
-      "export", "The cuts of one panel as a file for a Lihuiyu board, panel back up, its upper left corner at home");
+      "export",
+      "The cuts of one panel as a file for a Lihuiyu board, panel back up, its upper left corner at home. The format "
+      "carries no power: the tube burns with what is set at the machine's panel, pulsed for the wanted share of the "
+      "way");
   command->add_option("JOB", options->id, "Its number")->required();
   command->add_option("--panel", options->panel, "Which panel")->required();
   command->add_option("--out", options->out, "FILE.egv")->required();

@@ -247,6 +247,11 @@ Result<Config> load_config(const std::filesystem::path& file) {
   if (errors.empty() && config.laser.kind != "sim" && config.laser.port.empty())
     errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file.string(),
                                  config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512"));
+  if (errors.empty() && config.sim.time_scale != 1 && !on_twin(config.laser))
+    errors.push_back(
+        fmt::format("{}: sim.time_scale is {}, but the laser is a real one: its time cannot be scaled, take it "
+                    "out",
+                    file.string(), config.sim.time_scale));
   if (errors.empty() && config.recipe.mark_min_height > config.recipe.mark_height)
     errors.push_back(fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller",
                                  file.string()));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/geometry.h"
@@ -14,10 +15,13 @@
 
 namespace veneer::daemon {
 
+// Before the socket of the twin's Lihuiyu board, as a port of the laser.
+inline constexpr std::string_view kTwinPort = "twin:";
+
 struct LaserConfig {
   std::string kind = "sim";  // grbl | lihuiyu | sim
   // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; lihuiyu: "usb:1a86:5512",
-  // "usb:1a86:5512@1-2.4", "file:/path"; sim: unused
+  // "usb:1a86:5512@1-2.4", "twin:/path", "file:/path"; sim: unused
   std::string port;
   // lihuiyu: the board knows neither what it is nor its travel
   std::string board = "m2";  // m2 | m3
@@ -26,6 +30,9 @@ struct LaserConfig {
   // bare bed
   std::optional<Millimetres> focus_z;
 };
+
+// Is it a machine of the twin, whose time runs as [sim] says?
+inline bool on_twin(const LaserConfig& laser) { return laser.kind == "sim" || laser.port.starts_with(kTwinPort); }
 
 struct ScannerConfig {
   std::string kind = "sim";  // file | sim

@@ -8,6 +8,7 @@
 #include "drivers/lihuiyu/lihuiyu_laser.h"
 #include "drivers/sim/client/sim_camera.h"
 #include "drivers/sim/client/sim_scanner.h"
+#include "drivers/sim/client/sim_usb.h"
 #include "drivers/transport/make_transport.h"
 #include "drivers/transport/make_usb_transport.h"
 
@@ -17,9 +18,12 @@ namespace {
 Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Clock& device_clock,
                                                 boost::asio::io_context& reactor, const Logger& log) {
   if (config.laser.kind == "lihuiyu") {
-    auto link = make_usb_transport(config.laser.port, reactor);
+    const bool in_twin = on_twin(config.laser);
+    auto link = in_twin ? Result<std::unique_ptr<UsbTransport>>(
+                              std::make_unique<sim::SimUsb>(reactor, config.laser.port.substr(kTwinPort.size())))
+                        : make_usb_transport(config.laser.port, reactor);
     if (!link) return link.error();
-    lihuiyu::LihuiyuOptions options;
+    auto options = lihuiyu::LihuiyuOptions::for_time_scale(in_twin ? config.sim.time_scale : 1);
     options.board = config.laser.board == "m3" ? lihuiyu::Board::kM3 : lihuiyu::Board::kM2;
     options.travel_x_mm = config.laser.travel_x.count();
     options.travel_y_mm = config.laser.travel_y.count();

@@ -36,7 +36,7 @@ struct LihuiyuOptions {
   Duration homing_wait = std::chrono::seconds(3);
   Duration homing_timeout = std::chrono::seconds(60);
 
-  double packet_motion_s = 0.1;  // see egv_encoder.h
+  double packet_motion_s = 0.09;  // see egv_encoder.h
   // How slow a board may be: dark ways, and motion in compact mode against what the speed code says.
   double slowest_rapid_mm_s = 60;
   double slowest_share = 0.6;

@@ -4,11 +4,19 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
 
 #include "base/result.h"
-#include "drivers/sim/grbl_controller/faults.h"
 
 namespace veneer::sim {
+
+// What a fault is and when it happens differs from machine to machine: grbl_controller/faults.h,
+// lihuiyu_board/faults.h.
+struct FaultRequest {
+  std::string name;
+  std::optional<double> value, after;  // after: 1 or more
+};
 
 class LaserBench {
  public:
@@ -17,7 +25,8 @@ class LaserBench {
   virtual void set_power(bool on) = 0;
   virtual void unplug() = 0;  // the port disappears; the controller itself goes on
   virtual Status replug() = 0;
-  virtual void inject(const Fault& fault) = 0;
+  // kNotFound names the faults this machine can have.
+  virtual Status inject(const FaultRequest& request) = 0;
   virtual void set_consent(bool given) = 0;  // for the watchdog: may anything move now?
   virtual nlohmann::json describe()
       const = 0;  // {"port", "state", "lid", "power", "plugged", "beam", "watchdog": {...}}

@@ -242,7 +242,20 @@ Status LaserPort::replug() {
   return open();
 }
 
-void LaserPort::inject(const Fault& fault) { controller_.inject(fault); }
+Status LaserPort::inject(const FaultRequest& request) {
+  const Result<FaultKind> kind = fault_kind(request.name);
+  if (!kind.ok()) return kind.error();
+  // What a fault waits for is its `after`; the short form gives it as the value where a fault has no value of its own.
+  const bool has_value = *kind == FaultKind::kError || *kind == FaultKind::kAlarm || *kind == FaultKind::kSlip;
+  Fault fault{*kind, 1, 0};
+  const double after = request.after.value_or(has_value ? 1 : request.value.value_or(1));
+  if (!(after >= 1 && after <= 1e12))
+    return Error{ErrorCode::kInvalidArgument, fmt::format("fault {} happens after 1 or more", request.name)};
+  fault.after = static_cast<std::uint64_t>(after);
+  if (has_value && request.value) fault.value = static_cast<int>(std::clamp(*request.value, -1e6, 1e6));
+  controller_.inject(fault);
+  return Ok();
+}
 
 void LaserPort::set_consent(bool given) { controller_.set_consent(given); }
 

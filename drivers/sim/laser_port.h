@@ -42,7 +42,7 @@ class LaserPort final : public LaserBench {
   void set_power(bool on) override;
   void unplug() override;
   Status replug() override;
-  void inject(const Fault& fault) override;
+  Status inject(const FaultRequest& request) override;
   void set_consent(bool given) override;
   nlohmann::json describe() const override;
 

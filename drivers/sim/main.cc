@@ -8,11 +8,14 @@
 #include <boost/asio/signal_set.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "drivers/sim/board_port.h"
 #include "drivers/sim/laser_port.h"
 #include "drivers/sim/truth_files.h"
 #include "drivers/sim/twin_config.h"
@@ -47,6 +50,29 @@ Status lock_state(const std::filesystem::path& dir) {
   return Ok();
 }
 
+template <class Port, class Options>
+Result<std::unique_ptr<sim::LaserBench>> open_port(boost::asio::io_context& io, const Clock& clock, sim::World& world,
+                                                   Options options, const Logger& log) {
+  auto port = std::make_unique<Port>(io, clock, world, std::move(options), log);
+  if (const Status opened = port->open(); !opened.ok()) return opened.error();
+  return std::unique_ptr<sim::LaserBench>(std::move(port));
+}
+
+Result<std::unique_ptr<sim::LaserBench>> make_laser(boost::asio::io_context& io, const Clock& clock, sim::World& world,
+                                                    const sim::TwinConfig& config, const std::filesystem::path& path,
+                                                    const Logger& log) {
+  const sim::TwinSettings& settings = world.truth().settings;
+  const double width = settings.bed.width_mm, height = settings.bed.height_mm;
+  if (config.controller == "grbl")
+    return open_port<sim::LaserPort>(
+        io, clock, world,
+        sim::LaserPortOptions{path, config.reset_on_open, width, height, config.boot_seconds, settings.seed}, log);
+  return open_port<sim::BoardPort>(
+      io, clock, world,
+      sim::BoardPortOptions{path, config.controller == "lihuiyu-m3", width, height, config.boot_seconds, settings.seed},
+      log);
+}
+
 int run(const sim::TwinConfig& config, const std::filesystem::path& state_dir, const std::string& socket,
         bool journal) {
   const Logger log = make_stderr_logger("veneer-twin", journal);
@@ -55,13 +81,9 @@ int run(const sim::TwinConfig& config, const std::filesystem::path& state_dir, c
   if (!world.ok()) return fail(world.error());
   boost::asio::io_context io;
   const ScaledClock clock(config.settings.time_scale);
-  const sim::TwinSettings& settings = (*world)->truth().settings;
-  sim::LaserPort laser(io, clock, **world,
-                       {state_dir / "laser", config.reset_on_open, settings.bed.width_mm, settings.bed.height_mm,
-                        config.boot_seconds, settings.seed},
-                       log);
-  if (const Status s = laser.open(); !s.ok()) return fail(s.error());
-  sim::TwinService service(**world, laser, log);
+  auto laser = make_laser(io, clock, **world, config, state_dir / "laser", log);
+  if (!laser.ok()) return fail(laser.error());
+  sim::TwinService service(**world, **laser, log);
   sim::TwinServer server(io, service, log);
   if (const Status s = server.listen(socket); !s.ok()) return fail(s.error());
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);

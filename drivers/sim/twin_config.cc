@@ -4,8 +4,10 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <optional>
 #include <set>
 #include <string>
@@ -42,6 +44,13 @@ class Table {
     if (node == nullptr) return;
     if (!node->is_boolean()) return complain(*node, fmt::format("{}.{} must be true or false", name_, key));
     out = node->value_or(out);
+  }
+  void word(std::string_view key, std::string& out, std::initializer_list<std::string_view> allowed) {
+    const toml::node* node = take(key);
+    if (node == nullptr) return;
+    out = node->value_or(std::string());
+    if (std::find(allowed.begin(), allowed.end(), out) == allowed.end())
+      complain(*node, fmt::format("{}.{} must be one of {}", name_, key, fmt::join(allowed, ", ")));
   }
   void leave(std::string_view key) { read_.emplace(key); }
   Table table(std::string_view key) {
@@ -110,6 +119,7 @@ void read_machine(Table& twin, TwinConfig& config) {
   laser.number("engrave_width_mm", s.laser.engrave_width_mm, 0.02, 2);
   laser.number("boot_seconds", config.boot_seconds, 0, 10);
   laser.flag("reset_on_open", config.reset_on_open);
+  laser.word("controller", config.controller, {"grbl", "lihuiyu-m2", "lihuiyu-m3"});
   laser.refuse_unread();
 }
 

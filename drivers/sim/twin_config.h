@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "base/result.h"
 #include "drivers/sim/cell_truth.h"
@@ -12,8 +13,9 @@ namespace veneer::sim {
 
 struct TwinConfig {
   TwinSettings settings;
-  double boot_seconds = 0.1;  // device time of the controller's bootloader after its port was opened
-  bool reset_on_open = true;  // opening the port pulses DTR, which resets the board
+  double boot_seconds = 0.1;        // device time of the controller's bootloader after its port was opened
+  std::string controller = "grbl";  // grbl | lihuiyu-m2 | lihuiyu-m3
+  bool reset_on_open = true;        // opening the port pulses DTR, which resets the board
 };
 
 // kNotFound, or kInvalidArgument naming file, line and key.

@@ -332,24 +332,20 @@ TwinService::Reply TwinService::fault(const json& r) {
     world_.drift_axes(value.get<double>());
     return json::object();
   }
-  const Result<FaultKind> kind = fault_kind(name);
-  if (!kind.ok()) {
+  if (!value.is_null() && !value.is_number())
+    return invalid(fmt::format("\"value\" of fault {} must be a number", name));
+  FaultRequest request{name, {}, {}};
+  if (value.is_number()) request.value = value.get<double>();
+  if (r.contains("after")) request.after = r.at("after").get<double>();
+  const auto possible = [](const std::optional<double>& n) { return !n || (*n >= 1 && *n <= 1e12); };
+  if (!possible(request.after)) return invalid(fmt::format("fault {} happens after 1 or more", name));
+  const Status set = laser_.inject(request);
+  if (!set && set.error().code == ErrorCode::kNotFound)
     return Error{
         ErrorCode::kNotFound,
         fmt::format("{}; or scanner_dead, camera_dead, camera_dark, laser_unplug, laser_replug, axis_drift, none",
-                    kind.error().message)};
-  }
-  if (!value.is_null() && !value.is_number())
-    return invalid(fmt::format("\"value\" of fault {} must be a number", name));
-  Fault fault{*kind, 1, 0};
-  // What a fault waits for is its `after`; the short form gives it as the value where a fault has no value of its own.
-  const bool has_value = *kind == FaultKind::kError || *kind == FaultKind::kAlarm || *kind == FaultKind::kSlip;
-  const double after = r.value("after", !has_value && value.is_number() ? value.get<double>() : 1.0);
-  if (!(after >= 1 && after <= 1e12)) return invalid(fmt::format("fault {} happens after 1 or more", name));
-  fault.after = static_cast<std::uint64_t>(after);
-  if (has_value && value.is_number()) fault.value = static_cast<int>(std::clamp(value.get<double>(), -1e6, 1e6));
-  laser_.inject(fault);
-  return json::object();
+                    set.error().message)};
+  return done(set);
 }
 
 TwinService::Reply TwinService::burn_log(const json&) {

@@ -27,6 +27,7 @@ TEST_F(ConfigTest, AnEmptyFileIsTheSimulatedCell) {
   ASSERT_TRUE(config.ok());
   EXPECT_EQ(config->laser.kind, "sim");
   EXPECT_EQ(config->api.listen, "127.0.0.1:8765");
+  EXPECT_DOUBLE_EQ(parse("[sim]\ntime_scale = 40\n")->sim.time_scale, 40);
 }
 
 TEST_F(ConfigTest, ReadsWhatIsWritten) {
@@ -38,15 +39,12 @@ focus_z_mm = -40
 [recipe]
 cut_speed_mm_s = 12
 cut_power = 0.5
-[sim]
-time_scale = 40
 )");
   ASSERT_TRUE(config.ok());
   EXPECT_EQ(config->laser.port, "tcp:192.0.2.1:23");
   EXPECT_EQ(config->laser.focus_z, Millimetres(-40));
   EXPECT_DOUBLE_EQ(config->recipe.cut_speed.count(), 12);
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
-  EXPECT_DOUBLE_EQ(config->sim.time_scale, 40);
 }
 
 TEST_F(ConfigTest, ARealLaserAsksForExhaustAirCoolingAndFocusUnlessTold) {
@@ -127,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Mistake{"[laser]\nkind = \"grbl\"\nport = \"file:/x\"\nboard = \"m2\"\n", ":4: laser.board"},
                       Mistake{"[recipe]\nmark_min_height_mm = 3\n", "larger than recipe.mark_height_mm"},
                       Mistake{"[recipe]\ncut_order = \"long\"\n", ":2: recipe.cut_order"},
+                      Mistake{"[laser]\nkind = \"grbl\"\nport = \"file:/x\"\n[sim]\ntime_scale = 40\n",
+                              "sim.time_scale"},
                       Mistake{"laser = 3\n", "laser must be a table"}, Mistake{"[laser\n", ":1:"}));
 
 TEST_F(ConfigTest, AMissingFileIsNamed) {

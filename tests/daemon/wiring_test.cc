@@ -57,6 +57,15 @@ TEST_F(WiringTest, ALihuiyuBoardOnAFileRecordsTheWire) {
   EXPECT_EQ(wire.substr(2, 30), "I" + std::string(29, 'F'));
 }
 
+TEST_F(WiringTest, ATwinThatIsNotThereIsNamedWithWhatToStart) {
+  auto devices = make(lihuiyu("twin:" + (directory.path() / "laser").string()));
+  ASSERT_TRUE(devices.ok()) << devices.error().message;
+  const LaserEvent event = connect(*devices->laser);
+  const auto* failed = std::get_if<laser_event::Failed>(&event);
+  ASSERT_NE(failed, nullptr);
+  EXPECT_THAT(failed->error.message, HasSubstr("start veneer-twin with controller"));
+}
+
 TEST_F(WiringTest, ABoardThatIsNotPluggedInIsNamed) {
   auto devices = make(lihuiyu("usb:1a86:5512@99-9"));
   ASSERT_TRUE(devices.ok()) << devices.error().message;

@@ -249,6 +249,8 @@ TEST_F(TwinConfigFile, NamesFileLineAndKeyOfAMistake) {
               HasSubstr("twin.scanner.warp_mm must be a number"));
   EXPECT_THAT(load("[twin]\nseed = 1.5\n").error().message, HasSubstr("whole number"));
   EXPECT_THAT(load("[tiwn]\nseed = 1\n").error().message, HasSubstr("tiwn is not a setting"));
+  EXPECT_THAT(load("[twin.laser]\ncontroller = \"grlb\"\n").error().message,
+              HasSubstr("twin.laser.controller must be one of grbl, lihuiyu-m2, lihuiyu-m3"));
   EXPECT_THAT(load("[twin\n").error().message, HasSubstr("twin.toml:1"));
   EXPECT_EQ(load_twin_config("/nonexistent.toml").error().code, ErrorCode::kNotFound);
 }
@@ -261,6 +263,7 @@ TEST_F(TwinConfigFile, AgreesWithTheShippedOne) {
   EXPECT_EQ(shipped->settings.seed, defaults.seed);
   EXPECT_EQ(shipped->settings.scanner.warp_mm, defaults.scanner.warp_mm);
   EXPECT_EQ(shipped->settings.laser.through_energy, defaults.laser.through_energy);
+  EXPECT_EQ(shipped->controller, TwinConfig().controller);
   EXPECT_EQ(shipped->settings.camera.tilt_deg, defaults.camera.tilt_deg);
 }
 

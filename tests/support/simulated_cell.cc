@@ -53,16 +53,21 @@ Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellO
 }
 
 Status SimulatedCell::write_configs() const {
+  const std::string port = (fs::absolute(twin_dir()) / "laser").string();
   std::ofstream twin(options_.dir / "veneer-twin.toml");
-  twin << fmt::format("[sim]\ntime_scale = {}\n[twin]\nseed = {}\n{}", options_.time_scale, options_.seed,
-                      options_.twin_tables);
+  twin << fmt::format("[sim]\ntime_scale = {}\n[twin]\nseed = {}\n{}{}", options_.time_scale, options_.seed,
+                      options_.twin_tables, options_.lihuiyu ? "[twin.laser]\ncontroller = \"lihuiyu-m3\"\n" : "");
   std::ofstream daemon(config_file());
   daemon << fmt::format(
-      "[laser]\nkind = \"sim\"\n[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"
+      "[laser]\n{}[scanner]\nkind = \"sim\"\n[camera]\nkind = \"sim\"\n"
       "[sim]\nsocket = \"{}\"\nlaser = \"{}\"\ntime_scale = {}\n"
       "[api]\nunix = \"{}\"\nlisten = \"127.0.0.1:0\"\noperator_group = \"{}\"\n[store]\ndata_dir = \"{}\"\n",
-      twin_socket().string(), (fs::absolute(twin_dir()) / "laser").string(), options_.time_scale, api_socket().string(),
-      operator_group_, fs::absolute(data_dir()).string());
+      options_.lihuiyu ? fmt::format("kind = \"lihuiyu\"\nport = \"twin:{}\"\nboard = \"m3\"\ntravel_x_mm = "
+                                     "520\ntravel_y_mm = 380\n[before_motion]\nconfirm = []\nfocus = false\n",
+                                     port)
+                       : "kind = \"sim\"\n",
+      twin_socket().string(), port, options_.time_scale, api_socket().string(), operator_group_,
+      fs::absolute(data_dir()).string());
   if (twin.flush() && daemon.flush()) return Ok();
   return Error{ErrorCode::kStorage, fmt::format("cannot write into {}", options_.dir.string())};
 }

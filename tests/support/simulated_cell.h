@@ -23,6 +23,7 @@ struct SimulatedCellOptions {
   std::uint64_t seed = 1;         // of the twin
   double time_scale = 40;
   std::string twin_tables = {};  // more of veneer-twin.toml
+  bool lihuiyu = false;          // the twin's laser is an M3-Nano board
 };
 
 class SimulatedCell {

@@ -171,7 +171,12 @@ void LihuiyuBoard::begin(const GlAction& action) {
       if (action.compact) {
         const double step = action.speed.step_seconds() / options_.true_speed;
         motion.seconds = one * step + both * action.speed.diagonal_seconds() / options_.true_speed;
-        if (!at_speed_) motion.seconds += kMmPerMil / step / options_.acceleration_mm_s2;
+        // Out of rest the head gathers speed over v^2 / 2a, and brakes later as it does before: three times as long.
+        const double speed = kMmPerMil / step;
+        if (!at_speed_) ramp_mm_ = speed * speed / (2 * options_.acceleration_mm_s2);
+        const double slow = std::min(ramp_mm_, (one + both) * kMmPerMil);
+        motion.seconds += 2 * slow / speed;
+        ramp_mm_ -= slow;
         at_speed_ = true;
       } else {
         motion.seconds =

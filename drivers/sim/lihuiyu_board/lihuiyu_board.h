@@ -33,7 +33,8 @@ struct BoardOptions {
   std::size_t buffer_packets = 8;
   double panel_power = 1;  // M2: fraction of rated power
   double rapid_mm_s = 150, homing_mm_s = 80;
-  // From rest to rest takes speed / acceleration longer than at full speed.
+  // From rest to rest takes speed / acceleration longer than at full speed; the first speed^2 / 2 acceleration are
+  // slow.
   double acceleration_mm_s2 = 2500;
   double true_speed = 1;                                // of what the speed code says
   Duration boot_time = std::chrono::milliseconds(250);  // of supply and board, after power returns
@@ -152,6 +153,7 @@ class LihuiyuBoard {
   std::optional<Motion> motion_;
   double x_ = 0, y_ = 0;
   bool at_speed_ = false;  // the head has not stood still since the last motion
+  double ramp_mm_ = 0;     // of its way until it is as fast as it is told
   bool commanded_ = false, homed_ = false, lid_open_ = false, relay_on_ = true;
   double motion_time_ = 0;  // seconds of motion in compact mode
 };
