@@ -8,6 +8,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -21,6 +22,7 @@
 #include <vector>
 
 #include "planner/layout_grid.h"
+#include "planner/order.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan.h"
 
@@ -51,7 +53,7 @@ const std::vector<Pair> kLargePairs{
 
 // How the wood is cut down to so many times the picture's area.
 enum class Mask {
-  kOwn,     // all usable wood of the panel: the picture's size follows
+  kOwn,     // all usable wood of the panel: the picture's size follows, and at 1.3 not all patches can have wood
   kPacked,  // just around a packing of all patches, so that it is known that they fit
 };
 struct Wood {
@@ -59,7 +61,8 @@ struct Wood {
   double times;
   Mask mask;
 };
-const std::vector<Wood> kWoods{{"5x", 5, Mask::kOwn}, {"2x", 2, Mask::kOwn}, {"1.3x_packed", 1.3, Mask::kPacked}};
+const std::vector<Wood> kWoods{
+    {"5x", 5, Mask::kOwn}, {"2x", 2, Mask::kOwn}, {"1.3x", 1.3, Mask::kOwn}, {"1.3x_packed", 1.3, Mask::kPacked}};
 
 fs::path data_folder() {
   const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
@@ -71,6 +74,7 @@ struct Spent {
 };
 
 struct Measured {
+  Artwork artwork;
   Plan greedy, global;
   Spent greedy_spent, global_spent;
   // Of the pieces that greedy could place.
@@ -171,11 +175,23 @@ std::optional<Measured> measure(const Pair& pair, const Wood& wood) {
                                     wood.times * area, 1);
   }
 
-  Measured out;
+  Measured out{artwork, {}, {}, {}, {}};
   out.greedy = timed(artwork, panel, options, out.greedy_spent);
   options.optimize = Optimize::kGlobal;
   out.global = timed(artwork, panel, options, out.global_spent);
   return out;
+}
+
+// Where the patches without wood lie among all, from the most salient (0) to the least (100), on the mean.
+double holes_at_percent(const Artwork& artwork, const Plan& plan) {
+  std::vector<Patch> patches;
+  for (const Piece& piece : plan.pieces) patches.push_back({piece.row, piece.column, piece.artwork_outline});
+  SaliencyMaps maps;
+  const std::vector<std::size_t> order = by_urgency(urgencies(artwork, patches, Priority::kSaliency, maps));
+  double sum = 0;
+  for (std::size_t k = 0; k < order.size(); ++k)
+    if (!plan.pieces[order[k]].placement) sum += static_cast<double>(k) + 0.5;
+  return 100 * sum / static_cast<double>(order.size() * std::max<std::size_t>(1, unfilled(plan)));
 }
 
 std::string name_of(const Pair& pair) {
@@ -196,6 +212,7 @@ std::optional<Figures> figures(const Pair& pair, const Wood& wood) {
       {"pieces", static_cast<double>(measured->greedy.pieces.size())},
       {"greedy_unfilled", static_cast<double>(unfilled(measured->greedy))},
       {"unfilled", static_cast<double>(unfilled(measured->global))},
+      {"holes_at_percent", holes_at_percent(measured->artwork, measured->global)},
       {"greedy_cost", greedy},
       {"cost", cost_total(measured->global)},
       {"gain_percent", 100 * (1 - measured->cost_where_greedy_placed() / greedy)},
