@@ -42,6 +42,8 @@ show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 200
 seed=$(fresh_seed)
 show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \
   --out "$(dirname "$out")/plan-stop.json"
+show_table=1 campaign "plan-stop/together" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" --together \
+  --stops 30 --out "$(dirname "$out")/plan-stop-together.json"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do
