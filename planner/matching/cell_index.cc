@@ -149,6 +149,11 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
   const double grow = picture.resolution.to_px(border).count();
   const double left = windows_.left - grow, right = windows_.right + grow;
   const double top = windows_.top - grow, bottom = windows_.bottom + grow;
+  // Pixels are stored only where the panel is, so all of the window must lie there, its empty corners too.
+  const double reach_left = windows_.filled ? left : std::min(left, 0.0);
+  const double reach_right = windows_.filled ? right : std::max(right, static_cast<double>(windows_.width));
+  const double reach_top = windows_.filled ? top : std::min(top, 0.0);
+  const double reach_bottom = windows_.filled ? bottom : std::max(bottom, static_cast<double>(windows_.height));
   const int width = lattice_.width(), height = lattice_.height();
   const auto stride = static_cast<std::size_t>(width) + 1;
   // Corners of the rectangles of places that each blocked pixel forbids; summed up below.
@@ -172,8 +177,8 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
   for (int y = 0; y < height && !stop.stop_requested(); ++y) {
     // The place's four corners must lie on the panel: an interval of x.
     RowStretch on_panel{0, static_cast<double>(width - 1)};
-    for (const double dx : {left, right}) {
-      for (const double dy : {top, bottom}) {
+    for (const double dx : {reach_left, reach_right}) {
+      for (const double dy : {reach_top, reach_bottom}) {
         double column = 0, row = 0;
         lattice_.to_panel(dx, y + dy, column, row);
         on_panel.keep_on_panel(lattice_, column, row, picture.pixels.cols, picture.pixels.rows, kTolerance);

@@ -4,6 +4,9 @@
 // coarse to fine: block features over cells of places (cell_index.h), sums of rows and whole windows in 16 bits,
 // stopped early (rotated_panel.h), then the exact cost (patch_pixels.h). Equal costs are decided by panel, rotation,
 // row, column, so the answer does not depend on the order of the search.
+//
+// Patches that do not fill their windows: only places are candidates whose whole window lies on the panel, the empty
+// corners too; blocks that are filled in part give no bound, so the search takes longer.
 #pragma once
 
 #include <optional>

@@ -96,7 +96,8 @@ void spread_over(int count, Visit visit) {
 // Mean and deviation of one part of the window.
 struct Moments {
   double sum = 0, squares = 0, count = 0;
-  void add(double v) { sum += v, squares += v * v, count += 1; }
+  bool whole = true;  // all of its pixels belong to the patch: otherwise nothing is known of it
+  void add(double v, bool counts) { sum += v, squares += v * v, count += 1, whole = whole && counts; }
   double of(CellIndex::Feature feature) const {
     if (feature == CellIndex::kMean) return sum / count;
     return std::sqrt(std::max(0.0, count * squares - sum * sum)) / count;
@@ -124,19 +125,19 @@ std::vector<MatchQuery::Tap> taps_of(const Entries& entries, const WindowClass& 
     Moments rest;
     for (int r = 0; r < windows.height; ++r) {
       for (int c = 0; c < windows.width; ++c) {
-        const double v = entries.target[entries.at(r, c, ch)];
-        if (r < y.covered() && c < x.covered())
-          blocks[static_cast<std::size_t>(r / y.block * x.blocks + c / x.block)].add(v);
-        else
-          rest.add(v);
+        const std::size_t at = entries.at(r, c, ch);
+        const bool in_block = r < y.covered() && c < x.covered();
+        Moments& part = in_block ? blocks[static_cast<std::size_t>(r / y.block * x.blocks + c / x.block)] : rest;
+        part.add(entries.target[at], entries.counts[at] != 0);
       }
     }
     for (const CellIndex::Feature feature : {CellIndex::kMean, CellIndex::kDeviation}) {
       for (int j = 0; j < y.blocks; ++j)
         for (int i = 0; i < x.blocks; ++i)
-          taps.push_back(tap_of(CellIndex::kBlock, ch, feature, i * x.block / x.cell, j * y.block / y.cell,
-                                blocks[static_cast<std::size_t>(j * x.blocks + i)].of(feature)));
-      if (rest.count > 0)
+          if (const Moments& block = blocks[static_cast<std::size_t>(j * x.blocks + i)]; block.whole)
+            taps.push_back(
+                tap_of(CellIndex::kBlock, ch, feature, i * x.block / x.cell, j * y.block / y.cell, block.of(feature)));
+      if (rest.count > 0 && rest.whole)
         taps.push_back(tap_of(CellIndex::kRest, ch, feature, 0, 0, rest.of(feature) * windows.rest_scale()));
     }
   }

@@ -31,7 +31,6 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
 #include "planner/problem.h"
-#include "tests/support/exhaustive_matching.h"
 
 namespace veneer::planner {
 namespace {
@@ -59,7 +58,7 @@ fs::path data_folder() {
 
 std::size_t compared_patches() {
   const char* wanted = std::getenv("VENEER_BENCH_PATCHES");  // NOLINT(concurrency-mt-unsafe)
-  return wanted != nullptr ? static_cast<std::size_t>(std::max(1, std::atoi(wanted))) : 12;
+  return wanted != nullptr ? static_cast<std::size_t>(std::max(1, std::atoi(wanted))) : 1000;
 }
 
 cv::Mat noisy(const cv::Mat& picture, double sigma, std::uint64_t seed) {
@@ -166,22 +165,32 @@ void compare(benchmark::State& state, const Choices& shortlist, const std::vecto
   state.counters["patch_ms"] = 1e3 * shortlist.cpu;
 }
 
+void compare_with_certified(benchmark::State& state, const Problem& problem, const PlanOptions& options) {
+  std::vector<std::size_t> all(problem.queue.size()), sample;
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  std::mt19937 random(1);
+  std::sample(all.begin(), all.end(), std::back_inserter(sample), compared_patches(), random);
+  const Choices shortlist = first_choices(*shortlist_of(problem, options), problem, sample);
+  const Choices certified = first_choices(*certified_of(problem, options), problem, sample);
+  compare(state, shortlist, certified.found);
+  state.counters["certified_patch_ms"] = 1e3 * certified.cpu;
+}
+
 void noisy_choices(benchmark::State& state, const Case& it) {
   for (auto _ : state) {
     const auto scene = load(it, state);
     const auto problem = scene ? problem_of(*scene, state) : std::nullopt;
     if (!problem) return;
-    std::vector<std::size_t> all(problem->queue.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    const Choices shortlist = first_choices(*shortlist_of(*problem, scene->options), *problem, all);
-    const Choices certified = first_choices(*certified_of(*problem, scene->options), *problem, all);
-    compare(state, shortlist, certified.found);
-    state.counters["certified_patch_ms"] = 1e3 * certified.cpu;
+    compare_with_certified(state, *problem, scene->options);
   }
 }
 
 // A shape within a square of side 1, counter-clockwise.
 using Shape = std::vector<std::pair<double, double>>;
+struct Shapes {
+  std::function<Shape(std::size_t)> of;  // none: squares
+  double covered;                        // side of the square about the middle that all of them cover
+};
 
 Shape triangle(std::size_t number) {
   const Shape corners{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -207,11 +216,11 @@ Shape quadrilateral(std::size_t number) {
 }
 
 // Replaces squares by shapes within them; windows stay the squares'.
-void reshape(Problem& problem, const std::function<Shape(std::size_t)>& shape_of) {
+void reshape(Problem& problem, const Shapes& shapes) {
   for (WindowClass& windows : problem.classes) {
-    // What all shapes cover is no more than a point.
-    windows.left = windows.right = (windows.left + windows.right) / 2;
-    windows.top = windows.bottom = (windows.top + windows.bottom) / 2;
+    const double x = (windows.right - windows.left) * (1 - shapes.covered) / 2;
+    const double y = (windows.bottom - windows.top) * (1 - shapes.covered) / 2;
+    windows.left += x, windows.right -= x, windows.top += y, windows.bottom -= y;
     windows.filled = false;
   }
   for (std::size_t i = 0; i < problem.queue.size(); ++i) {
@@ -219,7 +228,7 @@ void reshape(Problem& problem, const std::function<Shape(std::size_t)>& shape_of
     const Box<ArtworkFrame> box = bounds(patch.outline);
     const PatchPixels square = patch.pixels;
     patch.outline.clear();
-    for (const auto& [x, y] : shape_of(i))
+    for (const auto& [x, y] : shapes.of(i))
       patch.outline.push_back({box.min.x + box.width() * x, box.min.y + box.height() * y});
     patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
     patch.pixels.rows.insert(patch.pixels.rows.begin(), static_cast<std::size_t>(patch.pixels.top - square.top),
@@ -230,26 +239,13 @@ void reshape(Problem& problem, const std::function<Shape(std::size_t)>& shape_of
   }
 }
 
-void irregular_choices(benchmark::State& state, const Case& it, const std::function<Shape(std::size_t)>& shape_of) {
+void irregular_choices(benchmark::State& state, const Case& it, const Shapes& shapes) {
   for (auto _ : state) {
     const auto scene = load(it, state);
     auto problem = scene ? problem_of(*scene, state) : std::nullopt;
     if (!problem) return;
-    if (shape_of) reshape(*problem, shape_of);
-    std::vector<std::size_t> all(problem->queue.size()), sample;
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    std::mt19937 random(1);
-    std::sample(all.begin(), all.end(), std::back_inserter(sample), compared_patches(), random);
-    const Choices shortlist = first_choices(*shortlist_of(*problem, scene->options), *problem, sample);
-    test::ExhaustiveMatching oracle(problem->panels, turns(scene->options.rotations), kThreads);
-    std::vector<std::optional<Candidate>> best;
-    double oracle_cpu = 0;
-    for (const std::size_t i : sample) {
-      const auto answer = oracle.best(problem->queue[i].match);
-      best.push_back(answer.best), oracle_cpu += answer.cpu_seconds;
-    }
-    compare(state, shortlist, best);
-    state.counters["oracle_patch_ms"] = 1e3 * oracle_cpu / static_cast<double>(sample.size());
+    if (shapes.of) reshape(*problem, shapes);
+    compare_with_certified(state, *problem, scene->options);
   }
 }
 
@@ -298,13 +294,13 @@ const int kRegistered = [] {
                                       {"both_10", false, 14, 48, 10, 10}};
   for (const Case& it : noisy_cases)
     once("noisy/small_48px_" + it.name + "_choices", [it](benchmark::State& state) { noisy_choices(state, it); });
-  const std::vector<std::pair<std::string, std::function<Shape(std::size_t)>>> shapes{
-      {"square", {}}, {"triangle", triangle}, {"disc", disc}, {"quadrilateral", quadrilateral}};
-  for (const auto& [name, shape_of] : shapes) {
+  const std::vector<std::pair<std::string, Shapes>> all_shapes{
+      {"square", {{}, 1}}, {"triangle", {triangle, 0}}, {"disc", {disc, 0.7}}, {"quadrilateral", {quadrilateral, 0.4}}};
+  for (const auto& [name, shapes] : all_shapes) {
     once("irregular/small_48px_" + name + "_choices",
-         [shape_of = shape_of](benchmark::State& state) { irregular_choices(state, {}, shape_of); });
-    once("irregular/small_165px_" + name + "_choices", [shape_of = shape_of](benchmark::State& state) {
-      irregular_choices(state, {"", false, 4, 165}, shape_of);
+         [shapes = shapes](benchmark::State& state) { irregular_choices(state, {}, shapes); });
+    once("irregular/small_165px_" + name + "_choices", [shapes = shapes](benchmark::State& state) {
+      irregular_choices(state, {"", false, 4, 165}, shapes);
     });
   }
   const std::vector<Case> turned{{"small_48px"}, {"large_48px", true, 20}, {"small_165px", false, 4, 165}};

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "planner/problem.h"
 #include "tests/support/exhaustive_matching.h"
 #include "tests/support/synthetic_wood.h"
@@ -206,6 +208,36 @@ TEST(Matcher, ChoosesAsTheOracleDoesForLargePatches) {
   expect_choices_of_the_oracle(
       {"120 px", options(30, 101.6, 4), {blob_artwork("A", 60, 50, 60_mm, 22)}, {wood_panel("P", 400, 300, 101.6, 23)}},
       4);
+}
+
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesForTriangles) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 36_mm, 24)};
+  std::vector<StockPanel> stock{wood_panel("P", 130, 120, 50.8, 25)};
+  // Far enough from the panel's border for the windows' empty corners.
+  stock[0].free.pixels.setTo(0);
+  stock[0].free.pixels(cv::Rect(18, 18, 94, 84)).setTo(255);
+  auto problem = make_problem(artworks, stock, options(12, 50.8, 4));
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  WindowClass& windows = problem->classes.front();
+  windows.filled = false;
+  // What all triangles cover is no more than the point in the middle.
+  windows.left = windows.right = (windows.left + windows.right) / 2;
+  windows.top = windows.bottom = (windows.top + windows.bottom) / 2;
+  CertifiedMatcher matcher(std::move(problem->panels), turns(4), problem->classes, problem->entries_per_unit);
+  matcher.build_index(1, {});
+  for (std::size_t i = 0; i < 4; ++i) {
+    MatchPatch& patch = problem->queue[i].match;
+    patch.outline.erase(patch.outline.begin() + static_cast<std::ptrdiff_t>(i));
+    // The window stays the square's.
+    const PatchPixels inside = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    std::vector<PatchPixels::Span> rows(patch.pixels.rows.size(), {patch.pixels.left, patch.pixels.left});
+    std::copy(inside.rows.begin(), inside.rows.end(), rows.begin() + (inside.top - patch.pixels.top));
+    patch.pixels.rows = std::move(rows), patch.pixels.count = inside.count;
+    const auto expected = exhaustive(matcher, patch, 4);
+    ASSERT_TRUE(expected);
+    EXPECT_EQ(matcher.best(patch, {}), expected) << "patch " << i;
+    matcher.take(patch, *expected);
+  }
 }
 
 TEST(Matcher, FindsTheCopyOfThePictureInTheWood) {
