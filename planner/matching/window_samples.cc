@@ -1,15 +1,10 @@
 #include "planner/matching/window_samples.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #ifdef __SSE2__
 #include <emmintrin.h>
-#endif
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define VENEER_X86_KERNELS 1
-#include <immintrin.h>
 #endif
 
 namespace veneer::planner {
@@ -127,83 +122,6 @@ void sample_row_of_two(const cv::Mat& map, Walk walk, int count, std::int16_t* o
   if (count % 2 != 0) sample_row(map, walk, 1, out + static_cast<std::ptrdiff_t>(2) * (count - 1));
 }
 
-#ifdef VENEER_X86_KERNELS
-
-#define VENEER_AVX2 __attribute__((target("avx2")))
-
-// Two pixels, two channels each, at four places that are so many bytes from `origin`.
-VENEER_AVX2 inline __m256i pixel_pairs(const char* origin, __m256i bytes) {
-  const __m128i low = _mm256_castsi256_si128(bytes), high = _mm256_extracti128_si256(bytes, 1);
-  const auto* a = reinterpret_cast<const __m128i*>(origin + _mm_cvtsi128_si64(low));
-  const auto* b = reinterpret_cast<const __m128i*>(origin + _mm_extract_epi64(low, 1));
-  const auto* c = reinterpret_cast<const __m128i*>(origin + _mm_cvtsi128_si64(high));
-  const auto* d = reinterpret_cast<const __m128i*>(origin + _mm_extract_epi64(high, 1));
-  return _mm256_set_m128i(_mm_unpacklo_epi64(_mm_loadl_epi64(c), _mm_loadl_epi64(d)),
-                          _mm_unpacklo_epi64(_mm_loadl_epi64(a), _mm_loadl_epi64(b)));
-}
-
-// Of each position the weights (kWhole - f, f) as two numbers of 16 bits; 0 beside them.
-VENEER_AVX2 inline __m256i weights_of(__m256i positions) {
-  const __m256i f =
-      _mm256_and_si256(_mm256_srli_epi64(positions, kFractionBits - kWeightBits), _mm256_set1_epi64x(kWhole - 1));
-  return _mm256_add_epi64(_mm256_sub_epi64(_mm256_slli_epi64(f, 16), f), _mm256_set1_epi64x(kWhole));
-}
-
-VENEER_AVX2 inline __m256i rounded(__m256i sums, int dropped) {
-  return _mm256_srai_epi32(_mm256_add_epi32(sums, _mm256_set1_epi32(1 << (dropped - 1))), dropped);
-}
-
-// The same, four samples at once.
-VENEER_AVX2 void sample_row_of_two_avx2(const cv::Mat& map, Walk walk, int count, std::int16_t* out) {
-  const char* upper = reinterpret_cast<const char*>(map.ptr<std::int16_t>(0));
-  const char* lower = upper + map.step[0];
-  const __m256i stride = _mm256_set1_epi64x(static_cast<std::int64_t>(map.step[0]));
-  const auto from = [](std::int64_t start, std::int64_t step) {
-    return std::array<std::int64_t, 4>{start, start + step, start + 2 * step, start + 3 * step};
-  };
-  const auto columns = from(walk.column, walk.column_step), rows = from(walk.row, walk.row_step);
-  __m256i column = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(columns.data()));
-  __m256i row = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(rows.data()));
-  const __m256i column_step = _mm256_set1_epi64x(4 * walk.column_step),
-                row_step = _mm256_set1_epi64x(4 * walk.row_step);
-  // Channel by channel: left, right.
-  const __m256i by_channel = _mm256_setr_epi8(0, 1, 4, 5, 2, 3, 6, 7, 8, 9, 12, 13, 10, 11, 14, 15, 0, 1, 4, 5, 2, 3, 6,
-                                              7, 8, 9, 12, 13, 10, 11, 14, 15);
-  int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    const __m256i bytes = _mm256_add_epi64(_mm256_mul_epu32(_mm256_srli_epi64(row, kFractionBits), stride),
-                                           _mm256_slli_epi64(_mm256_srli_epi64(column, kFractionBits), 2));
-    const __m256i above = pixel_pairs(upper, bytes), below = pixel_pairs(lower, bytes);
-    const __m256i down = weights_of(row), across = weights_of(column);
-    // The even samples, then the odd ones.
-    const __m256i even = rounded(
-        _mm256_madd_epi16(_mm256_unpacklo_epi16(above, below), _mm256_shuffle_epi32(down, _MM_SHUFFLE(0, 0, 0, 0))),
-        kDropped);
-    const __m256i odd = rounded(
-        _mm256_madd_epi16(_mm256_unpackhi_epi16(above, below), _mm256_shuffle_epi32(down, _MM_SHUFFLE(2, 2, 2, 2))),
-        kDropped);
-    const __m256i sides = _mm256_shuffle_epi8(_mm256_packs_epi32(even, odd), by_channel);
-    const __m256i sums =
-        rounded(_mm256_madd_epi16(sides, _mm256_shuffle_epi32(across, _MM_SHUFFLE(2, 2, 0, 0))), kRest);
-    const __m256i packed = _mm256_permute4x64_epi64(_mm256_packs_epi32(sums, sums), _MM_SHUFFLE(3, 3, 2, 0));
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(out + static_cast<std::ptrdiff_t>(2) * i),
-                     _mm256_castsi256_si128(packed));
-    column = _mm256_add_epi64(column, column_step), row = _mm256_add_epi64(row, row_step);
-  }
-  walk.advance(i);
-  sample_row_of_two(map, walk, count - i, out + static_cast<std::ptrdiff_t>(2) * i);
-}
-
-bool has_avx2() {
-  __builtin_cpu_init();
-  return __builtin_cpu_supports("avx2") != 0;
-}
-const auto kSampleRowOfTwo = has_avx2() ? sample_row_of_two_avx2 : sample_row_of_two;
-
-#else
-constexpr auto kSampleRowOfTwo = sample_row_of_two;
-#endif
-
 #endif
 
 }  // namespace
@@ -248,7 +166,7 @@ void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, 
         sample_row(map, walk, first, to);
         walk.advance(first);
       }
-      kSampleRowOfTwo(map, walk, last - first, to + static_cast<std::ptrdiff_t>(2) * first);
+      sample_row_of_two(map, walk, last - first, to + static_cast<std::ptrdiff_t>(2) * first);
       if (inside) continue;
       walk.advance(last - first);
       sample_row(map, walk, grid.columns - last, to + static_cast<std::ptrdiff_t>(2) * last);
