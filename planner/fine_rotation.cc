@@ -65,7 +65,7 @@ class FineRotation {
         moved = moved_in(*text, wave);
       } else {
         run_parallel(
-            wave.size(), threads, stop, [&](std::size_t k) { moved[k] = cheaper_nearby(wave[k]); },
+            wave.size(), threads, stop, [&](std::size_t k) { moved[k] = cheaper_nearby(wave[k], stop); },
             [&](std::size_t begun) {
               progress(static_cast<double>(done + begun) / static_cast<double>(patches_.size()));
             });
@@ -128,8 +128,8 @@ class FineRotation {
                           footprints_[patch].panel_from_artwork(pose), limit);
   }
 
-  // None when the patch lies best where it is.
-  std::optional<Place> cheaper_nearby(std::size_t patch) const {
+  // None when the patch lies best where it is, or once `stop` is requested.
+  std::optional<Place> cheaper_nearby(std::size_t patch, const std::stop_token& stop) const {
     const Pose start = *arrangement_.pose(patch);
     Place best{start, patches_[patch]->cost};
     double turn = kTurn, shift = kShift * pixel(patch);
@@ -137,6 +137,7 @@ class FineRotation {
     for (int halvings = 0; halvings <= kHalvings && tried < kMostSteps;) {
       const double before = best.cost;
       for (const Step& step : kSteps) {
+        if (stop.stop_requested()) return std::nullopt;
         const Pose pose = stepped(best.pose, step, turn, shift);
         ++tried;
         if (distance_between(pose, start) > kReach * pixel(patch) || !keeps_to_the_wood(patch, pose)) continue;
