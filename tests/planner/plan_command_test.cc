@@ -141,6 +141,18 @@ TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
   expect_unusable(usual() + " --optimize-seconds -1", "must not be negative");
 }
 
+TEST_F(PlanCommand, AJointOptimisationThatTheClockStoppedIsRepeatedByItsIterations) {
+  ASSERT_EQ(plan(usual() + " --optimize global --optimize-seconds 0.000001").status, 0);
+  const auto report = json("out/report.json");
+  EXPECT_EQ(report["global"]["stopped"], true);
+  const auto iterations = report["global"]["iterations"].get<std::uint64_t>();
+  ASSERT_GT(iterations, 0U);
+  const std::string stopped = text("out/plan.json");
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(usual() + " --optimize global --optimize-iterations " + std::to_string(iterations)).status, 0);
+  EXPECT_EQ(text("out/plan.json"), stopped);
+}
+
 TEST_F(PlanCommand, PlansASeriesOfOnePicture) {
   const Outcome outcome = run("series " + usual() + " --pictures 2");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
