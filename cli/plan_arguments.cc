@@ -8,9 +8,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <thread>
 
 #include "cli/command_context.h"
+#include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::cli {
@@ -165,7 +165,7 @@ Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
   options.kerf = Millimetres(arguments.kerf_mm);
   options.edge = Millimetres(arguments.edge_mm);
   options.priority = arguments.priority == "center" ? planner::Priority::kCentre : planner::Priority::kSaliency;
-  if (options.threads <= 0) options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.threads = planner::threads_meant(options.threads);
   return options;
 }
 

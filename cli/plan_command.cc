@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <future>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -84,22 +85,31 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
   return Ok();
 }
 
-// Adds to the plan's warnings what the cut files had to leave out.
-Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::set<std::string>& formats,
-                   const fs::path& out) {
-  // plan.json is always there: everything else can be made from it again.
-  if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
-  if (Status status = write_previews(plan, stock, out); !status.ok()) return status;
-  if (formats.count("svg") == 0) return Ok();
+Status write_cut_drawings(const Plan& plan, const fs::path& out, std::vector<std::string>& warnings) {
   for (const planner::PlanPanel& panel : plan.panels) {
     const Result<planner::CutDrawing> drawing = planner::cut_svg(plan, panel);
     if (!drawing.ok()) return drawing.error();
-    plan.warnings.insert(plan.warnings.end(), drawing->warnings.begin(), drawing->warnings.end());
+    warnings.insert(warnings.end(), drawing->warnings.begin(), drawing->warnings.end());
     if (Status status = planner::write_text(drawing->svg, out / fmt::format("cut-{}.svg", panel.id.value));
         !status.ok())
       return status;
   }
   return Ok();
+}
+
+// Adds to the plan's warnings what the cut files had to leave out.
+Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::set<std::string>& formats,
+                   const fs::path& out) {
+  // plan.json is always there: everything else can be made from it again.
+  if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
+  std::vector<std::string> left_out;
+  auto drawn = std::async(std::launch::async, [&] {
+    return formats.count("svg") == 0 ? Status(Ok()) : write_cut_drawings(plan, out, left_out);
+  });
+  const Status shown = write_previews(plan, stock, out);
+  if (Status status = drawn.get(); !status.ok()) return status;
+  plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
+  return shown;
 }
 
 // A run that was killed goes on where it was: the same command again, in the same directory.
@@ -160,8 +170,12 @@ void run(const Arguments& arguments) {
   if (arguments.optimize == "global") options.optimize = planner::Optimize::kGlobal;
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
-  const std::vector<Artwork> artworks = or_end(load_artworks(arguments.plan));
-  std::vector<StockPanel> stock = or_end(load_panels(arguments.plan));
+  // The wood's pictures are the large ones: they are read beside the targets.
+  auto panels = std::async(std::launch::async, [&] { return load_panels(arguments.plan); });
+  Result<std::vector<Artwork>> targets = load_artworks(arguments.plan);
+  Result<std::vector<StockPanel>> wood = panels.get();
+  const std::vector<Artwork> artworks = or_end(std::move(targets));
+  std::vector<StockPanel> stock = or_end(std::move(wood));
   if (const Status status = apply_hand(arguments.hand, stock, options); !status.ok()) end(status.error());
   make_directory(arguments.out);
   planner::ReportSeconds spent;

@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {

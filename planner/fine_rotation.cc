@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "planner/joint/arrangement.h"
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {

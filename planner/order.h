@@ -13,8 +13,8 @@ namespace veneer::planner {
 // windows are fixed in pixels, so the order must not depend on the working resolution.
 cv::Mat saliency_of(const cv::Mat& bgr);
 
-// Maps of pictures, each made once: a plan, or several plans, may have the same picture many times. Bound to one
-// thread.
+// Maps of pictures, each made once: a plan, or several plans, may have the same picture many times. Not for
+// several threads at a time.
 class SaliencyMaps {
  public:
   // `bgr` must not be changed as long as this lives. Copies that share their pixels share their map.

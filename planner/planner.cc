@@ -3,7 +3,6 @@
 #include <chrono>
 #include <iterator>
 #include <memory>
-#include <thread>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -13,8 +12,8 @@
 #include "planner/joint/global_plan.h"
 #include "planner/keep.h"
 #include "planner/matching/certified_matcher.h"
-#include "planner/matching/parallel.h"
 #include "planner/matching/shortlist_matcher.h"
+#include "planner/parallel.h"
 #include "planner/pictures/features.h"
 #include "planner/plan.h"
 #include "planner/plan_journal.h"
@@ -225,8 +224,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   if (!staying.ok()) return staying.error();
   if (stop.stop_requested()) return cancelled;
 
-  const int threads =
-      options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int threads = threads_meant(options.threads);
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
   const std::unique_ptr<Matcher> matcher = make_matcher(*problem, options);

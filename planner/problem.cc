@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <iterator>
 #include <map>
 #include <numeric>
@@ -12,6 +13,7 @@
 #include "planner/layout_adaptive.h"
 #include "planner/matching/kernels.h"
 #include "planner/order.h"
+#include "planner/parallel.h"
 #include "planner/pictures/features.h"
 
 namespace veneer::planner {
@@ -210,7 +212,16 @@ Problem::~Problem() = default;
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
                              const PlanOptions& options, const std::stop_token& stop, SaliencyMaps* maps) {
   if (Status status = check_input(artworks, stock, options); !status.ok()) return status.error();
+  SaliencyMaps fresh;
+  SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
+  // Saliency looks at the targets alone, so it need not wait for the wood.
+  std::future<void> salient;
+  if (options.priority == Priority::kSaliency)
+    salient = std::async(threads_meant(options.threads) > 1 ? std::launch::async : std::launch::deferred, [&] {
+      for (std::size_t a = 0; a < artworks.size() && !stop.stop_requested(); ++a) saliency.of(artworks[a].picture);
+    });
   Result<WorkingPictures> pictures = working_pictures(artworks, stock, options, stop);
+  if (salient.valid()) salient.get();
   if (!pictures.ok()) return pictures.error();
   Problem problem;
   problem.panels = std::move(pictures->panels);
@@ -220,8 +231,6 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   const auto all_turns = turns(options.rotations);
   std::vector<TaskTree> squares;
   std::vector<Turn> queue;
-  SaliencyMaps fresh;
-  SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};

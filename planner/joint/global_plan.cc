@@ -10,7 +10,7 @@
 #include "planner/joint/joint_search.h"
 #include "planner/joint/packing.h"
 #include "planner/joint/place_survey.h"
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {

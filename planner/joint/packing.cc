@@ -9,7 +9,7 @@
 
 #include "planner/joint/arrangement.h"
 #include "planner/joint/shelves.h"
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "planner/joint/near_search.h"
 #include "planner/joint/sketch.h"
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "planner/matching/match_query.h"
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 

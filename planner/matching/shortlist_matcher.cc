@@ -6,8 +6,8 @@
 #include <span>
 
 #include "base/hash.h"
-#include "planner/matching/parallel.h"
 #include "planner/matching/shortlist_search.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner {
 

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/parallel.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -99,25 +101,30 @@ constexpr std::array<Filter, 4> kFilters{{
 
 cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop) {
   const int rows = input.bgr.rows, band = std::max(1, kBandPixels / std::max(1, input.bgr.cols));
-  cv::Mat responses;
-  for (int first = 0; first < rows && !stop.stop_requested(); first += band) {
-    const int last = std::min(rows, first + band);
+  const auto weighted = [&](int first, int last) {
     // OpenCV's filters look beyond a range of rows into the picture it is part of. What they answer has no rows beyond:
     // one more on each side is for filters of filtered pictures.
     const cv::Range around(std::max(0, first - 1), std::min(rows, last + 1));
     const FilterInput part{input.bgr.rowRange(around), input.grey.rowRange(around), input.intensity.rowRange(around),
                            input.resolution};
-    std::vector<cv::Mat> weighted;
+    std::vector<cv::Mat> out;
     for (const Filter& filter : kFilters) {
       const double weight = options.*filter.weight;
       if (weight <= 0) continue;
       for (const cv::Mat& channel : filter.channels(part, options))
-        weighted.emplace_back(channel.rowRange(first - around.start, last - around.start) * weight);
+        out.emplace_back(channel.rowRange(first - around.start, last - around.start) * weight);
     }
-    if (responses.empty()) responses.create(input.bgr.size(), CV_32FC(static_cast<int>(weighted.size())));
-    cv::Mat to = responses.rowRange(first, last);
-    cv::merge(weighted, to);
-  }
+    return out;
+  };
+  if (rows == 0) return {};
+  const auto channels = static_cast<int>(weighted(0, 1).size());  // of one row as of all
+  cv::Mat responses(input.bgr.size(), CV_32FC(channels));
+  run_parallel(static_cast<std::size_t>((rows + band - 1) / band), threads_meant(options.threads), stop,
+               [&](std::size_t i) {
+                 const int first = static_cast<int>(i) * band, last = std::min(rows, first + band);
+                 cv::Mat to = responses.rowRange(first, last);
+                 cv::merge(weighted(first, last), to);
+               });
   return responses;
 }
 

@@ -25,8 +25,8 @@ struct FilterInput {
   ScanResolution resolution;
 };
 
-// CV_32FC(n), n = number of channels in use, each multiplied by its weight. Works in bands of rows. Returns early, with
-// anything, once `stop` is requested.
+// CV_32FC(n), n = number of channels in use, each multiplied by its weight. Works in bands of rows, on
+// options.threads; the calling one is one of them. Returns early, with anything, once `stop` is requested.
 cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop = {});
 
 // The largest value a channel of filter_bank() can have.

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "planner/matching/parallel.h"
+#include "planner/parallel.h"
 
 namespace veneer::planner::test {
 namespace {

@@ -11,6 +11,11 @@
 
 namespace veneer::planner {
 
+// What PlanOptions::threads and the like mean: 0 is as many as the machine has.
+inline int threads_meant(int threads) {
+  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 // Calls task(i) once for each i below `count`, in any order, on up to `threads` threads; returns when all are done, or
 // once `stop` is requested and the running tasks have returned. `between`, if given, runs on the calling thread after
 // each of its own tasks with the number of tasks started so far.
