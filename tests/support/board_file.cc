@@ -19,6 +19,10 @@ bool complete(UMockdevIoctlClient* client, int error) {
   umockdev_ioctl_client_complete(client, error == 0 ? 0 : -1, error);
   return true;
 }
+// A part of what the ioctl points at. None when the caller was killed meanwhile: nobody is left to ask for it.
+UMockdevIoctlData* part_of(UMockdevIoctlData* whole, gsize offset, gsize size) {
+  return whole == nullptr ? nullptr : umockdev_ioctl_data_resolve(whole, offset, size, nullptr);
+}
 usbdevfs_urb& urb_of(UMockdevIoctlData* data) { return *reinterpret_cast<usbdevfs_urb*>(data->data); }
 
 }  // namespace
@@ -93,7 +97,8 @@ bool BoardFile::answer(UMockdevIoctlClient* client) {
   UMockdevIoctlData* arg = umockdev_ioctl_client_get_arg(client);
   switch (umockdev_ioctl_client_get_request(client)) {
     case USBDEVFS_GET_CAPABILITIES: {
-      UMockdevIoctlData* data = umockdev_ioctl_data_resolve(arg, 0, sizeof(guint32), nullptr);
+      UMockdevIoctlData* data = part_of(arg, 0, sizeof(guint32));
+      if (data == nullptr) return complete(client, EFAULT);
       const guint32 capabilities = USBDEVFS_CAP_BULK_CONTINUATION | USBDEVFS_CAP_NO_PACKET_SIZE_LIM;
       std::memcpy(data->data, &capabilities, sizeof(capabilities));
       g_object_unref(data);
@@ -128,10 +133,14 @@ bool BoardFile::answer(UMockdevIoctlClient* client) {
 bool BoardFile::submit(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
   host_.advance_to(now());
   if (host_.gone()) return complete(client, ENODEV);
-  UMockdevIoctlData* data = umockdev_ioctl_data_resolve(arg, 0, sizeof(usbdevfs_urb), nullptr);
+  UMockdevIoctlData* data = part_of(arg, 0, sizeof(usbdevfs_urb));
+  if (data == nullptr) return complete(client, EFAULT);
   usbdevfs_urb& urb = urb_of(data);
-  UMockdevIoctlData* buffer =
-      umockdev_ioctl_data_resolve(data, offsetof(usbdevfs_urb, buffer), static_cast<gsize>(urb.buffer_length), nullptr);
+  UMockdevIoctlData* buffer = part_of(data, offsetof(usbdevfs_urb, buffer), static_cast<gsize>(urb.buffer_length));
+  if (buffer == nullptr) {
+    g_object_unref(data);
+    return complete(client, EFAULT);
+  }
   // The kernel knows no timeouts; libusb discards what takes too long.
   sim::HostTransfer transfer{{}, std::chrono::hours(1), next_id_++};
   const std::string bytes(reinterpret_cast<const char*>(buffer->data), static_cast<std::size_t>(urb.buffer_length));
@@ -171,9 +180,10 @@ bool BoardFile::reap(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
     return complete(client, EAGAIN);
   }
+  UMockdevIoctlData* pointer = part_of(arg, 0, sizeof(gpointer));
+  if (pointer == nullptr) return complete(client, EFAULT);
   const Flying ended = done_.front();
   done_.erase(done_.begin());
-  UMockdevIoctlData* pointer = umockdev_ioctl_data_resolve(arg, 0, sizeof(gpointer), nullptr);
   umockdev_ioctl_data_set_ptr(pointer, 0, ended.urb);
   complete(client, 0);
   g_object_unref(pointer);
@@ -183,6 +193,7 @@ bool BoardFile::reap(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
 }
 
 bool BoardFile::discard(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
+  if (arg == nullptr) return complete(client, EFAULT);
   gulong address = 0;
   std::memcpy(&address, arg->data, sizeof(address));
   for (auto flying = flying_.begin(); flying != flying_.end(); ++flying) {
