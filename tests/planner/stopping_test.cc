@@ -41,6 +41,14 @@ double rest_of(const Work& work, double share, double whole) {
   return stop.spent() / whole;
 }
 
+// Processor time has outliers where a machine is shared: a stop that seems late is asked for twice more, and both must
+// be answered soon.
+double usual_rest_of(const Work& work, double share, double whole, double limit) {
+  const double first = rest_of(work, share, whole);
+  if (first < limit) return first;
+  return std::max(rest_of(work, share, whole), rest_of(work, share, whole));
+}
+
 // Stages of a panel that is large enough for each to take some hundredths of a second.
 class Stopping : public ::testing::Test {
  protected:
@@ -62,8 +70,9 @@ class Stopping : public ::testing::Test {
       for (int i = 0; i < times && !stop.stop_requested(); ++i) work(stop);
     };
     for (const double share : {0.15, 0.4, 0.65}) {
-      const double rest = rest_of(often, share, once * times) * times;
-      EXPECT_LT(rest, 0.3) << stage << ", stopped after " << share;
+      constexpr double kSoon = 0.3;
+      const double rest = usual_rest_of(often, share, once * times, kSoon / times) * times;
+      EXPECT_LT(rest, kSoon) << stage << ", stopped after " << share;
       met_ += rest > 0 ? 1 : 0, ++asked_;
     }
   }
@@ -138,9 +147,10 @@ void expect_whole_plans_to_stop(PlanOptions options, std::size_t moments) {
   std::size_t stopped = 0;
   for (std::size_t i = 0; i < moments; ++i) {
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(moments);
-    const double rest = rest_of(work, share, whole);
+    constexpr double kSoon = 0.05;
+    const double rest = usual_rest_of(work, share, whole, kSoon);
     stopped += rest > 0 ? 1 : 0;
-    EXPECT_LT(rest, 0.05) << "stopped after " << share;
+    EXPECT_LT(rest, kSoon) << "stopped after " << share;
   }
   EXPECT_GT(stopped, moments / 2);
 }
