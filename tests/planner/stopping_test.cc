@@ -64,21 +64,27 @@ class Stopping : public ::testing::Test {
   // Timers are coarse, so short work is done again and again until it is stopped; what is left counts as a share of
   // one.
   void expect_soon(const std::string& stage, const Work& work) {
-    const double once = whole_of(work);
+    // The first time memory is made as well.
+    const double once = std::min({whole_of(work), whole_of(work), whole_of(work)});
     const int times = std::max(1, static_cast<int>(0.08 / once));
     const Work often = [&](const std::stop_token& stop) {
       for (int i = 0; i < times && !stop.stop_requested(); ++i) work(stop);
     };
-    for (const double share : {0.15, 0.4, 0.65}) {
-      constexpr double kSoon = 0.3;
-      const double rest = usual_rest_of(often, share, once * times, kSoon / times) * times;
-      EXPECT_LT(rest, kSoon) << stage << ", stopped after " << share;
-      met_ += rest > 0 ? 1 : 0, ++asked_;
+    // On the mean: processor time has outliers where a machine is shared. Work that heeds nothing has half of it left.
+    double left = 0;
+    int met = 0;
+    for (int i = 1; i <= kMoments; ++i) {
+      const double rest = rest_of(often, 0.1 * i, once * times) * times;
+      left += rest;
+      met += rest > 0 ? 1 : 0;
     }
+    EXPECT_LT(left, 0.2 * met + 1e-9) << stage;
+    met_ += met, asked_ += kMoments;
   }
   void TearDown() override { EXPECT_GT(met_, asked_ / 2) << "most requests came while there was work"; }
 
  private:
+  static constexpr int kMoments = 8;
   static inline StockPanel* panel_ = nullptr;
   int asked_ = 0, met_ = 0;
 };
