@@ -107,8 +107,7 @@ std::optional<CellState> after(CellState state, CellCommand command) {
     case C::kStop:
       return stoppable(state) ? std::optional(S::kStopping) : std::nullopt;
     case C::kAbort:
-      return state == S::kAborting || state == S::kAborted || state == S::kClearing ? std::nullopt
-                                                                                    : std::optional(S::kAborting);
+      return state == S::kAborting || state == S::kAborted ? std::nullopt : std::optional(S::kAborting);
     case C::kClear:
       return state == S::kAborted ? std::optional(S::kClearing) : std::nullopt;
     case C::kRecut:

@@ -99,7 +99,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kStop:
       return stop(reply);
     case CellCommand::kClear:
-      return clear(reply);
+      return clear(std::move(reply));
     default:
       return reply(refuse(command));  // Start and Recut name things; Suspend and Complete come from the work
   }
@@ -118,18 +118,19 @@ void JobRunner::reset(Reply reply) {
     });
 }
 
-void JobRunner::clear(const Reply& reply) {
+void JobRunner::clear(Reply reply) {
   const std::string reason = view_.reason;
   enter(CellState::kClearing);
-  const auto cleared = [this, reply] {
+  pending_ = std::move(reply);
+  const auto cleared = [this] {
     enter(CellState::kStopped, "Reset homes the laser");
-    reply(Ok());
+    answer(Ok());
   };
   if (!unwritten_) return cleared();
-  write_end(*std::exchange(unwritten_, std::nullopt), [this, reply, reason, cleared](const Status& written) {
+  write_end(*unwritten_, [this, reason, cleared](const Status& written) {
     if (written) return refresh_job(cleared);
     enter(CellState::kAborted, reason);
-    reply(written);
+    answer(written);
   });
 }
 
@@ -301,38 +302,43 @@ void JobRunner::break_off(const std::string& reason, std::vector<PieceId> suspec
   view_.framing = false;
   recut_.reset();
   forget_cuts();
-  const auto finish = [this, reason = why_aborted](const Status& written) {
+  const auto finish = [this, reason = why_aborted] {
     run_.reset();
-    const std::string told =
-        written ? reason : reason + "; the end of the run is not written yet: make room on the disk, then Clear";
-    refresh_job([this, told] { enter(CellState::kAborted, told); });
+    refresh_job([this, reason] {
+      enter(
+          CellState::kAborted,
+          unwritten_ ? reason + "; the end of the run is not written yet: make room on the disk, then Clear" : reason);
+    });
   };
   if (run_) {
-    write_end({run_->id, std::move(suspects), run_->unbooked, reason}, finish);
+    write_end({run_->id, std::move(suspects), run_->unbooked, reason}, [finish](const Status&) { finish(); });
   } else if (view_.job && !to_cut_.empty()) {
     database_.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
-                    while_current([finish](const Status&) { finish(Ok()); }));  // a planned job stays planned
+                    while_current([finish](const Status&) { finish(); }));  // a planned job stays planned
   } else {
-    enter(CellState::kAborted, why_aborted);
+    finish();
   }
 }
 
 // A piece that was proven is booked all the same. What the disk does not take is kept for the next Clear: without its
-// end no run could begin after this one until the daemon is restarted.
+// end no run could begin after this one until the daemon is restarted. It is kept until it is known to be written, for
+// a STOP may come between (writing it twice changes nothing).
 void JobRunner::write_end(BrokenRun run, std::function<void(Status)> then) {
   const auto disk_failed = [](const Status& s) { return !s && s.error().code == ErrorCode::kStorage; };
+  unwritten_ = run;
   database_.async(
-      [run, disk_failed](Repositories& r) -> Status {
+      [run = std::move(run), disk_failed](Repositories& r) -> Status {
         if (run.verified)
           if (Status booked = r.jobs.book_piece(*run.verified, utc_timestamp()); disk_failed(booked)) return booked;
         return r.jobs.abort_run(run.id, run.suspects, run.reason, utc_timestamp());
       },
-      while_current([this, run, disk_failed, then = std::move(then)](const Status& written) {
+      while_current([this, disk_failed, then = std::move(then)](const Status& written) {
         if (!written) log_->error("the end of the run could not be written: {}", written.error().message);
-        if (!disk_failed(written)) return then(Ok());
-        unwritten_ = run;
-        then(Error{ErrorCode::kStorage,
-                   fmt::format("the end of the run is not written yet: {}", written.error().message)});
+        if (disk_failed(written))
+          return then(Error{ErrorCode::kStorage,
+                            fmt::format("the end of the run is not written yet: {}", written.error().message)});
+        unwritten_.reset();
+        then(Ok());
       }));
 }
 

@@ -154,7 +154,7 @@ class JobRunner {
 
   void reset(Reply reply);
   void stop(const Reply& reply);
-  void clear(const Reply& reply);
+  void clear(Reply reply);
   void hold(Reply reply);
   void unhold(Reply reply);
   void unsuspend(Reply reply, const std::vector<std::string>& confirmed);

@@ -248,14 +248,14 @@ TEST(Registration, RefusesTheWrongFace) {
   const PanelFiducials known = plain_fiducials();
   const auto wrong = register_scan(show, Face::kBack, known, cell.model);
   ASSERT_FALSE(wrong.ok());
-  EXPECT_THAT(wrong.error().message, testing::HasSubstr("show face lies on the glass"));
+  EXPECT_THAT(wrong.error().message, ::testing::HasSubstr("show face lies on the glass"));
 
   // A "back" whose holes lie as on the show face is no back.
   TileView fake = show[0];
   for (auto& tag : fake.tags) tag.id += 20;
   const auto unmirrored = register_scan(std::span(&fake, 1), Face::kBack, known, cell.model);
   ASSERT_FALSE(unmirrored.ok());
-  EXPECT_THAT(unmirrored.error().message, testing::HasSubstr("not mirrored"));
+  EXPECT_THAT(unmirrored.error().message, ::testing::HasSubstr("not mirrored"));
 }
 
 TEST(Registration, RefusesSymmetricHolesAndTooFew) {
@@ -267,12 +267,12 @@ TEST(Registration, RefusesSymmetricHolesAndTooFew) {
   const TileView back[] = {cell.scan(Face::kBack, cell.whole(Face::kBack))};
   const auto symmetric = register_scan(back, Face::kBack, known->fiducials, cell.model);
   ASSERT_FALSE(symmetric.ok());
-  EXPECT_THAT(symmetric.error().message, testing::HasSubstr("symmetry"));
+  EXPECT_THAT(symmetric.error().message, ::testing::HasSubstr("symmetry"));
   PanelFiducials few = known->fiducials;
   few.holes.resize(2);
   const auto starved = register_scan(back, Face::kBack, few, cell.model);
   ASSERT_FALSE(starved.ok());
-  EXPECT_THAT(starved.error().message, testing::HasSubstr("fewer than 3"));
+  EXPECT_THAT(starved.error().message, ::testing::HasSubstr("fewer than 3"));
 }
 
 TEST(Registration, NamesWhatIsWrongInOneSentence) {
@@ -285,43 +285,43 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
   auto answer = register_first_scan(std::span(&bare, 1), cell.model);
   ASSERT_FALSE(answer.ok());
   EXPECT_EQ(answer.error().code, ErrorCode::kNotFound);
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("no fiducials found on scan 7"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("no fiducials found on scan 7"));
 
   TileView few = good;
   few.tags.resize(2);
   answer = register_first_scan(std::span(&few, 1), cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("2 of at least 3 tags"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("2 of at least 3 tags"));
 
   RegistrationOptions options;
   options.foreign_tags = {203};
   answer = register_first_scan(std::span(&good, 1), cell.model, options);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("tag 203 on scan 7 belongs to another sheet"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("tag 203 on scan 7 belongs to another sheet"));
 
   TileView stranger = good;
   for (auto& tag : stranger.tags) tag.id += 100;
   answer = register_scan(std::span(&stranger, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("another panel lies on the glass"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("another panel lies on the glass"));
 
   stranger = good;
   stranger.tags.back().id = 300;
   answer = register_scan(std::span(&stranger, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("tag 300 does not belong"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("tag 300 does not belong"));
 
   TileView stretched = good;
   stretched.nominal = ScanResolution::from_dpi(290);
   answer = register_first_scan(std::span(&stretched, 1), cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("instead of 14.00"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("instead of 14.00"));
 
   TileView moved = good;
   for (auto& corner : moved.tags[2].corners) corner.x += Pixels(3);
   answer = register_scan(std::span(&moved, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("calibrate the scanner"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("calibrate the scanner"));
 
   TileView apart = good;
   apart.name = "scan 8";
@@ -329,7 +329,7 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
   const TileView tiles[] = {good, apart};
   answer = register_first_scan(tiles, cell.model);
   ASSERT_FALSE(answer.ok());
-  EXPECT_THAT(answer.error().message, testing::HasSubstr("scan 8 shares no tag"));
+  EXPECT_THAT(answer.error().message, ::testing::HasSubstr("scan 8 shares no tag"));
 }
 
 TEST(ScanMap, UndoesItself) {

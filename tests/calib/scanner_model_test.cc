@@ -123,7 +123,7 @@ TEST(ScannerModel, RefusesAScanWithoutTheSheet) {
   const auto fit = calib::fit_scanner_model(scans);
   ASSERT_FALSE(fit.ok());
   EXPECT_EQ(fit.error().code, ErrorCode::kNotFound);
-  EXPECT_THAT(fit.error().message, testing::HasSubstr("printed face down"));
+  EXPECT_THAT(fit.error().message, ::testing::HasSubstr("printed face down"));
 }
 
 TEST(ScannerModel, RefusesAGridPrintedTurnedByHalf) {
@@ -141,7 +141,7 @@ TEST(ScannerModel, RefusesAWrongResolution) {
   scan.nominal = ScanResolution::from_dpi(145);
   const auto fit = calib::fit_scanner_model(std::span(&scan, 1), small_grid(), small_sheet_options());
   ASSERT_FALSE(fit.ok());
-  EXPECT_THAT(fit.error().message, testing::HasSubstr("dpi"));
+  EXPECT_THAT(fit.error().message, ::testing::HasSubstr("dpi"));
 }
 
 TEST(ScannerModel, DropsATagSpoiltByDustAndRefusesACrumpledSheet) {

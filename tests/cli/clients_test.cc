@@ -12,6 +12,7 @@
 #include "cli/api_client.h"
 #include "cli/twin_client.h"
 #include "tests/support/api_server.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::cli {
 namespace {
@@ -112,8 +113,6 @@ TEST(ApiClient, EncodesQueries) { EXPECT_EQ(url_encode("a b&c/\xc3\xa4~"), "a%20
 class OneLineServer {
  public:
   explicit OneLineServer(std::string reply) {
-    folder_ = "/tmp/veneer-twin-XXXXXX";
-    if (!mkdtemp(folder_.data())) std::abort();
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path().copy(address.sun_path, sizeof address.sun_path - 1);
@@ -131,19 +130,17 @@ class OneLineServer {
   ~OneLineServer() {
     if (thread_.joinable()) thread_.join();
     close(listener_);
-    unlink(path().c_str());
-    rmdir(folder_.c_str());
   }
   OneLineServer(const OneLineServer&) = delete;
   OneLineServer& operator=(const OneLineServer&) = delete;
-  std::string path() const { return folder_ + "/twin.sock"; }
+  std::string path() const { return (folder_ / "twin.sock").string(); }
   json received() {
     thread_.join();
     return json::parse(line_);
   }
 
  private:
-  std::string folder_;
+  testing::TempDirectory folder_;
   int listener_ = -1;
   std::string line_;
   std::thread thread_;

@@ -166,6 +166,28 @@ TEST_F(JobRunnerTest, WhatAFullDiskDidNotTakeIsWrittenByTheNextClear) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
 }
 
+TEST_F(JobRunnerTest, AStopWhileAClearIsWritingForgetsNothing) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  {
+    const FullDisk full;
+    laser_.finish();
+    settle();
+    Status cleared = Ok();
+    runner_->command(CellCommand::kClear, "test", [&](const Status& answer) { cleared = answer; });
+    ASSERT_EQ(state(), CellState::kClearing);
+    runner_->abort("STOP");
+    settle();
+    EXPECT_FALSE(cleared.ok()) << "a Clear that was cut short is answered";
+    EXPECT_EQ(state(), CellState::kAborted);
+    EXPECT_THAT(runner_->view().reason, AllOf(HasSubstr("STOP"), HasSubstr("make room on the disk")));
+  }
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kReserved, P::kReserved));
+  EXPECT_EQ(job_state(), db::JobState::kAborted);
+}
+
 TEST_F(JobRunnerTest, APieceBrokenOffUnderAFullDiskIsSuspectAfterTheClear) {
   laser_.burn_at_once = false;
   load_first_panel();

@@ -5,7 +5,7 @@
 namespace veneer::daemon {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 LaserLimits limits(bool finds_home = true) {
   LaserLimits l{{}, "Grbl 1.1h", finds_home};

@@ -12,7 +12,7 @@
 namespace veneer::tests {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 Stroke curve(PieceId piece, const Polyline<MachineFrame>& path, double speed = 15) {
   return {piece, StrokeRole::kCut, path, MmPerSecond(speed), PowerFraction(0.8), 1};

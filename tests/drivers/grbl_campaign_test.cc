@@ -9,7 +9,7 @@
 namespace veneer::tests {
 namespace {
 
-class GrblCampaign : public testing::TestWithParam<std::size_t> {};
+class GrblCampaign : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(GrblCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
   const FaultRow row = run_campaign(static_cast<WireFault>(GetParam()), 50, 20260501);

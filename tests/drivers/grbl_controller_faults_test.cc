@@ -5,7 +5,7 @@
 namespace veneer::sim {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using testing::StartsWith;
 
 TEST(GrblFaults, AreKnownByName) {

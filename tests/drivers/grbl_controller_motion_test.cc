@@ -5,10 +5,10 @@
 namespace veneer::sim {
 namespace {
 
-using testing::Each;
+using ::testing::Each;
 using testing::EndsWith;
 using testing::Field;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using testing::Property;
 using testing::StartsWith;
 

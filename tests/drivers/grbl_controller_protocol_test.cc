@@ -6,7 +6,7 @@ namespace veneer::sim {
 namespace {
 
 using testing::EndsWith;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
@@ -60,7 +60,7 @@ struct Wrong {
   int error;
 };
 
-class GrblErrors : public testing::TestWithParam<Wrong> {};
+class GrblErrors : public ::testing::TestWithParam<Wrong> {};
 
 TEST_P(GrblErrors, HaveGrblsNumbers) {
   GrblBench bench;
@@ -69,17 +69,16 @@ TEST_P(GrblErrors, HaveGrblsNumbers) {
   EXPECT_EQ(bench.controller.state(), "Idle");
 }
 
-INSTANTIATE_TEST_SUITE_P(Lines, GrblErrors,
-                         testing::Values(Wrong{"5X", 1}, Wrong{"GX1", 2}, Wrong{"$Q", 3}, Wrong{"$999=1", 3},
-                                         Wrong{"$130=X", 2}, Wrong{"G1X-5F-100", 4}, Wrong{"$130=-4", 4},
-                                         Wrong{"M3.5", 23}, Wrong{"G0.012", 23}, Wrong{"G1X-5", 22},
-                                         Wrong{"G0X-1Q3", 20}, Wrong{"M7", 20}, Wrong{"G5", 20}, Wrong{"G0G90G91", 21},
-                                         Wrong{"M3M5", 21}, Wrong{"G0G10L2P1X1", 24}, Wrong{"G0X-1X-2", 25},
-                                         Wrong{"G2F100", 26}, Wrong{"G4", 28}, Wrong{"G53G80", 30}, Wrong{"G80X-1", 31},
-                                         Wrong{"G2Z-1R5F100", 32}, Wrong{"G2X-1Y-1R5F100", 33},
-                                         Wrong{"G2X-30Y-1R5F100", 34}, Wrong{"G2X-5F100", 35}, Wrong{"G0X-1P3", 36},
-                                         Wrong{"$J=X-5", 22}, Wrong{"$J=X5F100", 15}, Wrong{"$J=M3X-5F100", 16},
-                                         Wrong{"G10L2P9X0", 29}, Wrong{"N10000001G0", 27}, Wrong{"T256", 38}));
+INSTANTIATE_TEST_SUITE_P(
+    Lines, GrblErrors,
+    ::testing::Values(Wrong{"5X", 1}, Wrong{"GX1", 2}, Wrong{"$Q", 3}, Wrong{"$999=1", 3}, Wrong{"$130=X", 2},
+                      Wrong{"G1X-5F-100", 4}, Wrong{"$130=-4", 4}, Wrong{"M3.5", 23}, Wrong{"G0.012", 23},
+                      Wrong{"G1X-5", 22}, Wrong{"G0X-1Q3", 20}, Wrong{"M7", 20}, Wrong{"G5", 20}, Wrong{"G0G90G91", 21},
+                      Wrong{"M3M5", 21}, Wrong{"G0G10L2P1X1", 24}, Wrong{"G0X-1X-2", 25}, Wrong{"G2F100", 26},
+                      Wrong{"G4", 28}, Wrong{"G53G80", 30}, Wrong{"G80X-1", 31}, Wrong{"G2Z-1R5F100", 32},
+                      Wrong{"G2X-1Y-1R5F100", 33}, Wrong{"G2X-30Y-1R5F100", 34}, Wrong{"G2X-5F100", 35},
+                      Wrong{"G0X-1P3", 36}, Wrong{"$J=X-5", 22}, Wrong{"$J=X5F100", 15}, Wrong{"$J=M3X-5F100", 16},
+                      Wrong{"G10L2P9X0", 29}, Wrong{"N10000001G0", 27}, Wrong{"T256", 38}));
 
 TEST(GrblController, RefusesLinesBeyondSeventyNineCharacters) {
   GrblBench bench;

@@ -13,7 +13,7 @@ namespace veneer::grbl {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr const char* kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
 constexpr const char* kSettings =
@@ -21,7 +21,7 @@ constexpr const char* kSettings =
     "$120=1500\r\n$121=1500\r\n$130=520\r\n$131=380\r\nok\r\n";
 constexpr const char* kModes = "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n";
 
-class GrblCoreTest : public testing::Test {
+class GrblCoreTest : public ::testing::Test {
  protected:
   std::string out() {
     const GrblOutput output = core.take_output();

@@ -105,26 +105,26 @@ struct Case {
 
 std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
 
-class GrblFaultCase : public testing::TestWithParam<Case> {};
+class GrblFaultCase : public ::testing::TestWithParam<Case> {};
 
 TEST_P(GrblFaultCase, EndsTheJobWithBeamOffAndThePieceSuspect) {
   FaultedJob run(3);
   run.with(GetParam().fault);
   run.expect_safe(GetParam().name);
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
-  EXPECT_THAT(run.abort_error().message, testing::HasSubstr(GetParam().word));
-  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::SizeIs(1));
+  EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().word));
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Faults, GrblFaultCase,
-    testing::Values(Case{"LostOk", {FaultKind::kDropOk, 40}, "answers were lost"},
-                    Case{"ExtraOk", {FaultKind::kDuplicateOk, 40}, "answers do not match"},
-                    Case{"Unplugged", {FaultKind::kUnplug, 1000}, "link"},
-                    Case{"ResetByItself", {FaultKind::kBanner, 40}, "was reset"},
-                    Case{"RefusedLine", {FaultKind::kError, 40, 22}, "error:22 of Grbl (no feed rate given)"},
-                    Case{"LimitSwitch", {FaultKind::kAlarm, 40, 1}, "ALARM:1 of Grbl (a limit switch was hit)"},
-                    Case{"Stall", {FaultKind::kStall, 40}, "stopped answering"}),
+    ::testing::Values(Case{"LostOk", {FaultKind::kDropOk, 40}, "answers were lost"},
+                      Case{"ExtraOk", {FaultKind::kDuplicateOk, 40}, "answers do not match"},
+                      Case{"Unplugged", {FaultKind::kUnplug, 1000}, "link"},
+                      Case{"ResetByItself", {FaultKind::kBanner, 40}, "was reset"},
+                      Case{"RefusedLine", {FaultKind::kError, 40, 22}, "error:22 of Grbl (no feed rate given)"},
+                      Case{"LimitSwitch", {FaultKind::kAlarm, 40, 1}, "ALARM:1 of Grbl (a limit switch was hit)"},
+                      Case{"Stall", {FaultKind::kStall, 40}, "stopped answering"}),
     [](const auto& test) { return test.param.name; });
 
 TEST(GrblFault, ADigitLostFromAMoveIsFoundByThePosition) {
@@ -168,8 +168,8 @@ TEST(GrblFault, ALidOpenedOverACutLeavesAGapSoThePieceIsFinishedButSuspect) {
   run.expect_safe("lid");
   EXPECT_TRUE(run.cell.has<laser_event::Resumed>());
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
-  EXPECT_THAT(run.abort_error().message, testing::HasSubstr("the lid was opened while the beam was on"));
-  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::ElementsAre(PieceId{1}));
+  EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr("the lid was opened while the beam was on"));
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   EXPECT_FALSE(run.cell.first<laser_event::Aborted>()->position_lost);
   EXPECT_GT(run.cell.bench.burnt_mm(), 34 * 0.9) << "it was finished all the same";
 }

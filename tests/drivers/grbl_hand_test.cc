@@ -10,11 +10,11 @@
 namespace veneer {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using tests::GrblCell;
 using tests::square_job;
 
-class GrblHandTest : public testing::Test {
+class GrblHandTest : public ::testing::Test {
  protected:
   void home() {
     cell.connect_and_home();
@@ -178,7 +178,7 @@ TEST(GrblFocus, IsMovedToBehindHomingAndAJobRunsThere) {
   tests::GrblCell cell(sim::GrblSettings::laser_cutter(), {}, options);
   cell.connect_and_home();
   ASSERT_TRUE(cell.has<laser_event::Homed>());
-  EXPECT_THAT(cell.received, testing::HasSubstr(",-12.500"));
+  EXPECT_THAT(cell.received, ::testing::HasSubstr(",-12.500"));
   cell.start(tests::square_job(1));
   cell.run_job();
   EXPECT_TRUE(cell.has<laser_event::Done>());

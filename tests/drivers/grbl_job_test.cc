@@ -35,8 +35,8 @@ TEST(GrblJob, BurnsExactlyThePlannedGeometry) {
   cell.run_job();
   EXPECT_EQ(ending(cell), "done");
   EXPECT_EQ(whole_job_wrong(job, cell), "");
-  EXPECT_THAT(cell.all<laser_event::PieceVerified>(), testing::SizeIs(6));
-  EXPECT_THAT(cell.all<laser_event::StrokeExecuted>(), testing::SizeIs(18));
+  EXPECT_THAT(cell.all<laser_event::PieceVerified>(), ::testing::SizeIs(6));
+  EXPECT_THAT(cell.all<laser_event::StrokeExecuted>(), ::testing::SizeIs(18));
 }
 
 TEST(GrblJob, MovesNothingAndBurnsNothingWithoutConsent) {
@@ -168,14 +168,14 @@ TEST(GrblJob, AbortedAnywhereIsDarkAtOnceAndNeedsHoming) {
     EXPECT_EQ(aborted->error.code, ErrorCode::kCancelled);
     EXPECT_TRUE(aborted->position_lost);
     if (burning) {
-      EXPECT_THAT(aborted->suspect, testing::SizeIs(1));
+      EXPECT_THAT(aborted->suspect, ::testing::SizeIs(1));
     }
     const double burnt = cell.bench.burnt_mm();
     cell.run(10);
     EXPECT_EQ(cell.bench.burnt_mm(), burnt);
     cell.events.clear();
     cell.start(square_job(1));
-    EXPECT_THAT(ending(cell), testing::HasSubstr("home it first"));
+    EXPECT_THAT(ending(cell), ::testing::HasSubstr("home it first"));
   }
 }
 
@@ -203,7 +203,7 @@ TEST(GrblJob, StopsAfterThePieceWhenAsked) {
   cell.run_job();
   ASSERT_TRUE(cell.has<laser_event::Done>());
   EXPECT_TRUE(cell.first<laser_event::Done>()->stopped_early);
-  EXPECT_THAT(cell.all<laser_event::PieceVerified>(), testing::SizeIs(2));
+  EXPECT_THAT(cell.all<laser_event::PieceVerified>(), ::testing::SizeIs(2));
   EXPECT_FALSE(cell.bench.controller.beam_on());
 }
 

@@ -57,7 +57,7 @@ class BenchTransport final : public Transport {
   OnClosed on_closed_;
 };
 
-class GrblLaserTest : public testing::Test {
+class GrblLaserTest : public ::testing::Test {
  protected:
   GrblLaserTest() {
     bench.controller.power_on(bench.clock.now());

@@ -36,9 +36,9 @@ class ChangedLine {
 
 TEST(GrblPace, AFeedThatLostItsSizeIsNoticedBeforeTheBeamHasStoodForTwoSeconds) {
   ChangedLine run("X-2", "F2", 1);  // 2 mm/min from there on, at full power
-  EXPECT_THAT(run.sentence(), testing::HasSubstr("slower than it was told"));
+  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("slower than it was told"));
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
-  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::ElementsAre(PieceId{1}));
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   double crept_s = 0;
   for (const sim::BurnSegment& burn : run.cell.bench.burns)
     if (burn.length_mm() < 0.1) crept_s += std::chrono::duration<double>(burn.end - burn.start).count();
@@ -48,22 +48,22 @@ TEST(GrblPace, AFeedThatLostItsSizeIsNoticedBeforeTheBeamHasStoodForTwoSeconds) 
 
 TEST(GrblPace, ALineThatGrewIsNoticedWithinASecondOfMotion) {
   ChangedLine run("Y-2", "Y-7", 1);
-  EXPECT_THAT(run.sentence(), testing::HasSubstr("off its path"));
+  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("off its path"));
   EXPECT_LE(run.cell.bench.controller.beam_log().longest_queued_motion_s, 1.0);
 }
 
 TEST(GrblPace, AnArcThatNoiseTurnedTheOtherWayIsNoticed) {
   ChangedLine run("X1.365Y-0.788I0.752J-0.274", "X1.365Y-0.788I0.75G2J-0.274");
-  EXPECT_THAT(run.sentence(), testing::AnyOf(testing::HasSubstr("understood"), testing::HasSubstr("off its path")));
+  EXPECT_THAT(run.sentence(), testing::AnyOf(::testing::HasSubstr("understood"), ::testing::HasSubstr("off its path")));
   EXPECT_FALSE(run.cell.has<laser_event::PieceVerified>());
 }
 
 // Its line is answered when its last chord is planned, so nothing else says that it was understood at all.
 TEST(GrblPace, AnArcWhoseFeedNoiseChangedIsNoticedBeforeTheBeamHasStoodForTwoSeconds) {
   ChangedLine run("G3X-1.552Y0.274I-0.8S200", "G3X-1.552Y0.274I-0.8F5S200");
-  EXPECT_THAT(run.sentence(), testing::HasSubstr("slower than it was told"));
+  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("slower than it was told"));
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
-  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, testing::ElementsAre(PieceId{1}));
+  EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   double crept_s = 0;
   for (const sim::BurnSegment& burn : run.cell.bench.burns) {
     const double seconds = std::chrono::duration<double>(burn.end - burn.start).count();

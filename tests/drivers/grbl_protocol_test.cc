@@ -22,7 +22,7 @@ namespace veneer::grbl {
 namespace {
 
 using testing::EndsWith;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 MachineSettings stock_settings(int home_corner = 0, const std::string& options = "V") {
   SettingsReader reader;
@@ -134,7 +134,7 @@ TEST(LineReader, TakesLinesInAnyPieces) {
   LineReader reader;
   for (const char* part : {"o", "k\r", "\n<Id", "le>\r\n\r\nerr", "or:3\n"})
     reader.feed(part, [&](std::string_view line) { lines.emplace_back(line); });
-  EXPECT_THAT(lines, testing::ElementsAre("ok", "<Idle>", "error:3"));
+  EXPECT_THAT(lines, ::testing::ElementsAre("ok", "<Idle>", "error:3"));
 }
 
 TEST(FaultText, NamesNumberMeaningAndFamily) {
@@ -366,7 +366,7 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
   EXPECT_TRUE(queue.reported(-420 + 1.0, -281, {}));
   EXPECT_THAT(queue.take_executed(), testing::IsEmpty()) << "its last motion is not over";
   queue.all_executed();
-  EXPECT_THAT(queue.take_executed(), testing::ElementsAre(0U));
+  EXPECT_THAT(queue.take_executed(), ::testing::ElementsAre(0U));
   EXPECT_EQ(queue.queued_s(), 0);
 }
 

@@ -11,7 +11,7 @@
 namespace veneer::tests {
 namespace {
 
-class LihuiyuCampaign : public testing::TestWithParam<std::string_view> {};
+class LihuiyuCampaign : public ::testing::TestWithParam<std::string_view> {};
 
 TEST_P(LihuiyuCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
   const BoardRow row = run_board_campaign(GetParam(), 50, 20260501);
@@ -21,7 +21,7 @@ TEST_P(LihuiyuCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
   EXPECT_LE(row.hausdorff_mm, kBurnTolerance);
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults, LihuiyuCampaign, testing::ValuesIn(kBoardFaults),
+INSTANTIATE_TEST_SUITE_P(Faults, LihuiyuCampaign, ::testing::ValuesIn(kBoardFaults),
                          [](const auto& test) { return std::string(test.param); });
 
 TEST(LihuiyuCampaignItself, SeesAProgramThatLostAPacket) {

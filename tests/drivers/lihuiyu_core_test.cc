@@ -27,7 +27,7 @@ TEST(LihuiyuCore, ConnectsWithoutMovingAnything) {
   EXPECT_EQ(limits.travel.max.y.count(), 200);
   cell.run(30);
   EXPECT_EQ(cell.board.log().moved_without_consent_mm, 0);
-  EXPECT_THAT(cell.written, testing::ElementsAre(lihuiyu::reset_packet()));
+  EXPECT_THAT(cell.written, ::testing::ElementsAre(lihuiyu::reset_packet()));
   EXPECT_EQ(cell.core.status().state, "Ready");
   EXPECT_FALSE(cell.core.status().homed);
 }
@@ -36,7 +36,7 @@ TEST(LihuiyuCore, SaysThatTheBoardHasNoPower) {
   LihuiyuCell cell;
   cell.board.power_off(cell.now());
   cell.connect();
-  EXPECT_THAT(cell.failure().message, testing::HasSubstr("has no power"));
+  EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("has no power"));
   EXPECT_FALSE(cell.has<laser_event::Connected>());
 }
 
@@ -53,7 +53,7 @@ TEST(LihuiyuCore, RefusesAJobUntilHomedAndOneThatLeavesTheTravel) {
   LaserJob outside = odd_job(1);
   outside.strokes[1].path[0] = point<MachineFrame>(300.1, 10);
   cell.start(outside);
-  EXPECT_THAT(cell.failure().message, testing::HasSubstr("leaves the machine's travel"));
+  EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("leaves the machine's travel"));
   EXPECT_THAT(cell.burns, testing::IsEmpty());
 }
 
@@ -150,7 +150,7 @@ TEST(LihuiyuCore, AbortStopsTheBeamAndForgetsThePosition) {
   ASSERT_TRUE(aborted);
   EXPECT_EQ(aborted->error.code, ErrorCode::kCancelled);
   EXPECT_TRUE(aborted->position_lost);
-  EXPECT_THAT(aborted->suspect, testing::ElementsAre(PieceId{1}));
+  EXPECT_THAT(aborted->suspect, ::testing::ElementsAre(PieceId{1}));
   cell.events.clear();
   cell.board.set_consent(false);
   cell.run(20);
@@ -199,8 +199,8 @@ TEST(LihuiyuCore, AnEndThatComesTooEarlyProvesNothing) {
   cell.connect_and_home();
   cell.start(odd_job(1, 1, 20));
   cell.run_job();
-  EXPECT_THAT(cell.failure().message, testing::HasSubstr("has not executed all of it"));
-  EXPECT_THAT(cell.first<laser_event::Aborted>()->suspect, testing::SizeIs(1));
+  EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("has not executed all of it"));
+  EXPECT_THAT(cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
 }
 
 TEST(LihuiyuCore, WhenTheLinkDiesTheBeamDiesWithThePackets) {
@@ -214,7 +214,7 @@ TEST(LihuiyuCore, WhenTheLinkDiesTheBeamDiesWithThePackets) {
   EXPECT_FALSE(cell.board.beam_commanded());
   EXPECT_EQ(cell.board.log().beam_at_rest_s, 0);
   EXPECT_LE(cell.board.log().longest_queued_motion_s, 1.0);
-  EXPECT_THAT(cell.first<laser_event::Aborted>()->suspect, testing::SizeIs(1));
+  EXPECT_THAT(cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
   cell.board.plug();
   cell.reconnect();
   EXPECT_TRUE(cell.has<laser_event::Connected>());
@@ -227,7 +227,7 @@ TEST(LihuiyuCore, TellsOfALostSupplyWhileNothingRuns) {
   cell.board.set_lid(true, cell.now());
   cell.run(3);
   ASSERT_TRUE(cell.has<laser_event::Fault>());
-  EXPECT_THAT(cell.failure().message, testing::HasSubstr("lost its power"));
+  EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("lost its power"));
   EXPECT_FALSE(cell.core.status().homed);
   EXPECT_EQ(cell.core.status().state, "No power");
 }

@@ -123,10 +123,10 @@ TEST(LihuiyuPath, KeepsASquareSquare) {
   const auto at = [](double x, double y) { return kGrid.from_board({static_cast<int>(x), static_cast<int>(y)}); };
   const Polyline<MachineFrame> square{at(100, 100), at(400, 100), at(400, 400), at(100, 400), at(100, 100)};
   EXPECT_THAT(runs_along(square, kGrid),
-              testing::ElementsAre(StepRun{1, 0, 300}, StepRun{0, 1, 300}, StepRun{-1, 0, 300}, StepRun{0, -1, 300}));
-  EXPECT_THAT(runs_along({at(0, 0), at(100, 100)}, kGrid), testing::ElementsAre(StepRun{1, 1, 100}));
+              ::testing::ElementsAre(StepRun{1, 0, 300}, StepRun{0, 1, 300}, StepRun{-1, 0, 300}, StepRun{0, -1, 300}));
+  EXPECT_THAT(runs_along({at(0, 0), at(100, 100)}, kGrid), ::testing::ElementsAre(StepRun{1, 1, 100}));
   EXPECT_THAT(runs_along({at(0, 0), at(4, 2)}, kGrid),
-              testing::ElementsAre(StepRun{1, 1, 1}, StepRun{1, 0, 1}, StepRun{1, 1, 1}, StepRun{1, 0, 1}));
+              ::testing::ElementsAre(StepRun{1, 1, 1}, StepRun{1, 0, 1}, StepRun{1, 1, 1}, StepRun{1, 0, 1}));
 }
 
 TEST(LihuiyuProgram, IsWhatTheProtocolSays) {
@@ -259,15 +259,15 @@ TEST(LihuiyuJob, IsCheckedWhole) {
   };
   const Polyline<MachineFrame> good{point<MachineFrame>(10, 10), point<MachineFrame>(20, 10)};
   EXPECT_EQ(message(stroke_of(good)), "");
-  EXPECT_THAT(message(stroke_of({good[0]})), testing::HasSubstr("fewer than two points"));
-  EXPECT_THAT(message(stroke_of({good[0], good[0]})), testing::HasSubstr("no length"));
-  EXPECT_THAT(message(stroke_of(good, 1.2)), testing::HasSubstr("power"));
-  EXPECT_THAT(message(stroke_of(good, 1, 0.3)), testing::HasSubstr("0.4 to 240 mm/s"));
-  EXPECT_THAT(message(stroke_of(good, 1, 241)), testing::HasSubstr("0.4 to 240 mm/s"));
-  EXPECT_THAT(message(stroke_of(good, 1, 20, 0)), testing::HasSubstr("passes"));
-  EXPECT_THAT(message(stroke_of({good[0], point<MachineFrame>(301, 10)})), testing::HasSubstr("leaves the machine"));
+  EXPECT_THAT(message(stroke_of({good[0]})), ::testing::HasSubstr("fewer than two points"));
+  EXPECT_THAT(message(stroke_of({good[0], good[0]})), ::testing::HasSubstr("no length"));
+  EXPECT_THAT(message(stroke_of(good, 1.2)), ::testing::HasSubstr("power"));
+  EXPECT_THAT(message(stroke_of(good, 1, 0.3)), ::testing::HasSubstr("0.4 to 240 mm/s"));
+  EXPECT_THAT(message(stroke_of(good, 1, 241)), ::testing::HasSubstr("0.4 to 240 mm/s"));
+  EXPECT_THAT(message(stroke_of(good, 1, 20, 0)), ::testing::HasSubstr("passes"));
+  EXPECT_THAT(message(stroke_of({good[0], point<MachineFrame>(301, 10)})), ::testing::HasSubstr("leaves the machine"));
   EXPECT_THAT(message(stroke_of({good[0], point<MachineFrame>(std::nan(""), 10)})),
-              testing::HasSubstr("leaves the machine"));
+              ::testing::HasSubstr("leaves the machine"));
 }
 
 TEST(LihuiyuPacket, IsCheckedByTheOneWireCrc) {

@@ -9,10 +9,10 @@
 namespace veneer::proof {
 namespace {
 
-class ProofFigures : public testing::Test {
+class ProofFigures : public ::testing::Test {
  protected:
   Proof judge(const SceneFaults& faults) {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     dir_ = std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / info->name();
     ProofScene scene(faults, dir_);
     auto proof = prove(scene.truth, scene.claims, 2);

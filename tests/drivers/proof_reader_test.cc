@@ -41,7 +41,7 @@ cv::Mat engraved(const std::string& text, double height, double angle, bool mirr
   return grey;
 }
 
-class MarkReading : public testing::Test {
+class MarkReading : public ::testing::Test {
  protected:
   void SetUp() override {
     auto made = MarkReader::create();

@@ -15,7 +15,7 @@
 namespace veneer::planner {
 namespace {
 
-using testing::SizeIs;
+using ::testing::SizeIs;
 
 CutSite place(double x, double y) { return {{{point<BedFrame>(x, y), point<BedFrame>(x, y), {}}}, {}, {}}; }
 

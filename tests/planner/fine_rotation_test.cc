@@ -123,7 +123,7 @@ TEST_P(FinePlanOfSeed, MakesNoPieceDearerAndKeepsToTheWood) {
 
 INSTANTIATE_TEST_SUITE_P(Seeds, FinePlanOfSeed, ::testing::Range<std::uint64_t>(1, 17));
 
-class FinePlan : public testing::Test {
+class FinePlan : public ::testing::Test {
  protected:
   std::vector<Artwork> artworks_{blob_artwork("A", 50, 50, 42_mm, 31)};
   std::vector<StockPanel> stock_{wood_panel("P", 130, 100, 50.8, 33), wood_panel("Q", 70, 90, 60, 34)};

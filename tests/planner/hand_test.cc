@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class Hand : public testing::Test {
+class Hand : public ::testing::Test {
  protected:
   Hand() {
     options_.patch = 7_mm, options_.dpi = 50.8, options_.rotations = 5, options_.threads = 2;

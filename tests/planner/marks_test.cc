@@ -11,7 +11,7 @@
 namespace veneer::planner {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 const Radians kUp = degrees(90);
 

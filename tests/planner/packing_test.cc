@@ -73,7 +73,7 @@ TEST(Packing, KeepsThePositionMarginFromWoodThatIsNotFree) {
   expect_packed(*matcher, poses, 7_mm, 9_mm);
 }
 
-class PackingOfSeed : public testing::TestWithParam<int> {};
+class PackingOfSeed : public ::testing::TestWithParam<int> {};
 
 // Wood that is hardly more than a known packing of turned blocks.
 TEST_P(PackingOfSeed, FindsRoomForAllThatAreKnownToFit) {

@@ -41,14 +41,6 @@ double rest_of(const Work& work, double share, double whole) {
   return stop.spent() / whole;
 }
 
-// Processor time has outliers where a machine is shared: a stop that seems late is asked for twice more, and both must
-// be answered soon.
-double usual_rest_of(const Work& work, double share, double whole, double limit) {
-  const double first = rest_of(work, share, whole);
-  if (first < limit) return first;
-  return std::max(rest_of(work, share, whole), rest_of(work, share, whole));
-}
-
 // Stages of a panel that is large enough for each to take some hundredths of a second.
 class Stopping : public ::testing::Test {
  protected:
@@ -153,10 +145,9 @@ void expect_whole_plans_to_stop(PlanOptions options, std::size_t moments) {
   std::size_t stopped = 0;
   for (std::size_t i = 0; i < moments; ++i) {
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(moments);
-    constexpr double kSoon = 0.05;
-    const double rest = usual_rest_of(work, share, whole, kSoon);
+    const double rest = rest_of(work, share, whole);
     stopped += rest > 0 ? 1 : 0;
-    EXPECT_LT(rest, kSoon) << "stopped after " << share;
+    EXPECT_LT(rest, 0.05) << "stopped after " << share;
   }
   EXPECT_GT(stopped, moments / 2);
 }

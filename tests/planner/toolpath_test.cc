@@ -14,9 +14,9 @@
 namespace veneer::planner {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using testing::IsEmpty;
-using testing::SizeIs;
+using ::testing::SizeIs;
 using testing::UnorderedElementsAreArray;
 
 Ring<BedFrame> square(double x, double y, double side) {

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class FullDisk : public testing::Test {
+class FullDisk : public ::testing::Test {
  protected:
   void SetUp() override {
     auto started = LaserOnlyCell::start(fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin");

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class LaserOnly : public testing::Test {
+class LaserOnly : public ::testing::Test {
  protected:
   void start(const sim::GrblSettings& settings = LaserOnlyCell::quick_laser()) {
     auto started =

@@ -28,7 +28,7 @@ sim::BoardOptions quick_board() {
   return options;
 }
 
-class LihuiyuBoardCell : public testing::Test {
+class LihuiyuBoardCell : public ::testing::Test {
  protected:
   void SetUp() override {
     const Status started = daemon.start(fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin",

@@ -30,32 +30,30 @@ const StoryPanel kSheet{"control", 200, 140};
 
 }  // namespace
 
-fs::path PreparedCell::base_;
+std::optional<testing::TempDirectory> PreparedCell::base_;
 
 fs::path PreparedCell::bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
 
 void PreparedCell::SetUpTestSuite() {
-  std::string pattern = (fs::temp_directory_path() / "veneer-scenario-XXXXXX").string();
-  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-  base_ = pattern;
-  fs::create_directories(base_ / "base");
-  draw_target(base_ / "target.png");
-  auto cell = SimulatedCell::start({base_ / "base", bin_dir(), 7, 40});
+  base_.emplace(testing::TempDirectory::Place::kDisk);
+  fs::create_directories(*base_ / "base");
+  draw_target(*base_ / "target.png");
+  auto cell = SimulatedCell::start({*base_ / "base", bin_dir(), 7, 40});
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   QuietNarrator narrator;
-  Story story(**cell, base_, narrator);
+  Story story(**cell, base_->path(), narrator);
   for (const Status& step :
-       {story.calibrate(), story.scan_panel(kSheet), story.plan({base_ / "target.png", "control", 48, 12})})
+       {story.calibrate(), story.scan_panel(kSheet), story.plan({*base_ / "target.png", "control", 48, 12})})
     ASSERT_TRUE(step.ok()) << step.error().message;
   ASSERT_EQ((*cell)->stop_daemon(), 0);
   ASSERT_EQ((*cell)->stop_twin(), 0);
 }
 
-void PreparedCell::TearDownTestSuite() { fs::remove_all(base_); }
+void PreparedCell::TearDownTestSuite() { base_.reset(); }
 
 void PreparedCell::SetUp() {
-  dir_ = base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::copy(base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  dir_ = *base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::copy(*base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   auto cell = SimulatedCell::start({dir_, bin_dir(), 7, 40});
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   cell_ = std::move(*cell);

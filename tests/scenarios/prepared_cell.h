@@ -6,11 +6,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/demo/story.h"
 #include "tests/support/simulated_cell.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
 
@@ -43,7 +45,7 @@ class PreparedCell : public ::testing::Test {
   std::unique_ptr<Story> story_;
 
  private:
-  static std::filesystem::path base_;
+  static std::optional<testing::TempDirectory> base_;
 };
 
 }  // namespace veneer::tests

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "tests/support/laser_only_cell.h"
+#include "tests/support/temp_directory.h"
 
 namespace {
 
@@ -94,12 +95,11 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "{}\n", cell.error().message);
     return 1;
   }
-  std::string dir = (fs::temp_directory_path() / "veneer-stop-XXXXXX").string();
-  if (mkdtemp(dir.data()) == nullptr) return 1;
+  const veneer::testing::TempDirectory dir(veneer::testing::TempDirectory::Place::kDisk);
   std::vector<double> by_api, by_command;
   int planned = 0, failed = 0;
   {
-    Planners planners(bin_dir, dir);
+    Planners planners(bin_dir, dir.path());
     // By turns, so that both meet the same load.
     for (int i = 0, j = 0; i + j < stops + commands;) {
       const bool command = i * commands > j * stops || i == stops;
@@ -114,7 +114,6 @@ int main(int argc, char** argv) {
     }
     planned = planners.runs();
   }
-  fs::remove_all(dir);
   nlohmann::json rows = nlohmann::json::array();
   for (const auto& [name, values] : {std::pair("POST /stop", by_api), std::pair("veneerctl stop", by_command)}) {
     fmt::print("{:<16} {:>4} stops  p50 {:7.2f} ms  p99 {:7.2f} ms  max {:7.2f} ms\n", name, values.size(),

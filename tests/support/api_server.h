@@ -23,6 +23,7 @@
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
 #include "daemon/api/task_routes.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::testing {
 
@@ -32,7 +33,7 @@ class ApiServer {
   // answers {"operation": its id, "bytes": of the body}.
   explicit ApiServer(daemon::HttpServerOptions options = {}, daemon::EventHubOptions hub_options = {},
                      const std::function<void(daemon::Router&)>& bind = {})
-      : folder_(make_folder()), hub_(hub_options, make_null_logger()) {
+      : hub_(hub_options, make_null_logger()) {
     options.unix_path = folder_ / "api.sock";
     options.listen = "127.0.0.1:0";
     if (bind) bind(router_);
@@ -63,7 +64,6 @@ class ApiServer {
     work_.reset();
     reactor_.stop();
     thread_.join();
-    std::filesystem::remove_all(folder_);
   }
   ApiServer(const ApiServer&) = delete;
   ApiServer& operator=(const ApiServer&) = delete;
@@ -78,7 +78,7 @@ class ApiServer {
   }
 
   std::string socket() const { return (folder_ / "api.sock").string(); }
-  std::filesystem::path folder() const { return folder_; }
+  std::filesystem::path folder() const { return folder_.path(); }
   int port() const { return server_->tcp_port(); }
   std::string host() const { return "127.0.0.1:" + std::to_string(port()); }
   int stops() const { return stops_; }
@@ -89,13 +89,7 @@ class ApiServer {
   ManualClock& clock() { return clock_; }
 
  private:
-  static std::filesystem::path make_folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "veneer-api-XXXXXX").string();
-    if (!mkdtemp(name.data())) std::abort();
-    return name;
-  }
-
-  std::filesystem::path folder_;
+  testing::TempDirectory folder_;
   boost::asio::io_context reactor_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{reactor_.get_executor()};
   ManualClock clock_;

@@ -1,7 +1,6 @@
 #include "tests/support/lone_daemon.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <chrono>
 #include <fstream>
@@ -13,9 +12,6 @@ namespace fs = std::filesystem;
 
 Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser) {
   bin_dir_ = bin_dir;
-  std::string pattern = (fs::temp_directory_path() / "veneer-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) return Error{ErrorCode::kStorage, "cannot make a folder"};
-  dir_ = pattern;
   std::ofstream(dir_ / "veneerd.toml") << fmt::format(
       "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"\"\n[store]\ndata_dir = \"{}\"\n", laser, socket(),
       (dir_ / "data").string());
@@ -42,11 +38,7 @@ void LoneDaemon::end() {
   if (process_ && process_->running()) process_->terminate();
 }
 
-LoneDaemon::~LoneDaemon() {
-  end();
-  std::error_code ignored;
-  if (!dir_.empty()) fs::remove_all(dir_, ignored);
-}
+LoneDaemon::~LoneDaemon() { end(); }
 
 Finished LoneDaemon::veneerctl(std::vector<std::string> arguments) const {
   arguments.insert(arguments.begin(), {(bin_dir_ / "veneerctl").string(), "--socket", socket()});

@@ -11,6 +11,7 @@
 
 #include "cli/api_client.h"
 #include "tests/support/child_process.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
 
@@ -42,7 +43,8 @@ class LoneDaemon {
  private:
   Status start_process();
 
-  std::filesystem::path bin_dir_, dir_;
+  std::filesystem::path bin_dir_;
+  testing::TempDirectory dir_{testing::TempDirectory::Place::kDisk};
   std::optional<ChildProcess> process_;
   std::optional<cli::ApiClient> api_;
 };

@@ -34,8 +34,6 @@ SimulatedCell::SimulatedCell(SimulatedCellOptions options) : options_(std::move(
 SimulatedCell::~SimulatedCell() {
   if (daemon_ && daemon_->running()) daemon_->terminate();
   if (twin_process_ && twin_process_->running()) twin_process_->terminate();
-  std::error_code ignored;
-  fs::remove_all(socket_dir_, ignored);
 }
 
 Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellOptions& options) {
@@ -43,9 +41,6 @@ Result<std::unique_ptr<SimulatedCell>> SimulatedCell::start(const SimulatedCellO
   std::error_code failed;
   fs::create_directories(cell->data_dir(), failed);
   fs::create_directories(cell->twin_dir(), failed);
-  std::string pattern = (fs::temp_directory_path() / "veneer-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) return Error{ErrorCode::kStorage, "cannot make a folder for the sockets"};
-  cell->socket_dir_ = pattern;
   if (const Status written = cell->write_configs(); !written) return written.error();
   if (const Status started = cell->start_twin(); !started) return started.error();
   if (const Status started = cell->start_daemon(); !started) return started.error();

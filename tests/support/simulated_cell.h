@@ -14,6 +14,7 @@
 #include "cli/api_client.h"
 #include "drivers/sim/client/twin_link.h"
 #include "tests/support/child_process.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
 
@@ -62,7 +63,7 @@ class SimulatedCell {
 
   SimulatedCellOptions options_;
   std::string operator_group_;
-  std::filesystem::path socket_dir_;  // short, since the names of sockets are limited to 107 bytes
+  testing::TempDirectory socket_dir_;  // short, since the names of sockets are limited to 107 bytes
   std::optional<ChildProcess> twin_process_, daemon_;
   std::optional<cli::ApiClient> api_;
   std::optional<sim::TwinLink> twin_;

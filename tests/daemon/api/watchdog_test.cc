@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temp_directory.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -81,9 +83,8 @@ TEST_F(WatchdogTest, TheStatusIsOneLineToldOnce) {
 }
 
 TEST(SystemdNotifier, SpeaksToTheManagersSocketAndKnowsItsPeriod) {
-  std::string folder = "/tmp/veneer-notify-XXXXXX";
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  const std::string path = folder + "/notify";
+  const testing::TempDirectory folder;
+  const std::string path = (folder / "notify").string();
   const int manager = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -105,8 +106,6 @@ TEST(SystemdNotifier, SpeaksToTheManagersSocketAndKnowsItsPeriod) {
   EXPECT_EQ(nobody.watchdog_period(), Duration(0));
   nobody.notify("READY=1");
   close(manager);
-  unlink(path.c_str());
-  rmdir(folder.c_str());
 }
 
 }  // namespace
