@@ -60,12 +60,7 @@ void with_progress(const std::function<void(const planner::Progress&, std::stop_
     while (!over.stop_requested() && !InterruptGuard::interrupted()) std::this_thread::sleep_for(kLook);
     if (InterruptGuard::interrupted()) stop.request_stop();
   });
-  const bool terminal = Progress::style_of_stderr() == Progress::Style::kTerminal;
-  work(
-      [&](double fraction, std::string_view text) {
-        if (terminal) bar.show(fraction, std::string(text));
-      },
-      stop.get_token());
+  work([&](double fraction, std::string_view text) { bar.show(fraction, std::string(text)); }, stop.get_token());
 }
 
 }  // namespace veneer::cli

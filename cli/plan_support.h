@@ -31,7 +31,7 @@ void make_directory(const std::filesystem::path& out);
 
 Status write_picture(const cv::Mat& picture, const std::filesystem::path& path);
 
-// Runs `work` with a progress bar on stderr (on a terminal only); the first Ctrl-C requests its stop.
+// Runs `work` with its progress on stderr (progress.h); the first Ctrl-C requests its stop.
 void with_progress(const std::function<void(const planner::Progress& progress, std::stop_token stop)>& work);
 
 }  // namespace veneer::cli

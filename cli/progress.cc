@@ -80,7 +80,8 @@ InterruptGuard::InterruptGuard() {
   g_interrupted = false;
   struct sigaction action {};
   action.sa_handler = note_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  // A write to stderr that the signal meets is not given up: what is to be said about the stop would be lost with it.
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
 }
 

@@ -80,7 +80,7 @@ struct PlanOptions {
   // Without interleaving: this share of every artwork's patches, the most urgent, choose before all others, so that the
   // first artworks' backgrounds do not use up the rare wood that the last ones' faces need.
   double reserve = 0;
-  bool exact = false;  // choose the cheapest place by proof, some hundred times slower
+  bool exact = false;  // choose the cheapest place by proof, several times slower
   // At last turn and shift each new piece continuously (fine_rotation.h): rotations are then no multiples of
   // 360 / n_rot degrees any more. Kept pieces stay as they are.
   bool fine_rotation = false;
@@ -190,7 +190,8 @@ double cost_total(const Plan& plan);
 double cost_per_pixel(const Plan& plan);
 std::size_t unfilled(const Plan& plan);
 
-// Called on the thread that called make_plan, at most some ten times a second. `text` is one short phrase.
+// Called on the thread that called make_plan, whenever something else begins and otherwise at most some ten times a
+// second. `text` is one short phrase.
 using Progress = std::function<void(double fraction, std::string_view text)>;
 
 class PlanJournal;   // plan_journal.h

@@ -27,18 +27,21 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// Passes progress on, a few times a second.
+// Passes progress on, a few times a second and whenever something else begins: when the words before a ":" change.
 class Reporter {
  public:
   explicit Reporter(const Progress& progress) : progress_(progress) {}
   void operator()(double fraction, const std::string& text) {
-    if (!progress_ || seconds_since(last_) < 0.1) return;
-    last_ = Clock::now();
+    if (!progress_) return;
+    const std::string doing = text.substr(0, text.find(':'));
+    if (doing == doing_ && seconds_since(last_) < 0.1) return;
+    doing_ = doing, last_ = Clock::now();
     progress_(fraction, text);
   }
 
  private:
   const Progress& progress_;
+  std::string doing_;
   Clock::time_point last_{};
 };
 
@@ -260,7 +263,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   plan.seconds.match = seconds_since(match_start);
   if (options.fine_rotation) {
     const auto fine_start = Clock::now();
-    if (progress) progress(1 - fine_share, "turning pieces finely");
+    report(1 - fine_share, "turning pieces finely");
     FineOutcome fine = turn_finely(
         *problem, *matcher, std::move(patches), threads,
         [&](double share) { report(1 - fine_share * (1 - share), "turning pieces finely"); }, stop, journal);
@@ -290,8 +293,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     }
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
-  if (progress)
-    progress(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
+  report(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
   return plan;
 }
 

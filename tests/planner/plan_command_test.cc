@@ -4,7 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,7 +16,9 @@
 namespace veneer::planner {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 struct Outcome {
@@ -90,6 +92,24 @@ TEST_F(PlanCommand, WritesPlanPreviewCutFileAndReport) {
   const cv::Mat preview = cv::imread(path("out/preview.png"));
   EXPECT_EQ(preview.cols, 63);
   EXPECT_EQ(preview.rows, 42);
+}
+
+// In a log or a pipe there is no bar, but a line for everything that begins.
+TEST_F(PlanCommand, TellsItsProgressOffATerminalToo) {
+  const Outcome outcome = plan(usual() + " --optimize global --optimize-iterations 4096 --fine-rotation");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  for (const char* line :
+       {"reading the wood\n", "\nindexing the wood\n", "\nplacing pieces: ", "\nsurveying the wood\n",
+        "\noptimising: ", "\nturning pieces finely\n", "\nplaced 15 of 15 pieces\n"})
+    EXPECT_THAT(outcome.errors, HasSubstr(line));
+  EXPECT_THAT(outcome.errors, Not(AnyOf(HasSubstr("\r"), HasSubstr("\033"))));
+  EXPECT_EQ(text("stdout"), "");
+  EXPECT_LT(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 40);
+
+  const Outcome series = run("series " + usual() + " --pictures 2");
+  ASSERT_EQ(series.status, 0) << series.errors;
+  EXPECT_THAT(series.errors, HasSubstr("in turn, placing pieces: "));
+  EXPECT_THAT(series.errors, HasSubstr("2 pictures together, placing pieces: "));
 }
 
 TEST_F(PlanCommand, GivesTheSameBytesAgain) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <opencv2/imgproc.hpp>
 
 #include "planner/plan.h"
 #include "planner/plan_files.h"
@@ -67,32 +67,60 @@ TEST(Shortage, NamesTheAreaAndTheTonesThatAreMissing) {
   EXPECT_THAT(plan.warnings[0], HasSubstr("mm2 dark"));
 }
 
-TEST(Shortage, OffersASmallerPatchThatReallyFits) {
-  const Artwork artwork = black_and_white(20_mm);
-  const StockPanel panel = clear_panel(34, 22);
+// What `plan` leaves of the panel's free wood, as a fine raster: what its pieces touch with their kerf is gone.
+StockPanel left_by(const Plan& plan, const StockPanel& panel) {
+  constexpr int kFiner = 8;
+  StockPanel left = panel;
+  cv::resize(panel.free.pixels, left.free.pixels, {}, kFiner, kFiner, cv::INTER_NEAREST);
+  left.free.resolution = {panel.free.resolution.px_per_mm * kFiner};
+  for (const Piece& piece : plan.pieces) {
+    if (!piece.placement) continue;
+    const Box<PanelFrame> box = bounds(piece.placement->panel_outline);  // pieces are upright here
+    double c0 = 0, r0 = 0, c1 = 0, r1 = 0;
+    left.free.to_pixels({box.min.x - plan.kerf, box.max.y + plan.kerf}, c0, r0);
+    left.free.to_pixels({box.max.x + plan.kerf, box.min.y - plan.kerf}, c1, r1);
+    const cv::Rect taken(cv::Point(cvFloor(c0), cvFloor(r0)), cv::Point(cvCeil(c1), cvCeil(r1)));
+    left.free.pixels(taken & cv::Rect({0, 0}, left.free.pixels.size())).setTo(0);
+  }
+  return left;
+}
+
+struct Scarce {
+  const char* name;
+  Millimetres side;   // of the picture
+  int columns, rows;  // of the panel
+  int holes;
+};
+
+class ScarceWood : public ::testing::TestWithParam<Scarce> {};
+
+TEST_P(ScarceWood, OffersSmallerPatchesThatReallyFit) {
+  const Artwork artwork = black_and_white(GetParam().side);
+  StockPanel panel = clear_panel(GetParam().columns, GetParam().rows);
+  cv::RNG random(7);
+  for (int i = 0; i < GetParam().holes; ++i)
+    cv::circle(panel.free.pixels,
+               {random.uniform(0, panel.free.pixels.cols), random.uniform(0, panel.free.pixels.rows)},
+               random.uniform(1, 6), cv::Scalar(0), cv::FILLED);
   const Plan plan = planned(artwork, panel, options());
   ASSERT_TRUE(plan.shortage && plan.shortage->smaller);
   const auto smaller = *plan.shortage->smaller;
   EXPECT_LT(smaller.side, 10_mm);
-  EXPECT_GT(smaller.count, 0U);
-  // As many squares of that side as promised are there: with the first patch's wood gone, plan them.
+  // As many patches of that side as promised, on the wood that is left: all of them have their place.
   Artwork rest = artwork;
   rest.width = smaller.side * static_cast<double>(smaller.count), rest.height = smaller.side;
-  StockPanel left = panel;
-  for (const Piece& piece : plan.pieces) {
-    if (!piece.placement) continue;
-    const Box<PanelFrame> box = bounds(piece.placement->panel_outline);
-    double c0 = 0, r0 = 0, c1 = 0, r1 = 0;
-    left.free.to_pixels({box.min.x, box.max.y}, c0, r0);
-    left.free.to_pixels({box.max.x, box.min.y}, c1, r1);
-    const cv::Rect taken(cv::Point(static_cast<int>(c0) - 1, static_cast<int>(r0) - 1),
-                         cv::Point(static_cast<int>(c1) + 1, static_cast<int>(r1) + 1));
-    left.free.pixels(taken & cv::Rect(0, 0, left.free.pixels.cols, left.free.pixels.rows)).setTo(0);
-  }
   PlanOptions small = options();
-  small.patch = smaller.side;
-  EXPECT_GE(planned(rest, left, small).pieces.size() - unfilled(planned(rest, left, small)), 1U);
+  small.patch = smaller.side, small.dpi *= 4;
+  small.optimize = Optimize::kGlobal, small.optimize_iterations = 1;  // it packs where greedy would waste wood
+  const Plan packed = planned(rest, left_by(plan, panel), small);
+  ASSERT_EQ(packed.pieces.size(), smaller.count);
+  EXPECT_EQ(unfilled(packed), 0U) << smaller.count << " of " << smaller.side.count() << " mm";
 }
+
+INSTANTIATE_TEST_SUITE_P(OfManyShapes, ScarceWood,
+                         ::testing::Values(Scarce{"Strip", 20_mm, 34, 22, 0}, Scarce{"TwoStrips", 40_mm, 78, 60, 0},
+                                           Scarce{"Knots", 60_mm, 110, 90, 14}),
+                         [](const auto& scarce) { return std::string(scarce.param.name); });
 
 TEST(Shortage, OffersSmallerPatchesThanThePictureWhenItIsASinglePatch) {
   StockPanel strips = clear_panel(60, 60);
