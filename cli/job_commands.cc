@@ -60,19 +60,6 @@ const char* help_of(std::string_view key) {
 
 bool is_whole(std::string_view key) { return key == "rotations" || key == "seed" || key == "max_panels"; }
 
-std::string render_new_job(const json& result) {
-  const auto id = whole_or(result, "job", 0);
-  const auto pieces = whole_or(result, "pieces", 0);
-  const auto unfilled = whole_or(result, "unfilled", 0);
-  std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
-                                 id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
-  if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
-    text +=
-        fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
-  if (unfilled > 0) text += fmt::format("Warning: {} patches found no wood and stay open.\n", unfilled);
-  return text;
-}
-
 void add_new(CLI::App& job, CommandContext& context) {
   const auto options = std::make_shared<NewJob>();
   CLI::App* command = job.add_subcommand("new", "Plan a picture from free stock and reserve its wood");

@@ -312,6 +312,19 @@ std::string render_job(const json& job) {
   return text;
 }
 
+std::string render_new_job(const json& result) {
+  const auto id = whole_or(result, "job", 0);
+  const auto pieces = whole_or(result, "pieces", 0);
+  std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
+                                 id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
+  if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
+    text +=
+        fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
+  for (const json& warning : member(result, "warnings"))
+    if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
+  return text;
+}
+
 std::string render_pieces(const json& reply) {
   TextTable table({">ID", "MARK", ">ROW", ">COLUMN", "PANEL", "STATE"});
   const json& pieces = member(reply, "pieces");

@@ -17,6 +17,7 @@ std::string render_recipes(const nlohmann::json& reply);       // {"recipes": [.
 std::string render_zones(const nlohmann::json& panel);         // {"zones": [...]}
 std::string render_jobs(const nlohmann::json& reply);          // {"jobs": [...]}
 std::string render_job(const nlohmann::json& job);
+std::string render_new_job(const nlohmann::json& result);
 std::string render_pieces(const nlohmann::json& reply);  // {"pieces": [...]}
 std::string render_ledger(const nlohmann::json& reply);  // {"allocations": [...]}
 std::string render_tasks(const nlohmann::json& reply);   // {"tasks": [...]}

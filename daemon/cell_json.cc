@@ -129,10 +129,10 @@ json to_json(const JobOutcome& o) {
   for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
   return {{"job", o.job.value},
           {"pieces", o.pieces},
-          {"unfilled", o.unfilled},
           {"without_lead_in", o.without_lead},
           {"cost_per_pixel", o.cost_per_pixel},
-          {"panels", panels}};
+          {"panels", panels},
+          {"warnings", o.warnings}};
 }
 
 json to_json(const CalibrationOutcome& o) {

@@ -16,6 +16,7 @@
 #include "planner/pictures/pictures.h"
 #include "planner/plan_files.h"
 #include "planner/preview.h"
+#include "planner/shortage.h"
 
 namespace veneer::daemon {
 namespace {
@@ -52,17 +53,6 @@ std::vector<db::NewPiece> pieces_of(const planner::Plan& plan) {
     p.allocation = offset(Region<PanelFrame>(piece.placement->panel_outline), plan.kerf);
   }
   return out;
-}
-
-Error too_little_wood(const planner::Plan& plan, std::size_t unfilled) {
-  double area = 0;
-  for (const auto& piece : plan.pieces)
-    if (!piece.placement) area += std::abs(signed_area(piece.artwork_outline));
-  return {
-      ErrorCode::kRefused,
-      fmt::format("the free wood does not fill the picture: {} of {} patches ({:.0f} cm2) found no place; scan more "
-                  "panels, or make the picture or its patches smaller",
-                  unfilled, plan.pieces.size(), area / 100)};
 }
 
 // What stays whole even where no piece lies: a tag with its white border, a hole's rim.
@@ -212,8 +202,12 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
       {&artwork, 1}, *stock, options,
       [&](double f, std::string_view text) { progress(0.05 + 0.83 * f, std::string(text)); }, stop);
   if (!plan) return plan.error();
-  const std::size_t unfilled = planner::unfilled(*plan);
-  if (unfilled > 0) return too_little_wood(*plan, unfilled);
+  // A joint choice that is stopped still gives a plan; whoever cancels a job wants none.
+  const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
+  if (stop.stop_requested()) return cancelled;
+  if (plan->shortage)
+    return Error{ErrorCode::kRefused,
+                 "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
 
   progress(0.9, "drawing the preview");
   auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(kPreviewDpi));
@@ -237,6 +231,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   job.pieces = pieces_of(*plan);
   const auto without_lead = add_leads(*plan, *stock, *calibration->kerf, job.pieces);
   if (!without_lead) return without_lead.error();
+  if (stop.stop_requested()) return cancelled;
   auto id = database_.call([&](Repositories& r) { return r.jobs.create(job, utc_timestamp()); });
   if (!id) return id.error();
 
@@ -249,6 +244,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   for (const auto& piece : plan->pieces)
     if (piece.placement) ++count[piece.placement->panel];
   outcome.panels.assign(count.begin(), count.end());
+  outcome.warnings = plan->warnings;
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
   if (outcome.without_lead > 0)
     log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",

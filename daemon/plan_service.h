@@ -29,10 +29,11 @@ struct JobRequest {
 
 struct JobOutcome {
   JobId job;
-  std::size_t pieces = 0, unfilled = 0;
+  std::size_t pieces = 0;
   double cost_per_pixel = 0;
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
   std::size_t without_lead = 0;  // pieces whose cut begins on their own edge, for want of waste beside them
+  std::vector<std::string> warnings;  // the planner's, one sentence each
 };
 
 class PlanService {
@@ -41,7 +42,9 @@ class PlanService {
   PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
               Millimetres position_margin, Logger log);
 
-  // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says what is missing.
+  // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says which tones are
+  // missing and which smaller patches would still fit. kCancelled once `stop` is requested, unless the wood is reserved
+  // already. Otherwise as planner::make_plan says.
   Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   // The job's assembled picture as it was planned, PNG; any worker. kNotFound, kStorage.
   Result<std::string> preview_file(JobId job);

@@ -60,9 +60,9 @@ TEST(Render, NothingOfAnotherTypeThrows) {
   for (const json& odd :
        {json(nullptr), json(3), json::array({1}), json{{"panels", 7}, {"jobs", "x"}, {"tasks", {1, "a"}}},
         json{{"laser", 3}, {"job", {{"pieces", "many"}}}, {"load", "x"}, {"state", 1}}}) {
-    for (const auto render :
-         {render_status, render_panels, render_panel, render_registration, render_scan_result, render_certificates,
-          render_jobs, render_job, render_tasks, render_task, render_state, render_twin, render_plain, render_pieces}) {
+    for (const auto render : {render_status, render_panels, render_panel, render_registration, render_scan_result,
+                              render_certificates, render_jobs, render_job, render_new_job, render_tasks, render_task,
+                              render_state, render_twin, render_plain, render_pieces}) {
       render(odd);
     }
   }
@@ -101,6 +101,17 @@ TEST(Render, AReconciledScanNamesEachDifference) {
 TEST(Render, AnEmptyShelfTellsWhatToDo) {
   EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
   EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);
+}
+
+TEST(Render, ANewJobTellsWhatThePlannerWarnsOf) {
+  EXPECT_EQ(render_new_job({{"job", 7},
+                            {"pieces", 4},
+                            {"without_lead_in", 2},
+                            {"warnings", {"\"sky\" is one plain tone", 3, "it is pale"}}}),
+            "Job 7 (4 pieces) is planned and its wood reserved. Start it with `veneerctl job start 7`.\n"
+            "2 of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n"
+            "Warning: \"sky\" is one plain tone\n"
+            "Warning: it is pale\n");
 }
 
 TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {

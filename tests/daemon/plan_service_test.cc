@@ -1,6 +1,7 @@
 // The plan service on a small stock: what it keeps and drops beside the plan.
 #include "daemon/plan_service.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "daemon/calibration.h"
+#include "daemon/cell_json.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 
@@ -51,18 +53,29 @@ class PlanServiceTest : public ::testing::Test {
     std::ofstream(file) << "of an earlier plan";
     return file;
   }
-  Result<JobOutcome> plan(bool fine_rotation = false) {
+  // A picture of 6 x 6 mm in four patches.
+  static JobRequest small_job() {
     JobRequest request;
     request.name = "test";
-    std::vector<unsigned char> bytes;
-    cv::imencode(".png", planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture, bytes);
-    request.picture.assign(bytes.begin(), bytes.end());
+    request.picture = png(planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture);
     request.size = Millimetres(6);
     request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
-    request.options.fine_rotation = fine_rotation;
+    return request;
+  }
+  static std::string png(const cv::Mat& picture) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", picture, bytes);
+    return {bytes.begin(), bytes.end()};
+  }
+  Result<JobOutcome> plan(
+      const JobRequest& request, const TaskProgress& progress = [](double, const std::string&) {},
+      const std::stop_token& stop = {}) {
     const RecipeConfig recipe;
     PlanService service(*database_, library_, recipe, Millimetres(0.2), make_null_logger());
-    return service.make_job(request, [](double, const std::string&) {}, {});
+    return service.make_job(request, progress, stop);
+  }
+  std::size_t jobs() {
+    return database_->call([](Repositories& r) { return r.jobs.list(); })->size();
   }
 
   testing::TempDirectory folder_;
@@ -75,7 +88,7 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
   add_panel("P-0001", 0);
   add_panel("P-0002", 255);
   const auto used_up = leave_index("P-0001"), in_stock = leave_index("P-0002"), gone = leave_index("P-0000");
-  const auto job = plan();
+  const auto job = plan(small_job());
   ASSERT_TRUE(job.ok()) << job.error().message;
   EXPECT_FALSE(std::filesystem::exists(used_up));
   EXPECT_FALSE(std::filesystem::exists(gone));
@@ -85,7 +98,9 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
 
 TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
   add_panel("P-0001", 255);
-  const auto job = plan(true);
+  JobRequest request = small_job();
+  request.options.fine_rotation = true;
+  const auto job = plan(request);
   ASSERT_TRUE(job.ok()) << job.error().message;
   const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
   ASSERT_TRUE(pieces.ok());
@@ -97,6 +112,52 @@ TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
       EXPECT_LT(distance(piece.panel_outline[i], piece.panel_from_artwork * piece.artwork_outline[i]).count(), 1e-3);
   }
   EXPECT_GT(between, 0U);
+}
+
+TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.size = Millimetres(20), request.options.patch = Millimetres(10);
+  const auto job = plan(request);
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(job.error().message,
+              ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
+                                      "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\); .* patches of [0-9.]+ mm would "
+                                      "still fit, .*: add a panel or choose smaller patches"));
+  EXPECT_EQ(jobs(), 0U);
+}
+
+TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
+  add_panel("P-0001", 255);
+  const auto detailed = plan(small_job());
+  ASSERT_TRUE(detailed.ok()) << detailed.error().message;
+  EXPECT_THAT(to_json(*detailed)["warnings"], ::testing::IsEmpty());
+  JobRequest request = small_job();
+  request.picture = png(cv::Mat(20, 20, CV_8UC3, cv::Scalar::all(120)));
+  const auto plain = plan(request);
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  EXPECT_THAT(to_json(*plain)["warnings"], ::testing::ElementsAre("\"test\" is one plain tone, so there is nothing in "
+                                                                  "it to rebuild: is it the right picture?"));
+}
+
+// make_plan gives the best so far of a joint choice that is stopped; whoever cancels a job wants none.
+TEST_F(PlanServiceTest, ACancelledJobReservesNothingHoweverFarItIs) {
+  add_panel("P-0001", 255);
+  for (const std::string at : {"placed 4 of 4 pieces", "reserving the wood"}) {
+    std::stop_source stop;
+    bool reached = false;
+    const auto job = plan(
+        small_job(),
+        [&](double, const std::string& text) {
+          if (text == at) reached = stop.request_stop();
+        },
+        stop.get_token());
+    EXPECT_TRUE(reached);
+    ASSERT_FALSE(job.ok()) << at;
+    EXPECT_EQ(job.error().code, ErrorCode::kCancelled);
+    EXPECT_EQ(jobs(), 0U);
+  }
 }
 
 }  // namespace
