@@ -32,7 +32,7 @@ struct JobOutcome {
   std::size_t pieces = 0;
   double cost_per_pixel = 0;
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
-  std::size_t without_lead = 0;  // pieces whose cut begins on their own edge, for want of waste beside them
+  std::size_t without_lead = 0;       // pieces whose cut begins on their own edge, for want of waste beside them
   std::vector<std::string> warnings;  // the planner's, one sentence each
 };
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -33,15 +34,17 @@ class PlanServiceTest : public ::testing::Test {
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   // A panel of 17 x 17 mm; all of its wood is free, or none.
-  void add_panel(const std::string& id, int free) {
-    const planner::StockPanel wood = planner::test::wood_panel(id, 200, 200, 300, 7);
-    const auto map = library_.store_picture(wood.picture.pixels, "panels/" + id, "map");
-    const auto mask = library_.store_picture(cv::Mat(200, 200, CV_8UC1, cv::Scalar(free)), "panels/" + id, "mask");
+  void add_panel(const std::string& id, int free) { add_panel(id, free, planner::test::wood_picture(200, 200, 7)); }
+  void add_panel(const std::string& id, int free, const cv::Mat& picture) {
+    const auto map = library_.store_picture(picture, "panels/" + id, "map");
+    const auto mask =
+        library_.store_picture(cv::Mat(picture.size(), CV_8UC1, cv::Scalar(free)), "panels/" + id, "mask");
     ASSERT_TRUE(map.ok() && mask.ok());
     db::PanelRecord panel;
     panel.id = PanelId{id};
     panel.name = id;
-    panel.width = panel.height = wood.picture.width();
+    panel.width = ScanResolution::from_dpi(300).to_mm(Pixels(picture.cols));
+    panel.height = ScanResolution::from_dpi(300).to_mm(Pixels(picture.rows));
     panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
     panel.created_at = "2026-01-01T00:00:00.000Z";
     const Status added = database_->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
@@ -139,6 +142,50 @@ TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
   ASSERT_TRUE(plain.ok()) << plain.error().message;
   EXPECT_THAT(to_json(*plain)["warnings"], ::testing::ElementsAre("\"test\" is one plain tone, so there is nothing in "
                                                                   "it to rebuild: is it the right picture?"));
+}
+
+// Half of the panel is dark, half of it pale, and so is the picture.
+TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesNorPieces) {
+  cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
+  wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
+  add_panel("P-0001", 255, wood);
+  JobRequest request = small_job();
+  cv::Mat picture(20, 20, CV_8UC3, cv::Scalar::all(170));
+  picture(cv::Rect(0, 0, 10, 20)).setTo(cv::Scalar::all(80));
+  request.picture = png(picture);
+  request.options.w_intensity = 1, request.options.w_edge = 0, request.options.w_hist = 1;
+  const Millimetres middle = ScanResolution::from_dpi(300).to_mm(Pixels(120));
+  const auto dark_pieces = [&](JobId job) {
+    const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job); });
+    return std::count_if(pieces->begin(), pieces->end(), [&](const db::PieceRecord& piece) {
+      const Box<PanelFrame> box = bounds(piece.panel_outline);
+      return (box.min.x + box.max.x) / 2 < middle;
+    });
+  };
+  const auto before = plan(request);
+  ASSERT_TRUE(before.ok()) << before.error().message;
+  EXPECT_EQ(dark_pieces(before->job), 2);
+
+  db::NewPiece all_dark;
+  all_dark.mark = "A1-1";
+  all_dark.panel = PanelId{"P-0002"};
+  all_dark.artwork_outline = {point<ArtworkFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
+  all_dark.panel_outline = {point<PanelFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
+  all_dark.allocation = Region<PanelFrame>(all_dark.panel_outline);
+  db::NewJob booked;
+  booked.name = "all that is dark";
+  booked.pieces = {all_dark};
+  add_panel("P-0002", 255, wood);
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.jobs.create(booked, "2026-01-01T00:00:00.000Z"); }).ok());
+  request.panels = {PanelId{"P-0002"}};
+  const auto after = plan(request);
+  ASSERT_TRUE(after.ok()) << after.error().message;
+  EXPECT_EQ(dark_pieces(after->job), 0);
+  EXPECT_LT(after->cost_per_pixel, 1e-3) << "the picture's dark half is mapped to pale wood, the only wood there is";
+  request.options.w_hist = 0;
+  const auto unmapped = plan(request);
+  ASSERT_TRUE(unmapped.ok()) << unmapped.error().message;
+  EXPECT_GT(unmapped->cost_per_pixel, 0.05);
 }
 
 // make_plan gives the best so far of a joint choice that is stopped; whoever cancels a job wants none.
