@@ -4,11 +4,11 @@
 
 #include <chrono>
 #include <iostream>
-#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "cli/command_context.h"
 #include "cli/progress.h"
+#include "planner/pictures/png_codec.h"
 #include "planner/plan_files.h"
 
 namespace veneer::cli {
@@ -41,14 +41,9 @@ void make_directory(const fs::path& out) {
 }
 
 Status write_picture(const cv::Mat& picture, const fs::path& path) {
-  bool written = false;
-  try {
-    written = cv::imwrite(path.string(), picture);
-  } catch (const cv::Exception&) {
-    written = false;
-  }
-  if (written) return Ok();
-  return Error{ErrorCode::kStorage, fmt::format("{} cannot be written", path.string())};
+  const auto file = planner::encode_png(picture);
+  if (!file) return Error{ErrorCode::kStorage, fmt::format("{} cannot be made", path.string())};
+  return planner::write_text(*file, path);
 }
 
 void with_progress(const std::function<void(const planner::Progress&, std::stop_token)>& work) {

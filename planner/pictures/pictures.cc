@@ -5,14 +5,13 @@
 #include <fstream>
 #include <iterator>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
 
 #include "planner/pictures/picture_colours.h"
-#include "planner/pictures/picture_inks.h"
 #include "planner/pictures/picture_metadata.h"
+#include "planner/pictures/stored_picture.h"
 
 namespace veneer::planner {
 namespace {
@@ -26,17 +25,6 @@ Result<std::string> read_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{ErrorCode::kInvalidArgument, fmt::format("{} cannot be opened for reading", path.string())};
   return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-std::optional<cv::Mat> decoded(std::string_view bytes, int flags) {
-  try {
-    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
-    cv::Mat picture = cv::imdecode(buffer, flags);
-    if (picture.empty()) return std::nullopt;
-    return picture;
-  } catch (const cv::Exception&) {
-    return std::nullopt;
-  }
 }
 
 // Whole numbers of 8 or 16 bits, full scale = white.
@@ -149,12 +137,11 @@ Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) 
     PictureMetadata metadata = picture_metadata(bytes);
     const PictureFormat format = picture_format(bytes);
     if (metadata.cut_short) return not_a_picture(name, bytes);
-    if (const auto inks = read_inks(bytes))
-      return turned_upright(inks_to_srgb(*inks, metadata.icc_profile), metadata.orientation);
-    const auto stored = decoded(bytes, cv::IMREAD_UNCHANGED);
+    const auto stored = read_stored(bytes);
     if (!stored) return not_a_picture(name, bytes);
+    if (stored->inks) return turned_upright(inks_to_srgb(stored->pixels, metadata.icc_profile), metadata.orientation);
     if (format == PictureFormat::kTiff) metadata.orientation = 1;  // OpenCV turns TIFF files itself
-    const auto colour = to_opaque_bgr(*stored, format, metadata.icc_profile);
+    const auto colour = to_opaque_bgr(stored->pixels, format, metadata.icc_profile);
     if (!colour) return not_a_picture(name, bytes);
     return turned_upright(*colour, metadata.orientation);
   } catch (const std::exception&) {  // OpenCV's, or no memory for a picture of absurd size
@@ -171,10 +158,10 @@ Result<cv::Mat> load_picture(const std::filesystem::path& path) {
 Result<cv::Mat> load_mask(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
-  const auto raw = decoded(*bytes, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
-  if (!raw) return not_a_picture(path.string(), *bytes);
+  const auto stored = read_stored(*bytes);
+  if (!stored) return not_a_picture(path.string(), *bytes);
   std::vector<cv::Mat> planes;
-  cv::split(*raw, planes);
+  cv::split(stored->inks ? inks_to_srgb(stored->pixels, {}) : stored->pixels, planes);
   // An alpha channel says nothing about wood: an opaque black mask is not all usable.
   if (planes.size() == 4 || planes.size() == 2) planes.pop_back();
   cv::Mat mask = planes.front() != 0;

@@ -112,6 +112,18 @@ TEST_F(PlanCommand, TellsItsProgressOffATerminalToo) {
   EXPECT_THAT(series.errors, HasSubstr("2 pictures together, placing pieces: "));
 }
 
+// Formats whose codecs are loaded when a file asks for them.
+TEST_F(PlanCommand, ReadsLosslessPicturesOfAnyFormatAlike) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string expected = text("out/plan.json");
+  for (const char* other : {"target.tiff", "target.bmp", "target.ppm"}) {
+    cv::imwrite(path(other), cv::imread(path("target.png")));
+    const Outcome outcome = plan(replaced("target.png", other));
+    ASSERT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_EQ(text("out/plan.json"), std::string(expected).replace(expected.find("target.png"), 10, other)) << other;
+  }
+}
+
 TEST_F(PlanCommand, GivesTheSameBytesAgain) {
   ASSERT_EQ(plan(usual() + " --threads 1").status, 0);
   const std::string first = text("out/plan.json"), preview = text("out/preview.png");

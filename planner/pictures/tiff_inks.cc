@@ -1,7 +1,6 @@
-#include "planner/pictures/picture_inks.h"
+#include "planner/pictures/tiff_inks.h"
 
 #include <algorithm>
-#include <csetjmp>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
@@ -9,59 +8,12 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include <jpeglib.h>
 #include <tiffio.h>
-
-#include "planner/pictures/picture_metadata.h"
 
 namespace veneer::planner {
 namespace {
 
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;  // as OpenCV
-
-// libjpeg reports errors by a call that must not return.
-struct JpegErrors {
-  jpeg_error_mgr manager;
-  std::jmp_buf back;
-};
-
-void leave(j_common_ptr decoder) { std::longjmp(reinterpret_cast<JpegErrors*>(decoder->err)->back, 1); }
-void say_nothing(j_common_ptr /*decoder*/) {}
-
-// Nothing with a destructor may live in here: longjmp would skip it. False: not four components, or broken.
-bool decode_jpeg_inks(std::string_view bytes, jpeg_decompress_struct& decoder, JpegErrors& errors, cv::Mat& out,
-                      bool& inverted) {
-  if (setjmp(errors.back) != 0) return false;
-  jpeg_create_decompress(&decoder);
-  jpeg_mem_src(&decoder, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  jpeg_read_header(&decoder, TRUE);
-  if (decoder.num_components != 4) return false;
-  if (static_cast<std::int64_t>(decoder.image_width) * decoder.image_height > kMostPixels) return false;
-  decoder.out_color_space = JCS_CMYK;
-  jpeg_start_decompress(&decoder);
-  out.create(static_cast<int>(decoder.output_height), static_cast<int>(decoder.output_width), CV_8UC4);
-  while (decoder.output_scanline < decoder.output_height) {
-    JSAMPROW row = out.ptr(static_cast<int>(decoder.output_scanline));
-    jpeg_read_scanlines(&decoder, &row, 1);
-  }
-  inverted = decoder.saw_Adobe_marker != 0;  // Adobe's programs store 255 for no ink, and everybody follows
-  return true;
-}
-
-std::optional<cv::Mat> jpeg_inks(std::string_view bytes) {
-  jpeg_decompress_struct decoder{};
-  JpegErrors errors{};
-  decoder.err = jpeg_std_error(&errors.manager);
-  errors.manager.error_exit = leave;
-  errors.manager.output_message = say_nothing;
-  cv::Mat inks;
-  bool inverted = false;
-  const bool decoded = decode_jpeg_inks(bytes, decoder, errors, inks, inverted);
-  jpeg_destroy_decompress(&decoder);
-  if (!decoded) return std::nullopt;
-  if (inverted) cv::bitwise_not(inks, inks);
-  return inks;
-}
 
 // libtiff reads through these as from a file.
 struct Bytes {
@@ -85,6 +37,8 @@ toff_t seek(thandle_t handle, toff_t offset, int from) {
 int close_nothing(thandle_t) { return 0; }
 int keep_to_yourself(TIFF*, void*, const char*, const char*, va_list) { return 1; }
 toff_t size_of(thandle_t handle) { return static_cast<Bytes*>(handle)->all.size(); }
+
+}  // namespace
 
 std::optional<cv::Mat> tiff_inks(std::string_view all) {
   Bytes bytes{all};
@@ -123,19 +77,6 @@ std::optional<cv::Mat> tiff_inks(std::string_view all) {
     }
   }
   return inks;
-}
-
-}  // namespace
-
-std::optional<cv::Mat> read_inks(std::string_view bytes) {
-  switch (picture_format(bytes)) {
-    case PictureFormat::kJpeg:
-      return jpeg_inks(bytes);
-    case PictureFormat::kTiff:
-      return tiff_inks(bytes);
-    default:
-      return std::nullopt;
-  }
 }
 
 }  // namespace veneer::planner

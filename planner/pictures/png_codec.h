@@ -1,0 +1,18 @@
+// The only door to libpng. Pure; does not throw.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace veneer::planner {
+
+// The pixels as stored, neither turned nor converted by a profile: 8 or 16 bits; grey, grey with alpha, BGR or BGR with
+// alpha. Palettes and fewer bits are spread out. None for what is no PNG, and for one that is broken.
+std::optional<cv::Mat> decode_png(std::string_view bytes);
+
+// A PNG file of a CV_8UC3 picture (BGR), packed quickly rather than tightly.
+std::optional<std::string> encode_png(const cv::Mat& picture);
+
+}  // namespace veneer::planner

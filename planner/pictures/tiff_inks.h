@@ -1,0 +1,15 @@
+// TIFF files made for print: their inks, which OpenCV would turn into colours without their profile. The only door to
+// libtiff. Pure; does not throw.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string_view>
+
+namespace veneer::planner {
+
+// CV_8UC4: cyan, magenta, yellow, black; 255 = full. Of 8 or 16 bits. None for a file without inks, and for one that is
+// broken or stored in a rare way (tiles, separate planes).
+std::optional<cv::Mat> tiff_inks(std::string_view bytes);
+
+}  // namespace veneer::planner
