@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <future>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <set>
@@ -20,6 +21,7 @@
 #include "cli/plan_arguments.h"
 #include "cli/plan_hand.h"
 #include "cli/plan_support.h"
+#include "planner/cutting/cut_drawing.h"
 #include "planner/plan_files.h"
 #include "planner/plan_journal.h"
 #include "planner/preview.h"
@@ -37,21 +39,28 @@ using Clock = std::chrono::steady_clock;
 struct Arguments {
   PlanArguments plan;
   HandArguments hand;
-  std::string layout = "grid", refine = "none", optimize = "greedy", formats = "svg,json";
+  std::string layout = "grid", refine = "none", curves = "g0", optimize = "greedy", formats = "svg,json";
+  double overlap_mm = 0;
   std::string out;
-  std::string segmentation, curves, overlap_mm;
+  std::string segmentation;
 };
 
 // What CONTRACT.md promises for later versions is refused by name, so that a script never gets something else.
 void refuse_what_is_not_there(const Arguments& a) {
-  const auto unavailable = [](const std::string& option) {
-    end(kUnusableArguments, option + " is not available yet in this version");
+  const auto only = [](bool there, const std::string& option, const char* what_is_there) {
+    if (!there) end(kUnusableArguments, fmt::format("{} is not available in this version: {}", option, what_is_there));
   };
-  if (a.layout != "grid") unavailable("--layout " + a.layout);
-  if (a.refine != "none") unavailable("--refine " + a.refine);
-  if (!a.segmentation.empty()) unavailable("--segmentation");
-  if (!a.curves.empty()) unavailable("--curves");
-  if (!a.overlap_mm.empty()) unavailable("--overlap-mm");
+  only(a.layout == "grid", "--layout " + a.layout, "pictures are cut into squares, --layout grid");
+  only(a.refine == "none", "--refine " + a.refine, "borders stay where the layout draws them, --refine none");
+  only(a.curves == "g0", "--curves " + a.curves, "borders are straight and meet at corners, --curves g0");
+  only(a.overlap_mm == 0, fmt::format("--overlap-mm {}", a.overlap_mm), "pieces do not overlap, --overlap-mm 0");
+  only(a.segmentation.empty(), "--segmentation", "the picture is not segmented, --layout grid");
+}
+
+std::string known_formats() {
+  std::string names;
+  for (const planner::CutFormat& format : planner::kCutFormats) names += fmt::format("{}, ", format.name);
+  return names + "json";
 }
 
 std::set<std::string> wanted_formats(const std::string& list) {
@@ -59,9 +68,10 @@ std::set<std::string> wanted_formats(const std::string& list) {
   for (std::size_t from = 0; from <= list.size();) {
     const std::size_t comma = std::min(list.find(',', from), list.size());
     const std::string name = list.substr(from, comma - from);
-    if (name == "dxf" || name == "eps" || name == "pdf" || name == "gcode" || name == "egv")
-      end(kUnusableArguments, "--format " + name + " is not available yet in this version");
-    if (name != "svg" && name != "json") end(kUnusableArguments, fmt::format("\"{}\" is no format of --format", name));
+    const bool known = name == "json" || std::any_of(std::begin(planner::kCutFormats), std::end(planner::kCutFormats),
+                                                     [&](const auto& format) { return format.name == name; });
+    if (!known)
+      end(kUnusableArguments, fmt::format("\"{}\" is no format of --format: there are {}", name, known_formats()));
     formats.insert(name);
     from = comma + 1;
   }
@@ -85,14 +95,17 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
   return Ok();
 }
 
-Status write_cut_drawings(const Plan& plan, const fs::path& out, std::vector<std::string>& warnings) {
+Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats, const fs::path& out,
+                          std::vector<std::string>& warnings) {
   for (const planner::PlanPanel& panel : plan.panels) {
-    const Result<planner::CutDrawing> drawing = planner::cut_svg(plan, panel);
+    const Result<planner::CutDrawing> drawing = planner::draw_cuts(plan, panel);
     if (!drawing.ok()) return drawing.error();
     warnings.insert(warnings.end(), drawing->warnings.begin(), drawing->warnings.end());
-    if (Status status = planner::write_text(drawing->svg, out / fmt::format("cut-{}.svg", panel.id.value));
-        !status.ok())
-      return status;
+    for (const planner::CutFormat& format : planner::kCutFormats) {
+      if (formats.count(std::string(format.name)) == 0) continue;
+      const fs::path path = out / fmt::format("cut-{}.{}", panel.id.value, format.name);
+      if (Status status = planner::write_text(format.write(*drawing), path); !status.ok()) return status;
+    }
   }
   return Ok();
 }
@@ -104,7 +117,7 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
-    return formats.count("svg") == 0 ? Status(Ok()) : write_cut_drawings(plan, out, left_out);
+    return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
   const Status shown = write_previews(plan, stock, out);
   if (Status status = drawn.get(); !status.ok()) return status;
@@ -206,16 +219,13 @@ void add_plan_command(CLI::App& app) {
                    "Without --interleave: the share of every picture's patches, the most salient ones, that choose "
                    "before all others")
       ->capture_default_str();
-  plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")
-      ->check(CLI::IsMember({"grid", "morph", "mosaic", "segmentation"}))
+  // One value each so far; others are refused by name.
+  plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")->capture_default_str();
+  plan->add_option("--refine", arguments->refine, "How borders between patches are refined")->capture_default_str();
+  plan->add_option("--curves", arguments->curves, "How smooth borders between patches are")->capture_default_str();
+  plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches reach over their borders")
       ->capture_default_str();
-  plan->add_option("--refine", arguments->refine, "How borders between patches are refined")
-      ->check(CLI::IsMember({"none", "dp"}))
-      ->capture_default_str();
-  // Known, so that they are refused by name.
   plan->add_option("--segmentation", arguments->segmentation)->group("");
-  plan->add_option("--curves", arguments->curves)->group("");
-  plan->add_option("--overlap-mm", arguments->overlap_mm)->group("");
   plan->add_option("--optimize", arguments->optimize, "How places are chosen")
       ->check(CLI::IsMember({"greedy", "global"}))
       ->capture_default_str();
@@ -229,7 +239,10 @@ void add_plan_command(CLI::App& app) {
                    "List up to so many other places for each piece in plan.json")
       ->capture_default_str();
   add_hand_arguments(*plan, arguments->hand);
-  plan->add_option("--format", arguments->formats, "svg, json")->capture_default_str();
+  plan->add_option(
+          "--format", arguments->formats,
+          "What to write, of " + known_formats() + "; dxf and eps are cut files like svg; plan.json is always there")
+      ->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->callback([arguments] { run(*arguments); });
 }

@@ -25,15 +25,6 @@ struct ReportSeconds {
 };
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads);
 
-// The pieces of one panel as a laser sees them from the back: x = panel width - x, millimetre units, layers `engrave`
-// (marks) and `cut` (the beam path: outlines grown by half the plan's kerf, less half the fit clearance of a joint).
-// kInvalidArgument: an outline cannot be cut with this kerf.
-struct CutDrawing {
-  std::string svg;
-  std::vector<std::string> warnings;  // one sentence each: a mark left out, a bridge that found no place
-};
-Result<CutDrawing> cut_svg(const Plan& plan, const PlanPanel& panel, Millimetres fit_clearance = Millimetres(0));
-
 Status write_text(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace veneer::planner

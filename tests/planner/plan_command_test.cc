@@ -17,8 +17,10 @@ namespace veneer::planner {
 namespace {
 
 using ::testing::AnyOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
 struct Outcome {
@@ -240,14 +242,43 @@ TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {
   expect_unusable(again + " --take A1-1=99", "A1-1");
 }
 
+TEST_F(PlanCommand, WritesEveryFormatThatIsAskedFor) {
+  ASSERT_EQ(plan(usual() + " --format svg,dxf,eps,json").status, 0);
+  EXPECT_THAT(text("out/cut-P.svg"), HasSubstr("<svg"));
+  EXPECT_THAT(text("out/cut-P.dxf"), HasSubstr("LWPOLYLINE"));
+  EXPECT_THAT(text("out/cut-P.eps"), HasSubstr("lineto\nstroke\n"));
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(usual() + " --format dxf").status, 0);
+  EXPECT_TRUE(fs::exists(path("out/cut-P.dxf")) && fs::exists(path("out/plan.json")));
+  EXPECT_FALSE(fs::exists(path("out/cut-P.svg")) || fs::exists(path("out/cut-P.eps")));
+  for (const std::string name : {"pdf", "tiff", "DXF", ""})
+    expect_unusable(usual() + " --format svg," + name,
+                    "\"" + name + "\" is no format of --format: there are svg, dxf, eps, json");
+}
+
+TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string without = text("out/plan.json");
+  fs::remove_all(path("out"));
+  const Outcome outcome = plan(usual() + " --layout grid --refine none --curves g0 --overlap-mm 0.0");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(text("out/plan.json"), without);
+}
+
 TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
-  expect_unusable(usual() + " --layout morph", "--layout morph is not available yet in this version");
-  expect_unusable(usual() + " --refine dp", "--refine dp is not available yet in this version");
-  expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available yet in this version");
-  expect_unusable(usual() + " --curves g1", "--curves is not available yet in this version");
-  expect_unusable(usual() + " --overlap-mm 1", "--overlap-mm is not available yet in this version");
-  expect_unusable(usual() + " --format svg,dxf", "--format dxf is not available yet in this version");
-  expect_unusable(usual() + " --format tiff", "no format");
+  const auto expect_refused = [this](const std::string& option, const std::string& instead) {
+    const Outcome outcome = plan(usual() + " " + option);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.errors, StartsWith("veneerctl: " + option + " is not available in this version: "));
+    EXPECT_THAT(outcome.errors, EndsWith(instead + "\n"));
+  };
+  expect_refused("--layout morph", "--layout grid");
+  expect_refused("--layout gird", "--layout grid");
+  expect_refused("--refine dp", "--refine none");
+  expect_refused("--curves g1", "--curves g0");
+  expect_refused("--overlap-mm 1.5", "--overlap-mm 0");
+  expect_refused("--overlap-mm nan", "--overlap-mm 0");
+  expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available in this version: ");
 }
 
 TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <pugixml.hpp>
 
 #include "tests/support/synthetic_wood.h"
 
@@ -108,64 +107,6 @@ TEST_F(PlanFiles, ReportSumsUpThePlan) {
   EXPECT_EQ(report["threads"], 3);
   for (const char* name : {"load", "features", "match", "refine", "total"})
     EXPECT_TRUE(report["seconds"].contains(name));
-}
-
-TEST_F(PlanFiles, CutFileShowsTheBackWithTheBeamsPath) {
-  const Plan plan = small_plan();
-  const auto drawing = cut_svg(plan, plan.panels[0]);
-  ASSERT_TRUE(drawing.ok()) << drawing.error().message;
-  EXPECT_THAT(drawing->warnings, testing::IsEmpty());
-  pugi::xml_document document;
-  ASSERT_TRUE(document.load_string(drawing->svg.c_str()));
-  const pugi::xml_node root = document.child("svg");
-  EXPECT_THAT(root.attribute("width").value(), HasSubstr("mm"));
-  const pugi::xml_node cut = root.find_child_by_attribute("id", "cut");
-  const pugi::xml_node engrave = root.find_child_by_attribute("id", "engrave");
-  ASSERT_TRUE(cut && engrave);
-  std::size_t cuts = 0;
-  for (const pugi::xml_node path : cut.children("path")) {
-    ++cuts;
-    const std::string mark = path.attribute("data-piece").value();
-    const auto piece =
-        std::find_if(plan.pieces.begin(), plan.pieces.end(), [&](const Piece& p) { return p.mark == mark; });
-    ASSERT_TRUE(piece != plan.pieces.end() && piece->placement);
-    // The outline grown by half the kerf, mirrored: compare bounding boxes and area.
-    Ring<PanelFrame> ring;
-    std::istringstream data(path.attribute("d").value());
-    for (std::string word; data >> word;) {
-      double x = 0, y = 0;
-      if (std::sscanf(word.c_str() + 1, "%lf,%lf", &x, &y) == 2)
-        ring.push_back(point<PanelFrame>(plan.panels[0].width.count() - x, plan.panels[0].height.count() - y));
-    }
-    const auto& outline = piece->placement->panel_outline;
-    const Box<PanelFrame> want = bounds(outline), got = bounds(ring);
-    const double side = distance(outline[0], outline[1]).count(), other = distance(outline[1], outline[2]).count();
-    EXPECT_NEAR(std::abs(signed_area(ring)), (side + 0.2) * (other + 0.2), 0.05);
-    EXPECT_NEAR((got.min.x + got.max.x).count(), (want.min.x + want.max.x).count(), 0.01);
-    EXPECT_NEAR((got.min.y + got.max.y).count(), (want.min.y + want.max.y).count(), 0.01);
-  }
-  EXPECT_EQ(cuts, static_cast<std::size_t>(std::count_if(plan.pieces.begin(), plan.pieces.end(), [&](const Piece& p) {
-              return p.placement && p.placement->panel == plan.panels[0].id;
-            })));
-  EXPECT_TRUE(engrave.child("path"));
-}
-
-TEST_F(PlanFiles, CutFileTellsInOneSentenceHowManyMarksFoundNoRoom) {
-  PlanOptions options;
-  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1, options.kerf = 0.2_mm;
-  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 20_mm, 1)};
-  const std::vector<StockPanel> stock{test::wood_panel("P-1", 60, 60, 50.8, 2)};
-  const Plan plan = make_plan(artworks, stock, options).value();
-  const auto drawing = cut_svg(plan, plan.panels[0]);
-  ASSERT_TRUE(drawing.ok()) << drawing.error().message;
-  ASSERT_EQ(drawing->warnings.size(), 1U);
-  const std::size_t unmarked = plan.pieces.size() - unfilled(plan);
-  EXPECT_THAT(drawing->warnings[0], testing::StartsWith(std::to_string(unmarked) + " marks do not fit"));
-  for (const Piece& piece : plan.pieces) {
-    if (!piece.placement) continue;
-    EXPECT_THAT(drawing->warnings[0], HasSubstr(piece.mark));
-    break;
-  }
 }
 
 }  // namespace
