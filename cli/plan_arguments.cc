@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <future>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -92,16 +93,21 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
   StockPanel panel;
   panel.id = {argument.id};
   panel.species = argument.species;
+  // Decoding is most of what a small plan waits for before its work begins.
+  auto beside = std::async(std::launch::async, [&]() -> Result<cv::Mat> {
+    if (argument.mask.empty()) return cv::Mat();
+    return planner::load_mask(argument.mask);
+  });
   const Result<cv::Mat> picture = planner::load_picture(argument.picture);
+  const Result<cv::Mat> mask = beside.get();
   if (!picture.ok()) return picture.error();
+  if (!mask.ok()) return mask.error();
   panel.picture.pixels = *picture;
   panel.picture.resolution = ScanResolution::from_dpi(argument.dpi);
   panel.free.resolution = panel.picture.resolution;
   if (argument.mask.empty()) {
     panel.free.pixels = cv::Mat(picture->size(), CV_8UC1, cv::Scalar(255));
   } else {
-    const Result<cv::Mat> mask = planner::load_mask(argument.mask);
-    if (!mask.ok()) return mask.error();
     if (mask->size() != picture->size())
       return unusable(fmt::format("the mask {} has {} x {} pixels, its panel {} x {}: make them alike", argument.mask,
                                   mask->cols, mask->rows, picture->cols, picture->rows));

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <iterator>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <sstream>
+#include <utility>
 #include <vector>
 
 #include "planner/pictures/picture_colours.h"
@@ -24,7 +25,9 @@ Result<std::string> read_bytes(const std::filesystem::path& path) {
     return Error{ErrorCode::kInvalidArgument, fmt::format("{} is a directory, not a picture", path.string())};
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{ErrorCode::kInvalidArgument, fmt::format("{} cannot be opened for reading", path.string())};
-  return std::string(std::istreambuf_iterator<char>(file), {});
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return std::move(bytes).str();
 }
 
 // Whole numbers of 8 or 16 bits, full scale = white.
