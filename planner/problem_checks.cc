@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "planner/pictures/features.h"
+#include "planner/plan_options.h"
 #include "planner/problem.h"
 
 namespace veneer::planner {
@@ -10,6 +11,8 @@ namespace {
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
 bool within(double value, double low, double high) { return value >= low && value <= high; }  // false for NaN
+
+}  // namespace
 
 Status check_options(const PlanOptions& o) {
   if (Status status = check_weights(o); !status.ok()) return status;
@@ -24,9 +27,12 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
   if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
   if (!(o.optimize_seconds >= 0)) return unusable("the seconds of the optimisation must not be negative");
+  if (o.alternatives > 1000) return unusable("the number of alternatives must lie between 0 and 1000");
   if (o.threads < 0) return unusable("the number of threads must not be negative");
   return Ok();
 }
+
+namespace {
 
 Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   const cv::Mat& picture = artwork.picture;

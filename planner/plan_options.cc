@@ -1,0 +1,126 @@
+#include "planner/plan_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <cstdlib>
+
+#include "planner/plan.h"
+
+namespace veneer::planner {
+namespace {
+
+Error unusable(std::string_view name, std::string_view wanted, std::string_view text) {
+  return {ErrorCode::kInvalidArgument, fmt::format("{} must be {}, not \"{}\"", name, wanted, text)};
+}
+
+template <class Number>
+bool parse(std::string_view text, Number& value) {
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return fault == std::errc() && end == text.data() + text.size();
+}
+
+Status read(std::string_view name, std::string_view text, double& out) {
+  double value = 0;
+  if (!parse(text, value) || !std::isfinite(value)) return unusable(name, "a number", text);
+  out = value;
+  return Ok();
+}
+
+template <std::integral Whole>
+Status read(std::string_view name, std::string_view text, Whole& out) {
+  Whole value = 0;
+  if (!parse(text, value))
+    return unusable(name, std::unsigned_integral<Whole> ? "a whole number from 0" : "a whole number", text);
+  out = value;
+  return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, bool& out) {
+  if (text != "0" && text != "1") return unusable(name, "0 or 1", text);
+  out = text == "1";
+  return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, Millimetres& out) {
+  double value = 0;
+  if (Status status = read(name, text, value); !status.ok()) return status;
+  out = Millimetres(value);
+  return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, Priority& out) {
+  if (text != "saliency" && text != "center") return unusable(name, "saliency or center", text);
+  out = text == "center" ? Priority::kCentre : Priority::kSaliency;
+  return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, Optimize& out) {
+  if (text != "greedy" && text != "global") return unusable(name, "greedy or global", text);
+  out = text == "global" ? Optimize::kGlobal : Optimize::kGreedy;
+  return Ok();
+}
+
+template <class Number>
+std::string written(Number value) {
+  return fmt::format("{}", value);
+}
+std::string written(bool value) { return value ? "1" : "0"; }
+std::string written(Millimetres value) { return written(value.count()); }
+std::string written(Priority value) { return value == Priority::kCentre ? "center" : "saliency"; }
+std::string written(Optimize value) { return value == Optimize::kGlobal ? "global" : "greedy"; }
+
+struct Field {
+  std::string_view name;
+  Status (*set)(PlanOptions&, std::string_view name, std::string_view text);
+  std::string (*get)(const PlanOptions&);
+};
+
+template <auto Member>
+constexpr Field field(std::string_view name) {
+  return {name, [](PlanOptions& o, std::string_view n, std::string_view text) { return read(n, text, o.*Member); },
+          [](const PlanOptions& o) { return written(o.*Member); }};
+}
+
+constexpr std::array kFields = {
+    field<&PlanOptions::patch>("patch_mm"),
+    field<&PlanOptions::adaptive_levels>("adaptive_levels"),
+    field<&PlanOptions::adaptive_factor>("adaptive_factor"),
+    field<&PlanOptions::rotations>("rotations"),
+    field<&PlanOptions::fine_rotation>("fine_rotation"),
+    field<&PlanOptions::dpi>("dpi"),
+    field<&PlanOptions::w_intensity>("w_intensity"),
+    field<&PlanOptions::w_edge>("w_edge"),
+    field<&PlanOptions::w_colour>("w_colour"),
+    field<&PlanOptions::w_texture>("w_texture"),
+    field<&PlanOptions::w_hist>("w_hist"),
+    field<&PlanOptions::edge>("edge_mm"),
+    field<&PlanOptions::priority>("priority"),
+    field<&PlanOptions::optimize>("optimize"),
+    field<&PlanOptions::optimize_seconds>("optimize_seconds"),
+    field<&PlanOptions::optimize_iterations>("optimize_iterations"),
+    field<&PlanOptions::alternatives>("alternatives"),
+    field<&PlanOptions::exact>("exact"),
+    field<&PlanOptions::seed>("seed"),
+};
+static_assert(std::equal(kFields.begin(), kFields.end(), kNamedOptions.begin(), kNamedOptions.end(),
+                         [](const Field& field, const NamedOption& option) { return field.name == option.name; }));
+
+const Field& field_of(std::string_view name) {
+  const auto found = std::find_if(kFields.begin(), kFields.end(), [&](const Field& f) { return f.name == name; });
+  if (found == kFields.end()) std::abort();
+  return *found;
+}
+
+}  // namespace
+
+Status set_option(PlanOptions& options, std::string_view name, std::string_view text) {
+  return field_of(name).set(options, name, text);
+}
+
+std::string option_text(const PlanOptions& options, std::string_view name) { return field_of(name).get(options); }
+
+}  // namespace veneer::planner
