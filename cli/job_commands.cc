@@ -1,14 +1,19 @@
 // job new|list|show|start|pieces|recut|settle|cancel and the commands to the cell under its name; task
 // list|show|cancel.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/command_context.h"
-#include "cli/json_read.h"
 #include "cli/render.h"
+#include "planner/plan_options.h"
 
 namespace veneer::cli {
 namespace {
@@ -23,57 +28,60 @@ std::string content_type_of(const std::string& file) {
   return "application/octet-stream";
 }
 
-// The planner's parameters go into the query under their own names, '-' as '_'.
+// The planner's options go into the query under their own names; on the command line '-' stands for '_'.
 struct NewJob {
   std::string picture;
   std::string name;
-  std::string panels;
-  bool fine_rotation = false;
-  std::vector<std::pair<const char*, std::optional<double>>> numbers = {
-      {"size_mm", {}},     {"patch_mm", {}}, {"rotations", {}}, {"seed", {}}, {"max_panels", {}},
-      {"w_intensity", {}}, {"w_edge", {}},   {"w_hist", {}},    {"dpi", {}},
-  };
+  std::vector<std::string> panels, woods, wood_weights;
+  std::optional<double> size_mm;
+  std::optional<std::uint32_t> max_panels;
+  std::map<std::string, std::string> options;  // of the planner, those that are given
 
   std::string query() const {
     const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
     std::string text = "?name=" + url_encode(title);
-    if (!panels.empty()) text += "&panels=" + url_encode(panels);
-    if (fine_rotation) text += "&fine_rotation=1";
-    for (const auto& [key, value] : numbers) {
-      if (value) text += fmt::format("&{}={}", key, *value);
-    }
+    const auto add_list = [&](const char* key, const std::vector<std::string>& list) {
+      if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, ","))));
+    };
+    add_list("panels", panels);
+    add_list("wood", woods);
+    add_list("wood_weight", wood_weights);
+    if (size_mm) text += fmt::format("&size_mm={}", *size_mm);
+    if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
+    for (const auto& [key, value] : options) text += fmt::format("&{}={}", key, url_encode(value));
     return text;
   }
 };
 
-const char* help_of(std::string_view key) {
-  if (key == "size_mm") return "Shorter side of the picture";
-  if (key == "patch_mm") return "Side of the smallest patch";
-  if (key == "rotations") return "Rotations tried for each patch";
-  if (key == "seed") return "Equal inputs and seed give equal plans";
-  if (key == "max_panels") return "Use no more than this many panels";
-  if (key == "w_intensity") return "Weight of the grey value";
-  if (key == "w_edge") return "Weight of edges";
-  if (key == "w_hist") return "Strength of histogram matching";
-  return "Working resolution";
+void add_planner_option(CLI::App& command, const planner::NamedOption& option, NewJob& job) {
+  using planner::OptionKind;
+  const std::string key(option.name), help(option.help);
+  std::string flag = "--" + key;
+  for (char& c : flag) c = c == '_' ? '-' : c;
+  if (option.kind == OptionKind::kSwitch) {
+    command.add_flag_callback(
+        flag, [&job, key] { job.options[key] = "1"; }, help);
+    return;
+  }
+  CLI::Option* added = command.add_option_function<std::string>(
+      flag, [&job, key](const std::string& text) { job.options[key] = text; }, help);
+  if (option.kind == OptionKind::kWhole) added->check(CLI::TypeValidator<std::uint64_t>("UINT"));
+  if (option.kind == OptionKind::kNumber) added->check(CLI::TypeValidator<double>("NUMBER"));
 }
-
-bool is_whole(std::string_view key) { return key == "rotations" || key == "seed" || key == "max_panels"; }
 
 void add_new(CLI::App& job, CommandContext& context) {
   const auto options = std::make_shared<NewJob>();
   CLI::App* command = job.add_subcommand("new", "Plan a picture from free stock and reserve its wood");
   command->add_option("PICTURE", options->picture, "The picture file")->required();
   command->add_option("--name", options->name, "The job's name [the file's]");
-  command->add_option("--panels", options->panels, "Only these panels, separated by commas");
-  command->add_flag("--fine-rotation", options->fine_rotation,
-                    "At last turn and shift each piece a little more, to angles between those of --rotations");
-  for (auto& [key, value] : options->numbers) {
-    std::string flag = std::string("--") + key;
-    for (char& c : flag) c = c == '_' ? '-' : c;
-    CLI::Option* option = command->add_option(flag, value, help_of(key));
-    if (is_whole(key)) option->check(CLI::TypeValidator<std::uint32_t>("UINT"));
-  }
+  command->add_option("--size-mm", options->size_mm, "Shorter side of the picture");
+  command->add_option("--panels", options->panels, "Only these panels, separated by commas")->delimiter(',');
+  command->add_option("--max-panels", options->max_panels,
+                      "Use no more than this many panels: those with the most free wood");
+  command->add_option("--wood", options->woods, "Use only zones of this wood (repeatable)");
+  command->add_option("--wood-weight", options->wood_weights,
+                      "WOOD=F: count the area of panels of this wood F times when tones are mapped (repeatable)");
+  for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(*command, option, *options);
   command->callback([options, &context] {
     const auto picture = read_file(options->picture);
     if (!picture) return context.finish(picture.error(), render_new_job, kUnusableArguments);

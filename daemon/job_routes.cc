@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <map>
-#include <sstream>
 
 #include "base/clock.h"
 #include "daemon/cell_json.h"
@@ -15,45 +14,10 @@ namespace {
 
 using nlohmann::json;
 
-Result<JobRequest> read_request(const Cell& cell, const ApiRequest& request) {
-  JobRequest job;
-  job.name = request.query_value("name").value_or("picture");
-  job.picture = request.body;
-  if (job.picture.empty())
-    return Error{ErrorCode::kInvalidArgument, "the picture is missing: send the file as the request's body"};
-  auto& o = job.options;
-  o.threads = cell.config.planner_threads;
-  o.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
-  double size = job.size.count(), patch = o.patch.count(), rotations = o.rotations, seed = 1, fine = 0;
-  const std::pair<const char*, double*> numbers[] = {
-      {"size_mm", &size},      {"patch_mm", &patch},  {"rotations", &rotations}, {"w_intensity", &o.w_intensity},
-      {"w_edge", &o.w_edge},   {"w_hist", &o.w_hist}, {"dpi", &o.dpi},           {"seed", &seed},
-      {"fine_rotation", &fine}};
-  for (const auto& [name, out] : numbers) {
-    auto value = request.query_number(name);
-    if (!value) return value.error();
-    if (*value) *out = **value;
-  }
-  if (!(size > 0) || !(patch > 0) || !(rotations >= 1) || !(o.dpi >= 25) || !(seed >= 0))
-    return Error{ErrorCode::kInvalidArgument,
-                 "size_mm and patch_mm must be positive, rotations at least 1, dpi at least 25, seed not negative"};
-  if (fine != 0 && fine != 1) return Error{ErrorCode::kInvalidArgument, "fine_rotation must be 0 or 1"};
-  job.size = Millimetres(size);
-  o.patch = Millimetres(patch);
-  o.rotations = static_cast<int>(rotations);
-  o.seed = static_cast<std::uint64_t>(seed);
-  o.fine_rotation = fine == 1;
-  if (auto panels = request.query_value("panels")) {
-    std::stringstream list(*panels);
-    for (std::string id; std::getline(list, id, ',');)
-      if (!id.empty()) job.panels.push_back(PanelId{id});
-  }
-  return job;
-}
-
 void new_job(Cell& cell, const ApiRequest& request, const Reply& reply) {
-  auto job = read_request(cell, request);
+  auto job = read_job_request(request);
   if (!job) return reply(ApiReply::error(job.error()));
+  job->options.threads = cell.config.planner_threads;
   auto task = cell.tasks.start("plan", "waiting for the planner");
   reply(ApiReply::task(task.id()));
   cell.planner_worker->post([&cell, task, job = std::move(*job)] {

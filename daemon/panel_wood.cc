@@ -48,6 +48,21 @@ Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<d
   return out;
 }
 
+Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
+                               const std::vector<Ring<PanelFrame>>& others) {
+  cv::Mat within(free.pixels.size(), CV_8UC1, cv::Scalar(0));
+  const auto draw = [&](const Ring<PanelFrame>& ring, int value) {
+    const std::vector<std::vector<cv::Point>> rings{to_pixels(ring, free, kShift)};
+    cv::fillPoly(within, rings, cv::Scalar(value), cv::LINE_8, kShift);
+    return rings;
+  };
+  for (const auto& ring : wanted) draw(ring, 255);
+  for (const auto& ring : others) cv::polylines(within, draw(ring, 0), true, cv::Scalar(0), 2, cv::LINE_8, kShift);
+  Raster<PanelFrame> out{{}, free.resolution, free.origin};
+  free.pixels.copyTo(out.pixels, within);
+  return out;
+}
+
 cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live) {
   Raster<PanelFrame> small{map.pixels.clone(), map.resolution, map.origin};
   // What cannot be used steps back: half grey, lighter.

@@ -16,6 +16,10 @@ SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
 Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
                              Millimetres margin);
 
+// What of `free` lies in one of the wanted outlines and in none of the others; never too generous.
+Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
+                               const std::vector<Ring<PanelFrame>>& others);
+
 // The veneer map as an operator wants to see it: what is free in its own colours, reserved, cut and suspect wood
 // marked, with a legend below. `mask`: of the map's size, 128 and more = usable.
 cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live);

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
 
 #include "base/clock.h"
 #include "base/hash.h"
 #include "daemon/calibration.h"
-#include "daemon/panel_wood.h"
+#include "daemon/job_wood.h"
 #include "daemon/wood_recipes.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/pictures/pictures.h"
@@ -23,22 +22,6 @@ namespace {
 
 // As fine as the veneer maps: a coarser one blurs the grain that people look for.
 constexpr double kPreviewDpi = 300;
-
-nlohmann::json options_json(const JobRequest& request) {
-  const auto& o = request.options;
-  return {{"size_mm", request.size.count()},
-          {"patch_mm", o.patch.count()},
-          {"rotations", o.rotations},
-          {"fine_rotation", o.fine_rotation},
-          {"w_intensity", o.w_intensity},
-          {"w_edge", o.w_edge},
-          {"w_hist", o.w_hist},
-          {"dpi", o.dpi},
-          {"preview_dpi", kPreviewDpi},
-          {"kerf_mm", o.kerf.count()},
-          {"position_margin_mm", o.position_margin.count()},
-          {"seed", o.seed}};
-}
 
 std::vector<db::NewPiece> pieces_of(const planner::Plan& plan) {
   std::vector<db::NewPiece> out;
@@ -88,45 +71,6 @@ Result<std::string> PlanService::preview_file(JobId job) {
   return record->preview_file;
 }
 
-Result<std::vector<planner::StockPanel>> PlanService::load_stock(const std::vector<PanelId>& wanted) {
-  struct Held {
-    db::PanelRecord panel;
-    std::vector<db::AllocationRecord> live;
-  };
-  std::vector<PanelId> in_stock;
-  auto held = database_.call([&](Repositories& r) -> Result<std::vector<Held>> {
-    auto panels = r.panels.list();
-    if (!panels) return panels.error();
-    for (const auto& id : wanted)
-      if (std::none_of(panels->begin(), panels->end(), [&](const auto& p) { return p.id == id; }))
-        return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", id.value)};
-    std::vector<Held> out;
-    for (auto& panel : *panels) {
-      in_stock.push_back(panel.id);
-      if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
-      auto live = r.ledger.live_allocations(panel.id);
-      if (!live) return live.error();
-      out.push_back({std::move(panel), std::move(*live)});
-    }
-    return out;
-  });
-  if (!held) return held.error();
-  if (held->empty())
-    return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
-  library_.keep_index_only(in_stock);
-  std::vector<planner::StockPanel> stock;
-  for (const auto& [panel, live] : *held) {
-    auto map = library_.load_map(panel);
-    if (!map) return map.error();
-    auto mask = library_.load_mask(panel);
-    if (!mask) return mask.error();
-    // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
-    stock.push_back({panel.id, *map, free_wood(*mask, live, position_margin_)});
-    if (cv::countNonZero(stock.back().free.pixels) == 0) library_.drop_index(panel.id);
-  }
-  return stock;
-}
-
 Result<std::size_t> PlanService::add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
                                            Millimetres kerf, std::vector<db::NewPiece>& pieces) {
   const planner::ToolpathOptions options = toolpath_options(recipe_);
@@ -174,7 +118,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
   progress(0.02, "reading the stock");
-  auto stock = load_stock(request.panels);
+  auto stock = load_job_wood(database_, library_, request, position_margin_);
   if (!stock) return stock.error();
 
   planner::Artwork artwork;
@@ -224,10 +168,11 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   job.target_file = target_file->file;
   job.preview_file = preview_file->file;
   job.plan_json = planner::plan_to_json(*plan);
-  JobRequest used = request;
-  used.options = options;
-  used.options.position_margin = position_margin_;
-  job.options_json = options_json(used).dump();
+  nlohmann::json used = options_json(request);
+  used["preview_dpi"] = kPreviewDpi;
+  used["kerf_mm"] = options.kerf.count();
+  used["position_margin_mm"] = position_margin_.count();
+  job.options_json = used.dump();
   job.pieces = pieces_of(*plan);
   const auto without_lead = add_leads(*plan, *stock, *calibration->kerf, job.pieces);
   if (!without_lead) return without_lead.error();

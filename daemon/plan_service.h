@@ -4,7 +4,6 @@
 // Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
 #pragma once
 
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -13,19 +12,12 @@
 #include "base/result.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
+#include "daemon/job_request.h"
 #include "daemon/panel_library.h"
 #include "daemon/scan_service.h"
 #include "planner/plan.h"
 
 namespace veneer::daemon {
-
-struct JobRequest {
-  std::string name;
-  std::string picture;  // the file's bytes
-  Millimetres size{360};
-  planner::PlanOptions options;  // kerf and position margin are the cell's own
-  std::vector<PanelId> panels;   // empty = all in stock
-};
 
 struct JobOutcome {
   JobId job;
@@ -50,7 +42,6 @@ class PlanService {
   Result<std::string> preview_file(JobId job);
 
  private:
-  Result<std::vector<planner::StockPanel>> load_stock(const std::vector<PanelId>& wanted);
   // Books a lead-in for every piece that has waste beside it; how many have none.
   Result<std::size_t> add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
                                 Millimetres kerf, std::vector<db::NewPiece>& pieces);

@@ -3,12 +3,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "planner/plan_options.h"
 #include "tests/support/api_server.h"
 
 namespace veneer::daemon {
@@ -91,7 +93,9 @@ TEST(Veneerctl, UnusableArgumentsAreStatusTwo) {
                                                     {"panel", "scan", "--face", "edge"},
                                                     {"calibrate", "moon"},
                                                     {"sim", "place", "oak"},
-                                                    {"job", "new", "x", "--seed", "1.5"}}) {
+                                                    {"job", "new", "x", "--seed", "1.5"},
+                                                    {"job", "new", "x", "--dpi", "fine"},
+                                                    {"job", "new", "x", "--max-panels", "-1"}}) {
     const Outcome outcome = veneerctl(arguments);
     EXPECT_EQ(outcome.status, 2) << (arguments.empty() ? "" : arguments.back());
     EXPECT_FALSE(outcome.err.empty());
@@ -170,6 +174,37 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   EXPECT_EQ(query["size_mm"], "120.5");
   EXPECT_EQ(query["rotations"], "15");
   EXPECT_EQ(query["fine_rotation"], "1");
+}
+
+TEST(Veneerctl, ANewJobPassesEveryOptionOn) {
+  std::map<std::string, std::string> query;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
+      query = request.query;
+      const TaskReporter work = running->tasks().start("plan", "");
+      work.done({{"job", 7}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string();
+  std::ofstream(picture) << "a picture";
+  std::vector<std::string> arguments = {"job", "new",           picture, "--panels",  "P-1,P-2", "--panels",
+                                        "P-3", "--max-panels",  "2",     "--wood",    "oak",     "--wood",
+                                        "ash", "--wood-weight", "oak=2", "--size-mm", "100"};
+  std::map<std::string, std::string> expected = {{"name", "p"},       {"panels", "P-1,P-2,P-3"}, {"max_panels", "2"},
+                                                 {"wood", "oak,ash"}, {"wood_weight", "oak=2"},  {"size_mm", "100"}};
+  for (const planner::NamedOption& option : planner::kNamedOptions) {
+    std::string flag = "--" + std::string(option.name);
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    arguments.push_back(flag);
+    if (option.kind != planner::OptionKind::kSwitch) arguments.emplace_back("1");
+    expected[std::string(option.name)] = "1";
+  }
+  const Outcome outcome = ask(server, arguments);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(query, expected);
 }
 
 TEST(Veneerctl, AMissingPictureIsNamed) {

@@ -12,6 +12,7 @@
 
 #include "daemon/calibration.h"
 #include "daemon/cell_json.h"
+#include "planner/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 
@@ -50,6 +51,31 @@ class PlanServiceTest : public ::testing::Test {
     const Status added = database_->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
     ASSERT_TRUE(added.ok()) << added.error().message;
   }
+  // A strip of the panel, over all its height, is of this wood.
+  void add_zone(const std::string& panel, Millimetres left, Millimetres right, const std::string& material) {
+    const Ring<PanelFrame> outline{{left, 0_mm}, {right, 0_mm}, {right, 30_mm}, {left, 30_mm}};
+    zones_[panel].push_back({static_cast<int>(zones_[panel].size()) + 1, outline, material});
+  }
+  void store_zones() {
+    for (const auto& [panel, zones] : zones_) {
+      ASSERT_TRUE(database_->call([&](Repositories& r) { return r.materials.add_zones(PanelId{panel}, zones); }).ok());
+      for (const auto& zone : zones)
+        ASSERT_TRUE(database_
+                        ->call([&](Repositories& r) {
+                          return r.materials.set_material(PanelId{panel}, zone.number, zone.material);
+                        })
+                        .ok());
+    }
+  }
+  // Half of it dark, half of it pale, and to be rebuilt by brightness alone.
+  static JobRequest two_tone_job() {
+    JobRequest request = small_job();
+    cv::Mat picture(20, 20, CV_8UC3, cv::Scalar::all(170));
+    picture(cv::Rect(0, 0, 10, 20)).setTo(cv::Scalar::all(80));
+    request.picture = png(picture);
+    request.options.w_intensity = 1, request.options.w_edge = 0, request.options.w_hist = 1;
+    return request;
+  }
   std::filesystem::path leave_index(const std::string& panel) {
     const std::filesystem::path file = library_.index_dir() / (panel + "-0-3.index");
     std::filesystem::create_directories(file.parent_path());
@@ -85,6 +111,7 @@ class PlanServiceTest : public ::testing::Test {
   boost::asio::io_context reactor_;
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
+  std::map<std::string, std::vector<db::ZoneRecord>> zones_;
 };
 
 TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
@@ -117,6 +144,26 @@ TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
   EXPECT_GT(between, 0U);
 }
 
+TEST_F(PlanServiceTest, OptionsArriveAtThePlanner) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.alternatives = 3, request.options.optimize = planner::Optimize::kGlobal;
+  request.options.patch = Millimetres(1.5), request.options.adaptive_levels = 1, request.options.adaptive_factor = 1e6;
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(job->pieces, 4U) << "so large a factor makes the largest patches there are";
+  const auto text = database_->call([&](Repositories& r) { return r.jobs.plan_json(job->job); });
+  ASSERT_TRUE(text.ok());
+  const auto read = planner::plan_from_json(*text);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  for (const auto& piece : read->pieces) EXPECT_EQ(piece.alternatives.size(), 3U) << piece.mark;
+  const auto record = database_->call([&](Repositories& r) { return r.jobs.find(job->job); });
+  const auto kept = nlohmann::json::parse(record->options_json);
+  EXPECT_EQ(kept["optimize"], "global");
+  EXPECT_EQ(kept["alternatives"], 3);
+  EXPECT_EQ(kept["kerf_mm"], 0.1);
+}
+
 TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {
   add_panel("P-0001", 255);
   JobRequest request = small_job();
@@ -144,16 +191,62 @@ TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
                                                                   "it to rebuild: is it the right picture?"));
 }
 
+TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {
+  add_panel("P-0001", 255, cv::Mat(160, 160, CV_8UC3, cv::Scalar::all(50)));
+  add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
+  JobRequest request = two_tone_job();
+  const auto both = plan(request);
+  ASSERT_TRUE(both.ok()) << both.error().message;
+  EXPECT_EQ(both->panels.size(), 2U);
+  request.max_panels = 1;
+  const auto one = plan(request);
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_THAT(one->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0002"}, std::size_t{4})));
+}
+
+TEST_F(PlanServiceTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
+  cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
+  wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
+  add_panel("P-0001", 255, wood);
+  add_zone("P-0001", 0_mm, Millimetres(10.2), "walnut");
+  add_zone("P-0001", Millimetres(10.1), Millimetres(20.4), "maple");  // outlines are hulls: they may reach into others
+  store_zones();
+  JobRequest request = two_tone_job();
+  request.woods = {"maple"};
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+  for (const auto& piece : *pieces) EXPECT_GT(bounds(piece.panel_outline).min.x.count(), 10.2) << piece.mark;
+  EXPECT_LT(job->cost_per_pixel, 1e-3) << "mapped to the tones of maple alone";
+  request.woods = {"maple", "oak"};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "no panel has oak: there is maple, walnut");
+}
+
+TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
+  add_panel("P-0001", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(50)));
+  add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
+  add_zone("P-0001", 0_mm, 20_mm, "walnut");
+  add_zone("P-0002", 0_mm, 20_mm, "maple");
+  store_zones();
+  JobRequest request = two_tone_job();
+  request.wood_weights = {{"walnut", 0}};
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_THAT(job->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0002"}, std::size_t{4})));
+  request.wood_weights = {{"oak", 2}};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "no panel is oak: there is maple, walnut");
+}
+
 // Half of the panel is dark, half of it pale, and so is the picture.
 TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesNorPieces) {
   cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
   wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
   add_panel("P-0001", 255, wood);
-  JobRequest request = small_job();
-  cv::Mat picture(20, 20, CV_8UC3, cv::Scalar::all(170));
-  picture(cv::Rect(0, 0, 10, 20)).setTo(cv::Scalar::all(80));
-  request.picture = png(picture);
-  request.options.w_intensity = 1, request.options.w_edge = 0, request.options.w_hist = 1;
+  JobRequest request = two_tone_job();
   const Millimetres middle = ScanResolution::from_dpi(300).to_mm(Pixels(120));
   const auto dark_pieces = [&](JobId job) {
     const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job); });
