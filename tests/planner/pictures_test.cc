@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -89,6 +90,24 @@ std::string png_chunk(const std::string& kind, const std::string& body) {
 // Right behind a PNG's header, where colour chunks belong.
 std::string with_chunk(std::string png, const std::string& chunk) { return png.insert(8 + 25, chunk); }
 
+std::string little_endian(std::size_t value, int bytes) {
+  std::string out = big_endian(value, bytes);
+  std::reverse(out.begin(), out.end());
+  return out;
+}
+
+std::string webp_with_profile(const cv::Mat& picture, const std::string& icc_profile) {
+  const auto chunk = [](const std::string& kind, const std::string& body) {
+    return kind + little_endian(body.size(), 4) + body + std::string(body.size() % 2, '\0');
+  };
+  const std::string has_profile = little_endian(0x20, 4);
+  const std::string inside = "WEBP" +
+                             chunk("VP8X", has_profile + little_endian(static_cast<std::size_t>(picture.cols) - 1, 3) +
+                                               little_endian(static_cast<std::size_t>(picture.rows) - 1, 3)) +
+                             chunk("ICCP", icc_profile) + encoded(".webp", picture).substr(12);
+  return chunk("RIFF", inside);
+}
+
 std::string deflated(const std::string& plain) {
   uLongf size = compressBound(static_cast<uLong>(plain.size()));
   std::string out(size, '\0');
@@ -150,8 +169,8 @@ std::string strange_ink_profile() {
   return saved(profile);
 }
 
-// As Adobe's programs write it: 0 = full ink.
-std::string cmyk_jpeg(const cv::Vec4b& inks, const std::string& icc_profile) {
+// As Adobe's programs write it: 0 = full ink. JCS_YCCK keeps brightness and colour apart, as for a screen.
+std::string cmyk_jpeg(const cv::Vec4b& inks, const std::string& icc_profile, J_COLOR_SPACE stored_as = JCS_CMYK) {
   jpeg_compress_struct encoder{};
   jpeg_error_mgr errors{};
   encoder.err = jpeg_std_error(&errors);
@@ -162,6 +181,7 @@ std::string cmyk_jpeg(const cv::Vec4b& inks, const std::string& icc_profile) {
   encoder.image_width = 16, encoder.image_height = 8, encoder.input_components = 4;
   encoder.in_color_space = JCS_CMYK;
   jpeg_set_defaults(&encoder);
+  jpeg_set_colorspace(&encoder, stored_as);
   jpeg_set_quality(&encoder, 100, TRUE);
   encoder.write_Adobe_marker = TRUE;
   jpeg_start_compress(&encoder, TRUE);
@@ -291,6 +311,8 @@ TEST_F(Pictures, AreConvertedFromTheirProfileToSrgb) {
   const std::string broken = png_chunk("iCCP", std::string("p\0\0", 3) + "nonsense");
   expect_colour(decode_picture(with_chunk(encoded(".png", half), broken), "e.png"), cv::Vec3b::all(128));
 
+  expect_colour(decode_picture(webp_with_profile(half, profile), "a.webp"), cv::Vec3b::all(kHalfTheLight), 3);
+
   const auto tagged = tiff("profile.tif", half, [&](TIFF* out) {
     TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
     TIFFSetField(out, TIFFTAG_ICCPROFILE, static_cast<std::uint32_t>(profile.size()), profile.data());
@@ -301,6 +323,7 @@ TEST_F(Pictures, AreConvertedFromTheirProfileToSrgb) {
 TEST_F(Pictures, MadeForPrintAreReadByTheirInks) {
   expect_colour(decode_picture(cmyk_jpeg({255, 0, 0, 0}, ""), "cyan.jpg"), {255, 255, 0}, 3);
   expect_colour(decode_picture(cmyk_jpeg({0, 255, 0, 128}, ""), "dark.jpg"), {127, 0, 127}, 3);
+  expect_colour(decode_picture(cmyk_jpeg({0, 255, 0, 128}, "", JCS_YCCK), "photoshop.jpg"), {127, 0, 127}, 4);
   const std::string profile = strange_ink_profile();
   expect_colour(decode_picture(cmyk_jpeg({255, 0, 0, 0}, profile), "a.jpg"), {0, 0, 0}, 3);
   expect_colour(decode_picture(cmyk_jpeg({0, 255, 0, 255}, profile), "b.jpg"), {255, 255, 255}, 3);
