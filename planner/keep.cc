@@ -11,18 +11,22 @@ namespace veneer::planner {
 namespace {
 
 // Blocks the pixels that an allocation covers, so that no index looks there; FreeWood itself knows the exact border.
-void block(Raster<PanelFrame>& free, const Ring<PanelFrame>& allocation) {
-  std::vector<cv::Point> corners;
-  for (const auto& p : allocation) {
-    double column = 0, row = 0;
-    free.to_pixels(p, column, row);
-    corners.emplace_back(cvFloor(column), cvFloor(row));
+void block(Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& allocation) {
+  std::vector<std::vector<cv::Point>> rings;
+  cv::Rect box;
+  for (const Ring<PanelFrame>& ring : allocation) {
+    std::vector<cv::Point>& corners = rings.emplace_back();
+    for (const auto& p : ring) {
+      double column = 0, row = 0;
+      free.to_pixels(p, column, row);
+      corners.emplace_back(cvFloor(column), cvFloor(row));
+    }
+    box |= cv::boundingRect(corners);
   }
-  const cv::Rect all({0, 0}, free.pixels.size()), box = cv::boundingRect(corners) & all;
+  box &= cv::Rect({0, 0}, free.pixels.size());
   if (box.empty()) return;
-  for (cv::Point& corner : corners) corner -= box.tl();
   cv::Mat inside(box.size(), CV_8UC1, cv::Scalar(0));
-  cv::fillConvexPoly(inside, corners, cv::Scalar(255));
+  cv::fillPoly(inside, rings, cv::Scalar(255), cv::LINE_8, 0, -box.tl());
   // Pixels at the border are covered only in part: a neighbour may touch them.
   cv::erode(inside, inside, cv::getStructuringElement(cv::MORPH_RECT, {3, 3}), {-1, -1}, 1, cv::BORDER_CONSTANT, 0);
   free.pixels(box).setTo(0, inside);
@@ -87,7 +91,7 @@ class Keeper {
         if (laid[i] && laid[i]->panel == static_cast<int>(p))
           outlines.push_back(laid[i]->panel_from_artwork * problem_.queue[i].match.outline);
       if (outlines.empty()) continue;
-      for (const Ring<PanelFrame>& outline : outlines) block(free, grown(outline, wood.kerf()));
+      for (const Ring<PanelFrame>& outline : outlines) block(free, grown_rings(outline, wood.kerf()));
       wood = FreeWood(free, options_.kerf, options_.position_margin);
       for (const Ring<PanelFrame>& outline : outlines) wood.allocate(outline);
       wood.settle();

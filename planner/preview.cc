@@ -65,16 +65,15 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
     const auto& map = piece.placement->panel_from_artwork;
     const double cos = std::cos(map.angle().count()), sin = std::sin(map.angle().count());
     const PatchPixels patch = patch_pixels(piece.artwork_outline, grid, preview.pixels.cols, preview.pixels.rows);
-    for (int i = 0; i < patch.height; ++i) {
-      const PatchPixels::Span span = patch.rows[static_cast<std::size_t>(i)];
+    for (const PatchPixels::Span& span : patch.spans) {
       for (int c = span.begin; c < span.end; ++c) {
         double column = 0, row = 0;
         // As map * pixel, which asks for the sine each time.
-        const Point<ArtworkFrame> pixel = preview.from_pixels(c + 0.5, patch.top + i + 0.5);
+        const Point<ArtworkFrame> pixel = preview.from_pixels(c + 0.5, span.row + 0.5);
         picture.to_pixels(
             {pixel.x * cos - pixel.y * sin + map.shift().x, pixel.x * sin + pixel.y * cos + map.shift().y}, column,
             row);
-        preview.pixels.at<cv::Vec3b>(patch.top + i, c) = bilinear(picture.pixels, column, row);
+        preview.pixels.at<cv::Vec3b>(span.row, c) = bilinear(picture.pixels, column, row);
       }
     }
   }

@@ -31,8 +31,7 @@ WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
   for (const MatchPatch* each : patches) {
     const MatchPatch& patch = *each;
     out.width = std::min(out.width, patch.pixels.width), out.height = std::min(out.height, patch.pixels.height);
-    out.filled =
-        out.filled && patch.pixels.count == static_cast<std::int64_t>(patch.pixels.width) * patch.pixels.height;
+    out.filled = out.filled && patch.pixels.filled();
     const ScanResolution& resolution = patch.grid.resolution;
     const Box<ArtworkFrame> box = bounds(patch.outline);
     out.left = std::max(out.left, resolution.to_px(box.min.x).count() - patch.pixels.left);

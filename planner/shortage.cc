@@ -34,14 +34,18 @@ Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem,
       if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
   for (std::size_t i = 0; i < patches.size() && !stop.stop_requested(); ++i) {
     if (!patches[i] || patches[i]->panel != index) continue;
-    std::vector<cv::Point> corners;
-    for (const auto& p : grown(patches[i]->panel_from_artwork * problem.queue[i].match.outline, panel.wood.kerf())) {
-      double column = 0, row = 0;
-      stock.to_pixels(p, column, row);
-      corners.emplace_back(cvFloor(column / step), cvFloor(row / step));
+    std::vector<std::vector<cv::Point>> rings;
+    for (const Ring<PanelFrame>& ring :
+         grown_rings(patches[i]->panel_from_artwork * problem.queue[i].match.outline, panel.wood.kerf())) {
+      std::vector<cv::Point>& corners = rings.emplace_back();
+      for (const auto& p : ring) {
+        double column = 0, row = 0;
+        stock.to_pixels(p, column, row);
+        corners.emplace_back(cvFloor(column / step), cvFloor(row / step));
+      }
     }
-    cv::fillConvexPoly(out.free, corners, cv::Scalar(0));
-    cv::polylines(out.free, corners, true, cv::Scalar(0), 2);  // pixels that a border only touches
+    cv::fillPoly(out.free, rings, cv::Scalar(0));
+    cv::polylines(out.free, rings, true, cv::Scalar(0), 2);  // pixels that a border only touches
   }
   return out;
 }
@@ -80,11 +84,9 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
     const Box<ArtworkFrame> box = bounds(match.outline);
     patch = std::min({patch, box.width(), box.height()});  // a small picture may be a single one
     ++out.unfilled;
-    for (int r = 0; r < match.pixels.height; ++r) {
-      const auto [begin, end] = match.pixels.rows[static_cast<std::size_t>(r)];
+    for (const auto& [row, begin, end] : match.pixels.spans) {
       for (int c = begin; c < end; ++c)
-        out.missing[tones.at<std::uint8_t>(match.pixels.top + r, c) * out.missing.size() / 256] +=
-            SquareMillimetres(mm2);
+        out.missing[tones.at<std::uint8_t>(row, c) * out.missing.size() / 256] += SquareMillimetres(mm2);
     }
   }
   if (out.unfilled == 0) return std::nullopt;

@@ -125,13 +125,14 @@ void NearSearch::turn_upright(const Pose& from, int reach, std::vector<float>& w
 float NearSearch::distance(const std::vector<float>& wood, int wood_columns, int right, int down, int step) const {
   const PatchPixels& pixels = patch_.pixels;
   float sums[kLanes] = {};
-  for (int i = step / 2; i < pixels.height; i += step) {
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(i)];
-    const auto* target = patch_.features->ptr<float>(pixels.top + i) + static_cast<std::size_t>(span.begin) * channels_;
+  for (const PatchPixels::Span& span : pixels.spans) {
+    const int i = span.row - pixels.top;
+    if (i % step != step / 2) continue;
+    const auto* target = patch_.features->ptr<float>(span.row) + static_cast<std::size_t>(span.begin) * channels_;
     const auto first = static_cast<std::size_t>(down + i) * static_cast<std::size_t>(wood_columns) +
                        static_cast<std::size_t>(right + span.begin - pixels.left);
-    add_squared_distance(target, wood.data() + first * channels_,
-                         static_cast<std::size_t>(span.end - span.begin) * channels_, sums);
+    add_squared_distance(target, wood.data() + first * channels_, static_cast<std::size_t>(span.length()) * channels_,
+                         sums);
   }
   for (std::size_t half = kLanes / 2; half > 0; half /= 2)
     for (std::size_t i = 0; i < half; ++i) sums[i] += sums[i + half];

@@ -122,12 +122,12 @@ PatchSketch::PatchSketch(const MatchPatch& patch, const SketchBlocks& blocks) {
   const auto channels = static_cast<std::size_t>(features.channels());
   std::vector<double> sums(blocks.count() * channels), counts(blocks.count());
   double energy = 0;
-  for (int i = 0; i < window.height; ++i) {
-    const PatchPixels::Span span = window.rows[static_cast<std::size_t>(i)];
-    const auto* row = features.ptr<float>(window.top + i);
+  for (const PatchPixels::Span& span : window.spans) {
+    const auto* row = features.ptr<float>(span.row);
     for (int x = span.begin; x < span.end; ++x) {
-      const auto block = static_cast<std::size_t>(i * blocks.rows / window.height * blocks.columns +
-                                                  (x - window.left) * blocks.columns / window.width);
+      const auto block =
+          static_cast<std::size_t>((span.row - window.top) * blocks.rows / window.height * blocks.columns +
+                                   (x - window.left) * blocks.columns / window.width);
       counts[block] += 1;
       for (std::size_t ch = 0; ch < channels; ++ch) {
         const double value = row[static_cast<std::size_t>(x) * channels + ch];

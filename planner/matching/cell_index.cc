@@ -14,6 +14,9 @@ namespace {
 // Slack of tests that may only clear places which the exact rule refuses too, in pixels.
 constexpr double kTolerance = 1e-6;
 
+// As in place_bits.cc.
+constexpr double kMiddleDoubt = 2;
+
 std::uint16_t rounded_down(double value) {
   return static_cast<std::uint16_t>(std::clamp(std::floor(value), 0.0, 65535.0));
 }
@@ -60,6 +63,20 @@ BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortes
   return out;
 }
 
+BandedPolygon on_lattice(const std::vector<Ring<PanelFrame>>& rings, const Raster<PanelFrame>& picture,
+                         const Lattice& lattice) {
+  std::vector<BandedPolygon::Corners> corners;
+  for (const Ring<PanelFrame>& ring : rings) {
+    BandedPolygon::Corners& it = corners.emplace_back();
+    for (const Point<PanelFrame>& p : ring) {
+      double column = 0, row = 0;
+      picture.to_pixels(p, column, row);
+      lattice.from_panel(column, row, it.x.emplace_back(), it.y.emplace_back());
+    }
+  }
+  return BandedPolygon(std::move(corners));
+}
+
 CellIndex::CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
                      const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop)
     : lattice_(panel.lattice()), windows_(windows), channels_(panel.channels()) {
@@ -81,13 +98,15 @@ void CellIndex::find_rows(const RotatedPanel& panel) {
       low = std::max(low, panel.begin(r)), high = std::min(high, panel.end(r));
     const int begin = (low + x.cell - 1) / x.cell;
     const int end = std::max(begin, (high - x.block - x.cell + 1) / x.cell + 1);
-    begin_.push_back(high > low ? begin : 0);
-    end_.push_back(high > low ? end : 0);
+    // A window with an empty corner may lie partly beyond the panel; its full blocks do not.
+    begin_.push_back(windows_.filled && high > low ? begin : 0);
+    end_.push_back(!windows_.filled ? (lattice_.width() + x.cell - 1) / x.cell : high > low ? end : 0);
     base_.push_back(size - begin_.back());
     size += end_.back() - begin_.back();
   }
   // Cells are compared many at a time, past the end of the last row.
-  const auto padded = static_cast<std::size_t>(size + 2 * kernels::kCellsAtOnce);
+  const auto padded =
+      static_cast<std::size_t>(size + 2 * kernels::kCellsAtOnce + (windows_.filled ? 0 : windows_.width));
   places_.assign(padded, 0);
   maps_.resize(map_of(windows_.rest_pixels() > 0 ? kRest : kBlock, channels_ - 1, kDeviation) + 1);
   for (Intervals& map : maps_) map.low.assign(padded, 0), map.high.assign(padded, 0);
@@ -147,13 +166,11 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
                             const std::stop_token& stop) {
   if (stop.stop_requested()) return;
   const double grow = picture.resolution.to_px(border).count();
-  const double left = windows_.left - grow, right = windows_.right + grow;
-  const double top = windows_.top - grow, bottom = windows_.bottom + grow;
-  // Pixels are stored only where the panel is, so all of the window must lie there, its empty corners too.
-  const double reach_left = windows_.filled ? left : std::min(left, 0.0);
-  const double reach_right = windows_.filled ? right : std::max(right, static_cast<double>(windows_.width));
-  const double reach_top = windows_.filled ? top : std::min(top, 0.0);
-  const double reach_bottom = windows_.filled ? bottom : std::max(bottom, static_cast<double>(windows_.height));
+  const double left = windows_.filled ? windows_.left - grow : windows_.width / 2.0;
+  const double right = windows_.filled ? windows_.right + grow : left;
+  const double top = windows_.filled ? windows_.top - grow : windows_.height / 2.0;
+  const double bottom = windows_.filled ? windows_.bottom + grow : top;
+  const double beyond = windows_.filled ? 0 : kMiddleDoubt;
   const int width = lattice_.width(), height = lattice_.height();
   const auto stride = static_cast<std::size_t>(width) + 1;
   // Corners of the rectangles of places that each blocked pixel forbids; summed up below.
@@ -162,6 +179,7 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
       picture.resolution.to_px(blocked.side).count() / 2 / (std::abs(lattice_.cos()) + std::abs(lattice_.sin())) -
       kTolerance;
   for (const Point<PanelFrame>& centre : blocked.centres) {
+    if (!windows_.filled) break;
     double column = 0, row = 0, x = 0, y = 0;
     picture.to_pixels(centre, column, row);
     lattice_.from_panel(column, row, x, y);
@@ -176,12 +194,15 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
   std::vector<std::int32_t> above(stride, 0);
   for (int y = 0; y < height && !stop.stop_requested(); ++y) {
     // The place's four corners must lie on the panel: an interval of x.
-    RowStretch on_panel{0, static_cast<double>(width - 1)};
-    for (const double dx : {reach_left, reach_right}) {
-      for (const double dy : {reach_top, reach_bottom}) {
+    // A tight window lies within the lattice even where its corners lie beyond the panel.
+    if (!windows_.filled && y + windows_.height > height) break;
+    RowStretch on_panel{0, static_cast<double>(windows_.filled ? width - 1 : width - windows_.width)};
+    for (const double dx : {left, right}) {
+      for (const double dy : {top, bottom}) {
         double column = 0, row = 0;
         lattice_.to_panel(dx, y + dy, column, row);
-        on_panel.keep_on_panel(lattice_, column, row, picture.pixels.cols, picture.pixels.rows, kTolerance);
+        on_panel.keep_on_panel(lattice_, column + beyond, row + beyond, picture.pixels.cols + 2 * beyond,
+                               picture.pixels.rows + 2 * beyond, kTolerance);
       }
     }
     const int first = static_cast<int>(std::ceil(on_panel.low - kTolerance));
@@ -214,42 +235,27 @@ void CellIndex::find_alive_cells() {
   }
 }
 
-void CellIndex::remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf) {
-  // Places whose rectangle overlaps the taken outline form the Minkowski sum of the outline and the mirrored rectangle;
-  // its part in one row of places is the hull of the outline's part within reach of the rectangle.
+void CellIndex::remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture,
+                       Millimetres kerf) {
+  // As PlaceBits::remove().
+  if (!windows_.filled) return;
   const double grow = picture.resolution.to_px(kerf).count() - kTolerance;
   const double left = windows_.left - grow, right = windows_.right + grow;
   const double top = windows_.top - grow, bottom = windows_.bottom + grow;
-  std::vector<double> px, py;
-  for (const Point<PanelFrame>& p : taken) {
-    double column = 0, row = 0;
-    picture.to_pixels(p, column, row);
-    lattice_.from_panel(column, row, px.emplace_back(), py.emplace_back());
-  }
-  const auto [y_low, y_high] = std::minmax_element(py.begin(), py.end());
-  const int first = std::max(0, static_cast<int>(std::ceil(*y_low - bottom)));
-  const int last = std::min(lattice_.height() - 1, static_cast<int>(std::floor(*y_high - top)));
+  const BandedPolygon shape = on_lattice(taken, picture, lattice_);
+  const int first = std::max(0, static_cast<int>(std::ceil(shape.top() - bottom)));
+  const int last = std::min(lattice_.height() - 1, static_cast<int>(std::floor(shape.bottom() - top)));
   for (int y = first; y <= last; ++y) {
-    double low = 1e300, high = -1e300;
-    for (std::size_t i = 0; i < px.size(); ++i) {
-      const std::size_t j = (i + 1) % px.size();
-      const double from = std::max(std::min(py[i], py[j]), y + top), to = std::min(std::max(py[i], py[j]), y + bottom);
-      if (from > to) continue;
-      const double run = py[j] - py[i];
-      for (const double at : {from, to}) {
-        const double cross = std::abs(run) < 1e-12 ? px[i] : px[i] + (px[j] - px[i]) * ((at - py[i]) / run);
-        low = std::min(low, cross), high = std::max(high, cross);
-      }
-      if (std::abs(run) < 1e-12) low = std::min(low, px[j]), high = std::max(high, px[j]);
-    }
-    const int x0 = std::max(0, static_cast<int>(std::floor(low - right)) + 1);
-    const int x1 = std::min(lattice_.width(), static_cast<int>(std::ceil(high - left)));
     const auto cell_row = static_cast<std::size_t>(y / windows_.y.cell);
-    for (int x = x0; x < x1; ++x) {
-      const int cell = x / windows_.x.cell;
-      if (cell < begin_[cell_row] || cell >= end_[cell_row]) continue;
-      places_[static_cast<std::size_t>(base_[cell_row] + cell)] &=
-          ~(1U << ((y % windows_.y.cell) * windows_.x.cell + x % windows_.x.cell));
+    for (const auto& [low, high] : shape.within(y + top, y + bottom)) {
+      const int x0 = std::max(0, static_cast<int>(std::floor(low - right)) + 1);
+      const int x1 = std::min(lattice_.width(), static_cast<int>(std::ceil(high - left)));
+      for (int x = x0; x < x1; ++x) {
+        const int cell = x / windows_.x.cell;
+        if (cell < begin_[cell_row] || cell >= end_[cell_row]) continue;
+        places_[static_cast<std::size_t>(base_[cell_row] + cell)] &=
+            ~(1U << ((y % windows_.y.cell) * windows_.x.cell + x % windows_.x.cell));
+      }
     }
   }
 }

@@ -13,6 +13,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "planner/matching/banded_polygon.h"
 #include "planner/matching/rotated_panel.h"
 
 namespace veneer::planner {
@@ -37,7 +38,8 @@ struct WindowClass {
   // Features of the rest are scaled so that its pixels count as many as a block's.
   double rest_scale() const { return std::sqrt(rest_pixels() / block_pixels()); }
   bool filled = true;  // all pixels of all windows belong to their patch
-  // The rectangle, in pixels from the window's corner, that every outline of the class covers.
+  // If so: the rectangle, in pixels from the window's corner, that every outline of the class covers. Other shapes may
+  // have nothing in common; what they cover is looked at patch by patch (clearance.h).
   double left = 0, top = 0, right = 0, bottom = 0;
 };
 
@@ -50,6 +52,10 @@ struct BlockedPixels {
 };
 BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side,
                              const std::stop_token& stop = {});
+
+// An outline that lies on a panel, in the coordinates of a lattice of it.
+BandedPolygon on_lattice(const std::vector<Ring<PanelFrame>>& rings, const Raster<PanelFrame>& picture,
+                         const Lattice& lattice);
 
 struct RowExtremes;  // window_sums.h
 
@@ -81,8 +87,8 @@ class CellIndex {
     return maps_[map_of(part, channel, feature)].high.data() + base_[static_cast<std::size_t>(row)];
   }
 
-  // Clears the places whose outline would overlap `taken`, an outline in PanelFrame already grown by the kerf.
-  void remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
+  // Clears the places whose outline would overlap `taken`, an outline already grown by the kerf (grown_rings()).
+  void remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
   std::size_t bytes() const;
 
  private:

@@ -17,9 +17,14 @@ CertifiedMatcher::CertifiedMatcher(std::vector<MatchPanel> all_panels, std::vect
 }
 
 void CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
+  measure_clearance(classes_, threads, stop);
   for (const MatchPanel& panel : panels()) {
     auto& blocked = blocked_.emplace_back();
     for (const WindowClass& windows : classes_) {
+      if (!windows.filled) {
+        blocked.emplace_back();
+        continue;
+      }
       const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
       blocked.push_back(
           blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop));
@@ -42,7 +47,7 @@ void CertifiedMatcher::index_lattice(std::size_t at, const std::stop_token& stop
                           panel.wood.border(), stop);
 }
 
-void CertifiedMatcher::remove(int panel, const Ring<PanelFrame>& taken) {
+void CertifiedMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& taken) {
   const MatchPanel& it = panels()[static_cast<std::size_t>(panel)];
   for (IndexedLattice& indexed : indexed_) {
     if (indexed.panel != panel) continue;
@@ -51,7 +56,7 @@ void CertifiedMatcher::remove(int panel, const Ring<PanelFrame>& taken) {
 }
 
 std::size_t CertifiedMatcher::index_bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = clearance_bytes();
   for (const IndexedLattice& it : indexed_) {
     if (it.pixels) sum += it.pixels->bytes();
     for (const CellIndex& cells : it.cells) sum += cells.bytes();
@@ -63,7 +68,7 @@ std::optional<Candidate> CertifiedMatcher::best(const MatchPatch& patch, const s
                                                 std::span<const Candidate> found, MatchCounts* counts) const {
   MatchCounts ignored;
   return CertifiedSearch(*this, indexed_, MatchQuery(patch, classes_[patch.window_class], entries_per_unit_), patch,
-                         found, stop, counts != nullptr ? *counts : ignored)
+                         cover(patch), found, stop, counts != nullptr ? *counts : ignored)
       .run();
 }
 

@@ -5,8 +5,7 @@
 // stopped early (rotated_panel.h), then the exact cost (patch_pixels.h). Equal costs are decided by panel, rotation,
 // row, column, so the answer does not depend on the order of the search.
 //
-// Patches that do not fill their windows: only places are candidates whose whole window lies on the panel, the empty
-// corners too; blocks that are filled in part give no bound, so the search takes longer.
+// Patches that do not fill their windows: blocks that are filled in part give no bound, so the search takes longer.
 #pragma once
 
 #include <optional>
@@ -36,7 +35,7 @@ class CertifiedMatcher final : public Matcher {
 
  private:
   void index_lattice(std::size_t at, const std::stop_token& stop);
-  void remove(int panel, const Ring<PanelFrame>& taken) override;
+  void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
 
   std::vector<WindowClass> classes_;
   std::vector<std::vector<BlockedPixels>> blocked_;  // per panel, per window class

@@ -16,12 +16,13 @@ std::uint64_t whole(double limit) { return static_cast<std::uint64_t>(std::min(l
 }  // namespace
 
 CertifiedSearch::CertifiedSearch(const Matcher& matcher, std::span<const IndexedLattice> lattices, MatchQuery query,
-                                 const MatchPatch& patch, std::span<const Candidate> excluded,
+                                 const MatchPatch& patch, std::vector<Cover> cover, std::span<const Candidate> excluded,
                                  const std::stop_token& stop, MatchCounts& counts)
     : matcher_(matcher),
       lattices_(lattices),
       query_(std::move(query)),
       patch_(patch),
+      cover_(std::move(cover)),
       excluded_(excluded),
       stop_(stop),
       counts_(counts),
@@ -152,10 +153,16 @@ void CertifiedSearch::evaluate_found() {
 }
 
 void CertifiedSearch::evaluate(const Found& found) {
-  ++counts_.cells;
   const IndexedLattice& it = lattices_[found.lattice];
   const CellIndex& cells = cells_of(found.lattice);
   const int cell_x = cells.windows().x.cell, cell_y = cells.windows().y.cell;
+  if (!cover_.empty()) {
+    const double across = (cell_x - 1) / 2.0, down = (cell_y - 1) / 2.0;
+    if (cover_[found.lattice].rules_out(found.cell * cell_x + across, found.row * cell_y + down,
+                                        std::hypot(across, down)))
+      return;
+  }
+  ++counts_.cells;
   const int left = found.cell * cell_x, top = found.row * cell_y, channels = it.pixels->channels();
   if (query_.sum_groups > 0)
     kernels::row_sums(it.pixels->data(), it.pixels->row_base() + top, static_cast<std::ptrdiff_t>(left) * channels,

@@ -35,8 +35,8 @@ class CertifiedSearch {
  public:
   // No place alike() one of `excluded` is an answer. All references must outlive the search.
   CertifiedSearch(const Matcher& matcher, std::span<const IndexedLattice> lattices, MatchQuery query,
-                  const MatchPatch& patch, std::span<const Candidate> excluded, const std::stop_token& stop,
-                  MatchCounts& counts);
+                  const MatchPatch& patch, std::vector<Cover> cover, std::span<const Candidate> excluded,
+                  const std::stop_token& stop, MatchCounts& counts);
 
   std::optional<Candidate> run();
 
@@ -77,6 +77,7 @@ class CertifiedSearch {
   std::span<const IndexedLattice> lattices_;
   const MatchQuery query_;
   const MatchPatch& patch_;
+  const std::vector<Cover> cover_;  // one a lattice, or none
   std::span<const Candidate> excluded_;
   const std::stop_token& stop_;
   MatchCounts& counts_;

@@ -76,6 +76,8 @@ void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
     double column = 0, down = 0;
     lattice.to_panel(0, (row + 0.5) * grid_.height, column, down);
     on_panel.keep_on_panel(lattice, column, down, panel.width, panel.height);
+    // Windows with empty corners may begin beyond it.
+    if (!filled_) on_panel = {0, static_cast<double>(lattice.width())};
     const bool any = on_panel.high > on_panel.low;
     begin_.push_back(any ? std::max(0, static_cast<int>(on_panel.low / grid_.width) - 1) : 0);
     end_.push_back(any ? static_cast<int>(on_panel.high / grid_.width) + 2 : 0);

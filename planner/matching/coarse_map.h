@@ -8,7 +8,8 @@
 // Where patches do not fill their windows, |c|^2 counts by each block's share of the patch: it becomes one more
 // channel.
 //
-// Only cells whose centre lies on the panel are stored. Scores of one window class compare across lattices and panels.
+// Only cells whose centre lies on the panel are stored, unless windows have empty corners. Scores of one window class
+// compare across lattices and panels.
 #pragma once
 
 #include <cstddef>

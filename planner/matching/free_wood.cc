@@ -5,6 +5,8 @@
 #include <cstring>
 #include <span>
 
+#include "planner/matching/banded_polygon.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -29,6 +31,13 @@ bool separated_by_a_side(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
   return false;
 }
 
+Box<PanelFrame> bounds_of(const std::vector<Ring<PanelFrame>>& rings) {
+  Box<PanelFrame> box;
+  for (const Ring<PanelFrame>& ring : rings)
+    for (const Point<PanelFrame>& p : ring) box.add(p);
+  return box;
+}
+
 }  // namespace
 
 Ring<PanelFrame> grown(const Ring<PanelFrame>& outline, Millimetres by) {
@@ -45,6 +54,11 @@ Ring<PanelFrame> grown(const Ring<PanelFrame>& outline, Millimetres by) {
     out.push_back({outline[i].x + Millimetres(k * (n1.x + n2.x)), outline[i].y + Millimetres(k * (n1.y + n2.y))});
   }
   return out;
+}
+
+std::vector<Ring<PanelFrame>> grown_rings(const Ring<PanelFrame>& outline, Millimetres by) {
+  if (is_convex(outline)) return {grown(outline, by)};
+  return offset(Region<PanelFrame>(outline), by).rings();
 }
 
 bool convex_overlap(const Ring<PanelFrame>& a, const Ring<PanelFrame>& b) {
@@ -66,33 +80,31 @@ bool FreeWood::any_blocked(int row, int first, int last) const {
 }
 
 bool FreeWood::on_free_pixels(const Ring<PanelFrame>& outline) const {
-  std::vector<double> x(outline.size()), y(outline.size());
-  for (std::size_t i = 0; i < outline.size(); ++i) free_.to_pixels(outline[i], x[i], y[i]);
-  const auto [top, bottom] = std::minmax_element(y.begin(), y.end());
-  const auto [left, right] = std::minmax_element(x.begin(), x.end());
-  if (*top < 0 || *bottom > free_.pixels.rows || *left < 0 || *right > free_.pixels.cols) return false;
+  if (is_convex(outline)) return touches_only_free({grown(outline, border())});
+  // Most places fail without the kerf too, which is found sooner.
+  return touches_only_free({outline}) && touches_only_free(grown_rings(outline, border()));
+}
 
-  // A convex shape touches exactly those squares of a row of pixels that its part within that row spans.
-  const int first_row = static_cast<int>(std::floor(*top));
-  const int last_row = std::min(static_cast<int>(std::ceil(*bottom)), free_.pixels.rows) - 1;
+bool FreeWood::touches_only_free(const std::vector<Ring<PanelFrame>>& rings) const {
+  std::vector<BandedPolygon::Corners> corners;
+  for (const Ring<PanelFrame>& ring : rings) {
+    BandedPolygon::Corners& it = corners.emplace_back();
+    it.x.resize(ring.size()), it.y.resize(ring.size());
+    for (std::size_t i = 0; i < ring.size(); ++i) free_.to_pixels(ring[i], it.x[i], it.y[i]);
+  }
+  const BandedPolygon shape(std::move(corners));
+  const int columns = free_.pixels.cols, rows = free_.pixels.rows;
+  if (shape.top() < 0 || shape.bottom() > rows || shape.left() < 0 || shape.right() > columns) return false;
+
+  // A shape touches exactly those squares of a row of pixels that its part within that row covers.
+  const int first_row = static_cast<int>(std::floor(shape.top()));
+  const int last_row = std::min(static_cast<int>(std::ceil(shape.bottom())), rows) - 1;
   for (int row = first_row; row <= last_row; ++row) {
-    double low = 1e300, high = -1e300;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const std::size_t j = (i + 1) % x.size();
-      const double y0 = std::max<double>(std::min(y[i], y[j]), row),
-                   y1 = std::min<double>(std::max(y[i], y[j]), row + 1);
-      if (y0 > y1) continue;
-      const double run = y[j] - y[i];
-      for (const double at : {y0, y1}) {
-        const double cross = std::abs(run) < 1e-12 ? x[i] : x[i] + (x[j] - x[i]) * ((at - y[i]) / run);
-        low = std::min(low, cross), high = std::max(high, cross);
-      }
-      if (std::abs(run) < 1e-12) low = std::min(low, x[j]), high = std::max(high, x[j]);
+    for (const auto& [low, high] : shape.within(row, row + 1)) {
+      const int first = std::clamp(static_cast<int>(std::floor(low)), 0, columns - 1);
+      const int last = std::clamp(static_cast<int>(std::ceil(high)) - 1, first, columns - 1);
+      if (any_blocked(row, first, last)) return false;
     }
-    if (low > high) continue;
-    const int first = std::clamp(static_cast<int>(std::floor(low)), 0, free_.pixels.cols - 1);
-    const int last = std::clamp(static_cast<int>(std::ceil(high)) - 1, first, free_.pixels.cols - 1);
-    if (any_blocked(row, first, last)) return false;
   }
   return true;
 }
@@ -102,14 +114,20 @@ bool FreeWood::collides(const Ring<PanelFrame>& outline) const { return collides
 // With the first `count` allocations.
 bool FreeWood::collides_with(const Ring<PanelFrame>& outline, std::size_t count) const {
   if (count == 0) return false;
-  const Ring<PanelFrame> mine = grown(outline, kerf_ + kSlack);
-  const Box<PanelFrame> box = bounds(mine);
-  Region<PanelFrame> region;
+  const bool convex = is_convex(outline);
+  const std::vector<Ring<PanelFrame>> mine = grown_rings(outline, kerf_ + kSlack);
+  const Box<PanelFrame> box = bounds_of(mine);
+  Region<PanelFrame> region, wide;  // grown by the kerf; and by the slack
   for (const Allocation& other : std::span(allocations_).first(count)) {
     if (other.box.min.x > box.max.x || box.min.x > other.box.max.x || other.box.min.y > box.max.y ||
         box.min.y > other.box.max.y)
       continue;
-    if (convex_overlap(mine, other.grown)) return true;
+    if (!convex || !other.convex) {
+      if (wide.empty()) wide = offset(Region<PanelFrame>(outline), kerf_ + kSlack);
+      if (!intersect(wide, other.region).empty()) return true;
+      continue;
+    }
+    if (convex_overlap(mine.front(), other.grown.front())) return true;
     // The ledger's own question, for what lies close enough to be asked.
     if (region.empty()) region = offset(Region<PanelFrame>(outline), kerf_);
     if (overlaps(region, other.region)) return true;
@@ -118,17 +136,16 @@ bool FreeWood::collides_with(const Ring<PanelFrame>& outline, std::size_t count)
 }
 
 bool FreeWood::on_free_wood(const Ring<PanelFrame>& outline) const {
-  return on_free_pixels(grown(outline, border())) && !collides_with(outline, settled_);
+  return on_free_pixels(outline) && !collides_with(outline, settled_);
 }
 
-bool FreeWood::admits(const Ring<PanelFrame>& outline) const {
-  return on_free_pixels(grown(outline, border())) && !collides(outline);
-}
+bool FreeWood::admits(const Ring<PanelFrame>& outline) const { return on_free_pixels(outline) && !collides(outline); }
 
 void FreeWood::allocate(const Ring<PanelFrame>& outline) {
   Allocation allocation;
-  allocation.grown = grown(outline, kerf_);
-  allocation.box = bounds(allocation.grown);
+  allocation.convex = is_convex(outline);
+  allocation.grown = grown_rings(outline, kerf_);
+  allocation.box = bounds_of(allocation.grown);
   allocation.region = offset(Region<PanelFrame>(outline), kerf_);
   allocations_.push_back(std::move(allocation));
 }

@@ -4,7 +4,9 @@
 //   it touches no pixel square of the stock raster that is not free, and lies within the raster;
 //   it does not overlap the grown outline of an earlier placement (touching is allowed).
 // Both work on the polygons themselves, not on rotated masks. kSlack keeps them stricter than the ledger's arithmetic
-// on whole micrometres. Outlines are convex. Not thread-safe while allocate() runs.
+// on whole micrometres. Outlines are simple polygons, counter-clockwise: convex ones are grown with pointed corners and
+// compared by their sides; all others are grown and intersected as the ledger does it (base/polygon_ops.h), which takes
+// some tenths of a millisecond where outlines lie close. Not thread-safe while allocate() runs.
 #pragma once
 
 #include <cstdint>
@@ -44,11 +46,13 @@ class FreeWood {
 
  private:
   struct Allocation {
-    Ring<PanelFrame> grown;
+    bool convex;
+    std::vector<Ring<PanelFrame>> grown;
     Box<PanelFrame> box;
     Region<PanelFrame> region;  // as the ledger will book it
   };
-  bool on_free_pixels(const Ring<PanelFrame>& grown) const;
+  bool on_free_pixels(const Ring<PanelFrame>& outline) const;
+  bool touches_only_free(const std::vector<Ring<PanelFrame>>& rings) const;
   bool collides_with(const Ring<PanelFrame>& outline, std::size_t count) const;
   bool any_blocked(int row, int first, int last) const;  // columns first to last
 
@@ -57,6 +61,10 @@ class FreeWood {
   std::vector<Allocation> allocations_;
   std::size_t settled_ = 0;  // how many of them
 };
+
+// A counter-clockwise outline with every side moved outwards by `by`: one ring with mitred corners if it is convex;
+// else the ledger's, which may have several where a notch closes. Even-odd.
+std::vector<Ring<PanelFrame>> grown_rings(const Ring<PanelFrame>& outline, Millimetres by);
 
 // A convex counter-clockwise outline with every side moved outwards by `by`; corners are mitred.
 Ring<PanelFrame> grown(const Ring<PanelFrame>& outline, Millimetres by);

@@ -27,14 +27,13 @@ Entries rounded_entries(const MatchPatch& patch, double scale, double& squared_r
   out.row_length = (wanted + kernels::kRowStep - 1) / kernels::kRowStep * kernels::kRowStep;
   out.target.assign(out.row_length * static_cast<std::size_t>(pixels.height), 0);
   out.counts.assign(out.target.size(), 0);
-  for (int r = 0; r < pixels.height; ++r) {
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(r)];
-    const auto* from = patch.features->ptr<float>(pixels.top + r);
+  for (const PatchPixels::Span& span : pixels.spans) {
+    const auto* from = patch.features->ptr<float>(span.row);
     for (int c = span.begin; c < span.end; ++c) {
       for (std::size_t ch = 0; ch < out.channels; ++ch) {
         const double exact = from[static_cast<std::size_t>(c) * out.channels + ch] * scale;
         const double rounded = std::clamp(std::floor(exact + 0.5), 0.0, static_cast<double>(kernels::kLargestEntry));
-        const std::size_t at = out.at(r, c - pixels.left, ch);
+        const std::size_t at = out.at(span.row - pixels.top, c - pixels.left, ch);
         out.target[at] = static_cast<std::int16_t>(rounded);
         out.counts[at] = 1;
         squared_rounding += (rounded - exact) * (rounded - exact);

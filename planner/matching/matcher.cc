@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planner/parallel.h"
+
 namespace veneer::planner {
 
 Matcher::Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns)
@@ -37,7 +39,40 @@ void Matcher::take(const MatchPatch& patch, const Candidate& candidate) {
 void Matcher::take(int panel, const Ring<PanelFrame>& outline) {
   FreeWood& wood = panels_[static_cast<std::size_t>(panel)].wood;
   wood.allocate(outline);
-  remove(panel, grown(outline, wood.kerf()));
+  const std::vector<Ring<PanelFrame>> taken = grown_rings(outline, wood.kerf());
+  if (!clearances_.empty()) clearances_[static_cast<std::size_t>(panel)].take(taken);
+  remove(panel, taken);
+}
+
+void Matcher::measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop) {
+  int widest = 0;  // no disc in a window is wider than its shorter side
+  for (const WindowClass& windows : classes)
+    if (!windows.filled) widest = std::max(widest, std::min(windows.width, windows.height) + 2);
+  if (widest == 0) return;
+  std::vector<std::optional<Clearance>> measured(panels_.size());
+  run_parallel(panels_.size(), threads, stop, [&](std::size_t p) {
+    const MatchPanel& panel = panels_[p];
+    measured[p].emplace(panel.wood, panel.features.resolution.to_mm(Pixels(widest / 2.0)) + panel.wood.kerf(), stop);
+  });
+  if (stop.stop_requested()) return;
+  for (auto& it : measured) clearances_.push_back(std::move(*it));
+}
+
+std::size_t Matcher::clearance_bytes() const {
+  std::size_t sum = 0;
+  for (const Clearance& it : clearances_) sum += it.bytes();
+  return sum;
+}
+
+std::vector<Cover> Matcher::cover(const MatchPatch& patch) const {
+  std::vector<Cover> out;
+  if (clearances_.empty()) return out;
+  const std::vector<CoverDisc> discs = cover_of(patch.outline, patch.grid, patch.pixels.left, patch.pixels.top);
+  for (std::size_t i = 0; i < lattices_.size(); ++i) {
+    const std::size_t panel = i / turns_.size();
+    out.emplace_back(discs, lattices_[i], panels_[panel].features, clearances_[panel]);
+  }
+  return out;
 }
 
 bool Matcher::alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const {

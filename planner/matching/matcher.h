@@ -15,6 +15,8 @@
 #include <stop_token>
 #include <vector>
 
+#include "planner/matching/cell_index.h"
+#include "planner/matching/clearance.h"
 #include "planner/matching/free_wood.h"
 #include "planner/matching/patch_pixels.h"
 
@@ -33,7 +35,7 @@ struct Candidate {
   friend auto operator<=>(const Candidate&, const Candidate&) = default;
 };
 
-// A patch as the matcher wants it.
+// A patch as the matcher wants it: any simple outline, counter-clockwise; curves come as polygons.
 struct MatchPatch {
   PatchPixels pixels;
   Ring<ArtworkFrame> outline;
@@ -84,13 +86,20 @@ class Matcher {
   // `turns` are the rotations.
   Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns);
 
-  // Called by take(): `taken`, an outline grown by the kerf, is no longer free.
-  virtual void remove(int panel, const Ring<PanelFrame>& taken) = 0;
+  // For build_index(): what cover() asks, when a class has windows that are not filled.
+  void measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop);
+  std::size_t clearance_bytes() const;
+  // The patch's discs on each lattice, panel by panel, rotation by rotation; none when measure_clearance() had no need.
+  std::vector<Cover> cover(const MatchPatch& patch) const;
+
+  // Called by take(): `taken`, an outline grown by the kerf (grown_rings()), is no longer free.
+  virtual void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) = 0;
 
  private:
   std::vector<MatchPanel> panels_;
   std::vector<Radians> turns_;
-  std::vector<Lattice> lattices_;  // panel by panel, rotation by rotation
+  std::vector<Lattice> lattices_;      // panel by panel, rotation by rotation
+  std::vector<Clearance> clearances_;  // one a panel, or none
 };
 
 }  // namespace veneer::planner

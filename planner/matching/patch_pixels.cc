@@ -17,30 +17,39 @@ PatchPixels patch_pixels(const Ring<ArtworkFrame>& outline, const PixelGrid& gri
     x.push_back(grid.resolution.to_px(p.x).count());
     y.push_back(grid.resolution.to_px(grid.height - p.y).count());
   }
+  const auto [x_min, x_max] = std::minmax_element(x.begin(), x.end());
   const auto [y_min, y_max] = std::minmax_element(y.begin(), y.end());
   PatchPixels out;
-  out.top = std::max(0, first_centre_from(*y_min));
-  const int bottom = std::min(rows, first_centre_from(*y_max));
-  int left = columns, right = 0;
-  for (int row = out.top; row < bottom; ++row) {
-    double low = 1e300, high = -1e300;
+  out.left = std::clamp(first_centre_from(*x_min), 0, columns);
+  out.top = std::clamp(first_centre_from(*y_min), 0, rows);
+  out.width = std::clamp(first_centre_from(*x_max), out.left, columns) - out.left;
+  out.height = std::clamp(first_centre_from(*y_max), out.top, rows) - out.top;
+  std::vector<double> crossings;
+  for (int row = out.top; row < out.top + out.height; ++row) {
+    // Going along the centres, each crossed side leads into the outline or out of it.
     const double at = row + 0.5;
+    crossings.clear();
     for (std::size_t i = 0; i < x.size(); ++i) {
       const std::size_t j = (i + 1) % x.size();
       if ((y[i] <= at) == (y[j] <= at)) continue;
-      const double cross = x[i] + (x[j] - x[i]) * ((at - y[i]) / (y[j] - y[i]));
-      low = std::min(low, cross), high = std::max(high, cross);
+      // Always from the same end: neighbours share a side in opposite directions.
+      const std::size_t from = y[i] < y[j] ? i : j, to = y[i] < y[j] ? j : i;
+      crossings.push_back(x[from] + (x[to] - x[from]) * ((at - y[from]) / (y[to] - y[from])));
     }
-    PatchPixels::Span span;
-    if (low < high) span = {std::max(0, first_centre_from(low)), std::min(columns, first_centre_from(high))};
-    span.end = std::max(span.end, span.begin);
-    out.rows.push_back(span);
-    out.count += span.end - span.begin;
-    if (span.end > span.begin) left = std::min(left, span.begin), right = std::max(right, span.end);
+    std::sort(crossings.begin(), crossings.end());
+    bool joins = false;
+    for (std::size_t i = 0; i + 1 < crossings.size(); i += 2) {
+      const PatchPixels::Span span{row, std::clamp(first_centre_from(crossings[i]), out.left, out.left + out.width),
+                                   std::clamp(first_centre_from(crossings[i + 1]), out.left, out.left + out.width)};
+      if (span.begin >= span.end) continue;
+      out.count += span.length();
+      if (joins && out.spans.back().end == span.begin)
+        out.spans.back().end = span.end;
+      else
+        out.spans.push_back(span);
+      joins = true;
+    }
   }
-  out.height = static_cast<int>(out.rows.size());
-  out.left = std::min(left, right);
-  out.width = right - out.left;
   return out;
 }
 
@@ -53,17 +62,15 @@ double placement_cost(const cv::Mat& target_features, const PixelGrid& grid, con
   const double cos = std::cos(panel_from_artwork.angle().count()) * step;
   const double sin = std::sin(panel_from_artwork.angle().count()) * step;
   double total = 0;
-  for (int i = 0; i < pixels.height && total <= limit; ++i) {
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(i)];
-    if (span.begin >= span.end) continue;
-    const int row = pixels.top + i;
+  for (const PatchPixels::Span& span : pixels.spans) {
+    if (total > limit) break;
     const Point<ArtworkFrame> start{grid.resolution.to_mm(Pixels(span.begin + 0.5)),
-                                    grid.height - grid.resolution.to_mm(Pixels(row + 0.5))};
+                                    grid.height - grid.resolution.to_mm(Pixels(span.row + 0.5))};
     double column = 0, down = 0;
     panel_features.to_pixels(panel_from_artwork * start, column, down);
-    const auto* target = target_features.ptr<float>(row) + static_cast<std::size_t>(span.begin) * channels;
+    const auto* target = target_features.ptr<float>(span.row) + static_cast<std::size_t>(span.begin) * channels;
     double sum = 0;
-    for (int k = 0; k < span.end - span.begin; ++k) {
+    for (int k = 0; k < span.length(); ++k) {
       const double x = std::clamp(column + cos * k - 0.5, 0.0, map.cols - 1.0);
       const double y = std::clamp(down - sin * k - 0.5, 0.0, map.rows - 1.0);
       const int c = std::min(static_cast<int>(x), std::max(map.cols - 2, 0));

@@ -10,6 +10,10 @@ namespace {
 // Slack of tests that may only clear places which the exact rule refuses too, in pixels.
 constexpr double kTolerance = 1e-6;
 
+// The middle of an outline's bounding box lies in its convex hull, so on the panel; windows of a class differ by a
+// pixel.
+constexpr double kMiddleDoubt = 2;
+
 // Bits [first, last) of a row.
 template <class Change>
 void for_bits(std::uint64_t* row, int first, int last, Change change) {
@@ -57,11 +61,12 @@ PlaceBits::PlaceBits(const Lattice& lattice, const WindowClass& windows, const R
     : lattice_(lattice), windows_(windows) {
   const Reach covered = reach(picture.resolution.to_px(border).count());
   mark_places_on_panel(covered, picture.pixels.size());
-  clear_blocked(covered, picture, blocked, stop);
+  if (windows_.filled) clear_blocked(covered, picture, blocked, stop);
 }
 
 void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
   std::vector<std::pair<int, int>> on_panel;
+  const double beyond = windows_.filled ? 0 : kMiddleDoubt;
   base_.push_back(0);
   for (int y = 0; y < height(); ++y) {
     // The window's four corners must lie on the panel: an interval of x.
@@ -70,7 +75,8 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
       for (const double dy : {covered.top, covered.bottom}) {
         double column = 0, down = 0;
         lattice_.to_panel(dx, y + dy, column, down);
-        inside.keep_on_panel(lattice_, column, down, panel.width, panel.height, kTolerance);
+        inside.keep_on_panel(lattice_, column + beyond, down + beyond, panel.width + 2 * beyond,
+                             panel.height + 2 * beyond, kTolerance);
       }
     }
     int first = static_cast<int>(std::ceil(inside.low - kTolerance));
@@ -147,41 +153,25 @@ bool PlaceBits::any(int x0, int x1, int y0, int y1) const {
   return false;
 }
 
-cv::Rect PlaceBits::remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf) {
+cv::Rect PlaceBits::remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture,
+                           Millimetres kerf) {
+  if (!windows_.filled) return {};
   // Places whose rectangle overlaps the taken outline form the Minkowski sum of the outline and the mirrored rectangle;
-  // its part in one row of places is the hull of the outline's part within reach of the rectangle.
+  // its part in one row of places is what the outline's part within reach of the rectangle covers, widened.
   const Reach covered = reach(picture.resolution.to_px(kerf).count() - kTolerance);
-  std::vector<double> px, py;
-  for (const Point<PanelFrame>& p : taken) {
-    double column = 0, row = 0;
-    picture.to_pixels(p, column, row);
-    lattice_.from_panel(column, row, px.emplace_back(), py.emplace_back());
-  }
-  const auto [y_low, y_high] = std::minmax_element(py.begin(), py.end());
-  const int first = std::clamp(static_cast<int>(std::ceil(*y_low - covered.bottom)), 0, height());
-  const int end = std::clamp(static_cast<int>(std::floor(*y_high - covered.top)) + 1, first, height());
+  const BandedPolygon shape = on_lattice(taken, picture, lattice_);
+  const int first = std::clamp(static_cast<int>(std::ceil(shape.top() - covered.bottom)), 0, height());
+  const int end = std::clamp(static_cast<int>(std::floor(shape.bottom() - covered.top)) + 1, first, height());
   int left = width(), right = 0;
   for (int y = first; y < end; ++y) {
-    double low = 1e300, high = -1e300;
-    for (std::size_t i = 0; i < px.size(); ++i) {
-      const std::size_t j = (i + 1) % px.size();
-      const double from = std::max(std::min(py[i], py[j]), y + covered.top);
-      const double to = std::min(std::max(py[i], py[j]), y + covered.bottom);
-      if (from > to) continue;
-      const double run = py[j] - py[i];
-      for (const double at : {from, to}) {
-        const double cross = std::abs(run) < 1e-12 ? px[i] : px[i] + (px[j] - px[i]) * ((at - py[i]) / run);
-        low = std::min(low, cross), high = std::max(high, cross);
-      }
-      if (std::abs(run) < 1e-12) low = std::min(low, px[j]), high = std::max(high, px[j]);
-    }
-    if (low > high) continue;
-    const int x0 = std::clamp(static_cast<int>(std::floor(low - covered.right)) + 1, 0, width());
-    const int x1 = std::clamp(static_cast<int>(std::ceil(high - covered.left)), 0, width());
     const int begin = begin_[static_cast<std::size_t>(y)];
-    for_bits(row(y), std::max(x0 - begin, 0), std::min(x1 - begin, stored(y)),
-             [](std::uint64_t& word, std::uint64_t ones) { word &= ~ones; });
-    if (x0 < x1) left = std::min(left, x0), right = std::max(right, x1);
+    for (const auto& [low, high] : shape.within(y + covered.top, y + covered.bottom)) {
+      const int x0 = std::clamp(static_cast<int>(std::floor(low - covered.right)) + 1, 0, width());
+      const int x1 = std::clamp(static_cast<int>(std::ceil(high - covered.left)), 0, width());
+      for_bits(row(y), std::max(x0 - begin, 0), std::min(x1 - begin, stored(y)),
+               [](std::uint64_t& word, std::uint64_t ones) { word &= ~ones; });
+      if (x0 < x1) left = std::min(left, x0), right = std::max(right, x1);
+    }
   }
   return {cv::Point(std::min(left, right), first), cv::Point(right, end)};
 }

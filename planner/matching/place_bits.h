@@ -1,7 +1,8 @@
 // Which places of one lattice may still be free for windows of one class, one bit a place.
 //
 // A clear bit is certain: FreeWood refuses the place too. A set bit is FreeWood's to decide; for rectangular outlines
-// on a raster of the working resolution the two hardly differ.
+// on a raster of the working resolution the two hardly differ. Of windows that are not filled no more is known here
+// than that their middle lies on the panel.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +29,9 @@ class PlaceBits {
   // Whether any place with x in [x0, x1) and y in [y0, y1) is set; parts outside the lattice hold none.
   bool any(int x0, int x1, int y0, int y1) const;
 
-  // Clears the places whose window would overlap `taken`, an outline in PanelFrame already grown by the kerf.
-  // Returns a rectangle of places around all that changed.
-  cv::Rect remove(const Ring<PanelFrame>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
+  // Clears the places whose window would overlap `taken`, an outline already grown by the kerf (grown_rings()). Returns
+  // a rectangle of places around all that changed.
+  cv::Rect remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
 
   int width() const { return lattice_.width(); }
   int height() const { return lattice_.height(); }
@@ -42,6 +43,8 @@ class PlaceBits {
     double left, right, top, bottom;
   };
   Reach reach(double grow) const {
+    if (!windows_.filled)
+      return {windows_.width / 2.0, windows_.width / 2.0, windows_.height / 2.0, windows_.height / 2.0};
     return {windows_.left - grow, windows_.right + grow, windows_.top - grow, windows_.bottom + grow};
   }
   const std::uint64_t* row(int y) const { return words_.data() + base_[static_cast<std::size_t>(y)]; }

@@ -25,13 +25,17 @@ RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, doub
                            const std::stop_token& stop)
     : lattice_(lattice), channels_(features.channels()) {
   find_spans(features.size());
-  std::ptrdiff_t size = 0;
+  // Windows with empty corners are read whole, beyond the panel too: there lies what does not count.
+  const auto margin = static_cast<std::ptrdiff_t>(
+      (static_cast<std::size_t>((lattice_.width() + kReach) * channels_) + kernels::kRowStep - 1) / kernels::kRowStep *
+      kernels::kRowStep);
+  std::ptrdiff_t size = margin;
   for (int row = 0; row < rows(); ++row) {
     row_base_.push_back(size - static_cast<std::ptrdiff_t>(begin(row)) * channels_);
     size += static_cast<std::ptrdiff_t>(end(row) - begin(row)) * channels_;
   }
   // Whole steps are read, for the widest window of a cell, past the end of the last row.
-  data_.assign(static_cast<std::size_t>(size + kReach * channels_) + 2 * kernels::kRowStep, 0);
+  data_.assign(static_cast<std::size_t>(size + margin) + 2 * kernels::kRowStep, 0);
   const auto scale = static_cast<float>(entries_per_unit);
   for (int row = 0; row < rows() && !stop.stop_requested(); ++row) {
     switch (channels_) {

@@ -29,6 +29,9 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
   indexed_.resize(class_count);
   for (auto& it : indexed_) it.resize(lattices());
 
+  std::vector<WindowClass> windows_of_classes;
+  for (const Class& it : classes_) windows_of_classes.push_back(it.windows);
+  measure_clearance(windows_of_classes, threads, stop);
   run_parallel(panel_count * (1 + class_count), threads, stop, [&](std::size_t task) {
     const std::size_t p = task % panel_count;
     const MatchPanel& panel = panels()[p];
@@ -41,6 +44,7 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
       return;
     }
     const WindowClass& windows = classes_[task / panel_count - 1].windows;
+    if (!windows.filled) return;
     const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
     blocked_[p][task / panel_count - 1] =
         blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
@@ -89,7 +93,7 @@ void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t windo
   }
 }
 
-void ShortlistMatcher::remove(int panel, const Ring<PanelFrame>& taken) {
+void ShortlistMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& taken) {
   const MatchPanel& it = panels()[static_cast<std::size_t>(panel)];
   for (auto& of_class : indexed_) {
     for (int r = 0; r < rotations(); ++r) {
@@ -100,7 +104,7 @@ void ShortlistMatcher::remove(int panel, const Ring<PanelFrame>& taken) {
 }
 
 std::size_t ShortlistMatcher::index_bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = clearance_bytes();
   for (const cv::Mat& entries : entries_) sum += entries.total() * entries.elemSize();
   for (const auto& of_class : indexed_)
     for (const auto& it : of_class) sum += it ? it->places.bytes() + it->map.bytes() : 0;

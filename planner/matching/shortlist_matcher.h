@@ -50,7 +50,7 @@ class ShortlistMatcher final : public Matcher {
     CoarseMap map;
   };
 
-  void remove(int panel, const Ring<PanelFrame>& taken) override;
+  void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
   void index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   void measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }

@@ -59,6 +59,7 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
       patch_(patch),
       stop_(stop),
       class_(matcher.classes_[patch.window_class]),
+      cover_(matcher.cover(patch)),
       cut_(std::max(class_.grid.width, class_.grid.height) > kLargestBlock),
       taps_(block_taps(patch, class_.grid, class_.windows.filled, matcher.entries_per_unit_)) {
   for (const int stride : strides(std::min(patch.pixels.width, patch.pixels.height)))
@@ -142,8 +143,9 @@ void ShortlistSearch::score_row(std::uint32_t lattice, int row, const kernels::B
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     for (unsigned hits = below_[i] & alive[groups_[i] / kernels::kGroup]; hits != 0; hits &= hits - 1) {
       const int k = __builtin_ctz(hits);
-      found.push_back({scores_[i * kernels::kGroup + static_cast<std::size_t>(k)], lattice, row,
-                       map.begin(row) + static_cast<int>(groups_[i]) + k});
+      const Scored cell{scores_[i * kernels::kGroup + static_cast<std::size_t>(k)], lattice, row,
+                        map.begin(row) + static_cast<int>(groups_[i]) + k};
+      if (cover_.empty() || !ruled_out(block_of(cell))) found.push_back(cell);
     }
   }
   if (found.size() > kOverlong * wanted) keep_best(wanted, found);
@@ -201,6 +203,11 @@ ShortlistSearch::Block ShortlistSearch::block_of(const Scored& cell) const {
           CellGrid::first_place(cell.cell + 1, grid.width)};
 }
 
+bool ShortlistSearch::ruled_out(const Block& block) const {
+  const double across = (block.x1 - block.x0 - 1) / 2.0, down = (block.y1 - block.y0 - 1) / 2.0;
+  return cover_[block.lattice].rules_out(block.x0 + across, block.y0 + down, std::hypot(across, down));
+}
+
 void ShortlistSearch::look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted) {
   sort_by_wood(blocks);
   samples_.resize(window.sample_entries());
@@ -239,10 +246,12 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::cut(const std::vector<Block
     const int rows = (block.y1 - block.y0 + kLargestBlock - 1) / kLargestBlock;
     const auto x = [&](int k) { return block.x0 + (block.x1 - block.x0) * k / columns; };
     const auto y = [&](int k) { return block.y0 + (block.y1 - block.y0) * k / rows; };
-    for (int r = 0; r < rows; ++r)
-      for (int c = 0; c < columns; ++c)
-        if (places.any(x(c), x(c + 1), y(r), y(r + 1)))
-          out.push_back({0, block.lattice, y(r), y(r + 1), x(c), x(c + 1)});
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < columns; ++c) {
+        const Block part{0, block.lattice, y(r), y(r + 1), x(c), x(c + 1)};
+        if (places.any(part.x0, part.x1, part.y0, part.y1) && (cover_.empty() || !ruled_out(part))) out.push_back(part);
+      }
+    }
   }
   return out;
 }
@@ -268,7 +277,7 @@ std::vector<ShortlistSearch::Place> ShortlistSearch::free_places(const std::vect
     for (int r = 0; r < rows; ++r) base.push_back(static_cast<std::ptrdiff_t>(row_length) * r);
     for (int y = y0; y < y1; ++y) {
       for (int x = x0; x < x1; ++x) {
-        if (!places.at(x, y)) continue;
+        if (!places.at(x, y) || (!cover_.empty() && cover_[block.lattice].rules_out(x, y, 0))) continue;
         const std::uint64_t distance =
             kernels::window_ssd(all.pixels(), samples_.data(), base.data() + (y - y0),
                                 static_cast<std::ptrdiff_t>(static_cast<std::size_t>(x - x0) * channels), kNoLimit);

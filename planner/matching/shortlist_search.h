@@ -58,6 +58,8 @@ class ShortlistSearch {
   // Drops cells of which enough alike are kept.
   std::vector<Scored> thinned(const std::vector<Scored>& cells, std::size_t wanted);
   Block block_of(const Scored& cell) const;
+  // Whether none of its places can be taken, for certain.
+  bool ruled_out(const Block& block) const;
   // Looks at the middle of each block through `window` and keeps the best.
   void look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted);
   // So that windows on the same wood follow each other and find it in the cache.
@@ -71,6 +73,7 @@ class ShortlistSearch {
   const MatchPatch& patch_;
   const std::stop_token& stop_;
   const ShortlistMatcher::Class& class_;
+  const std::vector<Cover> cover_;     // one a lattice, or none
   const bool cut_;                     // cells are larger than blocks may be
   std::vector<TargetWindow> windows_;  // from few pixels to all
   std::vector<std::int32_t> taps_;

@@ -64,8 +64,10 @@ void keep_within(std::int64_t start, std::int64_t step, int size, int& first, in
   }
   // Whole-number division rounds towards 0, so the ends are looked at once more.
   const std::int64_t to_zero = -start / step, to_end = (end - start) / step;
-  first = static_cast<int>(std::max<std::int64_t>(first, std::min(to_zero, to_end) - 1));
-  last = static_cast<int>(std::min<std::int64_t>(last, std::max(to_zero, to_end) + 2));
+  // Half a turn is not quite one, so steps may be so small that the ends lie farther off than an int counts.
+  const int before = first, after = last;
+  first = static_cast<int>(std::clamp<std::int64_t>(std::min(to_zero, to_end) - 1, before, after));
+  last = static_cast<int>(std::clamp<std::int64_t>(std::max(to_zero, to_end) + 2, before, after));
   while (first < last && !inside(first)) ++first;
   while (first < last && !inside(last - 1)) --last;
 }
@@ -200,10 +202,9 @@ BoxMeans box_means(const MatchPatch& patch, int columns, int rows, double box_wi
   std::vector<std::vector<Part>> across;
   for (int c = 0; c < pixels.width; ++c) across.push_back(parts_of(c, box_width, columns));
   const double area = box_width * box_height;
-  for (int r = 0; r < pixels.height; ++r) {
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(r)];
-    const auto* from = patch.features->ptr<float>(pixels.top + r);
-    for (const Part& down : parts_of(r, box_height, rows)) {
+  for (const PatchPixels::Span& span : pixels.spans) {
+    const auto* from = patch.features->ptr<float>(span.row);
+    for (const Part& down : parts_of(span.row - pixels.top, box_height, rows)) {
       for (int c = span.begin; c < span.end; ++c) {
         for (const Part& part : across[static_cast<std::size_t>(c - pixels.left)]) {
           const double share = down.share * part.share / area;
@@ -231,12 +232,15 @@ TargetWindow::TargetWindow(const MatchPatch& patch, double entries_per_unit, int
   for (int r = 0; r < rows_; ++r) {
     order_.push_back(r);
     row_base_.push_back(static_cast<std::ptrdiff_t>(row_length_) * r);
-    const int row = r * stride + stride / 2;
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(row)];
-    const auto* from = patch.features->ptr<float>(pixels.top + row);
-    for (int c = 0; c < columns_; ++c) {
+  }
+  for (const PatchPixels::Span& span : pixels.spans) {
+    const int r = (span.row - pixels.top) / stride;
+    if ((span.row - pixels.top) % stride != stride / 2) continue;
+    const auto* from = patch.features->ptr<float>(span.row);
+    // The samples within the span.
+    const auto first_from = [&](int column) { return (column - pixels.left - stride / 2 + stride - 1) / stride; };
+    for (int c = first_from(span.begin); c < first_from(span.end); ++c) {
       const int column = pixels.left + c * stride + stride / 2;
-      if (column < span.begin || column >= span.end) continue;
       for (std::size_t ch = 0; ch < channels; ++ch) {
         const std::size_t at = static_cast<std::size_t>(r) * row_length_ + static_cast<std::size_t>(c) * channels + ch;
         target_[at] = static_cast<std::int16_t>(

@@ -3,9 +3,9 @@
 //
 // noisy/: first choices on whole wood by the shortlist against the certified search; Gaussian noise of the named
 // standard deviation (of 255) is added to the target at the working resolution, to the panel's picture, or to both.
-// irregular/: the same for triangles (indexed by their orientation, or all together), discs and uneven quadrilaterals
-// in the place of squares. fine_rotation/: a greedy run, then its pieces turned. VENEER_BENCH_PATCHES compares only so
-// many patches of each case.
+// irregular/: the same for triangles in four orientations, discs, uneven quadrilaterals, Ls, crescents, meanders and
+// random stars in the place of squares. fine_rotation/: a greedy run, then its pieces turned. VENEER_BENCH_PATCHES
+// compares only so many patches of each case.
 //
 // They need the developer's data set beside the sources (VENEER_DATA names another folder). Times are of processors.
 #include <benchmark/benchmark.h>
@@ -31,6 +31,7 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
 #include "planner/problem.h"
+#include "tests/support/patch_shapes.h"
 
 namespace veneer::planner {
 namespace {
@@ -185,82 +186,20 @@ void noisy_choices(benchmark::State& state, const Case& it) {
   }
 }
 
-// A shape within a square of side 1, counter-clockwise.
-using Shape = std::vector<std::pair<double, double>>;
-// Parts of a window, from its upper left corner.
-struct Part {
-  double left, top, right, bottom;
-};
-struct Shapes {
-  std::function<Shape(std::size_t)> of;  // none: squares
-  // What the shapes cover that are indexed together: numbers with the same remainder.
-  std::vector<Part> covered;
-};
-
-Shape triangle(std::size_t number) {
-  const Shape corners{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  return {corners[number % 4], corners[(number + 1) % 4], corners[(number + 2) % 4]};
-}
-
-Shape disc(std::size_t /*number*/) {
-  constexpr int kCorners = 40;
-  Shape out;
-  for (int k = 0; k < kCorners; ++k) {
-    const double at = 2 * kPi * k / kCorners;
-    out.emplace_back(0.5 + 0.5 * std::cos(at), 0.5 + 0.5 * std::sin(at));
-  }
-  return out;
-}
-
 // Like a grid that was bent: each corner is drawn in by up to three tenths.
-Shape quadrilateral(std::size_t number) {
+test::Shape quadrilateral(std::size_t number) {
   std::mt19937 random(static_cast<unsigned>(number));
   const auto in = [&] { return 0.3 * static_cast<double>(random()) / 4294967295.0; };
   const double a = in(), b = in(), c = in(), d = in(), e = in(), f = in(), g = in(), h = in();
   return {{a, b}, {1 - c, d}, {1 - e, 1 - f}, {g, 1 - h}};
 }
 
-// Replaces squares by shapes within them; windows stay the squares'.
-void reshape(Problem& problem, const Shapes& shapes) {
-  const WindowClass square = problem.classes.front();
-  problem.classes.clear();
-  for (const Part& part : shapes.covered) {
-    WindowClass& windows = problem.classes.emplace_back(square);
-    const double width = square.right - square.left, height = square.bottom - square.top;
-    windows.left = square.left + part.left * width, windows.right = square.left + part.right * width;
-    windows.top = square.top + part.top * height, windows.bottom = square.top + part.bottom * height;
-    windows.filled = false;
-  }
-  for (std::size_t i = 0; i < problem.queue.size(); ++i) {
-    MatchPatch& patch = problem.queue[i].match;
-    patch.window_class = i % shapes.covered.size();
-    const Box<ArtworkFrame> box = bounds(patch.outline);
-    const PatchPixels window = patch.pixels;
-    patch.outline.clear();
-    for (const auto& [x, y] : shapes.of(i))
-      patch.outline.push_back({box.min.x + box.width() * x, box.min.y + box.height() * y});
-    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
-    patch.pixels.rows.insert(patch.pixels.rows.begin(), static_cast<std::size_t>(patch.pixels.top - window.top),
-                             PatchPixels::Span{window.left, window.left});
-    patch.pixels.rows.resize(static_cast<std::size_t>(window.height), PatchPixels::Span{window.left, window.left});
-    patch.pixels.left = window.left, patch.pixels.top = window.top;
-    patch.pixels.width = window.width, patch.pixels.height = window.height;
-  }
-}
-
-// Adds a border that is not free, so that the windows' empty corners lie on the panel wherever the patch may lie.
-void widen(StockPanel& panel, int pixels) {
-  cv::copyMakeBorder(panel.picture.pixels, panel.picture.pixels, pixels, pixels, pixels, pixels, cv::BORDER_REPLICATE);
-  cv::copyMakeBorder(panel.free.pixels, panel.free.pixels, pixels, pixels, pixels, pixels, cv::BORDER_CONSTANT, 0);
-}
-
-void irregular_choices(benchmark::State& state, const Case& it, const Shapes& shapes) {
+void irregular_choices(benchmark::State& state, const Case& it, const test::ShapeOf& shape_of) {
   for (auto _ : state) {
-    auto scene = load(it, state);
-    if (scene) widen(scene->panel, static_cast<int>(it.pixels));
+    const auto scene = load(it, state);
     auto problem = scene ? problem_of(*scene, state) : std::nullopt;
     if (!problem) return;
-    if (shapes.of) reshape(*problem, shapes);
+    if (shape_of) test::reshape(*problem, shape_of);
     compare_with_certified(state, *problem, scene->options);
   }
 }
@@ -310,20 +249,14 @@ const int kRegistered = [] {
                                       {"both_10", false, 14, 48, 10, 10}};
   for (const Case& it : noisy_cases)
     once("noisy/small_48px_" + it.name + "_choices", [it](benchmark::State& state) { noisy_choices(state, it); });
-  const Part all{0, 0, 1, 1}, middle{0.15, 0.15, 0.85, 0.85}, core{0.3, 0.3, 0.7, 0.7};
-  const Part left_top{0, 0, 0.49, 0.49}, right_top{0.51, 0, 1, 0.49};
-  const Part left_bottom{0, 0.51, 0.49, 1}, right_bottom{0.51, 0.51, 1, 1};
-  const std::vector<std::pair<std::string, Shapes>> all_shapes{
-      {"square", {{}, {all}}},
-      {"triangle", {triangle, {right_bottom, right_top, left_top, left_bottom}}},
-      {"triangle_unsorted", {triangle, {{0.5, 0.5, 0.5, 0.5}}}},
-      {"disc", {disc, {middle}}},
-      {"quadrilateral", {quadrilateral, {core}}}};
-  for (const auto& [name, shapes] : all_shapes) {
+  const std::vector<std::pair<std::string, test::ShapeOf>> all_shapes{
+      {"square", nullptr}, {"triangle", test::triangle}, {"disc", test::disc},       {"quadrilateral", quadrilateral},
+      {"ell", test::ell},  {"crescent", test::crescent}, {"meander", test::meander}, {"star", test::star}};
+  for (const auto& [name, shape_of] : all_shapes) {
     once("irregular/small_48px_" + name + "_choices",
-         [shapes = shapes](benchmark::State& state) { irregular_choices(state, {}, shapes); });
-    once("irregular/small_165px_" + name + "_choices", [shapes = shapes](benchmark::State& state) {
-      irregular_choices(state, {"", false, 4, 165}, shapes);
+         [shape_of = shape_of](benchmark::State& state) { irregular_choices(state, {}, shape_of); });
+    once("irregular/small_165px_" + name + "_choices", [shape_of = shape_of](benchmark::State& state) {
+      irregular_choices(state, {"", false, 4, 165}, shape_of);
     });
   }
   const std::vector<Case> turned{{"small_48px"}, {"large_48px", true, 20}, {"small_165px", false, 4, 165}};

@@ -4,6 +4,8 @@
 #include <rapidcheck/gtest.h>
 
 #include "base/frames.h"
+#include "planner/matching/banded_polygon.h"
+#include "tests/support/patch_shapes.h"
 
 namespace veneer::planner {
 namespace {
@@ -68,6 +70,81 @@ RC_GTEST_PROP(FreeWood, WhatItAdmitsTheLedgersPolygonsAdmitToo, ()) {
     for (const auto& other : booked) RC_ASSERT(intersect(allocation, other).area().count() == 0.0);
     booked.push_back(allocation);
   }
+}
+
+Ring<PanelFrame> laid(const test::Shape& shape, double x, double y, double side, Radians turn) {
+  Ring<PanelFrame> upright;
+  for (const auto& [u, v] : shape) upright.push_back(point<PanelFrame>(side * (u - 0.5), side * (v - 0.5)));
+  return Isometry2<PanelFrame, PanelFrame>(turn, point<PanelFrame>(x, y)) * upright;
+}
+
+// Shapes of all kinds side by side, judged by the ledger's polygons in both directions.
+RC_GTEST_PROP(FreeWood, DecidesAsTheLedgersPolygonsDoForAnyShape, ()) {
+  constexpr double kRounding = 0.012;  // mm: kSlack, and what micrometres move a corner by
+  const Millimetres kerf(*rc::gen::inRange(2, 40) / 100.0);
+  Raster<PanelFrame> raster = free_raster(60, 40);
+  std::vector<Region<PanelFrame>> taken;
+  for (int i = 0; i < 12; ++i) {
+    const int column = *rc::gen::inRange(0, 60), row = *rc::gen::inRange(0, 40);
+    raster.pixels.at<std::uint8_t>(row, column) = 0;
+    taken.emplace_back(square(column + 0.5, 39.5 - row, 1));
+  }
+  // Beyond the sheet nothing is free.
+  taken.emplace_back(square(-50, 20, 100)), taken.emplace_back(square(110, 20, 100));
+  taken.emplace_back(square(30, -50, 100)), taken.emplace_back(square(30, 90, 100));
+  FreeWood wood(raster, kerf, 0_mm);
+  for (int i = 0; i < 30; ++i) {
+    const auto number = *rc::gen::inRange<std::size_t>(0, 1000);
+    const test::Shape shape = number % 5 == 0   ? test::ell(number)
+                              : number % 5 == 1 ? test::crescent(number)
+                              : number % 5 == 2 ? test::meander(number)
+                              : number % 5 == 3 ? test::triangle(number)
+                                                : test::star(number);
+    const auto outline = laid(shape, *rc::gen::inRange(0, 60000) / 1000.0, *rc::gen::inRange(0, 40000) / 1000.0,
+                              *rc::gen::inRange(3000, 15000) / 1000.0, degrees(*rc::gen::inRange(0, 360)));
+    const bool admitted = wood.admits(outline);
+    const Region<PanelFrame> allocation = offset(Region<PanelFrame>(outline), kerf);
+    const Region<PanelFrame> wider = offset(Region<PanelFrame>(outline), kerf + Millimetres(kRounding));
+    bool clear = true, clear_of_wider = true;
+    for (const auto& other : taken) {
+      clear = clear && intersect(allocation, other).area().count() == 0.0;
+      clear_of_wider = clear_of_wider && intersect(wider, other).area().count() == 0.0;
+    }
+    RC_ASSERT(clear || !admitted);
+    // Convex outlines keep all of their pointed corners free.
+    if (!is_convex(outline)) RC_ASSERT(admitted || !clear_of_wider);
+    if (!admitted) continue;
+    wood.allocate(outline);
+    taken.push_back(allocation);
+  }
+}
+
+TEST(FreeWood, GrantsTwoLsInOneAnothersNotch) {
+  FreeWood wood(free_raster(100, 50), 0.5_mm, 0_mm);
+  // Arms of 4 mm and notches of 6: each has an arm in the other's.
+  const test::Shape shape{{0, 0}, {1, 0}, {1, 0.4}, {0.4, 0.4}, {0.4, 1}, {0, 1}};
+  ASSERT_TRUE(wood.admits(laid(shape, 30, 25, 10, degrees(0))));
+  wood.allocate(laid(shape, 30, 25, 10, degrees(0)));
+  EXPECT_FALSE(wood.admits(laid(shape, 30 - 1.01, 25 + 5.02, 10, degrees(180)))) << "less than twice the kerf apart";
+  EXPECT_TRUE(wood.admits(laid(shape, 30 - 0.98, 25 + 5.02, 10, degrees(180))));
+  EXPECT_FALSE(wood.admits(laid(shape, 30 - 0.98, 25 + 4.99, 10, degrees(180))));
+  // A small square in the notch, and a blocked pixel there that harms nobody.
+  EXPECT_TRUE(wood.admits(square(32.51, 27.51, 4.9)));
+  Raster<PanelFrame> holed = free_raster(100, 50);
+  holed.pixels.at<std::uint8_t>(49 - 27, 32) = 0;
+  EXPECT_TRUE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, 30, 25, 10, degrees(0))));
+  holed.pixels.at<std::uint8_t>(49 - 21, 32) = 0;
+  EXPECT_FALSE(FreeWood(holed, 0.5_mm, 0_mm).admits(laid(shape, 30, 25, 10, degrees(0))));
+}
+
+TEST(FreeWood, ANotchThatGrowthClosesLeavesItsMiddleToOthers) {
+  FreeWood wood(free_raster(60, 60), 0.5_mm, 0_mm);
+  // A C of 20 mm with a mouth of 0.8 mm and a room of 12 x 12 mm.
+  const test::Shape shape{{0, 0},     {1, 0},     {1, 0.48},   {0.8, 0.48}, {0.8, 0.2}, {0.2, 0.2},
+                          {0.2, 0.8}, {0.8, 0.8}, {0.8, 0.52}, {1, 0.52},   {1, 1},     {0, 1}};
+  wood.allocate(laid(shape, 30, 30, 20, degrees(0)));
+  EXPECT_TRUE(wood.admits(square(30, 30, 9.98)));
+  EXPECT_FALSE(wood.admits(square(30, 30, 10.02)));
 }
 
 TEST(ConvexOverlap, TouchingIsNoOverlap) {

@@ -60,10 +60,8 @@ RC_GTEST_PROP(PatchPixels, EveryPixelOfTheArtworkBelongsToOnePatch, ()) {
   for (const Patch& p : grid_layout(width, height, patch)) {
     const PatchPixels pixels = patch_pixels(p.outline, grid, columns, rows);
     count += pixels.count;
-    for (int i = 0; i < pixels.height; ++i) {
-      const auto span = pixels.rows[static_cast<std::size_t>(i)];
-      for (int c = span.begin; c < span.end; ++c) ++owners[static_cast<std::size_t>((pixels.top + i) * columns + c)];
-    }
+    for (const PatchPixels::Span& span : pixels.spans)
+      for (int c = span.begin; c < span.end; ++c) ++owners[static_cast<std::size_t>(span.row * columns + c)];
   }
   for (const int n : owners) RC_ASSERT(n == 1);
   RC_ASSERT(count == static_cast<std::int64_t>(owners.size()));

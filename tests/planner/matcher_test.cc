@@ -2,11 +2,13 @@
 #include "planner/matching/certified_matcher.h"
 
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
 
 #include <algorithm>
 
 #include "planner/problem.h"
 #include "tests/support/exhaustive_matching.h"
+#include "tests/support/patch_shapes.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -24,9 +26,8 @@ std::optional<Candidate> exhaustive(const Matcher& matcher, const MatchPatch& pa
       for (int y = -1; y <= lattice.height(); ++y) {
         for (int x = -1; x <= lattice.width(); ++x) {
           Candidate candidate{0, panel, rotation, y, x};
-          if (!matcher.admits(patch, candidate)) continue;
-          candidate.cost = matcher.exact_cost(patch, candidate);
-          if (candidate < best) best = candidate;
+          candidate.cost = matcher.exact_cost(patch, candidate, best.cost);
+          if (candidate < best && matcher.admits(patch, candidate)) best = candidate;
         }
       }
     }
@@ -40,6 +41,7 @@ struct Case {
   PlanOptions options;
   std::vector<Artwork> artworks;
   std::vector<StockPanel> stock;
+  test::ShapeOf shape_of = nullptr;  // else squares
 };
 
 // Places every patch by the matcher and asks the exhaustive search for each.
@@ -47,6 +49,7 @@ void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
   SCOPED_TRACE(it.name);
   auto problem = make_problem(it.artworks, it.stock, it.options);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
+  if (it.shape_of) test::reshape(*problem, it.shape_of);
   CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
                            problem->entries_per_unit);
   matcher.build_index(1, {});
@@ -62,11 +65,12 @@ void expect_exhaustive_choices(const Case& it, std::size_t most = 1000) {
   }
 }
 
-// The same with matching in the spectrum as the judge, which larger panels and patches allow; nothing is taken.
+// The same with matching in the spectrum as the judge, which larger panels and patches allow.
 void expect_choices_of_the_oracle(const Case& it, std::size_t most) {
   SCOPED_TRACE(it.name);
   auto problem = make_problem(it.artworks, it.stock, it.options);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
+  if (it.shape_of) test::reshape(*problem, it.shape_of);
   CertifiedMatcher matcher(std::move(problem->panels), turns(it.options.rotations), problem->classes,
                            problem->entries_per_unit);
   matcher.build_index(1, {});
@@ -77,6 +81,7 @@ void expect_choices_of_the_oracle(const Case& it, std::size_t most) {
     const auto found = matcher.best(patch, {});
     ASSERT_EQ(found.has_value(), expected.has_value()) << "patch " << i;
     EXPECT_EQ(found, expected) << "patch " << i;
+    if (found) matcher.take(patch, *found);
   }
 }
 
@@ -172,17 +177,17 @@ TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoes) {
   }
 }
 
-TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoesForTriangles) {
+TEST(ExhaustiveMatching, ChoosesAsLookingAtEveryPlaceDoesForOtherShapes) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 24_mm, 1)};
   const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2)};
   auto problem = make_problem(artworks, stock, options(8, 50.8, 5));
   ASSERT_TRUE(problem.ok()) << problem.error().message;
+  test::reshape(*problem, [](std::size_t i) { return i % 2 == 0 ? test::triangle(i / 2) : test::meander(i / 2); });
   CertifiedMatcher matcher(std::move(problem->panels), turns(5), problem->classes, problem->entries_per_unit);
   test::ExhaustiveMatching oracle(matcher.panels(), turns(5), 2);
+  matcher.build_index(1, {});
   for (std::size_t i = 0; i < 4; ++i) {
-    MatchPatch& patch = problem->queue[i].match;
-    patch.outline.erase(patch.outline.begin() + static_cast<std::ptrdiff_t>(i));
-    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
+    const MatchPatch& patch = problem->queue[i].match;
     const auto expected = exhaustive(matcher, patch, 5);
     ASSERT_TRUE(expected);
     EXPECT_EQ(oracle.best(patch).best, expected) << "patch " << i;
@@ -210,34 +215,58 @@ TEST(Matcher, ChoosesAsTheOracleDoesForLargePatches) {
       4);
 }
 
-TEST(Matcher, ChoosesAsExhaustiveSearchDoesForTriangles) {
-  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 36_mm, 24)};
-  std::vector<StockPanel> stock{wood_panel("P", 130, 120, 50.8, 25)};
-  // Far enough from the panel's border for the windows' empty corners.
-  stock[0].free.pixels.setTo(0);
-  stock[0].free.pixels(cv::Rect(18, 18, 94, 84)).setTo(255);
-  auto problem = make_problem(artworks, stock, options(12, 50.8, 4));
-  ASSERT_TRUE(problem.ok()) << problem.error().message;
-  WindowClass& windows = problem->classes.front();
-  windows.filled = false;
-  // What all triangles cover is no more than the point in the middle.
-  windows.left = windows.right = (windows.left + windows.right) / 2;
-  windows.top = windows.bottom = (windows.top + windows.bottom) / 2;
-  CertifiedMatcher matcher(std::move(problem->panels), turns(4), problem->classes, problem->entries_per_unit);
-  matcher.build_index(1, {});
-  for (std::size_t i = 0; i < 4; ++i) {
-    MatchPatch& patch = problem->queue[i].match;
-    patch.outline.erase(patch.outline.begin() + static_cast<std::ptrdiff_t>(i));
-    // The window stays the square's.
-    const PatchPixels inside = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
-    std::vector<PatchPixels::Span> rows(patch.pixels.rows.size(), {patch.pixels.left, patch.pixels.left});
-    std::copy(inside.rows.begin(), inside.rows.end(), rows.begin() + (inside.top - patch.pixels.top));
-    patch.pixels.rows = std::move(rows), patch.pixels.count = inside.count;
-    const auto expected = exhaustive(matcher, patch, 4);
-    ASSERT_TRUE(expected);
-    EXPECT_EQ(matcher.best(patch, {}), expected) << "patch " << i;
-    matcher.take(patch, *expected);
+// Small panels with holes, up to the panel's border, until the wood is gone.
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesForOtherShapes) {
+  const std::vector<std::pair<std::string, test::ShapeOf>> shapes{{"discs", test::disc},
+                                                                  {"triangles", test::triangle},
+                                                                  {"Ls", test::ell},
+                                                                  {"crescents", test::crescent},
+                                                                  {"meanders", test::meander}};
+  std::uint64_t seed = 40;
+  for (const auto& [name, shape_of] : shapes) {
+    expect_exhaustive_choices({name,
+                               options(8, 50.8, 3),
+                               {blob_artwork("A", 40, 40, 24_mm, seed)},
+                               {wood_panel("P", 44, 40, 50.8, seed + 1), wood_panel("Q", 36, 33, 50.8, seed + 2)},
+                               shape_of});
+    seed += 3;
   }
+}
+
+// What is free is everywhere, so windows reach beyond the panel with their empty corners.
+TEST(Matcher, ChoosesAsExhaustiveSearchDoesForShapesAtThePanelsBorder) {
+  Case it{"triangles", options(12, 50.8, 8), {blob_artwork("A", 40, 30, 24_mm, 24)}, {}, test::triangle};
+  it.stock = {wood_panel("P", 70, 60, 50.8, 25)};
+  it.stock[0].free.pixels.setTo(255);
+  expect_exhaustive_choices(it);
+}
+
+TEST(Matcher, ChoosesAsTheOracleDoesForLargeShapes) {
+  const std::vector<StockPanel> stock{wood_panel("P", 260, 200, 101.6, 61), wood_panel("Q", 150, 240, 101.6, 62)};
+  expect_choices_of_the_oracle({"mixed",
+                                options(12, 101.6, 7),
+                                {blob_artwork("A", 60, 50, 36_mm, 60)},
+                                stock,
+                                [](std::size_t i) {
+                                  return i % 4 == 0   ? test::ell(i / 4)
+                                         : i % 4 == 1 ? test::disc(i)
+                                         : i % 4 == 2 ? test::crescent(i / 4)
+                                                      : test::meander(i / 4);
+                                }},
+                               12);
+}
+
+RC_GTEST_PROP(MatcherOfSeed, ChoosesAsTheOracleDoesForStars, ()) {
+  const auto seed = *rc::gen::inRange<std::uint64_t>(0, 1 << 20);
+  RC_LOG() << "seed " << seed;
+  const int rotations = *rc::gen::inRange(1, 4);
+  expect_choices_of_the_oracle({"stars",
+                                options(9, 50.8, rotations),
+                                {blob_artwork("A", 40, 40, 27_mm, seed)},
+                                {wood_panel("P", 60, 50, 50.8, seed + 1), wood_panel("Q", 45, 40, 50.8, seed + 2)},
+                                [&](std::size_t i) { return test::star(seed + i); }},
+                               3);
+  RC_ASSERT(!::testing::Test::HasFailure());
 }
 
 TEST(Matcher, FindsTheCopyOfThePictureInTheWood) {

@@ -58,7 +58,7 @@ TEST(PlaceBits, KeepEveryFreePlaceAndHardlyAnyOther) {
                                        bits[1].height() / 3);
     if (!wood.admits(at * patch.outline)) continue;
     wood.allocate(at * patch.outline);
-    const auto taken = grown(at * patch.outline, wood.kerf());
+    const auto taken = grown_rings(at * patch.outline, wood.kerf());
     for (PlaceBits& it : bits) it.remove(taken, panel.features, wood.kerf());
     break;
   }

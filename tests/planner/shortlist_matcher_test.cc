@@ -1,4 +1,4 @@
-// The shortlist against the certified search, and what it promises by itself.
+// The shortlist against the certified search, for odd shapes against the oracle, and what it promises by itself.
 #include "planner/matching/shortlist_matcher.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +9,8 @@
 #include "planner/matching/certified_matcher.h"
 #include "planner/pictures/features.h"
 #include "planner/problem.h"
+#include "tests/support/exhaustive_matching.h"
+#include "tests/support/patch_shapes.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -105,49 +107,45 @@ TEST(ShortlistMatcher, TinyPatchesAreMatchedToo) {
   EXPECT_EQ(tally.misses, 0);
 }
 
-TEST(ShortlistMatcher, TrianglesAreMatchedByTheirOwnPixels) {
-  const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 31)};
-  const std::vector<StockPanel> stock{wood_panel("P", 130, 110, 50.8, 32)};
-  auto problem = make_problem(artworks, stock, options(11, 50.8, 3));
+// Several shapes of one class on two panels with holes, each judged by the oracle on the wood that is left.
+void compare_with_the_oracle(const test::ShapeOf& shape_of, std::uint64_t seed, const PlanOptions& o, Tally& tally) {
+  const std::vector<Artwork> artworks{blob_artwork("A", 50, 50, 4 * o.patch, seed)};
+  const std::vector<StockPanel> stock{wood_panel("P", 100, 90, o.dpi, seed + 1),
+                                      wood_panel("Q", 70, 80, o.dpi, seed + 2)};
+  auto problem = make_problem(artworks, stock, o);
   ASSERT_TRUE(problem.ok()) << problem.error().message;
-  WindowClass& windows = problem->classes.front();
-  // What all triangles below cover is not more than a line.
-  windows.left = windows.right = (windows.left + windows.right) / 2;
-  windows.filled = false;
-  ShortlistMatcher matcher(problem->panels, turns(3), problem->classes, largest_response(PlanOptions{}));
+  test::reshape(*problem, shape_of);
+  ShortlistMatcher matcher(problem->panels, turns(o.rotations), problem->classes, largest_response(o));
   matcher.build_index(1, {});
-  double found_cost = 0, best_cost = 0;
-  for (std::size_t i = 0; i < problem->queue.size(); ++i) {
-    MatchPatch& patch = problem->queue[i].match;
-    const Box<ArtworkFrame> box = bounds(patch.outline);
-    patch.outline = {box.min, {box.max.x, box.min.y}, {(box.min.x + box.max.x) / 2, box.max.y}};
-    const PatchPixels square = patch.pixels;
-    patch.pixels = patch_pixels(patch.outline, patch.grid, patch.features->cols, patch.features->rows);
-    // The window stays the square's, or the grid of the class would not fit.
-    patch.pixels.left = square.left, patch.pixels.width = square.width;
-    const auto found = matcher.best(patch, {});
-    ASSERT_TRUE(found);
-    ASSERT_TRUE(matcher.admits(patch, *found));
-    Candidate best;
-    if (i % 4 != 0) {  // looking everywhere takes long
-      matcher.take(patch, *found);
-      continue;
-    }
-    for (int rotation = 0; rotation < 3; ++rotation) {
-      const Lattice& lattice = matcher.lattice(0, rotation);
-      for (int y = 0; y < lattice.height(); ++y) {
-        for (int x = 0; x < lattice.width(); ++x) {
-          Candidate candidate{0, 0, rotation, y, x};
-          candidate.cost = matcher.exact_cost(patch, candidate, best.cost);
-          if (candidate < best && matcher.admits(patch, candidate)) best = candidate;
-        }
-      }
-    }
-    ASSERT_GE(found->cost, best.cost * (1 - 1e-9));
-    found_cost += found->cost, best_cost += best.cost;
-    matcher.take(patch, *found);
+  test::ExhaustiveMatching oracle(matcher.panels(), turns(o.rotations), 1);
+  for (const Problem::Task& task : problem->queue) {
+    const auto expected = oracle.best(task.match).best;
+    const auto found = matcher.best(task.match, {});
+    ASSERT_EQ(found.has_value(), expected.has_value()) << "a place is found whenever there is one";
+    if (!found) continue;
+    ASSERT_TRUE(matcher.admits(task.match, *found));
+    ASSERT_EQ(found->cost, matcher.exact_cost(task.match, *found));
+    ASSERT_GE(found->cost, expected->cost * (1 - 1e-9));
+    ++tally.patches;
+    tally.shortlist += found->cost, tally.certified += expected->cost;
+    if (found->cost > expected->cost * 1.001) ++tally.misses;
+    matcher.take(task.match, *found);
   }
-  EXPECT_LE(found_cost, 1.001 * best_cost);
+}
+
+TEST(ShortlistMatcher, ShapesAreMatchedByTheirOwnPixels) {
+  const std::vector<std::pair<std::string, test::ShapeOf>> shapes{
+      {"triangles", test::triangle}, {"discs", test::disc},       {"Ls", test::ell},
+      {"crescents", test::crescent}, {"meanders", test::meander}, {"stars", test::star}};
+  std::uint64_t seed = 100;
+  for (const auto& [name, shape_of] : shapes) {
+    SCOPED_TRACE(name);
+    Tally tally;
+    compare_with_the_oracle(shape_of, seed += 3, options(9, 50.8, 3), tally);
+    EXPECT_GE(tally.patches, 12);
+    EXPECT_LE(tally.shortlist, 1.001 * tally.certified);
+    EXPECT_LE(tally.misses, 2);
+  }
 }
 
 TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {

@@ -56,10 +56,8 @@ cv::Mat turned_free(const MatchPanel& panel, const Lattice& lattice) {
 cv::Mat counted_pixels(const PatchPixels& pixels) {
   if (pixels.count == static_cast<std::int64_t>(pixels.width) * pixels.height) return {};
   cv::Mat counts(pixels.height, pixels.width, CV_32FC1, cv::Scalar(0));
-  for (int r = 0; r < pixels.height; ++r) {
-    const PatchPixels::Span span = pixels.rows[static_cast<std::size_t>(r)];
-    if (span.begin < span.end) counts.row(r).colRange(span.begin - pixels.left, span.end - pixels.left).setTo(1);
-  }
+  for (const PatchPixels::Span& span : pixels.spans)
+    counts.row(span.row - pixels.top).colRange(span.begin - pixels.left, span.end - pixels.left).setTo(1);
   return counts;
 }
 
