@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "cli/command_context.h"
+#include "cli/named_option.h"
 #include "cli/render.h"
-#include "planner/plan_options.h"
 
 namespace veneer::cli {
 namespace {
@@ -54,19 +54,11 @@ struct NewJob {
 };
 
 void add_planner_option(CLI::App& command, const planner::NamedOption& option, NewJob& job) {
-  using planner::OptionKind;
-  const std::string key(option.name), help(option.help);
-  std::string flag = "--" + key;
-  for (char& c : flag) c = c == '_' ? '-' : c;
-  if (option.kind == OptionKind::kSwitch) {
-    command.add_flag_callback(
-        flag, [&job, key] { job.options[key] = "1"; }, help);
-    return;
-  }
-  CLI::Option* added = command.add_option_function<std::string>(
-      flag, [&job, key](const std::string& text) { job.options[key] = text; }, help);
-  if (option.kind == OptionKind::kWhole) added->check(CLI::TypeValidator<std::uint64_t>("UINT"));
-  if (option.kind == OptionKind::kNumber) added->check(CLI::TypeValidator<double>("NUMBER"));
+  CLI::Option* added = add_named_option(
+      command, option, [&job, key = std::string(option.name)](const std::string& text) { job.options[key] = text; });
+  if (option.kind == planner::OptionKind::kWhole)
+    added->check(CLI::TypeValidator<std::uint64_t>("whole").description(""));
+  if (option.kind == planner::OptionKind::kNumber) added->check(CLI::TypeValidator<double>("number").description(""));
 }
 
 void add_new(CLI::App& job, CommandContext& context) {

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "cli/command_context.h"
+#include "cli/named_option.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
 
@@ -119,10 +120,20 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
   return panel;
 }
 
+// A series chooses greedily, and what it plans is not cut.
+bool is_of_plan_alone(std::string_view name) { return name.starts_with("optimize") || name == "alternatives"; }
+
+void add_plan_option(CLI::App& command, const planner::NamedOption& option, planner::PlanOptions& options) {
+  CLI::Option* added = add_named_option(command, option, [&options, name = option.name](const std::string& text) {
+    if (Status set = planner::set_option(options, name, text); !set.ok())
+      throw CLI::ValidationError(set.error().message, CLI::ExitCodes::ValidationError);
+  });
+  if (option.kind != planner::OptionKind::kSwitch) added->default_str(planner::option_text(options, option.name));
+}
+
 }  // namespace
 
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
-  planner::PlanOptions& options = arguments.options;
   command.add_option("--target", arguments.targets, "A picture to rebuild (repeatable)")->required();
   command.add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME] (repeatable)")
       ->required();
@@ -130,47 +141,25 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
   command.add_option("--wood-weight", arguments.wood_weights,
                      "SPECIES=F: count its area F times when tones are mapped (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Shorter side of the picture")->capture_default_str();
-  command.add_option("--patch-mm", arguments.patch_mm, "Side of the smallest patch")->capture_default_str();
-  command.add_option("--adaptive-levels", options.adaptive_levels, "Patches may be so many times twice as large")
-      ->capture_default_str();
-  command
-      .add_option("--adaptive-factor", options.adaptive_factor,
-                  "A large patch stays when its cost a pixel is at most so many times that of four smaller ones")
-      ->capture_default_str();
-  command.add_option("--rotations", options.rotations, "Turns of the wood that are tried")->capture_default_str();
-  command.add_flag("--fine-rotation", options.fine_rotation,
-                   "At last turn and shift each piece a little more, to angles between those of --rotations");
-  command.add_option("--dpi", options.dpi, "Working resolution")->capture_default_str();
-  command.add_option("--w-intensity", options.w_intensity, "Weight of brightness, 0 to 1")->capture_default_str();
-  command.add_option("--w-edge", options.w_edge, "Weight of edges, 0 to 1")->capture_default_str();
-  command.add_option("--w-colour", options.w_colour, "Weight of hue and saturation, 0 to 1")->capture_default_str();
-  command.add_option("--w-texture", options.w_texture, "Weight of lines and spots, 0 to 1")->capture_default_str();
-  command.add_option("--w-hist", options.w_hist, "How far tones are mapped to the wood's, 0 to 1")
-      ->capture_default_str();
-  command
-      .add_option("--edge-mm", arguments.edge_mm,
-                  "Scale at which edges are compared; 0: single pixels of the working resolution")
-      ->capture_default_str();
+  for (const planner::NamedOption& option : planner::kNamedOptions)
+    if (!is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
   command.add_option("--importance", arguments.importances,
                      "A picture, white where the target matters most; the n-th belongs to the n-th target");
-  command.add_option("--priority", arguments.priority, "Which patches choose first")
-      ->check(CLI::IsMember({"saliency", "center"}))
-      ->capture_default_str();
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width that the beam burns away")->capture_default_str();
-  command.add_option("--index-cache", options.index_cache,
+  command.add_option("--index-cache", arguments.options.index_cache,
                      "Directory in which indexes of panels are kept from plan to plan; none unless given");
-  command.add_flag("--exact", options.exact, "Choose the cheapest place by proof; some ten times slower");
-  command.add_option("--seed", options.seed, "For choices that are drawn")->capture_default_str();
-  command.add_option("--threads", options.threads, "0: as many as the machine has")->capture_default_str();
+  command.add_option("--threads", arguments.options.threads, "0: as many as the machine has")->capture_default_str();
+}
+
+void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments) {
+  for (const planner::NamedOption& option : planner::kNamedOptions)
+    if (is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
 }
 
 Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
   if (!(arguments.size_mm > 0 && arguments.size_mm <= 1e5)) return unusable("--size-mm must lie between 0 and 100000");
   planner::PlanOptions options = arguments.options;
-  options.patch = Millimetres(arguments.patch_mm);
   options.kerf = Millimetres(arguments.kerf_mm);
-  options.edge = Millimetres(arguments.edge_mm);
-  options.priority = arguments.priority == "center" ? planner::Priority::kCentre : planner::Priority::kSaliency;
   options.threads = planner::threads_meant(options.threads);
   return options;
 }

@@ -12,14 +12,15 @@ namespace veneer::cli {
 
 struct PlanArguments {
   std::vector<std::string> targets, importances, panels, woods, wood_weights;
-  double size_mm = 360, patch_mm = 14, kerf_mm = 0.15, edge_mm = 0;
+  double size_mm = 360, kerf_mm = 0.15;
   int copies = 1;
-  std::string priority = "saliency";
-  planner::PlanOptions options;  // what has a number of its own above is filled in by plan_options()
+  planner::PlanOptions options;  // the kerf is filled in by plan_options()
 };
 
 // Adds the options that both commands share.
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments);
+// Adds the planner's options that `plan` alone has.
+void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments);
 
 // Checks what make_plan does not; threads are counted.
 Result<planner::PlanOptions> plan_options(const PlanArguments& arguments);

@@ -39,7 +39,7 @@ using Clock = std::chrono::steady_clock;
 struct Arguments {
   PlanArguments plan;
   HandArguments hand;
-  std::string layout = "grid", refine = "none", curves = "g0", optimize = "greedy", formats = "svg,json";
+  std::string layout = "grid", refine = "none", curves = "g0", formats = "svg,json";
   double overlap_mm = 0;
   std::string out;
   std::string segmentation;
@@ -180,7 +180,6 @@ void run(const Arguments& arguments) {
   refuse_what_is_not_there(arguments);
   const auto formats = wanted_formats(arguments.formats);
   PlanOptions options = or_end(plan_options(arguments.plan));
-  if (arguments.optimize == "global") options.optimize = planner::Optimize::kGlobal;
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
   // The wood's pictures are the large ones: they are read beside the targets.
@@ -226,18 +225,7 @@ void add_plan_command(CLI::App& app) {
   plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches reach over their borders")
       ->capture_default_str();
   plan->add_option("--segmentation", arguments->segmentation)->group("");
-  plan->add_option("--optimize", arguments->optimize, "How places are chosen")
-      ->check(CLI::IsMember({"greedy", "global"}))
-      ->capture_default_str();
-  plan->add_option("--optimize-seconds", arguments->plan.options.optimize_seconds,
-                   "Stop --optimize global after so long; 0: when it is done")
-      ->capture_default_str();
-  plan->add_option("--optimize-iterations", arguments->plan.options.optimize_iterations,
-                   "Stop --optimize global after so many iterations, as report.json counts them; 0: when it is done")
-      ->capture_default_str();
-  plan->add_option("--alternatives", arguments->plan.options.alternatives,
-                   "List up to so many other places for each piece in plan.json")
-      ->capture_default_str();
+  add_plan_only_arguments(*plan, arguments->plan);
   add_hand_arguments(*plan, arguments->hand);
   plan->add_option(
           "--format", arguments->formats,

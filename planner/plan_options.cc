@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <concepts>
 #include <cstdlib>
 
@@ -25,7 +24,7 @@ bool parse(std::string_view text, Number& value) {
 
 Status read(std::string_view name, std::string_view text, double& out) {
   double value = 0;
-  if (!parse(text, value) || !std::isfinite(value)) return unusable(name, "a number", text);
+  if (!parse(text, value)) return unusable(name, "a number", text);
   out = value;
   return Ok();
 }

@@ -47,7 +47,7 @@ inline constexpr std::array kNamedOptions = {
 };
 
 // `name` is one of kNamedOptions; another is a bug and aborts. A switch is "1" or "0". kInvalidArgument: the text is
-// nothing of its kind; whether the value can be planned with, check_options() says.
+// nothing of its kind; "nan" is a number, and whether a value can be planned with, check_options() says.
 Status set_option(PlanOptions& options, std::string_view name, std::string_view text);
 // As set_option() takes it.
 std::string option_text(const PlanOptions& options, std::string_view name);

@@ -26,7 +26,8 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");
   if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
   if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
-  if (!(o.optimize_seconds >= 0)) return unusable("the seconds of the optimisation must not be negative");
+  if (!within(o.optimize_seconds, 0, 1e9))
+    return unusable("the seconds of the optimisation must lie between 0 and 1e9");
   if (o.alternatives > 1000) return unusable("the number of alternatives must lie between 0 and 1000");
   if (o.threads < 0) return unusable("the number of threads must not be negative");
   return Ok();

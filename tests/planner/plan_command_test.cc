@@ -172,7 +172,7 @@ TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
   EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
   EXPECT_NEAR(report["global"]["cost"], report["cost_total"], 1e-9 * report["cost_total"].get<double>());
   EXPECT_LE(report["global"]["iterations"], 4096);
-  expect_unusable(usual() + " --optimize-seconds -1", "must not be negative");
+  expect_unusable(usual() + " --optimize-seconds -1", "must lie between 0 and 1e9");
 }
 
 TEST_F(PlanCommand, AJointOptimisationThatTheClockStoppedIsRepeatedByItsIterations) {
@@ -295,6 +295,10 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(replaced(path("mask.png"), path("black.png")), "no usable wood");
   expect_unusable(usual() + " --w-edge nan", "edge weight");
   expect_unusable(usual() + " --w-intensity -1", "intensity weight");
+  expect_unusable(usual() + " --w-texture much", "w_texture must be a number, not \"much\"");
+  expect_unusable(replaced("--rotations 5", "--rotations 2.5"), "rotations must be a whole number");
+  expect_unusable(usual() + " --priority edge", "priority must be saliency or center");
+  expect_unusable(usual() + " --optimize best", "optimize must be greedy or global");
   expect_unusable(usual() + " --w-hist 2", "histogram weight");
   expect_unusable(replaced("mask=" + path("mask.png"), "mask="), "names no mask");
   expect_unusable(replaced("dpi=50.8", "dpi=zero"), "not a number");

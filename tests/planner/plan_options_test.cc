@@ -75,7 +75,7 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
 
 TEST(PlanOptionsByName, WhatIsNoValueIsRefusedByNameAndChangesNothing) {
   for (const NamedOption& option : kNamedOptions)
-    for (const std::string text : {"", "x", "1x", "nan", "1e999", " 1"}) {
+    for (const std::string text : {"", "x", "1x", "1e999", " 1"}) {
       PlanOptions options;
       const Status set = set_option(options, option.name, text);
       ASSERT_FALSE(set.ok()) << option.name << "=" << text;
@@ -87,6 +87,17 @@ TEST(PlanOptionsByName, WhatIsNoValueIsRefusedByNameAndChangesNothing) {
   EXPECT_THAT(set_option(options, "seed", "-1").error().message, HasSubstr("seed must be a whole number from 0"));
   EXPECT_FALSE(set_option(options, "rotations", "2.5").ok());
   EXPECT_FALSE(set_option(options, "fine_rotation", "2").ok());
+}
+
+TEST(PlanOptionsByName, NoNumberOfThemMayBeInfiniteOrNone) {
+  for (const NamedOption& option : kNamedOptions) {
+    if (option.kind != OptionKind::kNumber) continue;
+    for (const std::string text : {"nan", "inf", "-inf"}) {
+      PlanOptions options;
+      ASSERT_TRUE(set_option(options, option.name, text).ok());
+      EXPECT_FALSE(check_options(options).ok()) << option.name << "=" << text;
+    }
+  }
 }
 
 TEST(PlanOptionsByName, WhatCannotBePlannedWithIsRefusedInThePlannersWords) {
