@@ -295,9 +295,10 @@ std::string render_job(const json& job) {
   if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0) {
     text += line("Suspect", fmt::format("{}: look at these pieces before you use them", suspect));
   }
+  const json& options = member(job, "options");
   text += line(
       "Picture",
-      joined({size_of(job), member(job, "patch_mm").is_number() ? "patches of " + millimetres(job, "patch_mm", 1) : ""},
+      joined({size_of(job), options.contains("patch_mm") ? "patches of " + millimetres(options, "patch_mm", 1) : ""},
              ", "));
   text += line("Created", text_or(job, "created", ""));
   const json& panels = member(job, "panels");

@@ -124,7 +124,7 @@ TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
       {"suspect", 2},
       {"width_mm", 200},
       {"height_mm", 250},
-      {"patch_mm", 12},
+      {"options", {{"patch_mm", 12}}},
       {"panels",
        {{{"panel", "P-0001"}, {"pieces", 200}, {"cut", 150}}, {{"panel", "P-2"}, {"pieces", 100}, {"cut", 0}}}}};
   EXPECT_EQ(render_job(job),

@@ -93,9 +93,9 @@ TEST(Veneerctl, UnusableArgumentsAreStatusTwo) {
                                                     {"panel", "scan", "--face", "edge"},
                                                     {"calibrate", "moon"},
                                                     {"sim", "place", "oak"},
-                                                    {"job", "new", "/dev/null", "--seed", "1.5"},
-                                                    {"job", "new", "/dev/null", "--dpi", "fine"},
-                                                    {"job", "new", "/dev/null", "--max-panels", "-1"}}) {
+                                                    {"job", "new", VENEERCTL, "--seed", "1.5"},
+                                                    {"job", "new", VENEERCTL, "--dpi", "fine"},
+                                                    {"job", "new", VENEERCTL, "--max-panels", "-1"}}) {
     const Outcome outcome = veneerctl(arguments);
     EXPECT_EQ(outcome.status, 2) << (arguments.empty() ? "" : arguments.back());
     EXPECT_FALSE(outcome.err.empty());
