@@ -1,15 +1,20 @@
 // `veneerctl plan`, as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
+#include <stdexcept>
+#include <utility>
 
 #include "tests/support/synthetic_wood.h"
 
@@ -26,6 +31,57 @@ namespace fs = std::filesystem;
 struct Outcome {
   int status = -1;
   std::string errors;
+};
+
+// A command whose standard error is read line by line. The socket between has hardly any room, so that a command that
+// tells its progress waits for its reader every few lines: it cannot be done before a signal is sent.
+class ReadAlong {
+ public:
+  explicit ReadAlong(const std::string& command) {
+    std::array<int, 2> ends{};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no socket");
+    const int least = 1;
+    setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &least, sizeof least);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
+      _exit(127);
+    }
+    close(ends[1]);
+    end_ = ends[0];
+  }
+  ~ReadAlong() { finish(); }
+  ReadAlong(const ReadAlong&) = delete;
+  ReadAlong& operator=(const ReadAlong&) = delete;
+
+  // Reads until `words` have come; false when it ended without them.
+  bool until(const std::string& words) {
+    while (text_.find(words) == std::string::npos)
+      if (!read_some()) return false;
+    return true;
+  }
+  void interrupt() const { kill(pid_, SIGINT); }
+  Outcome finish() {
+    while (read_some()) continue;
+    if (end_ >= 0) {
+      close(std::exchange(end_, -1));
+      waitpid(pid_, &status_, 0);
+    }
+    return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, text_};
+  }
+
+ private:
+  bool read_some() {
+    std::array<char, 256> some{};
+    const ssize_t count = end_ < 0 ? 0 : read(end_, some.data(), some.size());
+    if (count > 0) text_.append(some.data(), static_cast<std::size_t>(count));
+    return count > 0;
+  }
+
+  pid_t pid_ = 0;
+  int end_ = -1, status_ = 0;
+  std::string text_;
 };
 
 class PlanCommand : public ::testing::Test {
@@ -216,6 +272,45 @@ TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
   EXPECT_EQ(text("out/plan.json"), whole);
   EXPECT_EQ(text("out/preview.png"), preview);
   EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+}
+
+TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
+  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 35 --patch-mm 3.5") + " --threads 1";
+  ReadAlong command(std::string(VENEERCTL) + " plan " + many);
+  ASSERT_TRUE(command.until("placing pieces: "));
+  command.interrupt();
+  const Outcome stopped = command.finish();
+  EXPECT_EQ(stopped.status, 1) << stopped.errors;
+  EXPECT_THAT(stopped.errors,
+              EndsWith("veneerctl: planning was cancelled: the same command goes on where it stopped\n"));
+  EXPECT_FALSE(fs::exists(path("out/plan.json")));
+  ASSERT_TRUE(fs::exists(path("out/plan.journal")));
+
+  const Outcome gone_on = plan(many);
+  ASSERT_EQ(gone_on.status, 0) << gone_on.errors;
+  EXPECT_THAT(gone_on.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+  const std::string bytes = text("out/plan.json"), preview = text("out/preview.png");
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(many).status, 0);
+  EXPECT_EQ(text("out/plan.json"), bytes);
+  EXPECT_EQ(text("out/preview.png"), preview);
+}
+
+TEST_F(PlanCommand, AJointOptimisationThatIsInterruptedGivesTheBestSoFar) {
+  ReadAlong command(std::string(VENEERCTL) + " plan " + replaced("--patch-mm 7", "--patch-mm 3.5") +
+                    " --threads 1 --optimize global");
+  ASSERT_TRUE(command.until("optimising: "));
+  command.interrupt();
+  const Outcome stopped = command.finish();
+  ASSERT_EQ(stopped.status, 0) << stopped.errors;
+  EXPECT_THAT(stopped.errors, HasSubstr(", stopped after "));
+  const auto report = json("out/report.json");
+  EXPECT_EQ(report["global"]["stopped"], true);
+  EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
+  EXPECT_EQ(report["unfilled"], 0);
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 6U * 9U);
+  EXPECT_TRUE(fs::exists(path("out/preview.png")));
 }
 
 TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {
