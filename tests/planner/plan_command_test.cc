@@ -298,7 +298,8 @@ TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
 }
 
 TEST_F(PlanCommand, AJointOptimisationThatIsInterruptedGivesTheBestSoFar) {
-  ReadAlong command(std::string(VENEERCTL) + " plan " + replaced("--patch-mm 7", "--patch-mm 3.5") +
+  ReadAlong command(std::string(VENEERCTL) + " plan " +
+                    replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
                     " --threads 1 --optimize global");
   ASSERT_TRUE(command.until("optimising: "));
   command.interrupt();
@@ -309,7 +310,7 @@ TEST_F(PlanCommand, AJointOptimisationThatIsInterruptedGivesTheBestSoFar) {
   EXPECT_EQ(report["global"]["stopped"], true);
   EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
   EXPECT_EQ(report["unfilled"], 0);
-  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 6U * 9U);
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 8U * 12U);
   EXPECT_TRUE(fs::exists(path("out/preview.png")));
 }
 
