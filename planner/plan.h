@@ -194,8 +194,8 @@ std::size_t unfilled(const Plan& plan);
 // second. `text` is one short phrase.
 using Progress = std::function<void(double fraction, std::string_view text)>;
 
-class PlanJournal;   // plan_journal.h
-class SaliencyMaps;  // order.h
+class PlanJournal;  // plan_journal.h
+class SharedWork;   // shared_work.h
 
 // Greedy (section 3.3): patches in order of priority, each on the best free place over all panels, positions (1 pixel
 // apart at the working resolution) and rotations; no wood twice. With `exact` the best place is what an exhaustive
@@ -208,9 +208,9 @@ class SaliencyMaps;  // order.h
 // alternatives; pieces that are to be turned finely stay as they are from then on.
 //
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
-// `maps` spares several plans of the same pictures the same work.
+// `shared` spares several plans of the same wood and pictures the same work.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
                        const Progress& progress = {}, std::stop_token stop = {}, PlanJournal* journal = nullptr,
-                       SaliencyMaps* maps = nullptr);
+                       SharedWork* shared = nullptr);
 
 }  // namespace veneer::planner

@@ -1,4 +1,4 @@
-// make_plan: the greedy algorithm of section 3.3.
+// make_plan: from the problem and its index to the plan.
 #include <algorithm>
 #include <chrono>
 #include <iterator>
@@ -9,6 +9,7 @@
 
 #include "planner/adaptive.h"
 #include "planner/fine_rotation.h"
+#include "planner/greedy.h"
 #include "planner/joint/global_plan.h"
 #include "planner/keep.h"
 #include "planner/matching/certified_matcher.h"
@@ -18,6 +19,7 @@
 #include "planner/plan.h"
 #include "planner/plan_journal.h"
 #include "planner/problem.h"
+#include "planner/shared_work.h"
 #include "planner/shortage.h"
 
 namespace veneer::planner {
@@ -43,78 +45,6 @@ class Reporter {
   const Progress& progress_;
   std::string doing_;
   Clock::time_point last_{};
-};
-
-// Patches choose in the queue's order, but several search at once: the place found on a state of the wood counts on any
-// later state, as long as it is still free, because wood only becomes less. A place that was taken meanwhile is
-// searched again. Who searches on which state depends on the queue alone, never on the number of threads.
-class Greedy {
- public:
-  Greedy(const Problem& problem, Matcher& matcher, int threads, const std::stop_token& stop, PlanJournal* journal)
-      : queue_(problem.queue),
-        matcher_(matcher),
-        threads_(threads),
-        stop_(stop),
-        journal_(journal),
-        answers_(problem.queue.size()),
-        chosen_(problem.queue.size()) {}
-
-  std::vector<std::optional<Candidate>> run(const std::function<void(std::size_t)>& on_placed) {
-    while (placed_ < queue_.size() && !stop_.stop_requested()) {
-      search_ahead();
-      if (stop_.stop_requested()) break;
-      accept();
-      on_placed(placed_);
-    }
-    return std::move(chosen_);
-  }
-
- private:
-  // More of them would find more places taken: some 15 of 100 patches search again with 4, every other with 16.
-  static constexpr std::size_t kAhead = 4;
-
-  struct Answer {
-    bool known = false;
-    std::optional<Candidate> best;
-  };
-
-  bool is_free(std::size_t i) const { return matcher_.admits(queue_[i].match, *answers_[i].best); }
-
-  void search_ahead() {
-    std::vector<std::size_t> open;
-    for (std::size_t i = placed_; i < std::min(queue_.size(), placed_ + kAhead); ++i)
-      if (!answers_[i].known || (answers_[i].best && !is_free(i))) open.push_back(i);
-    PlanJournal::Step step;
-    for (const std::size_t i : open) step.push_back({queue_[i].artwork, queue_[i].patch, {}});
-    if (auto remembered = journal_ ? journal_->next(step) : std::nullopt) {
-      step = std::move(*remembered);
-    } else {
-      run_parallel(open.size(), threads_, stop_,
-                   [&](std::size_t i) { step[i].place = matcher_.best(queue_[open[i]].match, stop_); });
-      if (stop_.stop_requested()) return;
-      if (journal_) journal_->add(step);
-    }
-    for (std::size_t i = 0; i < open.size(); ++i) answers_[open[i]] = {true, step[i].place};
-  }
-
-  void accept() {
-    for (; placed_ < queue_.size() && answers_[placed_].known; ++placed_) {
-      const Answer& answer = answers_[placed_];
-      if (!answer.best) continue;
-      if (!is_free(placed_)) return;
-      matcher_.take(queue_[placed_].match, *answer.best);
-      chosen_[placed_] = answer.best;
-    }
-  }
-
-  const std::vector<Problem::Task>& queue_;
-  Matcher& matcher_;
-  int threads_;
-  const std::stop_token& stop_;
-  PlanJournal* journal_;
-  std::size_t placed_ = 0;
-  std::vector<Answer> answers_;
-  std::vector<std::optional<Candidate>> chosen_;
 };
 
 std::unique_ptr<Matcher> make_matcher(Problem& problem, const PlanOptions& options) {
@@ -182,16 +112,12 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
   }
 }
 
-// A matcher for the wood that the plan leaves free.
-std::unique_ptr<Matcher> matcher_after(Problem& problem, const Matcher& before, const LaidPatches& laid,
-                                       const PlanOptions& options, int threads, const std::stop_token& stop) {
-  problem.panels.clear();
-  for (const MatchPanel& panel : before.panels()) problem.panels.push_back({panel.features, panel.wood.untouched()});
-  std::unique_ptr<Matcher> matcher = make_matcher(problem, options);
-  matcher->build_index(threads, stop);
+// Whoever moved pieces since they were placed, from now on the matcher knows what the plan takes.
+void take_anew(Matcher& matcher, const Problem& problem, const LaidPatches& laid, int threads,
+               const std::stop_token& stop) {
+  matcher.give_back(threads, stop);
   for (std::size_t i = 0; i < laid.size() && !stop.stop_requested(); ++i)
-    if (laid[i]) matcher->take(laid[i]->panel, laid[i]->panel_from_artwork * problem.queue[i].match.outline);
-  return matcher;
+    if (laid[i]) matcher.take(laid[i]->panel, laid[i]->panel_from_artwork * problem.queue[i].match.outline);
 }
 
 // `matcher` knows what the plan takes. Pieces are those of the queue, in reading order.
@@ -214,14 +140,15 @@ void add_alternatives(std::span<const StockPanel> stock, const Problem& problem,
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress, std::stop_token stop, PlanJournal* journal, SaliencyMaps* maps) {
+                       const Progress& progress, std::stop_token stop, PlanJournal* journal, SharedWork* shared) {
   const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
   constexpr double kIndexShare = 0.1;
   const double fine_share = options.fine_rotation ? 0.1 : 0;
   Reporter report(progress);
   const auto start = Clock::now();
   report(0, "reading the wood");
-  Result<Problem> problem = make_problem(artworks, stock, options, stop, maps);
+  Result<Problem> problem =
+      make_problem(artworks, stock, options, stop, shared != nullptr ? &shared->saliency : nullptr);
   if (!problem.ok()) return problem.error();
   Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem, stop);
   if (!staying.ok()) return staying.error();
@@ -230,12 +157,16 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads = threads_meant(options.threads);
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
-  const std::unique_ptr<Matcher> matcher = make_matcher(*problem, options);
-  const Result<ShortlistMatcher*> kept = keep_index(*matcher, stock, options);
-  if (!kept.ok()) return kept.error();
-  matcher->build_index(threads, stop, [&](double done) { report(kIndexShare * done, "indexing the wood"); });
+  std::unique_ptr<Matcher> matcher =
+      shared != nullptr ? shared->matcher_for(*problem, options, threads, stop) : nullptr;
+  if (matcher == nullptr) {
+    matcher = make_matcher(*problem, options);
+    const Result<ShortlistMatcher*> kept = keep_index(*matcher, stock, options);
+    if (!kept.ok()) return kept.error();
+    matcher->build_index(threads, stop, [&](double done) { report(kIndexShare * done, "indexing the wood"); });
+    if (*kept != nullptr && (*kept)->not_kept()) plan.warnings.push_back((*kept)->not_kept()->message);
+  }
   if (stop.stop_requested()) return cancelled;
-  if (*kept != nullptr && (*kept)->not_kept()) plan.warnings.push_back((*kept)->not_kept()->message);
   plan.seconds.features = seconds_since(start);
 
   const auto match_start = Clock::now();
@@ -246,7 +177,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
   };
-  const auto chosen = problem->squares.empty() ? Greedy(*problem, *matcher, threads, stop, journal).run(on_placed)
+  const auto chosen = problem->squares.empty() ? place_in_turn(*problem, *matcher, threads, stop, on_placed, journal)
                                                : place_squares(*problem, options.adaptive_factor, *matcher, threads,
                                                                stop, on_placed, journal);
   if (stop.stop_requested()) return cancelled;
@@ -276,16 +207,13 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     plan.seconds.refine = seconds_since(fine_start);
   }
   const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, stop);
-  const LaidPatches planned = patches;
+  if (options.alternatives > 0 && (plan.global || plan.fine)) take_anew(*matcher, *problem, patches, threads, stop);
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->laid.begin(), staying->laid.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
   plan.shortage = shortage;
   if (options.alternatives > 0) {
-    if (!stop.stop_requested()) {
-      const auto after = matcher_after(*problem, *matcher, planned, options, threads, stop);
-      add_alternatives(stock, *problem, *after, options.alternatives, threads, stop, plan);
-    }
+    if (!stop.stop_requested()) add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);
     // The plan itself is whole: it is not thrown away for want of a list.
     if (stop.stop_requested()) {
       for (Piece& piece : plan.pieces) piece.alternatives.clear();
@@ -293,6 +221,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     }
   }
   if (plan.shortage) plan.warnings.insert(plan.warnings.begin(), sentence_of(*plan.shortage, plan.pieces.size()));
+  if (shared != nullptr) shared->keep(std::move(matcher), *problem, options);
   report(1, fmt::format("placed {} of {} pieces", plan.pieces.size() - unfilled(plan), plan.pieces.size()));
   return plan;
 }

@@ -15,6 +15,7 @@
 
 namespace veneer::planner {
 
+class SaliencyMaps;  // order.h
 struct TaskTree;
 
 struct Problem {

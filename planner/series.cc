@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "planner/order.h"
 #include "planner/preview.h"
+#include "planner/shared_work.h"
 
 namespace veneer::planner {
 namespace {
@@ -75,7 +75,7 @@ Result<Series> make_series(const Artwork& artwork, std::span<const StockPanel> s
   int count = series.pictures > 0 ? series.pictures : std::min(kMostPictures, pictures_in(stock, artwork) + 1);
   // Pictures that are planned until the end, those together counted again for every number of them.
   int done = 0;
-  SaliencyMaps maps;
+  SharedWork shared;
   const auto planned = [&](int pictures, const PlanOptions& how) {
     const double all = count + count * (count + 1) / 2.0;
     const Progress part = [&](double fraction, std::string_view text) {
@@ -83,7 +83,7 @@ Result<Series> make_series(const Artwork& artwork, std::span<const StockPanel> s
           how.interleave ? fmt::format("{} pictures together, {}", pictures, text) : fmt::format("in turn, {}", text);
       if (progress) progress((done + fraction * pictures) / all, of_all);
     };
-    auto plan = make_plan(copies_of(artwork, pictures), stock, how, part, stop, nullptr, &maps);
+    auto plan = make_plan(copies_of(artwork, pictures), stock, how, part, stop, nullptr, &shared);
     done += pictures;
     return plan;
   };

@@ -84,7 +84,6 @@ CellIndex::CellIndex(const RotatedPanel& panel, const WindowClass& windows, cons
   measure(panel, kBlock, stop);
   if (windows_.rest_pixels() > 0) measure(panel, kRest, stop);
   find_places(picture, blocked, border, stop);
-  find_alive_cells();
 }
 
 void CellIndex::find_rows(const RotatedPanel& panel) {
@@ -165,6 +164,7 @@ void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::siz
 void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
                             const std::stop_token& stop) {
   if (stop.stop_requested()) return;
+  std::fill(places_.begin(), places_.end(), 0U);
   const double grow = picture.resolution.to_px(border).count();
   const double left = windows_.filled ? windows_.left - grow : windows_.width / 2.0;
   const double right = windows_.filled ? windows_.right + grow : left;
@@ -222,6 +222,7 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
           1U << ((y % windows_.y.cell) * windows_.x.cell + x % windows_.x.cell);
     }
   }
+  find_alive_cells();
 }
 
 void CellIndex::find_alive_cells() {

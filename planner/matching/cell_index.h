@@ -24,6 +24,7 @@ struct BlockAxis {
   int blocks = 1;
   int block = 1;  // pixels a block: a multiple of cell, so that blocks start on cells
   int covered() const { return blocks * block; }
+  friend bool operator==(const BlockAxis&, const BlockAxis&) = default;
 };
 BlockAxis choose_blocks(int window);
 
@@ -41,6 +42,7 @@ struct WindowClass {
   // If so: the rectangle, in pixels from the window's corner, that every outline of the class covers. Other shapes may
   // have nothing in common; what they cover is looked at patch by patch (clearance.h).
   double left = 0, top = 0, right = 0, bottom = 0;
+  friend bool operator==(const WindowClass&, const WindowClass&) = default;
 };
 
 // The pixels of a stock raster that are not free, thinned: all that have a free neighbour, and of the others one in
@@ -87,6 +89,9 @@ class CellIndex {
     return maps_[map_of(part, channel, feature)].high.data() + base_[static_cast<std::size_t>(row)];
   }
 
+  // Finds anew which places are free, from what is blocked; as the constructor does.
+  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                   const std::stop_token& stop);
   // Clears the places whose outline would overlap `taken`, an outline already grown by the kerf (grown_rings()).
   void remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
   std::size_t bytes() const;
@@ -103,8 +108,6 @@ class CellIndex {
   void find_rows(const RotatedPanel& panel);
   void measure(const RotatedPanel& panel, Part part, const std::stop_token& stop);
   void store_row(const RowExtremes& extremes, Part part, int channel, std::size_t row, double scale);
-  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
-                   const std::stop_token& stop);
   void find_alive_cells();
 
   Lattice lattice_;

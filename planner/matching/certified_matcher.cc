@@ -55,6 +55,16 @@ void CertifiedMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& ta
   }
 }
 
+void CertifiedMatcher::find_places(int threads, const std::stop_token& stop) {
+  run_parallel(indexed_.size(), threads, stop, [&](std::size_t at) {
+    IndexedLattice& it = indexed_[at];
+    const auto p = static_cast<std::size_t>(it.panel);
+    const MatchPanel& panel = panels()[p];
+    for (std::size_t k = 0; k < it.cells.size(); ++k)
+      it.cells[k].find_places(panel.features, blocked_[p][k], panel.wood.border(), stop);
+  });
+}
+
 std::size_t CertifiedMatcher::index_bytes() const {
   std::size_t sum = clearance_bytes();
   for (const IndexedLattice& it : indexed_) {

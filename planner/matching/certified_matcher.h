@@ -36,6 +36,7 @@ class CertifiedMatcher final : public Matcher {
  private:
   void index_lattice(std::size_t at, const std::stop_token& stop);
   void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
+  void find_places(int threads, const std::stop_token& stop) override;
 
   std::vector<WindowClass> classes_;
   std::vector<std::vector<BlockedPixels>> blocked_;  // per panel, per window class

@@ -45,16 +45,22 @@ void Matcher::take(int panel, const Ring<PanelFrame>& outline) {
 }
 
 void Matcher::measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop) {
-  int widest = 0;  // no disc in a window is wider than its shorter side
+  widest_disc_ = 0;  // no disc in a window is wider than its shorter side
   for (const WindowClass& windows : classes)
-    if (!windows.filled) widest = std::max(widest, std::min(windows.width, windows.height) + 2);
-  if (widest == 0) return;
+    if (!windows.filled) widest_disc_ = std::max(widest_disc_, std::min(windows.width, windows.height) + 2);
+  measure_clearance(threads, stop);
+}
+
+void Matcher::measure_clearance(int threads, const std::stop_token& stop) {
+  if (widest_disc_ == 0) return;
   std::vector<std::optional<Clearance>> measured(panels_.size());
   run_parallel(panels_.size(), threads, stop, [&](std::size_t p) {
     const MatchPanel& panel = panels_[p];
-    measured[p].emplace(panel.wood, panel.features.resolution.to_mm(Pixels(widest / 2.0)) + panel.wood.kerf(), stop);
+    measured[p].emplace(panel.wood, panel.features.resolution.to_mm(Pixels(widest_disc_ / 2.0)) + panel.wood.kerf(),
+                        stop);
   });
   if (stop.stop_requested()) return;
+  clearances_.clear();
   for (auto& it : measured) clearances_.push_back(std::move(*it));
 }
 
@@ -73,6 +79,12 @@ std::vector<Cover> Matcher::cover(const MatchPatch& patch) const {
     out.emplace_back(discs, lattices_[i], panels_[panel].features, clearances_[panel]);
   }
   return out;
+}
+
+void Matcher::give_back(int threads, const std::stop_token& stop) {
+  for (MatchPanel& panel : panels_) panel.wood = panel.wood.untouched();
+  measure_clearance(threads, stop);
+  find_places(threads, stop);
 }
 
 bool Matcher::alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const {

@@ -68,6 +68,9 @@ class Matcher {
   void take(const MatchPatch& patch, const Candidate& candidate);
   // The same for an outline that lies anywhere.
   void take(int panel, const Ring<PanelFrame>& outline);
+  // All that was taken is free again, as it was after build_index(); what is measured of the wood stays. Once `stop` is
+  // requested it returns early, with an index that must not be asked.
+  void give_back(int threads, const std::stop_token& stop);
 
   // Whether two places of a patch are, to a person, the same piece of wood: on one panel, with centres closer than half
   // the window's shorter side, whatever the rotations.
@@ -94,12 +97,17 @@ class Matcher {
 
   // Called by take(): `taken`, an outline grown by the kerf (grown_rings()), is no longer free.
   virtual void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) = 0;
+  // Called by give_back(): finds again which places are free, from the panels' wood.
+  virtual void find_places(int threads, const std::stop_token& stop) = 0;
 
  private:
+  void measure_clearance(int threads, const std::stop_token& stop);
+
   std::vector<MatchPanel> panels_;
   std::vector<Radians> turns_;
   std::vector<Lattice> lattices_;      // panel by panel, rotation by rotation
   std::vector<Clearance> clearances_;  // one a panel, or none
+  int widest_disc_ = 0;                // pixels; 0: clearance is not needed
 };
 
 }  // namespace veneer::planner

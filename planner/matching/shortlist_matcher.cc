@@ -43,11 +43,7 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
             stop);
       return;
     }
-    const WindowClass& windows = classes_[task / panel_count - 1].windows;
-    if (!windows.filled) return;
-    const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
-    blocked_[p][task / panel_count - 1] =
-        blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
+    find_blocked(p, task / panel_count - 1, stop);
   });
   if (stop.stop_requested()) return;
 
@@ -60,14 +56,46 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
   blocked_.clear();
 }
 
+void ShortlistMatcher::find_blocked(std::size_t p, std::size_t window_class, const std::stop_token& stop) {
+  const MatchPanel& panel = panels()[p];
+  const WindowClass& windows = classes_[window_class].windows;
+  if (!windows.filled) return;
+  const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
+  blocked_[p][window_class] =
+      blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
+}
+
+PlaceBits ShortlistMatcher::places_of(std::size_t at, std::size_t window_class, const std::stop_token& stop) const {
+  const auto p = static_cast<std::size_t>(panel_of(at));
+  const MatchPanel& panel = panels()[p];
+  return {lattice_at(at),      classes_[window_class].windows,
+          panel.features,      blocked_[p][window_class],
+          panel.wood.border(), stop};
+}
+
+void ShortlistMatcher::find_places(int threads, const std::stop_token& stop) {
+  const std::size_t panel_count = panels().size(), class_count = classes_.size();
+  blocked_.assign(panel_count, std::vector<BlockedPixels>(class_count));
+  run_parallel(panel_count * class_count, threads, stop,
+               [&](std::size_t task) { find_blocked(task % panel_count, task / panel_count, stop); });
+  if (stop.stop_requested()) return;
+  run_parallel(class_count * lattices(), threads, stop, [&](std::size_t task) {
+    const std::size_t at = task % lattices(), window_class = task / lattices();
+    Indexed& it = *indexed_[window_class][at];
+    it.places = places_of(at, window_class, stop);
+    if (stop.stop_requested()) return;
+    it.map.find_alive(it.places, {0, 0, it.places.width(), it.places.height()}, stop);
+  });
+  blocked_.clear();
+}
+
 void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, const std::stop_token& stop) {
   const Class& it = classes_[window_class];
   const auto p = static_cast<std::size_t>(panel_of(at));
-  const MatchPanel& panel = panels()[p];
   const Lattice& lattice = lattice_at(at);
   auto& out = indexed_[window_class][at];
   out = std::make_unique<Indexed>(
-      Indexed{PlaceBits(lattice, it.windows, panel.features, blocked_[p][window_class], panel.wood.border(), stop),
+      Indexed{places_of(at, window_class, stop),
               CoarseMap(entries_[p].size(), entries_[p].channels(), lattice, it.grid, it.windows.filled)});
   measure(out->map, at, window_class, stop);
   if (stop.stop_requested()) return;

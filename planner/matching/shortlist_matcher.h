@@ -51,6 +51,9 @@ class ShortlistMatcher final : public Matcher {
   };
 
   void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
+  void find_places(int threads, const std::stop_token& stop) override;
+  void find_blocked(std::size_t panel, std::size_t window_class, const std::stop_token& stop);
+  PlaceBits places_of(std::size_t lattice, std::size_t window_class, const std::stop_token& stop) const;
   void index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   void measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }
@@ -71,7 +74,7 @@ class ShortlistMatcher final : public Matcher {
   std::optional<Error> not_kept_;
   std::vector<Class> classes_;
   std::vector<cv::Mat> entries_;                                // per panel
-  std::vector<std::vector<BlockedPixels>> blocked_;             // per panel, per class; only while indexing
+  std::vector<std::vector<BlockedPixels>> blocked_;             // per panel, per class; only while places are found
   std::vector<std::vector<std::unique_ptr<Indexed>>> indexed_;  // per class, per lattice
 };
 
