@@ -8,6 +8,7 @@
 
 #include "planner/plan_files.h"
 #include "planner/problem.h"
+#include "planner/shared_work.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -42,18 +43,18 @@ TEST(Order, ThePlansOfAPictureShareItsMap) {
   PlanOptions options;
   options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1;
   std::vector<Artwork> artworks{blob_artwork("A", 40, 40, 20_mm, 5)};
-  SaliencyMaps maps;
-  const auto one = make_plan(artworks, stock, options, {}, {}, nullptr, &maps);
-  EXPECT_EQ(maps.size(), 1U);
+  SharedWork shared;
+  const auto one = make_plan(artworks, stock, options, {}, {}, nullptr, &shared);
+  EXPECT_EQ(shared.saliency.size(), 1U);
   artworks.push_back(artworks.front());  // shares its pixels
   artworks.back().letter = "B";
-  const auto two = make_plan(artworks, stock, options, {}, {}, nullptr, &maps);
-  EXPECT_EQ(maps.size(), 1U);
+  const auto two = make_plan(artworks, stock, options, {}, {}, nullptr, &shared);
+  EXPECT_EQ(shared.saliency.size(), 1U);
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_EQ(plan_to_json(*two), plan_to_json(*make_plan(artworks, stock, options)));
   artworks.push_back(blob_artwork("C", 40, 40, 20_mm, 6));
-  ASSERT_TRUE(make_problem(artworks, stock, options, {}, &maps).ok());
-  EXPECT_EQ(maps.size(), 2U);
+  ASSERT_TRUE(make_problem(artworks, stock, options, {}, &shared.saliency).ok());
+  EXPECT_EQ(shared.saliency.size(), 2U);
 }
 
 // Artwork and patch of every place in the queue.
