@@ -148,7 +148,8 @@ class CutFiles : public ::testing::Test {
         EXPECT_EQ(word == "move", sheet.strokes.back().path.empty());
         sheet.strokes.back().path.push_back(point<BedFrame>(a * kMm, b * kMm));
       } else {
-        EXPECT_EQ(word, "close");
+        EXPECT_EQ(word, "close") << line;
+        if (sheet.strokes.empty()) break;
         sheet.strokes.back().closed = true;
       }
     }
