@@ -14,6 +14,7 @@
 #include "cli/named_option.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
+#include "planner/plan_options.h"
 
 namespace veneer::cli {
 namespace {
@@ -64,9 +65,15 @@ Result<PanelArgument> panel_argument(const std::string& text) {
     }
     from = comma + 1;
   }
-  if (panel.picture.empty()) return unusable(fmt::format("--panel {} names no picture", text));
-  if (panel.mask.empty() && text.find(",mask=") != std::string::npos)
-    return unusable(fmt::format("--panel {} names no mask: leave \",mask=\" out if all of it is usable", text));
+  if (panel.picture.empty()) return unusable(fmt::format("--panel \"{}\" names no picture", text));
+  for (const auto& [key, value] : keys)
+    if (value->empty() && text.find(fmt::format(",{}", key)) != std::string::npos)
+      return unusable(fmt::format("--panel {} names no {}: leave \",{}\" out or say which", text,
+                                  key.substr(0, key.size() - 1), key));
+  const std::size_t equals = panel.picture.rfind('='), comma = panel.picture.rfind(',');
+  if (comma < equals && equals != std::string::npos && !fs::exists(panel.picture))
+    return unusable(fmt::format("--panel {} holds \"{}\", but only mask=, dpi=, id= and species= may follow a picture",
+                                text, panel.picture.substr(comma + 1, equals - comma)));
   if (!panel.dpi_text.empty()) {
     const Result<double> dpi = number_of(panel.dpi_text, "the dpi of --panel " + text);
     if (!dpi.ok()) return dpi.error();
@@ -81,7 +88,8 @@ Status check_ids(const std::vector<PanelArgument>& panels) {
   std::set<std::string> seen;
   for (const PanelArgument& panel : panels) {
     if (panel.id.empty() || panel.id.find('/') != std::string::npos || panel.id == "." || panel.id == "..")
-      return unusable(fmt::format("\"{}\" cannot be the id of a panel", panel.id));
+      return unusable(fmt::format(
+          "\"{}\" cannot be the id of a panel, because files are named after it: give another with id=NAME", panel.id));
     if (!seen.insert(panel.id).second)
       return unusable(fmt::format("two panels have the id {}: give one of them another with id=NAME", panel.id));
   }
@@ -157,9 +165,12 @@ void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments) {
 }
 
 Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
-  if (!(arguments.size_mm > 0 && arguments.size_mm <= 1e5)) return unusable("--size-mm must lie between 0 and 100000");
+  if (!(arguments.size_mm >= 0.1 && arguments.size_mm <= 1e5))
+    return unusable("--size-mm must lie between 0.1 and 100000");
   planner::PlanOptions options = arguments.options;
   options.kerf = Millimetres(arguments.kerf_mm);
+  // Before any picture is read, which may take long.
+  if (Status status = planner::check_options(options); !status.ok()) return status.error();
   options.threads = planner::threads_meant(options.threads);
   return options;
 }
@@ -194,6 +205,7 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     return unusable("there are more --importance pictures than --target pictures");
   std::vector<Artwork> once;
   for (std::size_t i = 0; i < arguments.targets.size(); ++i) {
+    if (arguments.targets[i].empty()) return unusable("--target \"\" names no picture");
     const Result<cv::Mat> picture = planner::load_picture(arguments.targets[i]);
     if (!picture.ok()) return picture.error();
     const auto size = planner::artwork_size(*picture, Millimetres(arguments.size_mm));

@@ -178,6 +178,7 @@ void run(const Arguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   refuse_what_is_not_there(arguments);
+  if (arguments.out.empty()) end(kUnusableArguments, "--out \"\" names no directory");
   const auto formats = wanted_formats(arguments.formats);
   PlanOptions options = or_end(plan_options(arguments.plan));
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <system_error>
 
 namespace veneer::planner {
 namespace {
@@ -217,10 +219,13 @@ Result<Plan> plan_from_json(std::string_view text) {
 }
 
 Status write_text(const std::string& text, const std::filesystem::path& path) {
+  errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file << text;
   file.close();
-  if (!file) return Error{ErrorCode::kStorage, fmt::format("{} cannot be written", path.string())};
+  if (!file)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("{} cannot be written: {}", path.string(), std::generic_category().message(errno))};
   return Ok();
 }
 
@@ -231,7 +236,9 @@ Result<Plan> read_plan(const std::filesystem::path& path) {
   if (!file) return Error{ErrorCode::kNotFound, fmt::format("{} cannot be opened for reading", path.string())};
   std::ostringstream text;
   text << file.rdbuf();
-  return plan_from_json(text.str());
+  Result<Plan> plan = plan_from_json(text.str());
+  if (!plan.ok()) return Error{plan.error().code, fmt::format("{}: {}", path.string(), plan.error().message)};
+  return plan;
 }
 
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads) {

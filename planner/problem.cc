@@ -19,8 +19,6 @@
 namespace veneer::planner {
 namespace {
 
-constexpr int kSmallestPatch = 3;  // working pixels
-
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
 // Windows of patches that differ by the rounding of their borders share a class.
@@ -45,16 +43,11 @@ WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
 
 bool fits_somewhere(const Ring<ArtworkFrame>& outline, const Problem& problem, const std::vector<Radians>& all_turns) {
   const Box<ArtworkFrame> box = bounds(outline);
-  for (const MatchPanel& panel : problem.panels) {
-    const double margin = 2 * panel.wood.border().count();
-    const double w = box.width().count() + margin, h = box.height().count() + margin;
-    for (const Radians turn : all_turns) {
-      const double c = std::abs(std::cos(turn.count())), s = std::abs(std::sin(turn.count()));
-      if (w * c + h * s <= panel.features.width().count() && w * s + h * c <= panel.features.height().count())
-        return true;
-    }
-  }
-  return false;
+  return std::any_of(problem.panels.begin(), problem.panels.end(), [&](const MatchPanel& panel) {
+    const Millimetres margin = panel.wood.border() * 2;
+    return fits(box.width() + margin, box.height() + margin, panel.features.width(), panel.features.height(),
+                all_turns);
+  });
 }
 
 std::size_t class_index(std::vector<WindowClass>& classes, const WindowClass& wanted) {
@@ -173,17 +166,9 @@ Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanO
   Result<std::vector<PatchTree>> fixed = in_kept_sizes(layout, artwork, options.kept);
   if (!fixed.ok()) return fixed.error();
   if (!fixed->empty()) layout = *fixed;
-  const Patch cell = grid_layout(artwork.width, artwork.height, options.patch).front();
   Squares builder(artwork, index, all_turns, problem);
   std::vector<TaskTree> squares = builder.of(layout);
   if (Status status = builder.classify(squares, options); !status.ok()) return status.error();
-  if (!fits_somewhere(cell.outline, problem, all_turns)) {
-    const Box<ArtworkFrame> box = bounds(cell.outline);
-    return unusable(
-        fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel: choose smaller "
-                    "ones or add a panel",
-                    artwork.name, box.width().count(), box.height().count()));
-  }
   return Layout{std::move(squares), !fixed->empty()};
 }
 
@@ -196,6 +181,14 @@ struct Turn {
 };
 
 }  // namespace
+
+bool fits(Millimetres width, Millimetres height, Millimetres into_width, Millimetres into_height,
+          const std::vector<Radians>& turns) {
+  return std::any_of(turns.begin(), turns.end(), [&](Radians turn) {
+    const double c = std::abs(std::cos(turn.count())), s = std::abs(std::sin(turn.count()));
+    return width * c + height * s <= into_width && width * s + height * c <= into_height;
+  });
+}
 
 std::vector<Radians> turns(int rotations) {
   std::vector<Radians> out;

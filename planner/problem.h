@@ -56,7 +56,9 @@ struct Laid {
 };
 using LaidPatches = std::vector<std::optional<Laid>>;  // one a task of the queue; none: unfilled
 
-// kInvalidArgument: see make_plan.
+inline constexpr int kSmallestPatch = 3;  // working pixels
+
+// kInvalidArgument: see make_plan. Without looking at a pixel.
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
 // The same, and kCancelled: within some tens of milliseconds of the stop request.
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
@@ -65,5 +67,8 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
 
 // Rotations k * 360 / n degrees.
 std::vector<Radians> turns(int rotations);
+// Whether a rectangle fits into another in one of these rotations.
+bool fits(Millimetres width, Millimetres height, Millimetres into_width, Millimetres into_height,
+          const std::vector<Radians>& turns);
 
 }  // namespace veneer::planner

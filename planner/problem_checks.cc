@@ -1,6 +1,10 @@
 // What make_plan refuses before it starts, each in one sentence.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "planner/layout_grid.h"
 #include "planner/pictures/features.h"
 #include "planner/plan_options.h"
 #include "planner/problem.h"
@@ -56,9 +60,41 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
   return Ok();
 }
 
+// What would fail later, after all pixels have been looked at.
+Status check_patches(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options) {
+  constexpr double kMostPatches = 1e6;  // some hundred bytes each, while the paper's pictures have a thousand
+  const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
+  const double patches = static_cast<double>(grid.rows) * grid.columns;
+  if (patches > kMostPatches)
+    return unusable(fmt::format("\"{}\" would have {:.0f} million patches: choose larger ones or make it smaller",
+                                artwork.name, std::ceil(patches / 1e6)));
+  const Millimetres width = artwork.width / grid.columns, height = artwork.height / grid.rows;
+  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
+  const auto pixels = [&](Millimetres side) { return std::ceil(resolution.to_px(side).count()); };  // at most
+  if (std::min(pixels(width), pixels(height)) < kSmallestPatch)
+    return unusable(
+        fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
+                    "working resolution",
+                    artwork.name, pixels(width), pixels(height), options.dpi));
+  const Millimetres margin = (options.kerf + options.position_margin) * 2;
+  const auto all_turns = turns(options.rotations);
+  const bool fit = std::any_of(stock.begin(), stock.end(), [&](const StockPanel& panel) {
+    return fits(width + margin, height + margin, panel.picture.width(), panel.picture.height(), all_turns);
+  });
+  if (!fit)
+    return unusable(
+        fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel: choose smaller "
+                    "ones or add a panel",
+                    artwork.name, width.count(), height.count()));
+  return Ok();
+}
+
 Status check_panel(const StockPanel& panel) {
   const std::string& name = panel.id.value;
   if (panel.picture.pixels.empty()) return unusable(fmt::format("panel {} has no picture", name));
+  if (panel.picture.pixels.cols < 2 || panel.picture.pixels.rows < 2)
+    return unusable(fmt::format("the picture of panel {} has only {} x {} pixels: choose another", name,
+                                panel.picture.pixels.cols, panel.picture.pixels.rows));
   if (panel.picture.pixels.type() != CV_8UC3)
     return unusable(fmt::format("the picture of panel {} is not 8-bit colour", name));
   if (!within(panel.tone_weight, 0, 1000))
@@ -80,6 +116,8 @@ Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel
     if (Status status = check_artwork(artwork, options); !status.ok()) return status;
   for (const StockPanel& panel : stock)
     if (Status status = check_panel(panel); !status.ok()) return status;
+  for (const Artwork& artwork : artworks)
+    if (Status status = check_patches(artwork, stock, options); !status.ok()) return status;
   return Ok();
 }
 

@@ -124,7 +124,8 @@ Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std:
     if (stop.stop_requested()) return cancelled;
     out.panels.push_back({std::move(features), FreeWood(free, options.kerf, options.position_margin)});
   }
-  if (!any_free) return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: every mask is empty"};
+  if (!any_free)
+    return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: all of it is masked, taken or forbidden"};
   for (const Artwork& artwork : artworks) {
     WorkingArtwork& work = out.artworks.emplace_back();
     work.grid = {resolution, artwork.height};
