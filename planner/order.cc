@@ -6,12 +6,14 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/saliency.hpp>
 
+#include "planner/matching/banded_polygon.h"
+
 namespace veneer::planner {
 namespace {
 
 constexpr int kSaliencySide = 512;
 
-// Sum of the map over a patch's bounding box, border pixels by their covered part.
+// Sum of the map over a rectangle, border pixels by their covered part.
 double sum_over(const cv::Mat& integral, double left, double top, double right, double bottom) {
   // The integral image is linear within a pixel, so its bilinear value is the sum up to a point.
   const auto upto = [&](double x, double y) {
@@ -25,6 +27,28 @@ double sum_over(const cv::Mat& integral, double left, double top, double right, 
   return upto(right, bottom) - upto(left, bottom) - upto(right, top) + upto(left, top);
 }
 
+bool is_upright_rectangle(const Ring<ArtworkFrame>& outline) {
+  const Box<ArtworkFrame> box = bounds(outline);
+  return outline.size() == 4 && std::all_of(outline.begin(), outline.end(), [&](const Point<ArtworkFrame>& p) {
+           return (p.x == box.min.x || p.x == box.max.x) && (p.y == box.min.y || p.y == box.max.y);
+         });
+}
+
+// Sum of the map over any other outline, in strips of a fraction of a pixel.
+double sum_over(const cv::Mat& integral, BandedPolygon::Corners corners) {
+  constexpr double kStrip = 0.125;
+  const BandedPolygon shape({std::move(corners)});
+  double sum = 0;
+  const double height = shape.bottom() - shape.top();
+  const int strips = std::max(1, static_cast<int>(std::ceil(height / kStrip)));
+  for (int k = 0; k < strips; ++k) {
+    const double top = shape.top() + height * k / strips, bottom = shape.top() + height * (k + 1) / strips;
+    const double middle = (top + bottom) / 2;
+    for (const auto& [low, high] : shape.within(middle, middle)) sum += sum_over(integral, low, top, high, bottom);
+  }
+  return sum;
+}
+
 // Integrals of a map that is stretched over the artwork, in map units times mm2.
 std::vector<double> sums_over(const cv::Mat& map, const Artwork& artwork, const std::vector<Patch>& patches) {
   cv::Mat integral;
@@ -33,6 +57,14 @@ std::vector<double> sums_over(const cv::Mat& map, const Artwork& artwork, const 
   std::vector<double> out;
   out.reserve(patches.size());
   for (const Patch& patch : patches) {
+    if (!is_upright_rectangle(patch.outline)) {
+      BandedPolygon::Corners corners;
+      for (const Point<ArtworkFrame>& p : patch.outline)
+        corners.x.push_back(p.x.count() * px_per_mm_x),
+            corners.y.push_back((artwork.height - p.y).count() * px_per_mm_y);
+      out.push_back(sum_over(integral, std::move(corners)) / (px_per_mm_x * px_per_mm_y));
+      continue;
+    }
     const Box<ArtworkFrame> box = bounds(patch.outline);
     const double sum =
         sum_over(integral, box.min.x.count() * px_per_mm_x, (artwork.height - box.max.y).count() * px_per_mm_y,
@@ -99,8 +131,9 @@ std::vector<double> importances(const Artwork& artwork, const std::vector<Patch>
   if (artwork.importance.empty()) return std::vector<double>(patches.size(), 1.0);
   std::vector<double> out = sums_over(importance_map(artwork, artwork.importance.size()), artwork, patches);
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const Box<ArtworkFrame> box = bounds(patches[i].outline);
-    out[i] /= (box.width() * box.height()).count();
+    const Ring<ArtworkFrame>& outline = patches[i].outline;
+    const Box<ArtworkFrame> box = bounds(outline);
+    out[i] /= is_upright_rectangle(outline) ? (box.width() * box.height()).count() : std::abs(signed_area(outline));
   }
   return out;
 }

@@ -2,11 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <tuple>
 
+#include "planner/matching/banded_polygon.h"
 #include "planner/matching/free_wood.h"
 
 namespace veneer::planner {
+
+namespace {
+
+// Counter-clockwise, with +y up.
+Ring<PanelFrame> convex_hull(const Ring<PanelFrame>& ring) {
+  std::vector<cv::Point2f> points;
+  for (const auto& p : ring) points.emplace_back(static_cast<float>(p.x.count()), static_cast<float>(p.y.count()));
+  std::vector<int> corners;
+  cv::convexHull(points, corners);
+  Ring<PanelFrame> out;
+  for (const int i : corners) out.push_back(ring[static_cast<std::size_t>(i)]);
+  if (signed_area(out) < 0) std::reverse(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
 
 Pose pose_at(int panel, double x, double y, double angle) {
   return {panel, x, y, angle, std::cos(angle), std::sin(angle)};
@@ -23,6 +41,7 @@ Footprint::Footprint(const Ring<ArtworkFrame>& outline, Millimetres growth) {
   // grown() works in PanelFrame; here the outline lies on it unturned.
   Ring<PanelFrame> laid;
   for (const auto& p : outline) laid.push_back({p.x - centre_.x, p.y - centre_.y});
+  if (!is_convex(laid)) laid = convex_hull(laid);
   for (const auto& p : grown(laid, growth)) corners_.push_back({p.x.count(), p.y.count()});
   inner_ = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < corners_.size(); ++i) {

@@ -16,6 +16,7 @@ constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
 constexpr auto kNoLimit = std::numeric_limits<std::uint64_t>::max();
 constexpr int kMostAlike = 12;         // cells of one neighbourhood in a list of several places
+constexpr int kCoarserEstimates = 3;   // where windows are not filled, so many times as many cells are listed
 constexpr std::size_t kLongest = 256;  // times as long as usual a list may be to find a further place
 constexpr std::size_t kOverlong = 2;   // times as long as wanted a list may grow before it is cut
 constexpr int kSampledRow = 8;         // one in so many rows of cells is scored first
@@ -71,7 +72,7 @@ std::vector<Candidate> ShortlistSearch::run(std::size_t count) {
   const double samples = static_cast<double>(windows_.front().rows()) * windows_.front().columns();
   const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
   // Shares of blocks make coarser estimates, large cells too.
-  const int coarseness = (class_.windows.filled ? 1 : 3) * (cut_ ? 2 : 1);
+  const int coarseness = (class_.windows.filled ? 1 : kCoarserEstimates) * (cut_ ? 2 : 1);
   const auto usual = static_cast<std::size_t>(kListed * cheapness * coarseness);
   // Longer lists when too few of the listed places are free after all.
   for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
@@ -185,7 +186,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<
         for (const Candidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
       }
     }
-    if (like >= kMostAlike) continue;
+    if (like >= kMostAlike * (class_.windows.filled ? 1 : kCoarserEstimates)) continue;
     kept[square(0, 0)].push_back(at);
     out.push_back(cell);
   }

@@ -4,7 +4,9 @@
 #include <rapidcheck/gtest.h>
 
 #include "base/frames.h"
+#include "planner/joint/footprint.h"
 #include "planner/matching/banded_polygon.h"
+#include "planner/matching/clearance.h"
 #include "tests/support/patch_shapes.h"
 
 namespace veneer::planner {
@@ -145,6 +147,64 @@ TEST(FreeWood, ANotchThatGrowthClosesLeavesItsMiddleToOthers) {
   wood.allocate(laid(shape, 30, 30, 20, degrees(0)));
   EXPECT_TRUE(wood.admits(square(30, 30, 9.98)));
   EXPECT_FALSE(wood.admits(square(30, 30, 10.02)));
+}
+
+// Notches and all: footprints that are apart are never refused, whichever comes first.
+RC_GTEST_PROP(Footprint, OfConcaveOutlinesAreNeverTooSmall, ()) {
+  const Millimetres kerf(*rc::gen::inRange(0, 100) / 100.0);
+  const auto outline = [](std::size_t number) {
+    Ring<ArtworkFrame> out;
+    for (const auto& [x, y] : number % 3 == 0   ? test::ell(number)
+                              : number % 3 == 1 ? test::crescent(number)
+                                                : test::star(number))
+      out.push_back(point<ArtworkFrame>(3 + 8 * x, 5 + 8 * y));
+    return out;
+  };
+  const auto a = outline(*rc::gen::inRange<std::size_t>(0, 1000)), b = outline(*rc::gen::inRange<std::size_t>(0, 1000));
+  const auto number = [](int low, int high) { return *rc::gen::inRange(low * 1000, high * 1000) / 1000.0; };
+  const Pose at_a = pose_at(0, 30, 30, number(0, 7)), at_b = pose_at(0, number(18, 42), number(18, 42), number(0, 7));
+  const Footprint fa(a, kerf + FreeWood::kSlack), fb(b, kerf + FreeWood::kSlack);
+  FreeWood wood(free_raster(60, 60), kerf, 0_mm);
+  wood.allocate(fa.panel_from_artwork(at_a) * a);
+  if (!Footprint::overlap(fa, at_a, fb, at_b)) RC_ASSERT(!wood.collides(fb.panel_from_artwork(at_b) * b));
+}
+
+// What discs rule out, FreeWood refuses; and they rule out most of what it refuses.
+RC_GTEST_PROP(Clearance, RulesOutOnlyWhatFreeWoodRefuses, ()) {
+  const auto seed = *rc::gen::inRange<std::size_t>(0, 100000);
+  const Millimetres kerf(*rc::gen::inRange(0, 60) / 100.0);
+  Raster<PanelFrame> raster = free_raster(70, 60);
+  cv::RNG random(seed);
+  for (int i = 0; i < 20; ++i) raster.pixels.at<std::uint8_t>(random.uniform(0, 60), random.uniform(0, 70)) = 0;
+  FreeWood wood(raster, kerf, 0_mm);
+  // Features at twice the stock's resolution.
+  Raster<PanelFrame> picture;
+  picture.pixels = cv::Mat(120, 140, CV_32FC1, cv::Scalar(0));
+  picture.resolution = {2};
+  const test::Shape shape = seed % 3 == 0 ? test::ell(seed) : seed % 3 == 1 ? test::star(seed) : test::crescent(seed);
+  Ring<ArtworkFrame> outline;
+  for (const auto& [x, y] : shape) outline.push_back(point<ArtworkFrame>(2 + 12 * x, 2 + 12 * y));
+  const PixelGrid grid{{2}, 16_mm};
+  const PatchPixels pixels = patch_pixels(outline, grid, 32, 32);
+  Clearance clearance(wood, 6_mm + kerf);
+  const Lattice lattice(140, 120, degrees(random.uniform(0, 360)));
+  const Cover cover(cover_of(outline, grid, pixels.left, pixels.top), lattice, picture, clearance);
+  int refused = 0, ruled_out = 0;
+  for (int i = 0; i < 300; ++i) {
+    const int x = random.uniform(0, lattice.width()), y = random.uniform(0, lattice.height());
+    const auto at = panel_from_artwork(lattice, picture, grid, pixels.left, pixels.top, x, y) * outline;
+    const bool admitted = wood.admits(at);
+    RC_ASSERT(!admitted || !cover.rules_out(x, y, 0));
+    if (cover.rules_out(x, y, 1.5))
+      for (const auto& [dx, dy] : {std::pair(-1, -1), {1, 0}, {1, 1}, {0, 1}})
+        RC_ASSERT(!wood.admits(panel_from_artwork(lattice, picture, grid, pixels.left, pixels.top, x + dx, y + dy) *
+                               outline));
+    refused += admitted ? 0 : 1, ruled_out += cover.rules_out(x, y, 0) ? 1 : 0;
+    if (!admitted || i % 4 != 0) continue;
+    wood.allocate(at);
+    clearance.take(grown_rings(at, kerf));
+  }
+  RC_ASSERT(ruled_out > refused * 0.6);
 }
 
 TEST(ConvexOverlap, TouchingIsNoOverlap) {

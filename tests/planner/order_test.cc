@@ -9,6 +9,7 @@
 #include "planner/plan_files.h"
 #include "planner/problem.h"
 #include "planner/shared_work.h"
+#include "tests/support/patch_shapes.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -104,6 +105,29 @@ TEST(Order, ImportanceMovesPatchesForward) {
   }
   artwork.importance = cv::Mat();
   EXPECT_EQ(importances(artwork, patches), std::vector<double>(patches.size(), 1.0));
+}
+
+// What lies in the notch of an L or beyond a slope is not the patch's.
+TEST(Order, ImportanceIsThatOfThePatchAndNotOfItsBoundingBox) {
+  Artwork artwork = blob_artwork("A", 100, 100, 100_mm, 73);
+  artwork.importance = cv::Mat(100, 100, CV_8UC1, cv::Scalar(0));
+  artwork.importance(cv::Rect(40, 0, 60, 65)).setTo(255);  // the L's notch, at the upper right
+  std::vector<Patch> patches(4);
+  const auto laid = [](const test::Shape& shape) {
+    Ring<ArtworkFrame> out;
+    for (const auto& [x, y] : shape) out.push_back(point<ArtworkFrame>(100 * x, 100 * y));
+    return out;
+  };
+  patches[0].outline = laid({{0, 0}, {1, 0}, {1, 1}, {0, 1}});
+  patches[1].outline = laid(test::ell(0));
+  patches[2].outline = laid({{0.4, 0.35}, {1, 0.35}, {1, 1}});
+  patches[3].outline = laid({{0, 0}, {1, 1}, {0, 1}});
+  const auto important = importances(artwork, patches);
+  EXPECT_NEAR(important[0], 0.6 * 0.65, 1e-6);
+  EXPECT_NEAR(important[1], 0, 1e-6);
+  EXPECT_NEAR(important[2], 1, 1e-6);
+  // Half of the square's: x from 0.4 on and y from x up.
+  EXPECT_NEAR(important[3], 2 * 0.6 * 0.6 / 2, 1e-3);
 }
 
 TEST(Order, ArtworksChooseOneAfterTheOtherOrTogether) {

@@ -148,11 +148,13 @@ TEST(ShortlistMatcher, ShapesAreMatchedByTheirOwnPixels) {
   }
 }
 
-TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
+// Squares if `shape_of` is none.
+void expect_different_places_in_order(const test::ShapeOf& shape_of) {
   const std::vector<Artwork> artworks{blob_artwork("A", 40, 30, 33_mm, 18)};
   const std::vector<StockPanel> stock{wood_panel("P", 170, 160, 50.8, 19)};
   auto problem = make_problem(artworks, stock, options(11, 50.8, 5));
   ASSERT_TRUE(problem.ok()) << problem.error().message;
+  if (shape_of) test::reshape(*problem, shape_of);
   ShortlistMatcher matcher(std::move(problem->panels), turns(5), problem->classes, largest_response(PlanOptions{}));
   matcher.build_index(2, {});
   for (const Problem::Task& task : problem->queue) {
@@ -166,6 +168,11 @@ TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
       for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(matcher.alike(task.match, found[i], found[j]));
     }
   }
+}
+
+TEST(ShortlistMatcher, PlacesAreFreeDifferentAndInOrder) {
+  expect_different_places_in_order(nullptr);
+  expect_different_places_in_order(test::ell);
 }
 
 TEST(ShortlistMatcher, StopsSoonAfterItIsAsked) {
