@@ -2,7 +2,8 @@
 //
 // Footprints are convex outlines grown by the kerf and by FreeWood::kSlack, so that two that do not overlap keep to the
 // rule of free_wood.h whichever is placed first. A concave outline counts as its convex hull: what chooses or moves
-// pieces together leaves notches empty, unless greedy has filled them. Lengths are millimetres of PanelFrame. Immutable; thread-safe.
+// pieces together leaves notches empty, unless greedy has filled them. Lengths are millimetres of PanelFrame.
+// Immutable; thread-safe.
 #pragma once
 
 #include <limits>
