@@ -32,7 +32,7 @@ std::string content_type_of(const std::string& file) {
 struct NewJob {
   std::string picture;
   std::string name;
-  std::vector<std::string> panels, woods, wood_weights;
+  std::vector<std::string> panels, woods, wood_weights, forbidden;
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
   std::map<std::string, std::string> options;  // of the planner, those that are given
@@ -40,12 +40,13 @@ struct NewJob {
   std::string query() const {
     const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
     std::string text = "?name=" + url_encode(title);
-    const auto add_list = [&](const char* key, const std::vector<std::string>& list) {
-      if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, ","))));
+    const auto add_list = [&](const char* key, const std::vector<std::string>& list, const char* between = ",") {
+      if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, between))));
     };
     add_list("panels", panels);
     add_list("wood", woods);
     add_list("wood_weight", wood_weights);
+    add_list("forbid", forbidden, ";");
     if (size_mm) text += fmt::format("&size_mm={}", *size_mm);
     if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
     for (const auto& [key, value] : options) text += fmt::format("&{}={}", key, url_encode(value));
@@ -73,6 +74,9 @@ void add_new(CLI::App& job, CommandContext& context) {
   command->add_option("--wood", options->woods, "Use only zones of this wood (repeatable)");
   command->add_option("--wood-weight", options->wood_weights,
                       "WOOD=F: count the area of panels of this wood F times when tones are mapped (repeatable)");
+  command->add_option(
+      "--forbid", options->forbidden,
+      "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
   for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(*command, option, *options);
   command->callback([options, &context] {
     const auto picture = read_file(options->picture);

@@ -29,22 +29,10 @@ std::optional<double> number(const std::string& text) {
   return std::nullopt;
 }
 
-// "panel_3,10,20,5,5": the id may hold commas itself.
 Status forbid(const std::string& text, std::vector<StockPanel>& stock) {
-  double mm[4] = {};
-  std::string left = text;
-  for (int k = 3; k >= 0; --k) {
-    const std::size_t comma = left.rfind(',');
-    const auto value = comma == std::string::npos ? std::nullopt : number(left.substr(comma + 1));
-    if (!value) return unusable(fmt::format("--forbid {} is not PANEL,X,Y,WIDTH,HEIGHT in millimetres", text));
-    mm[k] = *value;
-    left.resize(comma);
-  }
-  if (!(mm[2] > 0 && mm[3] > 0)) return unusable(fmt::format("--forbid {} has no area", text));
-  Box<PanelFrame> box;
-  box.add(point<PanelFrame>(mm[0], mm[1]));
-  box.add(point<PanelFrame>(mm[0] + mm[2], mm[1] + mm[3]));
-  return planner::forbid(stock, {left}, box);
+  const auto wood = planner::forbidden_wood(text);
+  if (!wood.ok()) return unusable("--forbid " + wood.error().message);
+  return planner::forbid(stock, wood->panel, wood->region);
 }
 
 // What was moved by hand, so that it stays there.

@@ -313,6 +313,16 @@ std::string render_job(const json& job) {
   return text;
 }
 
+namespace {
+
+// "cost 12.30 instead of 15.10 (18.5 % less)"
+std::string gain_of(double before, double after) {
+  return fmt::format("cost {:.2f} instead of {:.2f} ({:.1f} % less)", after, before,
+                     before > 0 ? 100 * (1 - after / before) : 0.0);
+}
+
+}  // namespace
+
 std::string render_new_job(const json& result) {
   const auto id = whole_or(result, "job", 0);
   const auto pieces = whole_or(result, "pieces", 0);
@@ -321,6 +331,19 @@ std::string render_new_job(const json& result) {
   if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
     text +=
         fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
+  if (const json& global = member(result, "global"); global.is_object()) {
+    const auto open = whole_or(global, "greedy_unfilled", 0);
+    text += fmt::format("Choosing together: {}{}.\n",
+                        open > 0 ? fmt::format("{} patches have wood that would have had none", open)
+                                 : gain_of(number_or(global, "greedy_cost", 0), number_or(global, "cost", 0)),
+                        flag_or(global, "stopped", false)
+                            ? fmt::format(", stopped after {} of {} iterations", whole_or(global, "iterations", 0),
+                                          whole_or(global, "budget", 0))
+                            : "");
+  }
+  if (const json& fine = member(result, "fine_rotation"); fine.is_object())
+    text += fmt::format("{} pieces turned finely: {}.\n", whole_or(fine, "moved", 0),
+                        gain_of(number_or(fine, "cost_before", 0), number_or(fine, "cost", 0)));
   for (const json& warning : member(result, "warnings"))
     if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
   return text;

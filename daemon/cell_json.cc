@@ -126,13 +126,24 @@ json to_json(const ScanOutcome& o) {
 
 json to_json(const JobOutcome& o) {
   json panels = json::array();
+  json global, fine;
+  if (o.global)
+    global = {{"greedy_cost", o.global->greedy_cost},
+              {"greedy_unfilled", o.global->greedy_unfilled},
+              {"cost", o.global->cost},
+              {"iterations", o.global->iterations},
+              {"budget", o.global->budget},
+              {"stopped", o.global->stopped}};
+  if (o.fine) fine = {{"cost_before", o.fine->cost_before}, {"cost", o.fine->cost}, {"moved", o.fine->moved}};
   for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
   return {{"job", o.job.value},
           {"pieces", o.pieces},
           {"without_lead_in", o.without_lead},
           {"cost_per_pixel", o.cost_per_pixel},
           {"panels", panels},
-          {"warnings", o.warnings}};
+          {"warnings", o.warnings},
+          {"global", global},
+          {"fine_rotation", fine}};
 }
 
 json to_json(const CalibrationOutcome& o) {

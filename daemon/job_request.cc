@@ -14,10 +14,10 @@ using nlohmann::json;
 
 Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
-std::vector<std::string> parts_of(const std::string& text) {
+std::vector<std::string> parts_of(const std::string& text, char separator = ',') {
   std::vector<std::string> out;
   std::stringstream list(text);
-  for (std::string part; std::getline(list, part, ',');)
+  for (std::string part; std::getline(list, part, separator);)
     if (!part.empty()) out.push_back(part);
   return out;
 }
@@ -64,6 +64,15 @@ Status read_wood_weights(const ApiRequest& request, JobRequest& job) {
   return Ok();
 }
 
+Status read_forbidden(const ApiRequest& request, JobRequest& job) {
+  for (const std::string& part : parts_of(request.query_value("forbid").value_or(""), ';')) {
+    auto wood = planner::forbidden_wood(part);
+    if (!wood) return unusable("forbid: " + wood.error().message);
+    job.forbidden.push_back(std::move(*wood));
+  }
+  return Ok();
+}
+
 // What is not the planner's own.
 struct Parameter {
   std::string_view name;
@@ -80,6 +89,7 @@ constexpr Parameter kParameters[] = {
     {"max_panels", read_max_panels},
     {"wood", read_wood},
     {"wood_weight", read_wood_weights},
+    {"forbid", read_forbidden},
 };
 
 Status read_parameter(const ApiRequest& request, const std::string& name, const std::string& text, JobRequest& job) {
@@ -122,6 +132,10 @@ json options_json(const JobRequest& request) {
   out["wood"] = request.woods;
   out["wood_weight"] = json::object();
   for (const auto& [wood, weight] : request.wood_weights) out["wood_weight"][wood] = weight;
+  out["forbid"] = json::array();
+  for (const auto& [panel, region] : request.forbidden)
+    out["forbid"].push_back(fmt::format("{},{},{},{},{}", panel.value, region.min.x.count(), region.min.y.count(),
+                                        region.width().count(), region.height().count()));
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include "base/ids.h"
 #include "base/result.h"
 #include "daemon/api/api_message.h"
+#include "planner/hand.h"
 #include "planner/plan.h"
 
 namespace veneer::daemon {
@@ -23,6 +24,7 @@ struct JobRequest {
   std::vector<PanelId> panels;     // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
+  std::vector<planner::ForbiddenWood> forbidden;
   // No more panels than this: those with the most free wood of the kinds asked for.
   std::optional<std::size_t> max_panels;
 };

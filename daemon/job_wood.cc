@@ -18,12 +18,6 @@ struct Held {
   std::vector<db::ZoneRecord> zones;
 };
 
-struct Offered {
-  const Held* held = nullptr;
-  Raster<PanelFrame> free;
-  std::string species;
-};
-
 Result<std::vector<Held>> read_panels(Repositories& r, const std::vector<PanelId>& wanted,
                                       std::vector<PanelId>& in_stock) {
   auto panels = r.panels.list();
@@ -89,25 +83,27 @@ Result<std::vector<planner::StockPanel>> load_job_wood(DatabaseThread& database,
     return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
   library.keep_index_only(in_stock);
   if (const Status known = check_woods(*held, request.woods); !known) return known.error();
-  std::vector<Offered> offered;
+  std::vector<planner::StockPanel> stock;  // without pictures until it is known which panels are used
   for (const Held& h : *held) {
     const auto mask = library.load_mask(h.panel);
     if (!mask) return mask.error();
     // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
     const Raster<PanelFrame> free = free_wood(*mask, h.live, margin);
     if (cv::countNonZero(free.pixels) == 0) library.drop_index(h.panel.id);
-    offered.push_back({&h, only_zones(free, h.zones, request.woods), species_of(h.zones, request.woods)});
+    stock.push_back({h.panel.id, {}, only_zones(free, h.zones, request.woods), species_of(h.zones, request.woods)});
   }
-  if (request.max_panels && *request.max_panels < offered.size()) {
-    std::stable_sort(offered.begin(), offered.end(),
-                     [](const Offered& a, const Offered& b) { return wood_area(a.free) > wood_area(b.free); });
-    offered.resize(*request.max_panels);
+  for (const auto& [panel, region] : request.forbidden)
+    if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();
+  if (request.max_panels && *request.max_panels < stock.size()) {
+    std::stable_sort(stock.begin(), stock.end(),
+                     [](const auto& a, const auto& b) { return wood_area(a.free) > wood_area(b.free); });
+    stock.resize(*request.max_panels);
   }
-  std::vector<planner::StockPanel> stock;
-  for (Offered& o : offered) {
-    auto map = library.load_map(o.held->panel);
+  for (planner::StockPanel& panel : stock) {
+    const auto of = std::find_if(held->begin(), held->end(), [&](const Held& h) { return h.panel.id == panel.id; });
+    auto map = library.load_map(of->panel);
     if (!map) return map.error();
-    stock.push_back({o.held->panel.id, std::move(*map), std::move(o.free), o.species});
+    panel.picture = std::move(*map);
   }
   for (const auto& [wood, weight] : request.wood_weights)
     if (const Status weighed = planner::weigh_tones(stock, wood, weight); !weighed) return weighed.error();

@@ -190,6 +190,8 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
     if (piece.placement) ++count[piece.placement->panel];
   outcome.panels.assign(count.begin(), count.end());
   outcome.warnings = plan->warnings;
+  outcome.global = plan->global;
+  outcome.fine = plan->fine;
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
   if (outcome.without_lead > 0)
     log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",

@@ -4,6 +4,7 @@
 // Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
 #pragma once
 
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ struct JobOutcome {
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
   std::size_t without_lead = 0;       // pieces whose cut begins on their own edge, for want of waste beside them
   std::vector<std::string> warnings;  // the planner's, one sentence each
+  // What Optimize::kGlobal and fine_rotation gained, of a job that asked for them.
+  std::optional<planner::GlobalReport> global;
+  std::optional<planner::FineReport> fine;
 };
 
 class PlanService {

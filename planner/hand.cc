@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <set>
+#include <string_view>
 #include <utility>
 
 namespace veneer::planner {
@@ -40,6 +42,29 @@ Placement placement_at(const Piece& piece, const Piece& at) {
 }
 
 }  // namespace
+
+Result<ForbiddenWood> forbidden_wood(const std::string& text) {
+  constexpr double kFarthest = 1e6;
+  const auto unusable = [&](const char* what) {
+    return Error{ErrorCode::kInvalidArgument, fmt::format("{} {}", text, what)};
+  };
+  double mm[4] = {};
+  std::string_view left = text;
+  for (int k = 3; k >= 0; --k) {
+    const std::size_t comma = left.rfind(',');
+    if (comma == std::string_view::npos) return unusable("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres");
+    const std::string_view number = left.substr(comma + 1);
+    const auto [end, fault] = std::from_chars(number.data(), number.data() + number.size(), mm[k]);
+    if (fault != std::errc() || end != number.data() + number.size() || !(std::abs(mm[k]) <= kFarthest))
+      return unusable("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres");
+    left = left.substr(0, comma);
+  }
+  if (!(mm[2] > 0 && mm[3] > 0)) return unusable("has no area");
+  ForbiddenWood out{{std::string(left)}, {}};
+  out.region.add(point<PanelFrame>(mm[0], mm[1]));
+  out.region.add(point<PanelFrame>(mm[0] + mm[2], mm[1] + mm[3]));
+  return out;
+}
 
 Status forbid(std::span<StockPanel> stock, const PanelId& panel, const Box<PanelFrame>& region) {
   for (StockPanel& it : stock) {

@@ -12,6 +12,13 @@
 
 namespace veneer::planner {
 
+struct ForbiddenWood {
+  PanelId panel;
+  Box<PanelFrame> region;
+};
+// "P-0001,10,20,5,5": panel, left, bottom, width and height in millimetres; the id may hold commas itself.
+Result<ForbiddenWood> forbidden_wood(const std::string& text);
+
 // Takes a rectangle of wood out of what is free: a knot, a stain.
 Status forbid(std::span<StockPanel> stock, const PanelId& panel, const Box<PanelFrame>& region);
 

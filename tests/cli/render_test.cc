@@ -114,6 +114,22 @@ TEST(Render, ANewJobTellsWhatThePlannerWarnsOf) {
             "Warning: it is pale\n");
 }
 
+TEST(Render, ANewJobTellsWhatItsOptionsGained) {
+  const auto told = [](const json& result) {
+    const std::string text = render_new_job(result);
+    return text.substr(text.find('\n') + 1);
+  };
+  EXPECT_EQ(told({{"job", 7},
+                  {"global", {{"greedy_cost", 16}, {"greedy_unfilled", 0}, {"cost", 12}, {"stopped", false}}},
+                  {"fine_rotation", {{"cost_before", 12}, {"cost", 11.4}, {"moved", 3}}}}),
+            "Choosing together: cost 12.00 instead of 16.00 (25.0 % less).\n"
+            "3 pieces turned finely: cost 11.40 instead of 12.00 (5.0 % less).\n");
+  EXPECT_EQ(told({{"job", 7},
+                  {"global", {{"greedy_unfilled", 2}, {"stopped", true}, {"iterations", 50}, {"budget", 90}}},
+                  {"fine_rotation", nullptr}}),
+            "Choosing together: 2 patches have wood that would have had none, stopped after 50 of 90 iterations.\n");
+}
+
 TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
   const json job = {
       {"id", 3},

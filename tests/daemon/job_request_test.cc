@@ -98,6 +98,7 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
                          {"max_panels", "1"},
                          {"wood", "oak,black walnut"},
                          {"wood_weight", "oak=2,black walnut=0.5"},
+                         {"forbid", "P-0001,10,20,5.5,6;P-0003,1,2,3,4"},
                          {"size_mm", "190.5"}});
   ASSERT_TRUE(job.ok()) << job.error().message;
   EXPECT_EQ(job->panels, (std::vector<PanelId>{{"P-0001"}, {"P-0003"}}));
@@ -105,6 +106,9 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
   EXPECT_EQ(job->woods, (std::vector<std::string>{"oak", "black walnut"}));
   EXPECT_EQ(job->wood_weights, (std::vector<std::pair<std::string, double>>{{"oak", 2}, {"black walnut", 0.5}}));
   EXPECT_EQ(job->size.count(), 190.5);
+  ASSERT_EQ(job->forbidden.size(), 2U);
+  EXPECT_EQ(job->forbidden[1].panel, PanelId{"P-0003"});
+  EXPECT_EQ(options_json(*job)["forbid"], (json{"P-0001,10,20,5.5,6", "P-0003,1,2,3,4"}));
 }
 
 TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
@@ -117,6 +121,9 @@ TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   EXPECT_THAT(refusal_of("size_mm", "wide"), HasSubstr("size_mm=wide is not a number"));
   for (const char* weight : {"oak", "=2", "oak=", "oak=much"})
     EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("WOOD=NUMBER")) << weight;
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,3"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));
   EXPECT_THAT(refusal_of("optimize", "best"), HasSubstr("optimize must be greedy or global"));
   EXPECT_EQ(refusal_of("rotations", "0"), "the number of rotations must lie between 1 and 360");
 }

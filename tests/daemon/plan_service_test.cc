@@ -134,6 +134,8 @@ TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
   ASSERT_TRUE(job.ok()) << job.error().message;
   const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
   ASSERT_TRUE(pieces.ok());
+  EXPECT_GT(to_json(*job)["fine_rotation"]["moved"], 0);
+  EXPECT_TRUE(to_json(*job)["global"].is_null());
   std::size_t between = 0;
   for (const auto& piece : *pieces) {
     ASSERT_TRUE(piece.panel);
@@ -162,6 +164,11 @@ TEST_F(PlanServiceTest, OptionsArriveAtThePlanner) {
   EXPECT_EQ(kept["optimize"], "global");
   EXPECT_EQ(kept["alternatives"], 3);
   EXPECT_EQ(kept["kerf_mm"], 0.1);
+  const nlohmann::json told = to_json(*job);
+  ASSERT_TRUE(told["global"].is_object());
+  EXPECT_GT(told["global"]["greedy_cost"], 0);
+  EXPECT_LE(told["global"]["cost"], told["global"]["greedy_cost"]);
+  EXPECT_TRUE(told["fine_rotation"].is_null());
 }
 
 TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {
@@ -222,6 +229,18 @@ TEST_F(PlanServiceTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
   const auto none = plan(request);
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().message, "no panel has oak: there is maple, walnut");
+}
+
+TEST_F(PlanServiceTest, ForbiddenWoodStaysWhole) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.forbidden = {*planner::forbidden_wood("P-0001,0,0,8,17")};
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+  for (const auto& piece : *pieces) EXPECT_GT(bounds(piece.panel_outline).min.x.count(), 8) << piece.mark;
+  request.forbidden = {*planner::forbidden_wood("P-0002,0,0,8,17")};
+  EXPECT_EQ(plan(request).error().message, "there is no panel P-0002 to forbid wood on");
 }
 
 TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
