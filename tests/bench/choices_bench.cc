@@ -191,7 +191,7 @@ test::Shape quadrilateral(std::size_t number) {
   std::mt19937 random(static_cast<unsigned>(number));
   const auto in = [&] { return 0.3 * static_cast<double>(random()) / 4294967295.0; };
   const double a = in(), b = in(), c = in(), d = in(), e = in(), f = in(), g = in(), h = in();
-  return {{a, b}, {1 - c, d}, {1 - e, 1 - f}, {g, 1 - h}};
+  return test::stretched({{a, b}, {1 - c, d}, {1 - e, 1 - f}, {g, 1 - h}});
 }
 
 void irregular_choices(benchmark::State& state, const Case& it, const test::ShapeOf& shape_of) {
