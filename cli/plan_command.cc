@@ -119,7 +119,7 @@ Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
-  const Status shown = write_previews(plan, stock, out);
+  Status shown = write_previews(plan, stock, out);
   if (Status status = drawn.get(); !status.ok()) return status;
   plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
   return shown;
