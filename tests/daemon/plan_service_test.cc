@@ -234,13 +234,22 @@ TEST_F(PlanServiceTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
 TEST_F(PlanServiceTest, ForbiddenWoodStaysWhole) {
   add_panel("P-0001", 255);
   JobRequest request = small_job();
-  request.forbidden = {*planner::forbidden_wood("P-0001,0,0,8,17")};
-  const auto job = plan(request);
-  ASSERT_TRUE(job.ok()) << job.error().message;
-  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
-  for (const auto& piece : *pieces) EXPECT_GT(bounds(piece.panel_outline).min.x.count(), 8) << piece.mark;
-  request.forbidden = {*planner::forbidden_wood("P-0002,0,0,8,17")};
-  EXPECT_EQ(plan(request).error().message, "there is no panel P-0002 to forbid wood on");
+  for (const char* half : {"P-0001,0,0,8.5,17", "P-0001,8.5,0,8.5,17"}) {
+    const auto wood = planner::forbidden_wood(half);
+    ASSERT_TRUE(wood.ok()) << wood.error().message;
+    request.forbidden = {*wood};
+    const auto job = plan(request);
+    ASSERT_TRUE(job.ok()) << job.error().message;
+    const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+    for (const auto& piece : *pieces) {
+      const Box<PanelFrame> box = bounds(piece.panel_outline);
+      EXPECT_TRUE(box.min.x > wood->region.max.x || box.max.x < wood->region.min.x) << half << ": " << piece.mark;
+    }
+  }
+  request.forbidden.front().panel = PanelId{"P-0002"};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "there is no panel P-0002 to forbid wood on");
 }
 
 TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
