@@ -169,7 +169,8 @@ Result<cv::Mat> load_mask(const std::filesystem::path& path) {
   if (planes.size() == 4 || planes.size() == 2) planes.pop_back();
   cv::Mat mask = planes.front() != 0;
   for (std::size_t i = 1; i < planes.size(); ++i) cv::bitwise_or(mask, planes[i] != 0, mask);
-  return mask;
+  const bool turned_already = picture_format(*bytes) == PictureFormat::kTiff && !stored->inks;
+  return turned_already ? mask : turned_upright(mask, picture_metadata(*bytes).orientation);
 }
 
 }  // namespace veneer::planner

@@ -18,8 +18,8 @@ namespace veneer::planner {
 Result<cv::Mat> load_picture(const std::filesystem::path& path);
 // The same from bytes in memory (an upload); `name` stands in error messages.
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name);
-// CV_8UC1, 255 where the file is non-zero in any colour channel; neither turned nor converted, because a mask belongs
-// to the pixels of its panel's file.
+// CV_8UC1, 255 where the file is non-zero in any colour channel: upright, as its panel's picture is, but its numbers
+// are as they are stored.
 Result<cv::Mat> load_mask(const std::filesystem::path& path);
 
 }  // namespace veneer::planner

@@ -134,6 +134,15 @@ TEST(Features, BandsOfRowsDoNotShow) {
   ASSERT_EQ(planes.size(), 2U);
   EXPECT_EQ(cv::norm(planes[0], grey, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(planes[1], edges_at_scale(grey, Pixels(2)), cv::NORM_INF), 0);
+
+  // All filters there are, against a part of the picture that is narrow enough for one band.
+  options.w_colour = options.w_texture = 1;
+  const cv::Rect narrow(1000, 0, 3000, 23), inside(100, 0, 2800, 23);
+  const cv::Mat all = filter_bank({picture, grey, grey, ScanResolution{4}}, options);
+  const cv::Mat part =
+      filter_bank({picture(narrow).clone(), grey(narrow).clone(), grey(narrow).clone(), ScanResolution{4}}, options);
+  ASSERT_GT(all.channels(), 3);
+  EXPECT_LT(cv::norm(all(narrow)(inside).clone().reshape(1), part(inside).clone().reshape(1), cv::NORM_INF), 1e-5);
 }
 
 TEST(Features, ColourIsADistanceInCielab) {

@@ -9,6 +9,7 @@
 #include "planner/joint/footprint.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/free_wood.h"
+#include "planner/order.h"
 #include "planner/plan_files.h"
 #include "tests/support/stop_in_the_midst.h"
 #include "tests/support/synthetic_wood.h"
@@ -41,6 +42,22 @@ PlanOptions greedy(PlanOptions options) {
   return options;
 }
 
+// What matters in a picture: its left half so much, the rest so much.
+cv::Mat left_half(int left, int right) {
+  cv::Mat out(40, 40, CV_8UC1, cv::Scalar(right));
+  out(cv::Rect(0, 0, 20, 40)).setTo(left);
+  return out;
+}
+
+double weighed_cost(const Plan& plan, const Artwork& artwork) {
+  std::vector<Patch> patches;
+  for (const Piece& piece : plan.pieces) patches.push_back({piece.row, piece.column, piece.artwork_outline});
+  const std::vector<double> weights = importances(artwork, patches);
+  double out = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) out += weights[i] * plan.pieces[i].cost;
+  return out;
+}
+
 class GlobalPlanOfSeed : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
@@ -53,13 +70,16 @@ TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
   options.patch = Millimetres(random.uniform(50, 110) / 10.0);
   options.optimize_iterations = 5000;
   const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, seed), wood_panel("Q", 60, 60, 45, seed + 9)};
-  const std::vector<Artwork> artworks{blob_artwork("A", 40, 40, Millimetres(random.uniform(20, 60)), seed + 1)};
+  std::vector<Artwork> artworks{blob_artwork("A", 40, 40, Millimetres(random.uniform(20, 60)), seed + 1)};
+  if (seed % 2 == 0) artworks[0].importance = left_half(240, 20);
   const Plan plan = planned(artworks, stock, options), before = planned(artworks, stock, greedy(options));
   ASSERT_TRUE(plan.global.has_value());
   EXPECT_EQ(plan.global->greedy_unfilled, unfilled(before));
-  EXPECT_TRUE(std::abs(plan.global->greedy_cost - cost_total(before)) <= 1e-9 * cost_total(before));
+  const double cost_before = weighed_cost(before, artworks[0]), cost = weighed_cost(plan, artworks[0]);
+  EXPECT_NEAR(plan.global->greedy_cost, cost_before, 1e-9 * cost_before);
+  EXPECT_NEAR(plan.global->cost, cost, 1e-9 * cost);
   EXPECT_TRUE(unfilled(plan) <= unfilled(before));
-  EXPECT_TRUE(unfilled(plan) < unfilled(before) || cost_total(plan) <= cost_total(before) * (1 + 1e-12));
+  EXPECT_TRUE(unfilled(plan) < unfilled(before) || cost <= cost_before * (1 + 1e-12));
   for (const StockPanel& panel : stock) {
     FreeWood wood(panel.free, options.kerf, options.position_margin);
     std::vector<Region<PanelFrame>> allocations;
@@ -82,6 +102,25 @@ TEST(GlobalPlan, GainsWhereWoodIsScarce) {
   const Plan plan = planned({blob_artwork("A", 50, 50, 42_mm, 1)}, stock, options);
   EXPECT_EQ(unfilled(plan), 0U);
   EXPECT_LT(plan.global->cost, 0.97 * plan.global->greedy_cost);
+}
+
+TEST(GlobalPlan, GivesTheBetterWoodToWhatIsImportant) {
+  const std::vector<StockPanel> stock{wood_panel("P", 130, 110, 50.8, 2)};
+  Artwork artwork = blob_artwork("A", 50, 50, 42_mm, 1);
+  PlanOptions options = small_options();
+  options.optimize_iterations = 50000;
+  const auto cost_of_left = [](const Plan& plan) {
+    double cost = 0;
+    for (const Piece& piece : plan.pieces)
+      if (piece.column < 3) cost += piece.cost;
+    return cost;
+  };
+  const Plan alike = planned({artwork}, stock, options);
+  artwork.importance = left_half(255, 25);
+  const Plan plan = planned({artwork}, stock, options);
+  ASSERT_EQ(unfilled(alike) + unfilled(plan), 0U);
+  EXPECT_LT(cost_of_left(plan), 0.97 * cost_of_left(alike));
+  EXPECT_GT(cost_total(plan), cost_total(alike));
 }
 
 TEST(GlobalPlan, FillsEveryPatchOnAThirdMoreWoodThanThePicture) {

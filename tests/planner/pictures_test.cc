@@ -397,6 +397,28 @@ TEST_F(Pictures, SurviveDamagedFiles) {
   EXPECT_GT(read, 100);
 }
 
+// A panel's picture and its mask, each as every viewer shows it, lie on each other.
+TEST_F(Pictures, MasksStandUprightAsTheirPanelsDo) {
+  cv::Mat corner(16, 24, CV_8UC3, cv::Scalar::all(0));
+  corner(cv::Rect(0, 0, 8, 8)).setTo(cv::Scalar::all(255));
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const auto path = folder_ / "turned.png";
+    std::ofstream(path, std::ios::binary) << with_chunk(encoded(".png", corner), png_chunk("eXIf", exif(orientation)));
+    const auto turned_tiff = tiff("turned.tif", corner, [&](TIFF* out) {
+      TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+      TIFFSetField(out, TIFFTAG_ORIENTATION, orientation);
+    });
+    for (const auto& file : {path, turned_tiff}) {
+      const auto shown = load_picture(file), mask = load_mask(file);
+      ASSERT_TRUE(shown.ok() && mask.ok()) << orientation;
+      cv::Mat first;
+      cv::extractChannel(*shown, first, 0);
+      ASSERT_EQ(mask->size(), first.size()) << orientation;
+      EXPECT_EQ(cv::norm(*mask, first, cv::NORM_INF), 0) << file << " " << orientation;
+    }
+  }
+}
+
 TEST_F(Pictures, MasksAreNonZeroWhereAnyColourIs) {
   cv::Mat mask(2, 3, CV_8UC4, cv::Scalar(0, 0, 0, 255));
   mask.at<cv::Vec4b>(1, 2) = {0, 1, 0, 255};

@@ -183,10 +183,11 @@ TEST_F(PlanCommand, ReadsLosslessPicturesOfAnyFormatAlike) {
 }
 
 TEST_F(PlanCommand, GivesTheSameBytesAgain) {
-  ASSERT_EQ(plan(usual() + " --threads 1").status, 0);
-  const std::string first = text("out/plan.json"), preview = text("out/preview.png");
-  ASSERT_EQ(plan(usual() + " --threads 3").status, 0);
+  ASSERT_EQ(plan(usual() + " --alternatives 2 --threads 1").status, 0);
+  const std::string first = text("out/plan.json"), preview = text("out/preview.png"), cut = text("out/cut-P.svg");
+  ASSERT_EQ(plan(usual() + " --alternatives 2 --threads 3").status, 0);
   EXPECT_EQ(text("out/plan.json"), first);
+  EXPECT_EQ(text("out/cut-P.svg"), cut);
   EXPECT_EQ(text("out/preview.png"), preview);
 }
 
@@ -218,6 +219,34 @@ TEST_F(PlanCommand, TakesSpeciesImportanceAndSeveralPictures) {
   EXPECT_EQ(plan_json["artworks"][1]["letter"], "B");
   EXPECT_TRUE(fs::exists(path("out/preview-B.png")));
   EXPECT_TRUE(json("out/report.json")["warnings"].is_array());
+}
+
+// The n-th importance is that of the n-th target: what it marks is cheaper than when the other half is marked.
+TEST_F(PlanCommand, EachTargetHasItsOwnImportance) {
+  cv::imwrite(path("second.png"), test::blob_artwork("B", 60, 40, 20_mm, 9).picture);
+  cv::Mat half(40, 60, CV_8UC1, cv::Scalar(20));
+  half(cv::Rect(0, 0, 30, 40)).setTo(255);
+  cv::imwrite(path("left.png"), half);
+  cv::flip(half, half, 1);
+  cv::imwrite(path("right.png"), half);
+  // Of both pictures' left and right halves.
+  const auto costs = [&](const std::string& first, const std::string& second) {
+    const Outcome outcome =
+        plan(replaced("--patch-mm 7", "--patch-mm 5.25") + " --target " + path("second.png") + " --importance " +
+             path(first) + " --importance " + path(second) + " --optimize global --optimize-iterations 40000");
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    const auto made = json("out/plan.json");
+    EXPECT_EQ(made["artworks"][1]["target"], path("second.png"));
+    std::array<std::array<double, 2>, 2> out{};
+    for (const auto& piece : made["pieces"])
+      out[piece["artwork"].get<std::size_t>()][piece["col"].get<int>() < 3 ? 0 : 1] += piece["cost"].get<double>();
+    return out;
+  };
+  const auto outer = costs("left.png", "right.png"), inner = costs("right.png", "left.png");
+  EXPECT_LT(outer[0][0], inner[0][0]);
+  EXPECT_GT(outer[0][1], inner[0][1]);
+  EXPECT_GT(outer[1][0], inner[1][0]);
+  EXPECT_LT(outer[1][1], inner[1][1]);
 }
 
 TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
@@ -398,7 +427,10 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --w-hist 2", "histogram weight");
   expect_unusable(replaced("mask=" + path("mask.png"), "mask="), "names no mask");
   expect_unusable(replaced("dpi=50.8", "dpi=zero"), "not a number");
-  expect_unusable(replaced("--patch-mm 7", "--patch-mm 700 --size-mm 700"), "");
+  expect_unusable(usual() + " --size-mm 700", "--size-mm");
+  expect_unusable(usual() + " --threads -1", "the number of threads must not be negative");
+  expect_unusable(replaced(path("panel.png") + ",mask=" + path("mask.png"), path("dot.png")),
+                  "panel P has only 1 x 1 pixels");
   expect_unusable(replaced("--size-mm 21 --patch-mm 7", "--size-mm 700 --patch-mm 700"), "larger than every panel");
   expect_unusable(replaced("--size-mm 21", "--size-mm nan"), "--size-mm");
   expect_unusable(usual() + " --panel " + path("panel.png") + ",id=P", "two panels have the id P");
@@ -413,6 +445,14 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --adaptive-factor nan", "adaptive factor");
   expect_unusable(usual() + " --importance " + path("target.png") + " --importance " + path("target.png"),
                   "more --importance");
+}
+
+TEST_F(PlanCommand, AnImportanceOfOnePixelChangesNothing) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string without = text("out/plan.json");
+  cv::imwrite(path("dot.png"), cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(255)));
+  ASSERT_EQ(plan(usual() + " --importance " + path("dot.png")).status, 0);
+  EXPECT_EQ(text("out/plan.json"), without);
 }
 
 TEST_F(PlanCommand, FailsWithOneWhenTheResultsCannotBeWritten) {

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "tests/support/synthetic_wood.h"
 
@@ -31,9 +33,9 @@ class PlanFiles : public ::testing::Test {
   fs::path folder_;
 };
 
-Plan small_plan() {
+Plan small_plan(int rotations = 5) {
   PlanOptions options;
-  options.patch = 10_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1, options.kerf = 0.2_mm;
+  options.patch = 10_mm, options.dpi = 50.8, options.rotations = rotations, options.threads = 1, options.kerf = 0.2_mm;
   const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 50_mm, 1)};
   const std::vector<StockPanel> stock{test::wood_panel("P-1", 60, 60, 50.8, 2), test::wood_panel("Q", 50, 40, 50.8, 3)};
   return make_plan(artworks, stock, options).value();
@@ -77,6 +79,27 @@ TEST_F(PlanFiles, PlanJsonHasTheContractsFields) {
     }
   }
   EXPECT_TRUE(placed && open);
+}
+
+// Counter-clockwise with +y up, from the artwork to the panel.
+TEST_F(PlanFiles, RotationsAreThoseOfTheOutlines) {
+  const auto plan = nlohmann::json::parse(plan_to_json(small_plan(15)));
+  const auto direction = [](const nlohmann::json& outline) {
+    return std::atan2(outline[1][1].get<double>() - outline[0][1].get<double>(),
+                      outline[1][0].get<double>() - outline[0][0].get<double>()) *
+           180 / std::numbers::pi;
+  };
+  const auto whole_turns = [](double degrees) { return degrees / 360 - std::round(degrees / 360); };
+  bool turned = false;
+  for (const auto& piece : plan["pieces"]) {
+    if (piece["panel"].is_null()) continue;
+    const double turn = piece["rotation_deg"];
+    EXPECT_NEAR(whole_turns(direction(piece["panel_outline_mm"]) - direction(piece["artwork_outline_mm"]) - turn), 0,
+                1e-6);
+    EXPECT_NEAR(turn / 24, std::round(turn / 24), 1e-9);
+    turned = turned || std::abs(whole_turns(turn)) > 0.01;
+  }
+  EXPECT_TRUE(turned);
 }
 
 TEST_F(PlanFiles, BrokenPlansAreRefusedByName) {

@@ -4,10 +4,12 @@
 #include <rapidcheck/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 #include "base/polygon_ops.h"
+#include "planner/hand.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
@@ -92,16 +94,27 @@ RC_GTEST_PROP(Plan, NoWoodIsTakenTwiceAndNoneThatIsNotFree, ()) {
 }
 
 // The contract's cost, written down a second time from the plan's own outlines.
-double measured_cost(const Piece& piece, const Artwork& artwork, const StockPanel& panel,
+double measured_cost(const Ring<ArtworkFrame>& outline, const Placement& placement, const Artwork& artwork,
                      const std::vector<StockPanel>& stock, const PlanOptions& options, std::int64_t& pixels) {
+  const StockPanel& panel = placement.panel == stock[0].id ? stock[0] : stock[1];
   const double px_per_mm = options.dpi / 25.4;
   GreyHistogram tones;
   for (const StockPanel& p : stock) tones.add(grey_of(p.picture.pixels), p.free.pixels);
   const int width = static_cast<int>(std::lround(artwork.width.count() * px_per_mm));
   const int height = static_cast<int>(std::lround(artwork.height.count() * px_per_mm));
   const cv::Mat grey = grey_of(stretch(artwork.picture, width, height));
-  const cv::Mat tone = match_tones(grey, tones, options.w_hist), edge = edges_of(grey);
-  const cv::Mat wood = grey_of(panel.picture.pixels), wood_edge = edges_of(wood);
+  const Pixels scale = ScanResolution{px_per_mm}.to_px(options.edge);
+  const cv::Mat tone = match_tones(grey, tones, options.w_hist), edge = edges_at_scale(grey, scale);
+  const cv::Mat wood = grey_of(panel.picture.pixels), wood_edge = edges_at_scale(wood, scale);
+  // Hue, saturation, lines and spots as the filters find them (features_test.cc).
+  PlanOptions further = options;
+  further.w_intensity = further.w_edge = 0;
+  std::vector<cv::Mat> target_channels, wood_channels;
+  if (further.w_colour + further.w_texture > 0) {
+    const cv::Mat shown = stretch(artwork.picture, width, height);
+    cv::split(filter_bank({shown, grey, tone, ScanResolution{px_per_mm}}, further), target_channels);
+    cv::split(filter_bank({panel.picture.pixels, wood, wood, panel.picture.resolution}, further), wood_channels);
+  }
   const auto sample = [](const cv::Mat& map, double x, double y) {
     const int c = std::clamp(static_cast<int>(std::floor(x - 0.5)), 0, map.cols - 2);
     const int r = std::clamp(static_cast<int>(std::floor(y - 0.5)), 0, map.rows - 2);
@@ -109,7 +122,7 @@ double measured_cost(const Piece& piece, const Artwork& artwork, const StockPane
     return (1 - fy) * ((1 - fx) * map.at<float>(r, c) + fx * map.at<float>(r, c + 1)) +
            fy * ((1 - fx) * map.at<float>(r + 1, c) + fx * map.at<float>(r + 1, c + 1));
   };
-  const Box<ArtworkFrame> box = bounds(piece.artwork_outline);
+  const Box<ArtworkFrame> box = bounds(outline);
   double cost = 0;
   pixels = 0;
   for (int r = 0; r < height; ++r) {
@@ -117,41 +130,70 @@ double measured_cost(const Piece& piece, const Artwork& artwork, const StockPane
       const Point<ArtworkFrame> at{Millimetres((c + 0.5) / px_per_mm),
                                    artwork.height - Millimetres((r + 0.5) / px_per_mm)};
       if (at.x < box.min.x || at.x >= box.max.x || at.y <= box.min.y || at.y > box.max.y) continue;
-      const Point<PanelFrame> on = piece.placement->panel_from_artwork * at;
+      const Point<PanelFrame> on = placement.panel_from_artwork * at;
       const double x = on.x.count() * px_per_mm, y = wood.rows - on.y.count() * px_per_mm;
       const double di = sample(wood, x, y) - tone.at<float>(r, c), de = sample(wood_edge, x, y) - edge.at<float>(r, c);
       cost += options.w_intensity * options.w_intensity * di * di + options.w_edge * options.w_edge * de * de;
+      for (std::size_t k = 0; k < wood_channels.size(); ++k) {
+        const double d = sample(wood_channels[k], x, y) - target_channels[k].at<float>(r, c);
+        cost += d * d;
+      }
       ++pixels;
     }
   }
   return cost;
 }
 
-class CostsOfPlan : public ::testing::TestWithParam<bool> {};
+struct CostCase {
+  const char* name;
+  std::function<void(PlanOptions&)> change;
+  bool kept = false;  // planned again around what was swapped
+};
+
+class CostsOfPlan : public ::testing::TestWithParam<CostCase> {};
 
 TEST_P(CostsOfPlan, AreWhatThePlacedWoodMeasures) {
   PlanOptions options = small_options();
-  options.fine_rotation = GetParam();
   options.w_intensity = 0.7, options.w_edge = 0.4, options.w_hist = 0.6;
+  GetParam().change(options);
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 21), wood_panel("Q", 80, 60, 50.8, 22)};
   const Artwork artwork = blob_artwork("A", 56, 42, 21_mm, 23);
-  const Plan plan = planned({artwork}, stock, options);
+  Plan plan = planned({artwork}, stock, options);
+  if (GetParam().kept) {
+    ASSERT_TRUE(swap_pieces(plan, "A1-1", "A3-3").ok());
+    const std::vector<std::string> must{"A1-1", "A3-3"}, replanned{"A2-2"};
+    options.kept = *kept_pieces(plan, Keep::kAll, must, replanned);
+    plan = planned({artwork}, stock, options);
+  }
   double total = 0;
   std::int64_t all_pixels = 0;
   for (const Piece& piece : plan.pieces) {
     ASSERT_TRUE(piece.placement);
-    const StockPanel& panel = piece.placement->panel.value == "P" ? stock[0] : stock[1];
     std::int64_t pixels = 0;
-    const double cost = measured_cost(piece, artwork, panel, stock, options, pixels);
+    const double cost = measured_cost(piece.artwork_outline, *piece.placement, artwork, stock, options, pixels);
     EXPECT_NEAR(piece.cost, cost, 1e-5 * cost) << piece.mark;
     EXPECT_EQ(piece.pixels, pixels);
     total += cost, all_pixels += pixels;
+    for (const Alternative& other : piece.alternatives) {
+      const double there = measured_cost(piece.artwork_outline, other.placement, artwork, stock, options, pixels);
+      EXPECT_NEAR(other.cost, there, 1e-5 * there) << piece.mark;
+    }
   }
   EXPECT_NEAR(cost_total(plan), total, 1e-5 * total);
   EXPECT_NEAR(cost_per_pixel(plan), total / static_cast<double>(all_pixels), 1e-5 * cost_per_pixel(plan));
 }
 
-INSTANTIATE_TEST_SUITE_P(OnTheLatticeAndBetween, CostsOfPlan, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(
+    HoweverItIsPlanned, CostsOfPlan,
+    ::testing::Values(CostCase{"Greedy", [](PlanOptions& o) { o.alternatives = 2; }},
+                      CostCase{"FineRotation", [](PlanOptions& o) { o.fine_rotation = true; }},
+                      CostCase{"Global",
+                               [](PlanOptions& o) { o.optimize = Optimize::kGlobal, o.optimize_iterations = 5000; }},
+                      CostCase{"Adaptive", [](PlanOptions& o) { o.patch = 3.5_mm, o.adaptive_levels = 1; }},
+                      CostCase{"EdgesAtAScale", [](PlanOptions& o) { o.edge = 0.7_mm; }},
+                      CostCase{"ColourAndTexture", [](PlanOptions& o) { o.w_colour = 0.6, o.w_texture = 0.3; }},
+                      CostCase{"KeptAndSwapped", [](PlanOptions&) {}, true}),
+    [](const auto& it) { return std::string(it.param.name); });
 
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 50, 42_mm, 31), blob_artwork("B", 40, 50, 28_mm, 32)};
