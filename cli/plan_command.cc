@@ -100,7 +100,8 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
   for (const planner::PlanPanel& panel : plan.panels) {
     const Result<planner::CutDrawing> drawing = planner::draw_cuts(plan, panel);
     if (!drawing.ok()) return drawing.error();
-    warnings.insert(warnings.end(), drawing->warnings.begin(), drawing->warnings.end());
+    for (const std::string& warning : drawing->warnings)
+      warnings.push_back(plan.panels.size() > 1 ? fmt::format("panel {}: {}", panel.id.value, warning) : warning);
     for (const planner::CutFormat& format : planner::kCutFormats) {
       if (formats.count(std::string(format.name)) == 0) continue;
       const fs::path path = out / fmt::format("cut-{}.{}", panel.id.value, format.name);

@@ -249,6 +249,18 @@ TEST_F(PlanCommand, EachTargetHasItsOwnImportance) {
   EXPECT_LT(outer[1][1], inner[1][1]);
 }
 
+TEST_F(PlanCommand, NamesThePanelWhoseMarksDoNotFit) {
+  // Two halves of the wood, of which neither is enough.
+  cv::Mat left = cv::imread(path("mask.png"), cv::IMREAD_GRAYSCALE), right = left.clone();
+  left.colRange(left.cols / 2, left.cols) = 0, right.colRange(0, right.cols / 2) = 0;
+  cv::imwrite(path("left.png"), left), cv::imwrite(path("right.png"), right);
+  const Outcome outcome = plan(replaced("mask.png", "left.png") + " --panel " + path("panel.png") +
+                               ",mask=" + path("right.png") + ",dpi=50.8,id=Q");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("warning: panel P: "));
+  EXPECT_THAT(outcome.errors, HasSubstr("warning: panel Q: "));
+}
+
 TEST_F(PlanCommand, ReportsWhatTheJointOptimisationGained) {
   const Outcome outcome = plan(usual() + " --optimize global --optimize-iterations 4096");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
