@@ -63,7 +63,7 @@ TEST_F(BadInput, AnUnreadablePictureIsNamed) {
 TEST_F(BadInput, AMissingPictureIsSaid) { expect_refused(new_job("", "size_mm=48&patch_mm=12"), "picture is missing"); }
 
 TEST_F(BadInput, TooLittleFreeWoodReservesNothing) {
-  expect_refused(new_job(target(), "size_mm=200&patch_mm=12"), "free wood does not fill the picture");
+  expect_refused(new_job(target(), "size_mm=200&patch_mm=12"), "nothing is reserved: no free wood was left for");
   EXPECT_EQ(get(fmt::format("/panels/{}/ledger", kPanel))["allocations"].size(), 16U);
 }
 
