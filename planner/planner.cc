@@ -163,6 +163,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     matcher = make_matcher(*problem, options);
     const Result<ShortlistMatcher*> kept = keep_index(*matcher, stock, options);
     if (!kept.ok()) return kept.error();
+    report(0, "indexing the wood");  // whose own reports come from whatever the calling thread gets to do of it
     matcher->build_index(threads, stop, [&](double done) { report(kIndexShare * done, "indexing the wood"); });
     if (*kept != nullptr && (*kept)->not_kept()) plan.warnings.push_back((*kept)->not_kept()->message);
   }

@@ -99,6 +99,7 @@ class JointPlanner {
     Chosen start = greedy_.places;
     std::vector<Pose> slots;
     if (greedy_.score.unfilled > 0) slots = packed();
+    progress_(0, "surveying the wood");
     Survey survey = survey_places(problem_, matcher_, footprints_, slots, {kPlaces, threads_}, stop_,
                                   [&](double share) { progress_(kSurveyShare * share, "surveying the wood"); });
     if (stop_.stop_requested()) return {};
