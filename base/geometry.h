@@ -1,4 +1,4 @@
-// Points and shapes, each with its frame in the type (DESIGN.md, section 3).
+// Points and shapes, each with its frame in the type (docs/FRAMES.md).
 //
 // A frame says what its coordinates count: millimetre frames have +x right and +y up (away from the operator); pixel
 // frames have +y down and pixel centres at +0.5.

@@ -35,11 +35,19 @@ class Sha256 {
 
 }  // namespace
 
-std::string sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop) {
+std::string sha256_hex(std::span<const std::byte> bytes) {
+  Sha256 hash;
+  hash.add(bytes.data(), bytes.size());
+  return hash.hex();
+}
+
+Result<std::string> sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop) {
   constexpr std::size_t kPart = 4 << 20;  // some milliseconds
   Sha256 hash;
-  for (std::size_t at = 0; at < bytes.size() && !stop.stop_requested(); at += kPart)
+  for (std::size_t at = 0; at < bytes.size(); at += kPart) {
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "hashing was cancelled"};
     hash.add(bytes.data() + at, std::min(kPart, bytes.size() - at));
+  }
   return hash.hex();
 }
 

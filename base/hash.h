@@ -11,8 +11,10 @@
 
 namespace veneer {
 
-// SHA-256 in lower-case hex. Returns early, with anything, once `stop` is requested.
-std::string sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop = {});
+// SHA-256 in lower-case hex.
+std::string sha256_hex(std::span<const std::byte> bytes);
+// The same; kCancelled: some milliseconds after a stop was requested.
+Result<std::string> sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop);
 Result<std::string> sha256_hex_of_file(const std::filesystem::path& path);
 
 }  // namespace veneer

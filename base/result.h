@@ -60,6 +60,9 @@ struct Error {
   std::string message;  // "no fiducials found on scan 12: lay the panel with its tags on the glass and scan again"
 };
 
+// Of an input that nothing can be done with.
+inline Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+
 template <class T>
 class [[nodiscard]] Result {
  public:
