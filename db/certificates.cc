@@ -49,19 +49,27 @@ Result<CertificateId> Certificates::issue(const CertificateRecord& certificate) 
 
 Result<CertificateRecord> Certificates::latest_valid(CertificateKind kind, const std::string& now) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<CertificateRecord> {
-    SQLite::Statement rows(connection, std::string(kColumns) +
-                                           "WHERE kind = ? AND issued_at <= ? AND expires_at > ? "
-                                           "ORDER BY issued_at DESC, id DESC LIMIT 1");
-    SQLite::bind(rows, to_string(kind), now, now);
-    if (rows.executeStep()) return read(rows);
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("there is no {} certificate in force: run that calibration", to_string(kind))};
+    SQLite::Statement rows(connection, std::string(kColumns) + "WHERE kind = ? ORDER BY id DESC LIMIT 1");
+    rows.bind(1, to_string(kind));
+    if (!rows.executeStep())
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("there is no {} certificate: run that calibration", to_string(kind))};
+    CertificateRecord last = read(rows);
+    if (last.issued_at > now)
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("the last {} certificate is of {}, later than this machine's clock: set the clock, or "
+                               "run that calibration again",
+                               to_string(kind), last.issued_at)};
+    if (last.expires_at <= now)
+      return Error{ErrorCode::kNotFound, fmt::format("the last {} certificate expired {}: run that calibration again",
+                                                     to_string(kind), last.expires_at)};
+    return last;
   });
 }
 
 Result<std::vector<CertificateRecord>> Certificates::list() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<CertificateRecord>> {
-    SQLite::Statement rows(connection, std::string(kColumns) + "ORDER BY issued_at DESC, id DESC");
+    SQLite::Statement rows(connection, std::string(kColumns) + "ORDER BY id DESC");
     std::vector<CertificateRecord> out;
     while (rows.executeStep()) out.push_back(read(rows));
     return out;

@@ -29,9 +29,10 @@ class Certificates {
   explicit Certificates(Database& database) : database_(&database) {}
 
   Result<CertificateId> issue(const CertificateRecord& certificate);
-  // The newest of its kind that is in force at `now`; kNotFound says which calibration to run.
+  // The one of its kind that was issued last, whatever the clock said then, if it is in force at `now`; kNotFound says
+  // which calibration to run. An older one never takes its place.
   Result<CertificateRecord> latest_valid(CertificateKind kind, const std::string& now);
-  Result<std::vector<CertificateRecord>> list();  // newest first
+  Result<std::vector<CertificateRecord>> list();  // the one issued last first
 
  private:
   Database* database_;

@@ -7,6 +7,9 @@
 
 #include <system_error>
 
+#include "db/clean_mark.h"
+#include "db/guard.h"
+#include "db/integrity.h"
 #include "db/migrations.h"
 #include "db/sql.h"
 
@@ -25,15 +28,9 @@ Error not_ours(const std::filesystem::path& file) {
 void prepare(SQLite::Database& connection) {
   connection.exec("PRAGMA foreign_keys = ON");
   connection.exec("PRAGMA synchronous = FULL");
+  connection.exec(
+      "PRAGMA recursive_triggers = ON");  // a row that replaces another deletes it before the triggers' eyes
   register_functions(connection);
-}
-
-// The first line of a damaged page list, or nothing.
-Status check(SQLite::Database& connection, const char* pragma, const std::filesystem::path& file) {
-  const std::string verdict = connection.execAndGet(pragma).getString();
-  if (verdict == "ok") return Ok();
-  return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged ({}): put a backup in its place",
-                                                file.string(), verdict.substr(0, verdict.find('\n')))};
 }
 
 }  // namespace
@@ -49,16 +46,36 @@ struct Database::Lock {
 };
 
 Database::Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection)
-    : file_(std::move(file)), lock_(std::move(lock)), connection_(std::move(connection)) {}
+    : file_(std::move(file)),
+      lock_(std::move(lock)),
+      guard_(std::make_unique<Guard>()),
+      connection_(std::move(connection)) {
+  set_guard(*connection_, *guard_);
+}
 Database::Database(Database&&) noexcept = default;
-Database::~Database() = default;
+Database::~Database() { close(); }
+
+// A clean end of the one that writes: nothing stays in the log, and what the file is like is written beside it.
+void Database::close() noexcept {
+  if (!connection_ || !lock_) return;
+  bool checkpointed = false;
+  try {
+    SQLite::Statement checkpoint(*connection_, "PRAGMA wal_checkpoint(TRUNCATE)");
+    checkpointed = checkpoint.executeStep() && checkpoint.getColumn(0).getInt() == 0;
+  } catch (const SQLite::Exception&) {
+    // Then the next start checks everything.
+  }
+  connection_ = nullptr;
+  if (checkpointed) write_clean_mark(file_);
+}
 
 Database& Database::operator=(Database&& other) noexcept {
   if (this == &other) return *this;
-  connection_ = nullptr;  // closed while the old lock is still held
+  close();  // while the old lock is still held
   file_ = std::move(other.file_);
   lock_ = std::move(other.lock_);
   connection_ = std::move(other.connection_);
+  guard_ = std::move(other.guard_);
   return *this;
 }
 
@@ -74,6 +91,8 @@ Result<Database> Database::open(const std::filesystem::path& file) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0)
     return Error{ErrorCode::kUnavailable,
                  fmt::format("the database {} is in use: another veneerd is running; stop it first", file.string())};
+  const bool clean = is_as_it_was_left(file);
+  if (Status removed = remove_clean_mark(file); !removed.ok()) return removed.error();
   try {
     auto connection =
         std::make_unique<SQLite::Database>(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyMs);
@@ -82,9 +101,13 @@ Result<Database> Database::open(const std::filesystem::path& file) {
       connection->exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
     else if (connection->execAndGet("PRAGMA application_id").getInt() != kApplicationId)
       return not_ours(file);
-    if (Status sound = check(*connection, "PRAGMA quick_check(1)", file); !sound.ok()) return sound.error();
-    connection->exec("PRAGMA journal_mode = WAL");
     prepare(*connection);
+    const bool newest = connection->execAndGet("PRAGMA user_version").getInt() == migrations().back().version;
+    if (!fresh && !clean)
+      if (Status sound = newest ? check_all(*connection, file.string()) : check_pages(*connection, file.string());
+          !sound.ok())
+        return sound.error();
+    connection->exec("PRAGMA journal_mode = WAL");
     if (Status migrated = migrate(*connection, migrations()); !migrated.ok()) return migrated.error();
     return Database(file, std::move(lock), std::move(connection));
   } catch (const SQLite::Exception& thrown) {
@@ -114,26 +137,7 @@ Result<Database> Database::open_for_reading(const std::filesystem::path& file) {
 int Database::schema_version() const { return connection_->execAndGet("PRAGMA user_version").getInt(); }
 
 Status Database::check_integrity() {
-  return guarded(*this, [this](SQLite::Database& connection) -> Status {
-    if (Status sound = check(connection, "PRAGMA integrity_check", file_); !sound.ok()) return sound;
-    if (Status tree = check(connection, "SELECT rtreecheck('allocation_boxes')", file_); !tree.ok()) return tree;
-    SQLite::Statement keys(connection, "PRAGMA foreign_key_check");
-    if (keys.executeStep())
-      return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged (table {} points to a row that is not "
-                                                    "there): put a backup in its place",
-                                                    file_.string(), text(keys.getColumn(0)))};
-    const int missing = connection
-                            .execAndGet(
-                                "SELECT (SELECT count(*) FROM allocations WHERE state <> 'released') - "
-                                "(SELECT count(*) FROM allocation_boxes AS b JOIN allocations AS a "
-                                "ON a.id = b.id WHERE a.state <> 'released')")
-                            .getInt();
-    if (missing != 0)
-      return Error{ErrorCode::kStorage, fmt::format("the database {} is damaged ({} allocations are not in the index): "
-                                                    "put a backup in its place",
-                                                    file_.string(), missing)};
-    return Ok();
-  });
+  return guarded(*this, [this](SQLite::Database& connection) { return check_all(connection, file_.string()); });
 }
 
 Status Database::limit_pages_for_test(int pages) {

@@ -9,10 +9,12 @@ namespace veneer::db {
 namespace {
 
 constexpr const char* kJobColumns =
-    "SELECT id, name, state, created_at, target_file, preview_file, options_json FROM jobs ";
+    "SELECT j.id, j.name, j.state, j.created_at, q.target_file, q.preview_file, q.options_json, j.plan FROM jobs AS j "
+    "JOIN plans AS q ON q.id = j.plan ";
 constexpr const char* kPieceColumns =
-    "SELECT p.id, p.job, p.mark, p.artwork_outline_um, p.panel, p.panel_outline_um, s.state, p.angle_rad, "
-    "p.shift_x_mm, p.shift_y_mm, p.improper, p.lead_in_um FROM pieces AS p JOIN piece_states AS s ON s.piece = p.id ";
+    "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
+    "JOIN patches AS t ON t.id = p.patch LEFT JOIN placements AS l ON l.id = s.placement ";
 
 PieceState piece_state_of(const std::string& name) {
   for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
@@ -30,6 +32,7 @@ JobRecord read_job(SQLite::Database& connection, SQLite::Statement& row) {
   job.target_file = text(row.getColumn(4));
   job.preview_file = text(row.getColumn(5));
   job.options_json = text(row.getColumn(6));
+  job.plan = {row.getColumn(7).getInt64()};
   SQLite::Statement counts(connection, "SELECT state, count(*) FROM piece_states WHERE job = ? GROUP BY state");
   counts.bind(1, job.id.value);
   while (counts.executeStep()) job.pieces[piece_state_of(text(counts.getColumn(0)))] = counts.getColumn(1).getInt();
@@ -42,20 +45,18 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   piece.job = {row.getColumn(1).getInt64()};
   piece.mark = text(row.getColumn(2));
   const auto artwork = read_ring(text(row.getColumn(3)));
+  if (!artwork) throw damaged(fmt::format("piece {}", piece.id.value));
+  piece.artwork_outline = from_micro<ArtworkFrame>(*artwork);
+  piece.state = piece_state_of(text(row.getColumn(6)));
+  if (row.getColumn(4).isNull()) return piece;
   const auto panel = read_ring(text(row.getColumn(5)));
   const auto lead_in = read_ring(text(row.getColumn(11)));
-  if (!artwork || !panel || !lead_in) throw damaged(fmt::format("piece {}", piece.id.value));
-  piece.artwork_outline = from_micro<ArtworkFrame>(*artwork);
-  if (auto id = text_or_null(row.getColumn(4))) piece.panel = PanelId{*id};
+  if (!panel || !lead_in) throw damaged(fmt::format("the place of piece {}", piece.id.value));
+  piece.panel = PanelId{text(row.getColumn(4))};
   piece.panel_outline = from_micro<PanelFrame>(*panel);
   if (!lead_in->empty()) piece.lead_in = from_micro<PanelFrame>(*lead_in).front();
-  piece.state = piece_state_of(text(row.getColumn(6)));
   piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
   return piece;
-}
-
-Error no_such_job(JobId job) {
-  return {ErrorCode::kNotFound, fmt::format("there is no job {}: see `veneerctl job list`", job.value)};
 }
 
 }  // namespace
@@ -111,7 +112,7 @@ JobState job_state_of(const std::string& name) {
 }
 
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece) {
-  SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE p.id = ?");
+  SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE s.piece = ?");
   row.bind(1, piece.value);
   if (row.executeStep()) return read_piece_row(row);
   return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
@@ -119,16 +120,19 @@ Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece) {
 
 Result<JobRecord> JobStore::find(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<JobRecord> {
-    SQLite::Statement row(connection, std::string(kJobColumns) + "WHERE id = ?");
+    SQLite::Statement row(connection, std::string(kJobColumns) + "WHERE j.id = ?");
     row.bind(1, job.value);
     if (!row.executeStep()) return no_such_job(job);
     return read_job(connection, row);
   });
 }
 
-Result<std::vector<JobRecord>> JobStore::list() {
-  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
-    SQLite::Statement rows(connection, std::string(kJobColumns) + "ORDER BY id");
+Result<std::vector<JobRecord>> JobStore::list() { return list({0}, -1); }
+
+Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
+    SQLite::Statement rows(connection, std::string(kJobColumns) + "WHERE j.id > ? ORDER BY j.id LIMIT ?");
+    SQLite::bind(rows, after.value, limit);
     std::vector<JobRecord> out;
     while (rows.executeStep()) out.push_back(read_job(connection, rows));
     return out;
@@ -137,7 +141,8 @@ Result<std::vector<JobRecord>> JobStore::list() {
 
 Result<std::string> JobStore::plan_json(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
-    SQLite::Statement row(connection, "SELECT plan_json FROM jobs WHERE id = ?");
+    SQLite::Statement row(connection,
+                          "SELECT q.plan_json FROM jobs AS j JOIN plans AS q ON q.id = j.plan WHERE j.id = ?");
     row.bind(1, job.value);
     if (!row.executeStep()) return no_such_job(job);
     return text(row.getColumn(0));
@@ -146,8 +151,19 @@ Result<std::string> JobStore::plan_json(JobId job) {
 
 Result<std::vector<PieceRecord>> JobStore::pieces(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceRecord>> {
-    SQLite::Statement rows(connection, std::string(kPieceColumns) + "WHERE p.job = ? ORDER BY p.ordinal");
+    SQLite::Statement rows(connection, std::string(kPieceColumns) + "WHERE s.job = ? ORDER BY s.ordinal");
     rows.bind(1, job.value);
+    std::vector<PieceRecord> out;
+    while (rows.executeStep()) out.push_back(read_piece_row(rows));
+    return out;
+  });
+}
+
+Result<std::vector<PieceRecord>> JobStore::pieces(JobId job, PieceId after, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceRecord>> {
+    SQLite::Statement rows(connection,
+                           std::string(kPieceColumns) + "WHERE s.job = ? AND s.piece > ? ORDER BY s.piece LIMIT ?");
+    SQLite::bind(rows, job.value, after.value, limit);
     std::vector<PieceRecord> out;
     while (rows.executeStep()) out.push_back(read_piece_row(rows));
     return out;

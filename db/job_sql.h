@@ -2,12 +2,17 @@
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 
 #include <string>
 
 #include "db/job_store.h"
 
 namespace veneer::db {
+
+inline Error no_such_job(JobId job) {
+  return {ErrorCode::kNotFound, fmt::format("there is no job {}: see `veneerctl job list`", job.value)};
+}
 
 JobState job_state_of(const std::string& name);
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece);

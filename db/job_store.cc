@@ -1,18 +1,16 @@
 #include "db/job_store.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include "db/job_sql.h"
 #include "db/ledger_sql.h"
-#include "db/shapes.h"
+#include "db/plan_sql.h"
+#include "db/request_sql.h"
 #include "db/sql.h"
 
 namespace veneer::db {
 namespace {
-
-Error no_such_job(JobId job) {
-  return {ErrorCode::kNotFound, fmt::format("there is no job {}: see `veneerctl job list`", job.value)};
-}
 
 Result<JobState> state_of(SQLite::Database& connection, JobId job) {
   SQLite::Statement row(connection, "SELECT state FROM jobs WHERE id = ?");
@@ -80,9 +78,7 @@ void end_run(SQLite::Database& connection, RunId run, const std::string& result,
 }
 
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
-  SQLite::Statement row(connection,
-                        "SELECT s.state, p.mark, p.job FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
-                        "WHERE p.id = ?");
+  SQLite::Statement row(connection, "SELECT state, mark, job FROM piece_states WHERE piece = ?");
   row.bind(1, piece.value);
   if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
   return Error{ErrorCode::kConflict,
@@ -97,49 +93,66 @@ Status move_one(Database& database, PieceId piece, AllocationState from, Allocat
   });
 }
 
-Result<std::vector<NewAllocation>> insert_pieces(SQLite::Database& connection, JobId job,
-                                                 const std::vector<NewPiece>& pieces) {
+// One allocation for each placement of the job's plan; the first piece whose wood is taken is named (kConflict).
+Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::string& at) {
+  SQLite::Statement placed(connection,
+                           "SELECT p.id, t.mark, l.id, l.panel, l.area_um FROM placements AS l JOIN patches AS t ON "
+                           "t.id = l.patch JOIN pieces AS p ON p.patch = t.id AND p.job = ? WHERE l.plan = ? "
+                           "ORDER BY t.ordinal");
+  SQLite::bind(placed, job.value, plan.value);
   SQLite::Statement insert(connection,
-                           "INSERT INTO pieces (job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, "
-                           "angle_rad, shift_x_mm, shift_y_mm, improper, lead_in_um) "
-                           "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  std::vector<NewAllocation> wood;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const NewPiece& piece = pieces[i];
-    if (piece.panel && piece.panel_outline.size() != piece.artwork_outline.size())
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the two outlines of piece {} have different vertices", piece.mark)};
+                           "INSERT INTO allocations (panel, job, piece, placement, state, area_um, reason, changed_at) "
+                           "VALUES (?, ?, ?, ?, 'reserved', ?, '', ?)");
+  while (placed.executeStep()) {
+    const std::string panel = text(placed.getColumn(3));
     insert.reset();
-    SQLite::bind(insert, job.value, static_cast<std::int64_t>(i), piece.mark,
-                 write_ring(to_micro(piece.artwork_outline)));
-    piece.panel ? insert.bind(5, piece.panel->value) : insert.bind(5);
-    insert.bind(6, write_ring(to_micro(piece.panel_outline)));
-    bind_isometry(insert, 7, piece.panel_from_artwork);
-    std::vector<Point<PanelFrame>> lead_in;
-    if (piece.lead_in) lead_in.push_back(*piece.lead_in);
-    insert.bind(11, write_ring(to_micro(lead_in)));
-    insert.exec();
-    if (piece.panel)
-      wood.push_back(
-          {*piece.panel, job, PieceId{connection.getLastInsertRowid()}, piece.panel_outline, piece.allocation});
+    SQLite::bind(insert, panel, job.value, placed.getColumn(0).getInt64(), placed.getColumn(2).getInt64(),
+                 text(placed.getColumn(4)), at);
+    try {
+      insert.exec();
+    } catch (const SQLite::Exception& thrown) {
+      if (thrown.getExtendedErrorCode() != SQLITE_CONSTRAINT_TRIGGER) throw;
+      return Error{ErrorCode::kConflict,
+                   fmt::format("piece {} cannot have its wood on panel {} ({}): plan again with the free wood",
+                               text(placed.getColumn(1)), panel, thrown.what())};
+    }
   }
-  return wood;
+  return Ok();
+}
+
+Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::string& at,
+                       const std::optional<KeyedRequest>& request) {
+  if (Status same = check_masks(connection, plan); !same.ok()) return same.error();
+  SQLite::Statement insert(connection,
+                           "INSERT INTO jobs (name, plan, state, created_at, changed_at) "
+                           "SELECT name, id, 'planned', ?, ? FROM plans WHERE id = ?");
+  SQLite::bind(insert, at, at, plan.value);
+  if (insert.exec() == 0)
+    return Error{ErrorCode::kNotFound, fmt::format("there is no plan {}: see GET /plans", plan.value)};
+  const JobId job{connection.getLastInsertRowid()};
+  SQLite::Statement pieces(connection,
+                           "INSERT INTO pieces (job, patch) SELECT ?, id FROM patches WHERE plan = ? ORDER BY ordinal");
+  SQLite::bind(pieces, job.value, plan.value);
+  pieces.exec();
+  if (Status reserved = reserve(connection, job, plan, at); !reserved.ok()) return reserved.error();
+  if (request)
+    if (Status noted = write_result(connection, *request, fmt::format("{{\"job\":{}}}", job.value)); !noted.ok())
+      return noted.error();
+  return job;
 }
 
 }  // namespace
 
-Result<JobId> JobStore::create(const NewJob& job, const std::string& at) {
+Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request) {
+  return in_transaction(*database_,
+                        [&](SQLite::Database& connection) { return make_job(connection, plan, at, request); });
+}
+
+Result<JobId> JobStore::create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
-    SQLite::Statement insert(connection,
-                             "INSERT INTO jobs (name, state, created_at, changed_at, target_file, preview_file, "
-                             "options_json, plan_json) VALUES (?, 'planned', ?, ?, ?, ?, ?, ?)");
-    SQLite::bind(insert, job.name, at, at, job.target_file, job.preview_file, job.options_json, job.plan_json);
-    insert.exec();
-    const JobId id{connection.getLastInsertRowid()};
-    const auto wood = insert_pieces(connection, id, job.pieces);
-    if (!wood.ok()) return wood.error();
-    if (Status reserved = insert_reserved(connection, *wood, at); !reserved.ok()) return reserved.error();
-    return id;
+    const auto stored = insert_plan(connection, plan, at);
+    if (!stored.ok()) return stored.error();
+    return make_job(connection, *stored, at, request);
   });
 }
 
@@ -204,7 +217,7 @@ Status JobStore::finish_run(RunId run, bool more, const std::string& at) {
 }
 
 Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason,
-                           const std::string& at) {
+                           const std::string& at, std::span<const PieceId> neighbours) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto job = job_of_open_run(connection, run);
     if (!job.ok()) return job.error();
@@ -216,6 +229,9 @@ Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const s
       move_piece(connection, suspect, AllocationState::kReserved, AllocationState::kCutting, at);
     }
     move_all(connection, *job, AllocationState::kCutting, AllocationState::kSuspect, at);
+    for (const PieceId neighbour : neighbours)
+      if (!move_piece(connection, neighbour, AllocationState::kReserved, AllocationState::kSuspect, at))
+        move_piece(connection, neighbour, AllocationState::kCut, AllocationState::kSuspect, at);
     end_run(connection, run, reason, at);
     return move_job(connection, *job, state_after(connection, *job, JobState::kAborted), at);
   });

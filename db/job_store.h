@@ -1,4 +1,5 @@
-// Jobs, their pieces and their runs. A piece has no state of its own: it is the state of its allocation in the ledger,
+// Jobs, their pieces and their runs. A job is made of a plan: each of its pieces is one patch of it, and is where the
+// plan placed that patch. A piece has no state of its own: it is the state of its allocation in the ledger,
 // so the two cannot disagree. Whatever moves pieces moves the job in the same transaction.
 //
 // Jobs:  planned -> running | cancelled            running -> complete | aborted | stopped
@@ -19,6 +20,8 @@
 #include "base/result.h"
 #include "db/database.h"
 #include "db/ledger.h"
+#include "db/plans.h"
+#include "db/request_keys.h"
 
 namespace veneer::db {
 
@@ -37,29 +40,12 @@ const char* to_string(JobState state);
 enum class PieceState { kUnfilled, kReserved, kCutting, kCut, kSuspect, kScrap, kReleased };
 const char* to_string(PieceState state);
 
-// A piece as it was planned. `panel` is empty for a patch that found no wood; then the panel side is empty too.
-struct NewPiece {
-  std::string mark;  // engraved on the back, unique within the job: "A3-12"
-  Ring<ArtworkFrame> artwork_outline;
-  std::optional<PanelId> panel;
-  Ring<PanelFrame> panel_outline;  // the same vertices as artwork_outline, in the same order; no kerf
-  Region<PanelFrame> allocation;   // panel_outline grown by k, and what its lead-in burns
-  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
-  std::optional<Point<PanelFrame>> lead_in;  // where its cut begins in waste
-};
-
-struct NewJob {
-  std::string name;
-  std::string target_file, preview_file;
-  std::string plan_json, options_json;
-  std::vector<NewPiece> pieces;
-};
-
 struct PieceRecord {
   PieceId id;  // global, for ever
   JobId job;
-  std::string mark;
+  std::string mark;  // of its patch
   Ring<ArtworkFrame> artwork_outline;
+  // Where it is placed; empty when it is unfilled.
   std::optional<PanelId> panel;
   Ring<PanelFrame> panel_outline;
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
@@ -70,9 +56,10 @@ struct PieceRecord {
 struct JobRecord {
   JobId id;
   std::string name;
+  PlanId plan;
   JobState state = JobState::kPlanned;
   std::string created_at;
-  std::string target_file, preview_file, options_json;  // the plan itself: plan_json()
+  std::string target_file, preview_file, options_json;  // of its plan
   std::map<PieceState, int> pieces;                     // how many pieces are in each state; absent = 0
   int count(PieceState wanted) const;
 };
@@ -100,9 +87,13 @@ class JobStore {
  public:
   explicit JobStore(Database& database) : database_(&database) {}
 
-  // The job, its pieces and their wood enter in one transaction; kConflict names the piece and panel whose wood is
-  // taken and leaves nothing behind.
-  Result<JobId> create(const NewJob& job, const std::string& at);
+  // Makes a job of the plan: its pieces and their wood enter in one transaction, or nothing does. kConflict names the
+  // piece and panel whose wood is taken, or the panel that was scanned again since the plan was made. `request` is the
+  // request that asked for the job, begun before (db/request_keys.h): it gets {"job":N} as its result in the same
+  // transaction, so that it can never make two.
+  Result<JobId> create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
+  // The same with a plan that is stored in the same transaction: when there is no job, there is no plan either.
+  Result<JobId> create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
   // Releases what is still reserved. kConflict while a run is on or when the job is already over.
   Status cancel(JobId job, const std::string& at);
 
@@ -117,8 +108,10 @@ class JobStore {
   // cut or to settle, stays running when pieces are left and another panel is to be loaded (`more`), else is stopped.
   Status finish_run(RunId run, bool more, const std::string& at);
   // The run is broken off: whatever was `cutting` is suspect, as are `suspects` (pieces already booked stay cut), and
-  // the job is aborted. `reason` is one sentence.
-  Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at);
+  // the job is aborted. `neighbours` are pieces, of any job, that the beam may have hit besides: those reserved or cut
+  // are suspect as well. `reason` is one sentence.
+  Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at,
+                   std::span<const PieceId> neighbours = {});
   // A job that waits between two panels is broken off or stopped without a run.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);
@@ -131,8 +124,12 @@ class JobStore {
 
   Result<JobRecord> find(JobId job);      // kNotFound
   Result<std::vector<JobRecord>> list();  // in order of id
+  // At most `limit` of them, behind `after`.
+  Result<std::vector<JobRecord>> list(JobId after, int limit);
   Result<std::string> plan_json(JobId job);
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
+  // At most `limit` of them by id, behind `after`.
+  Result<std::vector<PieceRecord>> pieces(JobId job, PieceId after, int limit);
   Result<PieceRecord> find_piece(PieceId piece);
   Result<std::vector<RunRecord>> runs(JobId job);
 

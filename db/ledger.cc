@@ -1,7 +1,6 @@
 #include "db/ledger.h"
 
 #include <fmt/format.h>
-#include <sqlite3.h>
 
 #include "db/ledger_sql.h"
 #include "db/shapes.h"
@@ -17,25 +16,15 @@ AllocationState state_of(const std::string& name) {
   return AllocationState::kReleased;  // the schema allows no seventh
 }
 
-std::string mark_of(SQLite::Database& connection, PieceId piece) {
-  SQLite::Statement row(connection, "SELECT mark FROM pieces WHERE id = ?");
-  row.bind(1, piece.value);
-  return row.executeStep() ? text(row.getColumn(0)) : fmt::format("no. {}", piece.value);
-}
-
-// The wood that the piece itself needs must be among what it books, or its neighbours would be cut into.
-bool area_holds_outline(const NewAllocation& wanted) {
-  if (wanted.area.empty() || wanted.outline.size() < 3) return false;
-  return subtract(Region<PanelFrame>(wanted.outline), wanted.area).area() < SquareMillimetres(1e-3);
-}
-
-Result<std::vector<AllocationRecord>> read_allocations(Database& database, const PanelId& panel, const char* which) {
+Result<std::vector<AllocationRecord>> read_allocations(Database& database, const PanelId& panel,
+                                                       const std::string& which, int limit = -1) {
   return guarded(database, [&](SQLite::Database& connection) -> Result<std::vector<AllocationRecord>> {
     SQLite::Statement rows(connection,
-                           fmt::format("SELECT id, job, piece, state, outline_um, area_um, reason, changed_at FROM "
-                                       "allocations WHERE panel = ? {} ORDER BY id",
+                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, '[]'), "
+                                       "a.area_um, a.reason, a.changed_at FROM allocations AS a LEFT JOIN placements "
+                                       "AS l ON l.id = a.placement WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
                                        which));
-    rows.bind(1, panel.value);
+    SQLite::bind(rows, panel.value, limit);
     std::vector<AllocationRecord> out;
     while (rows.executeStep()) {
       const auto outline = read_ring(text(rows.getColumn(4)));
@@ -75,30 +64,6 @@ const char* to_string(AllocationState state) {
   return "released";
 }
 
-Status insert_reserved(SQLite::Database& connection, std::span<const NewAllocation> plan, const std::string& at) {
-  SQLite::Statement insert(
-      connection,
-      "INSERT INTO allocations (panel, job, piece, state, outline_um, area_um, reason, changed_at) "
-      "VALUES (?, ?, ?, 'reserved', ?, ?, '', ?)");
-  for (const NewAllocation& wanted : plan) {
-    if (!area_holds_outline(wanted))
-      return Error{ErrorCode::kInvalidArgument, fmt::format("the wood booked for piece {} does not hold its outline",
-                                                            mark_of(connection, wanted.piece))};
-    insert.reset();
-    SQLite::bind(insert, wanted.panel.value, wanted.job.value, wanted.piece.value, write_ring(to_micro(wanted.outline)),
-                 write_area(wanted.area.micro_area()), at);
-    try {
-      insert.exec();
-    } catch (const SQLite::Exception& thrown) {
-      if (thrown.getExtendedErrorCode() != SQLITE_CONSTRAINT_TRIGGER) throw;
-      return Error{ErrorCode::kConflict,
-                   fmt::format("piece {} cannot have its wood on panel {} ({}): plan again with the free wood",
-                               mark_of(connection, wanted.piece), wanted.panel.value, thrown.what())};
-    }
-  }
-  return Ok();
-}
-
 bool move_piece(SQLite::Database& connection, PieceId piece, AllocationState from, AllocationState to,
                 const std::string& at) {
   SQLite::Statement update(connection,
@@ -115,18 +80,13 @@ void move_all(SQLite::Database& connection, JobId job, AllocationState from, All
   update.exec();
 }
 
-Status Ledger::reserve(std::span<const NewAllocation> plan, const std::string& at) {
-  return in_transaction(*database_,
-                        [&](SQLite::Database& connection) { return insert_reserved(connection, plan, at); });
-}
-
 Status Ledger::write_off(const PanelId& panel, const Region<PanelFrame>& area, const std::string& reason,
                          const std::string& at) {
   if (area.empty()) return Error{ErrorCode::kInvalidArgument, "there is no wood to write off"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement insert(connection,
-                             "INSERT INTO allocations (panel, state, outline_um, area_um, reason, changed_at) "
-                             "VALUES (?, 'scrap', '[]', ?, ?, ?)");
+                             "INSERT INTO allocations (panel, state, area_um, reason, changed_at) "
+                             "VALUES (?, 'scrap', ?, ?, ?)");
     SQLite::bind(insert, panel.value, write_area(area.micro_area()), reason, at);
     insert.exec();
     return Ok();
@@ -134,7 +94,36 @@ Status Ledger::write_off(const PanelId& panel, const Region<PanelFrame>& area, c
 }
 
 Result<std::vector<AllocationRecord>> Ledger::live_allocations(const PanelId& panel) {
-  return read_allocations(*database_, panel, "AND state <> 'released'");
+  return read_allocations(*database_, panel, "AND a.state <> 'released'");
+}
+
+Result<std::vector<AllocationRecord>> Ledger::allocations(const PanelId& panel, AllocationId after, int limit) {
+  return read_allocations(*database_, panel, fmt::format("AND a.id > {}", after.value), limit);
+}
+
+Result<std::vector<std::pair<AllocationId, AllocationState>>> Ledger::live_states(const PanelId& panel) {
+  using States = std::vector<std::pair<AllocationId, AllocationState>>;
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<States> {
+    SQLite::Statement rows(connection,
+                           "SELECT id, state FROM allocations WHERE panel = ? AND state <> 'released' ORDER BY id");
+    rows.bind(1, panel.value);
+    States out;
+    while (rows.executeStep())
+      out.emplace_back(AllocationId{rows.getColumn(0).getInt64()}, state_of(text(rows.getColumn(1))));
+    return out;
+  });
+}
+
+Result<SquareMillimetres> Ledger::area_of(AllocationId allocation) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<SquareMillimetres> {
+    SQLite::Statement row(connection, "SELECT area_um FROM allocations WHERE id = ?");
+    row.bind(1, allocation.value);
+    if (!row.executeStep())
+      return Error{ErrorCode::kNotFound, fmt::format("there is no allocation {}", allocation.value)};
+    const auto area = read_area(text(row.getColumn(0)));
+    if (!area) throw damaged(fmt::format("allocation {}", allocation.value));
+    return Region<PanelFrame>(*area).area();
+  });
 }
 
 Result<std::vector<AllocationRecord>> Ledger::all_allocations(const PanelId& panel) {

@@ -4,15 +4,11 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include <span>
 #include <string>
 
 #include "db/ledger.h"
 
 namespace veneer::db {
-
-// Inserts the allocations as reserved; the first piece whose wood is taken is named (kConflict).
-Status insert_reserved(SQLite::Database& connection, std::span<const NewAllocation> plan, const std::string& at);
 
 // Moves the piece's newest allocation from `from` to `to`; false when it is not in `from`.
 bool move_piece(SQLite::Database& connection, PieceId piece, AllocationState from, AllocationState to,

@@ -4,14 +4,12 @@
 
 #include <cmath>
 
+#include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 
 namespace veneer::db {
 namespace {
-
-std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
-Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
 
 Status check(const RecipeRecord& recipe) {
   const auto wrong = [&](std::string_view what) {
@@ -30,16 +28,6 @@ Status check(const RecipeRecord& recipe) {
   for (const Millimetres kerf : {recipe.kerf->back, recipe.kerf->show})
     if (!(kerf.count() >= 0 && kerf.count() < 5)) return wrong("has an impossible kerf: use 0 to 5 mm");
   return Ok();
-}
-
-bool exists(SQLite::Database& connection, const PanelId& panel) {
-  SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
-  row.bind(1, panel.value);
-  return row.executeStep();
-}
-
-Error no_such_panel(const PanelId& panel) {
-  return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
 }
 
 }  // namespace
@@ -103,7 +91,7 @@ Result<std::vector<RecipeRecord>> Materials::recipes() {
 
 Status Materials::add_zones(const PanelId& panel, const std::vector<ZoneRecord>& zones) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (!exists(connection, panel)) return no_such_panel(panel);
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
     SQLite::Statement known(connection, "SELECT 1 FROM zones WHERE panel = ? LIMIT 1");
     known.bind(1, panel.value);
     if (known.executeStep()) return Ok();
@@ -136,7 +124,7 @@ Status Materials::set_material(const PanelId& panel, std::optional<int> zone, co
   if (material.empty() || material.size() > 60)
     return Error{ErrorCode::kInvalidArgument, "a material needs a name of at most 60 characters"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (!exists(connection, panel)) return no_such_panel(panel);
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
     SQLite::Statement update(connection, zone ? "UPDATE zones SET material = ? WHERE panel = ? AND number = ?"
                                               : "UPDATE zones SET material = ? WHERE panel = ?");
     SQLite::bind(update, material, panel.value);

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <set>
 
+#include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 
@@ -12,12 +13,12 @@ namespace veneer::db {
 namespace {
 
 constexpr const char* kPanelColumns =
-    "SELECT id, name, width_um, height_um, map_file, mask_file, map_hash, created_at, parent, root FROM panels ";
+    "SELECT p.id, p.name, p.width_um, p.height_um, m.map_file, m.mask_file, m.map_hash, p.created_at, p.parent, "
+    "p.root, m.version FROM panels AS p JOIN masks AS m ON m.panel = p.id AND m.version = "
+    "(SELECT max(version) FROM masks WHERE panel = p.id) ";
 
-PanelFace face_of(const std::string& name) { return name == "back" ? PanelFace::kBack : PanelFace::kShow; }
+Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
-std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
-Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
 
 PanelRecord read_panel(SQLite::Statement& row) {
   PanelRecord panel;
@@ -31,6 +32,7 @@ PanelRecord read_panel(SQLite::Statement& row) {
   panel.created_at = text(row.getColumn(7));
   if (auto parent = text_or_null(row.getColumn(8))) panel.parent = PanelId{*parent};
   panel.root = {text(row.getColumn(9))};
+  panel.mask_version = row.getColumn(10).getInt();
   return panel;
 }
 
@@ -58,13 +60,21 @@ void insert_scans(SQLite::Database& connection, const std::vector<ScanRecord>& s
   }
 }
 
+void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask) {
+  SQLite::Statement insert(
+      connection,
+      "INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES (?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, panel.value, mask.version, mask.map_file, mask.mask_file, mask.map_hash, mask.made_at);
+  insert.exec();
+}
+
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
 Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
                         const std::vector<FiducialRecord>& fiducials) {
-  std::set<PanelFace> faces;
+  std::set<Face> faces;
   for (const auto& fiducial : fiducials) faces.insert(fiducial.face);
   SQLite::Statement known(connection, "SELECT 1 FROM fiducials WHERE panel = ? AND face = ? LIMIT 1");
-  for (const PanelFace face : faces) {
+  for (const Face face : faces) {
     known.reset();
     SQLite::bind(known, panel.value, to_string(face));
     if (known.executeStep())
@@ -83,19 +93,8 @@ Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
   return Ok();
 }
 
-Error no_such_panel(const PanelId& panel) {
-  return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
-}
-
-bool exists(SQLite::Database& connection, const PanelId& panel) {
-  SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
-  row.bind(1, panel.value);
-  return row.executeStep();
-}
-
 }  // namespace
 
-const char* to_string(PanelFace face) { return face == PanelFace::kShow ? "show" : "back"; }
 const char* to_string(FiducialKind kind) { return kind == FiducialKind::kTag ? "tag" : "hole"; }
 
 Result<PanelId> Panels::next_panel_id() {
@@ -114,24 +113,23 @@ Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scan
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("'{}' is no panel id: they look like P-0001", panel.id.value)};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (exists(connection, panel.id))
+    if (panel_exists(connection, panel.id))
       return Error{ErrorCode::kConflict, fmt::format("panel {} exists already", panel.id.value)};
     for (const auto& relative : {panel.parent.value_or(PanelId{}), panel.root})
-      if (!relative.value.empty() && relative != panel.id && !exists(connection, relative))
+      if (!relative.value.empty() && relative != panel.id && !panel_exists(connection, relative))
         return no_such_panel(relative);
     for (const auto& scan : scans)
       if (scan.panel != panel.id)
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
-    SQLite::Statement insert(
-        connection,
-        "INSERT INTO panels (number, id, name, width_um, height_um, map_file, mask_file, map_hash, "
-        "created_at, parent, root) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    SQLite::bind(insert, number, panel.id.value, panel.name, to_um(panel.width), to_um(panel.height), panel.map_file,
-                 panel.mask_file, panel.map_hash, panel.created_at);
-    panel.parent ? insert.bind(10, panel.parent->value) : insert.bind(10);
-    insert.bind(11, panel.root.value.empty() ? panel.id.value : panel.root.value);
+    SQLite::Statement insert(connection,
+                             "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
+                             "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+    SQLite::bind(insert, number, panel.id.value, panel.name, to_um(panel.width), to_um(panel.height), panel.created_at);
+    panel.parent ? insert.bind(7, panel.parent->value) : insert.bind(7);
+    insert.bind(8, panel.root.value.empty() ? panel.id.value : panel.root.value);
     insert.exec();
+    insert_mask(connection, panel.id, {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at});
     insert_scans(connection, scans);
     return insert_fiducials(connection, panel.id, fiducials);
   });
@@ -140,7 +138,7 @@ Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scan
 Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
                          const std::vector<FiducialRecord>& fiducials) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (!exists(connection, panel)) return no_such_panel(panel);
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
     for (const auto& scan : scans)
       if (scan.panel != panel)
         return Error{ErrorCode::kInvalidArgument,
@@ -150,19 +148,36 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
   });
 }
 
-Status Panels::set_map(const PanelId& panel, const std::string& map_file, const std::string& mask_file,
-                       const std::string& map_hash) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement update(connection, "UPDATE panels SET map_file = ?, mask_file = ?, map_hash = ? WHERE id = ?");
-    SQLite::bind(update, map_file, mask_file, map_hash, panel.value);
-    if (update.exec() == 0) return no_such_panel(panel);
-    return Ok();
+Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    SQLite::Statement next(connection, "SELECT coalesce(max(version), 0) + 1 FROM masks WHERE panel = ?");
+    next.bind(1, panel.value);
+    next.executeStep();
+    MaskRecord added = mask;
+    added.version = next.getColumn(0).getInt();
+    insert_mask(connection, panel, added);
+    return added.version;
+  });
+}
+
+Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
+    SQLite::Statement rows(connection,
+                           "SELECT version, map_file, mask_file, map_hash, made_at FROM masks WHERE panel = ? "
+                           "ORDER BY version DESC");
+    rows.bind(1, panel.value);
+    std::vector<MaskRecord> out;
+    while (rows.executeStep())
+      out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
+                     text(rows.getColumn(3)), text(rows.getColumn(4))});
+    return out;
   });
 }
 
 Result<PanelRecord> Panels::find(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelRecord> {
-    SQLite::Statement row(connection, std::string(kPanelColumns) + "WHERE id = ?");
+    SQLite::Statement row(connection, std::string(kPanelColumns) + "WHERE p.id = ?");
     row.bind(1, panel.value);
     if (!row.executeStep()) return no_such_panel(panel);
     return read_panel(row);
@@ -171,7 +186,7 @@ Result<PanelRecord> Panels::find(const PanelId& panel) {
 
 Result<std::vector<PanelRecord>> Panels::list() {
   return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PanelRecord>> {
-    SQLite::Statement rows(connection, std::string(kPanelColumns) + "ORDER BY number");
+    SQLite::Statement rows(connection, std::string(kPanelColumns) + "ORDER BY p.number");
     std::vector<PanelRecord> out;
     while (rows.executeStep()) out.push_back(read_panel(rows));
     return out;
@@ -220,7 +235,7 @@ Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
   });
 }
 
-Result<PanelId> Panels::panel_with_tag(int tag_id, PanelFace face) {
+Result<PanelId> Panels::panel_with_tag(int tag_id, Face face) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelId> {
     // A remnant with a record of its own carries its parent's tags; the youngest record is what lies there today.
     SQLite::Statement row(connection,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/face.h"
 #include "base/geometry.h"
 #include "base/ids.h"
 #include "base/result.h"
@@ -14,9 +15,7 @@
 
 namespace veneer::db {
 
-enum class PanelFace { kShow, kBack };
 enum class FiducialKind { kTag, kHole };
-const char* to_string(PanelFace face);
 const char* to_string(FiducialKind kind);
 
 // One physical sheet, or what is left of it. Width and height are those of the veneer map's bounding box.
@@ -24,18 +23,26 @@ struct PanelRecord {
   PanelId id;  // "P-0001"
   std::string name;
   Millimetres width, height;
-  std::string map_file, mask_file;  // as the daemon named them; empty until stitched
+  int mask_version = 1;             // of map and mask: counts up from 1; the highest is what counts
+  std::string map_file, mask_file;  // of that version, as the daemon named them; empty until stitched
   std::string map_hash;             // SHA-256 of the map file
   std::string created_at;
   std::optional<PanelId> parent;  // a remnant's panel before it; null for a fresh sheet
   PanelId root;                   // the sheet it all came from; a fresh sheet is its own root
 };
 
+// What a panel's wood looked like and which of it is usable, at one time. Never edited.
+struct MaskRecord {
+  int version = 0;  // 0 on insertion
+  std::string map_file, mask_file, map_hash;
+  std::string made_at;
+};
+
 // Stored in whole micrometres.
 struct FiducialRecord {
   FiducialKind kind = FiducialKind::kTag;
   int tag_id = -1;  // of a tag; holes are numbered by the caller, from 0
-  PanelFace face = PanelFace::kShow;
+  Face face = Face::kShow;
   std::vector<Point<PanelFrame>> corners;  // a tag's four, in the detector's order; a hole's centre
 };
 
@@ -43,7 +50,7 @@ struct FiducialRecord {
 struct ScanRecord {
   ScanId id;  // 0 on insertion
   PanelId panel;
-  PanelFace face = PanelFace::kShow;
+  Face face = Face::kShow;
   std::string device;  // "twin:capture-12"
   std::string file;
   std::string sha256;
@@ -65,9 +72,9 @@ class Panels {
   // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials);
-  // A new version of map and mask. The frame, the size and the fiducials stay.
-  Status set_map(const PanelId& panel, const std::string& map_file, const std::string& mask_file,
-                 const std::string& map_hash);
+  // A new version of map and mask; its number. The frame, the size, the fiducials and earlier versions stay.
+  Result<int> add_mask(const PanelId& panel, const MaskRecord& mask);
+  Result<std::vector<MaskRecord>> masks(const PanelId& panel);  // newest first
 
   Result<PanelRecord> find(const PanelId& panel);  // kNotFound
   Result<std::vector<PanelRecord>> list();         // in order of id
@@ -75,7 +82,7 @@ class Panels {
   Result<std::vector<ScanRecord>> scans(const PanelId& panel);
   // The panel that carries this tag on this face (of several the youngest: a remnant keeps its parent's tags);
   // kNotFound.
-  Result<PanelId> panel_with_tag(int tag_id, PanelFace face);
+  Result<PanelId> panel_with_tag(int tag_id, Face face);
 
  private:
   Database* database_;

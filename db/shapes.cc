@@ -25,6 +25,9 @@ void append_ring(std::string& out, const MicroRing& ring) {
   out += ']';
 }
 
+// What base/polygon_ops.h can work with: a coordinate beyond it was never written by us.
+constexpr std::int64_t kFarthestUm = 1'000'000'000;
+
 class Reader {
  public:
   explicit Reader(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) {}
@@ -38,7 +41,7 @@ class Reader {
   bool number(std::int64_t& out) {
     const auto [next, error] = std::from_chars(at_, end_, out);
     at_ = next;
-    return error == std::errc();
+    return error == std::errc() && out >= -kFarthestUm && out <= kFarthestUm;
   }
   // Calls `item` for each element between brackets.
   template <class Item>

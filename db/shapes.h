@@ -13,7 +13,7 @@ namespace veneer::db {
 
 std::string write_ring(const MicroRing& ring);
 std::string write_area(const MicroArea& area);
-// Empty when the text is not exactly such a shape.
+// Empty when the text is not exactly such a shape, or lies farther than 1 km out.
 std::optional<MicroRing> read_ring(std::string_view text);
 std::optional<MicroArea> read_area(std::string_view text);
 

@@ -4,8 +4,11 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <exception>
+#include <new>
 
 #include "base/polygon_ops.h"
+#include "db/checksum.h"
 #include "db/shapes.h"
 
 namespace veneer::db {
@@ -15,6 +18,20 @@ std::optional<MicroArea> area_of(sqlite3_value* value) {
   const auto* bytes = static_cast<const char*>(sqlite3_value_blob(value));
   if (bytes == nullptr) return std::nullopt;
   return read_area({bytes, static_cast<std::size_t>(sqlite3_value_bytes(value))});
+}
+
+// SQLite is C: nothing may be thrown through it.
+template <void (*function)(sqlite3_context*, int, sqlite3_value**)>
+void without_exceptions(sqlite3_context* context, int count, sqlite3_value** arguments) {
+  try {
+    function(context, count, arguments);
+  } catch (const std::bad_alloc&) {
+    sqlite3_result_error_nomem(context);
+  } catch (const std::exception& thrown) {
+    sqlite3_result_error(context, thrown.what(), -1);
+  } catch (...) {
+    sqlite3_result_error(context, "a shape cannot be worked with", -1);
+  }
 }
 
 // veneer_box(area, i): min x, max x, min y, max y in micrometres for i = 0..3.
@@ -77,8 +94,11 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
 }
 
 void register_functions(SQLite::Database& connection) {
-  connection.createFunction("veneer_box", 2, true, nullptr, &box_function);
-  connection.createFunction("veneer_areas_overlap", 2, true, nullptr, &overlap_function);
+  connection.createFunction("veneer_box", 2, true, nullptr, &without_exceptions<box_function>);
+  connection.createFunction("veneer_writer", 0, true, nullptr,
+                            [](sqlite3_context* context, int, sqlite3_value**) { sqlite3_result_int(context, 1); });
+  register_checksum(connection);
+  connection.createFunction("veneer_areas_overlap", 2, true, nullptr, &without_exceptions<overlap_function>);
 }
 
 SQLite::Exception damaged(const std::string& what) { return {what + " cannot be read", SQLITE_CORRUPT}; }

@@ -11,6 +11,7 @@
 #include "base/frames.h"
 #include "base/result.h"
 #include "db/database.h"
+#include "db/guard.h"
 
 namespace veneer::db {
 
@@ -31,6 +32,7 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
 template <class Body>
 auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
   return guarded(database, [&](SQLite::Database& connection) {
+    const WritePermission permission(database.guard());
     SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
     auto result = body(connection);
     if (result.ok()) transaction.commit();
@@ -38,7 +40,8 @@ auto in_transaction(Database& database, const Body& body) -> std::invoke_result_
   });
 }
 
-// veneer_box and veneer_areas_overlap, which the triggers of the ledger call.
+// What the schema calls: veneer_box and veneer_areas_overlap of the ledger, veneer_checksum of every row,
+// veneer_writer, which is 1 and lets nobody delete without it.
 void register_functions(SQLite::Database& connection);
 
 inline std::string text(const SQLite::Column& column) { return column.getString(); }

@@ -1,0 +1,33 @@
+// What a connection may do beside reading: SQLite asks it for every statement (sqlite3_set_authorizer). Private to db.
+//
+// Rows are written only while a store's transaction is on (sql.h, in_transaction), the index of wood only by the
+// ledger's own triggers, and the schema and what protects it not at all. A trigger cannot see to that: virtual tables
+// have none, and a trigger can be dropped.
+#pragma once
+
+namespace SQLite {
+class Database;
+}  // namespace SQLite
+
+namespace veneer::db {
+
+struct Guard {
+  bool writing = false;
+};
+
+// `guard` outlives the connection. The schema must be as it is to stay.
+void set_guard(SQLite::Database& connection, Guard& guard);
+
+// Rows may be written while it lives.
+class WritePermission {
+ public:
+  explicit WritePermission(Guard& guard) : guard_(guard) { guard_.writing = true; }
+  WritePermission(const WritePermission&) = delete;
+  WritePermission& operator=(const WritePermission&) = delete;
+  ~WritePermission() { guard_.writing = false; }
+
+ private:
+  Guard& guard_;
+};
+
+}  // namespace veneer::db

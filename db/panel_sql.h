@@ -1,0 +1,29 @@
+// Reading steps that the stores share when they speak of panels. Private to db; these throw SQLite::Exception.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "base/ids.h"
+#include "base/result.h"
+#include "base/units.h"
+
+namespace veneer::db {
+
+inline std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
+inline Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
+
+inline Error no_such_panel(const PanelId& panel) {
+  return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
+}
+
+inline bool panel_exists(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
+  row.bind(1, panel.value);
+  return row.executeStep();
+}
+
+}  // namespace veneer::db

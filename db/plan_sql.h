@@ -1,0 +1,16 @@
+// What JobStore does with plans inside a transaction of its own. Private to db; these throw SQLite::Exception.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include <string>
+
+#include "db/plans.h"
+
+namespace veneer::db {
+
+Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at);
+// kConflict names the first of its panels that was scanned again since.
+Status check_masks(SQLite::Database& connection, PlanId plan);
+
+}  // namespace veneer::db

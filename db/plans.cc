@@ -1,0 +1,232 @@
+#include "db/plans.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "db/plan_sql.h"
+#include "db/shapes.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr const char* kPlanColumns =
+    "SELECT id, name, parent, who, created_at, target_file, preview_file, options_json, report_json, "
+    "(SELECT count(*) FROM patches WHERE plan = plans.id), (SELECT count(*) FROM placements WHERE plan = plans.id) "
+    "FROM plans ";
+
+Error no_such_plan(PlanId plan) {
+  return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see GET /plans", plan.value)};
+}
+
+// The wood that the piece itself needs must be among what it books, or its neighbours would be cut into.
+bool area_holds_outline(const PlannedPatch& patch) {
+  if (patch.allocation.empty() || patch.panel_outline.size() < 3) return false;
+  return subtract(Region<PanelFrame>(patch.panel_outline), patch.allocation).area() < SquareMillimetres(1e-3);
+}
+
+Status check(const NewPlan& plan) {
+  const auto wrong = [](std::string what) { return Error{ErrorCode::kInvalidArgument, std::move(what)}; };
+  for (const PlannedPatch& patch : plan.pieces) {
+    if (!patch.panel) continue;
+    if (patch.panel_outline.size() != patch.artwork_outline.size())
+      return wrong(fmt::format("the two outlines of piece {} have different vertices", patch.mark));
+    if (!area_holds_outline(patch))
+      return wrong(fmt::format("the wood booked for piece {} does not hold its outline", patch.mark));
+    if (std::none_of(plan.planned_on.begin(), plan.planned_on.end(),
+                     [&](const auto& p) { return p.panel == *patch.panel; }))
+      return wrong(
+          fmt::format("piece {} is taken from panel {}, which the plan does not name", patch.mark, patch.panel->value));
+  }
+  return Ok();
+}
+
+void insert_patches(SQLite::Database& connection, PlanId plan, const std::vector<PlannedPatch>& patches) {
+  SQLite::Statement patch_row(connection,
+                              "INSERT INTO patches (plan, ordinal, mark, artwork_outline_um) VALUES (?, ?, ?, ?)");
+  SQLite::Statement placement_row(
+      connection,
+      "INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, shift_y_mm, "
+      "improper, lead_in_um) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const PlannedPatch& patch = patches[i];
+    patch_row.reset();
+    SQLite::bind(patch_row, plan.value, static_cast<std::int64_t>(i), patch.mark,
+                 write_ring(to_micro(patch.artwork_outline)));
+    patch_row.exec();
+    if (!patch.panel) continue;
+    std::vector<Point<PanelFrame>> lead_in;
+    if (patch.lead_in) lead_in.push_back(*patch.lead_in);
+    placement_row.reset();
+    SQLite::bind(placement_row, plan.value, connection.getLastInsertRowid(), patch.panel->value,
+                 write_ring(to_micro(patch.panel_outline)), write_area(patch.allocation.micro_area()));
+    bind_isometry(placement_row, 6, patch.panel_from_artwork);
+    placement_row.bind(10, write_ring(to_micro(lead_in)));
+    placement_row.exec();
+  }
+}
+
+PlanRecord read_plan(SQLite::Database& connection, SQLite::Statement& row) {
+  PlanRecord plan;
+  plan.id = {row.getColumn(0).getInt64()};
+  plan.name = text(row.getColumn(1));
+  if (!row.getColumn(2).isNull()) plan.parent = PlanId{row.getColumn(2).getInt64()};
+  plan.who = text(row.getColumn(3));
+  plan.created_at = text(row.getColumn(4));
+  plan.target_file = text(row.getColumn(5));
+  plan.preview_file = text(row.getColumn(6));
+  plan.options_json = text(row.getColumn(7));
+  plan.report_json = text(row.getColumn(8));
+  plan.patches = row.getColumn(9).getInt();
+  plan.placed = row.getColumn(10).getInt();
+  SQLite::Statement panels(connection,
+                           "SELECT panel, mask_version, (SELECT max(version) FROM masks WHERE panel = p.panel) "
+                           "FROM plan_panels AS p WHERE plan = ? ORDER BY panel");
+  panels.bind(1, plan.id.value);
+  while (panels.executeStep()) {
+    plan.panels.push_back({{text(panels.getColumn(0))}, panels.getColumn(1).getInt()});
+    if (panels.getColumn(2).getInt() != plan.panels.back().mask_version)
+      plan.outdated.push_back(plan.panels.back().panel);
+  }
+  SQLite::Statement jobs(connection, "SELECT id FROM jobs WHERE plan = ? ORDER BY id");
+  jobs.bind(1, plan.id.value);
+  while (jobs.executeStep()) plan.jobs.push_back({jobs.getColumn(0).getInt64()});
+  return plan;
+}
+
+PlannedPatch read_patch(SQLite::Statement& row) {
+  PlannedPatch patch;
+  patch.mark = text(row.getColumn(0));
+  const auto artwork = read_ring(text(row.getColumn(1)));
+  if (!artwork) throw damaged("patch " + patch.mark);
+  patch.artwork_outline = from_micro<ArtworkFrame>(*artwork);
+  if (row.getColumn(2).isNull()) return patch;
+  patch.panel = PanelId{text(row.getColumn(2))};
+  const auto outline = read_ring(text(row.getColumn(3)));
+  const auto area = read_area(text(row.getColumn(4)));
+  const auto lead_in = read_ring(text(row.getColumn(5)));
+  if (!outline || !area || !lead_in) throw damaged("the place of patch " + patch.mark);
+  patch.panel_outline = from_micro<PanelFrame>(*outline);
+  patch.allocation = Region<PanelFrame>(*area);
+  if (!lead_in->empty()) patch.lead_in = from_micro<PanelFrame>(*lead_in).front();
+  patch.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 6);
+  return patch;
+}
+
+}  // namespace
+
+Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
+  if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
+  SQLite::Statement insert(connection,
+                           "INSERT INTO plans (name, who, created_at, target_file, preview_file, plan_json, "
+                           "options_json, report_json, parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, plan.name, plan.who, at, plan.target_file, plan.preview_file, plan.plan_json, plan.options_json,
+               plan.report_json);
+  if (plan.parent) insert.bind(9, plan.parent->value);
+  insert.exec();
+  const PlanId id{connection.getLastInsertRowid()};
+  SQLite::Statement panel(connection, "INSERT INTO plan_panels (plan, panel, mask_version) VALUES (?, ?, ?)");
+  for (const PlannedPanel& planned : plan.planned_on) {
+    panel.reset();
+    SQLite::bind(panel, id.value, planned.panel.value, planned.mask_version);
+    panel.exec();
+  }
+  insert_patches(connection, id, plan.pieces);
+  return id;
+}
+
+Status check_masks(SQLite::Database& connection, PlanId plan) {
+  SQLite::Statement outdated(connection,
+                             "SELECT panel FROM plan_panels AS p WHERE plan = ? AND mask_version <> "
+                             "(SELECT max(version) FROM masks WHERE panel = p.panel) ORDER BY panel LIMIT 1");
+  outdated.bind(1, plan.value);
+  if (!outdated.executeStep()) return Ok();
+  return Error{ErrorCode::kConflict, fmt::format("panel {} was scanned again after this was planned: plan again",
+                                                 text(outdated.getColumn(0)))};
+}
+
+Result<PlanId> Plans::add(const NewPlan& plan, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) { return insert_plan(connection, plan, at); });
+}
+
+Status Plans::remove(PlanId plan) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement held(connection,
+                           "SELECT (SELECT min(id) FROM jobs WHERE plan = p.id), (SELECT min(id) FROM plans WHERE "
+                           "parent = p.id) FROM plans AS p WHERE id = ?");
+    held.bind(1, plan.value);
+    if (!held.executeStep()) return no_such_plan(plan);
+    if (!held.getColumn(0).isNull())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("job {} was made of plan {}: it stays", held.getColumn(0).getInt64(), plan.value)};
+    if (!held.getColumn(1).isNull())
+      return Error{ErrorCode::kConflict, fmt::format("plan {} came from plan {}: remove that first",
+                                                     held.getColumn(1).getInt64(), plan.value)};
+    for (const char* rows :
+         {"placements WHERE plan", "patches WHERE plan", "plan_panels WHERE plan", "plans WHERE id"}) {
+      SQLite::Statement remove(connection, fmt::format("DELETE FROM {} = ?", rows));
+      remove.bind(1, plan.value);
+      remove.exec();
+    }
+    return Ok();
+  });
+}
+
+Result<PlanRecord> Plans::find(PlanId plan) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PlanRecord> {
+    SQLite::Statement row(connection, std::string(kPlanColumns) + "WHERE id = ?");
+    row.bind(1, plan.value);
+    if (!row.executeStep()) return no_such_plan(plan);
+    return read_plan(connection, row);
+  });
+}
+
+Result<std::vector<PlanRecord>> Plans::list() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PlanRecord>> {
+    SQLite::Statement rows(connection, std::string(kPlanColumns) + "ORDER BY id DESC");
+    std::vector<PlanRecord> out;
+    while (rows.executeStep()) out.push_back(read_plan(connection, rows));
+    return out;
+  });
+}
+
+Result<std::string> Plans::plan_json(PlanId plan) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
+    SQLite::Statement row(connection, "SELECT plan_json FROM plans WHERE id = ?");
+    row.bind(1, plan.value);
+    if (!row.executeStep()) return no_such_plan(plan);
+    return text(row.getColumn(0));
+  });
+}
+
+Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PlannedPatch>> {
+    SQLite::Statement rows(connection,
+                           "SELECT t.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, l.area_um, l.lead_in_um, "
+                           "l.angle_rad, l.shift_x_mm, l.shift_y_mm, l.improper FROM patches AS t LEFT JOIN placements "
+                           "AS l ON l.patch = t.id AND l.plan = t.plan WHERE t.plan = ? ORDER BY t.ordinal");
+    rows.bind(1, plan.value);
+    std::vector<PlannedPatch> out;
+    while (rows.executeStep()) out.push_back(read_patch(rows));
+    return out;
+  });
+}
+
+Result<std::vector<std::string>> Plans::taken(PlanId plan) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<std::string>> {
+    SQLite::Statement rows(connection,
+                           "SELECT t.mark FROM placements AS l JOIN patches AS t ON t.id = l.patch JOIN panels AS p ON "
+                           "p.id = l.panel WHERE l.plan = ? AND EXISTS (SELECT 1 FROM allocation_boxes AS b JOIN "
+                           "allocations AS a ON a.id = b.id WHERE b.min_panel = p.number AND b.min_x < "
+                           "veneer_box(l.area_um, 1) AND b.max_x > veneer_box(l.area_um, 0) AND b.min_y < "
+                           "veneer_box(l.area_um, 3) AND b.max_y > veneer_box(l.area_um, 2) AND "
+                           "veneer_areas_overlap(a.area_um, l.area_um)) ORDER BY t.ordinal");
+    rows.bind(1, plan.value);
+    std::vector<std::string> out;
+    while (rows.executeStep()) out.push_back(text(rows.getColumn(0)));
+    return out;
+  });
+}
+
+}  // namespace veneer::db
