@@ -30,11 +30,15 @@ struct LaserMotion {
 struct LaserLimits {
   Box<MachineFrame> travel;  // where strokes may lie
   std::string firmware;      // as the controller names itself: "Grbl 1.1h"
-  // Does it find its corner itself, the same one each time? If not, home() takes the place where the head stands as the
-  // lower left corner, and nothing that was measured before holds.
+  // Does it find its corner itself, the same one each time? If not, the first home() takes the place where the head
+  // stands as the lower left corner, and nothing that was measured before holds. Later ones bring the head back to it.
   bool finds_home = true;
   MmPerSecond fastest{0};                            // of the slower axis; 0 = not known
   std::optional<LaserMotion> motion = std::nullopt;  // as the controller tells it; nothing when it does not
+  // Settings of the controller that are possible but unlikely ("$30 = 5 (full power)"): the operator confirms each by
+  // name before the beam comes on, as what the configuration lists.
+  std::vector<std::string> to_confirm{};
+  bool burns = true;  // false: a file that stands for a machine, so that nothing is cut whatever it says
 };
 
 // What the operator turns while a job runs: per cent of the programmed value.
@@ -65,6 +69,7 @@ struct PieceVerified {
 // Everything burnt and verified, beam off. `stopped_early` after stop_after_piece().
 struct Done {
   bool stopped_early = false;
+  std::string remark{};  // what the operator should look at; "" when nothing
 };
 // The job is over, the beam was commanded off. Pieces begun but not verified are suspect; the rest was never touched.
 // After a reset in motion, a lost link or an alarm the position is unknown: home() before anything else.
@@ -72,6 +77,10 @@ struct Aborted {
   Error error;
   std::vector<PieceId> suspect;
   bool position_lost = true;
+  // Where the head was once it may have left its path: places it reported, from the last one that was proven. The beam
+  // may have been on anywhere within `stray_reach` of this line. Empty when nothing says that it strayed.
+  Polyline<MachineFrame> stray_path{};
+  Millimetres stray_reach{0};
 };
 // The controller has read every line of the job and would take it. Nothing moved.
 struct Checked {};
@@ -100,7 +109,15 @@ struct LaserStatus {
   bool beam_on = false;  // the controller reports power while moving; no proof of the tube itself
   bool homed = false;
   std::string firmware;
-  LaserOverrides overrides;
+  LaserOverrides overrides;         // as the machine told last
+  LaserOverrides overrides_wanted;  // as asked for last; the machine gets there step by step
+  // Nothing when the machine does not tell: no lid switch is wired to its controller.
+  std::optional<bool> lid_open;
+  std::string why_not_connected;  // "" when connected, or when nobody has asked for it yet
+  // How often the lid was opened, as far as the machine told, since this driver was made. An opening between two
+  // reports counts when the controller latches it, as GRBL does; a machine without a lid switch never counts.
+  int lid_openings = 0;
+  std::string refusal{};  // why no job may begin now, one sentence that names the remedy; "" when one may
 };
 
 class LaserDriver {
@@ -115,31 +132,42 @@ class LaserDriver {
   // Rejects the whole job before moving if any point lies outside the limits (-> Failed).
   // -> StrokeExecuted..., PieceVerified..., then Done or Aborted.
   virtual void start(LaserJob job) = 0;
-  virtual void hold() = 0;    // -> Held
-  virtual void resume() = 0;  // -> Resumed, or Held again when the machine will not move: the lid is still open
+  // -> Held, or Aborted. Never lost: a job whose last stroke ends meanwhile is Held all the same, and Done follows only
+  // behind resume(); one that has just ended is Held at once. A second one while the first is on says nothing more.
+  virtual void hold() = 0;
+  // Behind Held. -> Resumed, or Held again when the machine will not move: the lid is still open.
+  virtual void resume() = 0;
   virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
   virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
   virtual LaserStatus status() const = 0;
 
-  // What not every family can do; kRefused then.
+  // What not every family can do; kRefused then. daemon/guarded_laser.h passes each of them on.
   //
   // Lets the controller read the whole job without moving or burning. -> Checked or Failed.
   virtual Status check(LaserJob job);
   // Moves the head dark while no job runs. A homed head stays inside the limits. -> JogEnded, unless refused at once.
   virtual Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed);
   virtual void stop_jog();
+  // Of a machine that does not find its corner itself, at rest: the head stands at the lower left corner now. home()
+  // asks for it when a controller has forgotten where its head stands.
+  virtual Status corner_is_here();
   // Feed 25 to 200, rapid 25, 50 or 100, power 10 to 200 per cent. Taken step by step while the machine runs; slowing
-  // down waits until no more than 1.0 s of slower motion is queued. Back to 100 after every reset.
+  // down waits until no more than 1.0 s of slower motion is queued. They hold from job to job until they are set anew,
+  // and a job begins when they are reached. Back to 100 after every reset.
   virtual Status set_overrides(const LaserOverrides& overrides);
 };
 
 inline Status LaserDriver::check(LaserJob) {
-  return Error{ErrorCode::kRefused, "this laser's controller cannot read a job without burning it"};
+  return Error{ErrorCode::kRefused,
+               "this laser's controller cannot read a job without burning it: run it dry instead (--dry)"};
 }
 inline Status LaserDriver::jog(Millimetres, Millimetres, MmPerSecond) {
   return Error{ErrorCode::kRefused, "this laser cannot be jogged"};
 }
 inline void LaserDriver::stop_jog() {}
+inline Status LaserDriver::corner_is_here() {
+  return Error{ErrorCode::kRefused, "this laser finds its corner itself: Reset homes it"};
+}
 inline Status LaserDriver::set_overrides(const LaserOverrides&) {
   return Error{ErrorCode::kRefused, "this laser has no overrides"};
 }

@@ -10,7 +10,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <memory>
+#include <string>
 #include <utility>
+#include <variant>
 
 #include "base/clock.h"
 #include "base/log.h"
@@ -61,7 +63,11 @@ class ReactorLaser : public LaserDriver {
     core_.discard_urgent();  // the reset is out already; a second one would only lengthen the controller's restart
     pump();
   }
-  LaserStatus status() const final { return core_.status(); }
+  LaserStatus status() const final {
+    LaserStatus status = core_.status();
+    if (!status.connected) status.why_not_connected = why_not_connected_;
+    return status;
+  }
 
  protected:
   // `clock` is device time. It, `io` and the logger's sinks must outlive the laser.
@@ -109,7 +115,13 @@ class ReactorLaser : public LaserDriver {
   static constexpr Duration kShortestTimer = std::chrono::microseconds(200);
 
   void tell(const LaserEvent& event) {
+    if (!core_.status().connected) note_why(event);
     if (on_event_) on_event_(event);
+  }
+  void note_why(const LaserEvent& event) {
+    if (const auto* failed = std::get_if<laser_event::Failed>(&event)) why_not_connected_ = failed->error.message;
+    if (const auto* fault = std::get_if<laser_event::Fault>(&event)) why_not_connected_ = fault->error.message;
+    if (const auto* aborted = std::get_if<laser_event::Aborted>(&event)) why_not_connected_ = aborted->error.message;
   }
   template <class Then>
   void later(Then then) {
@@ -136,6 +148,7 @@ class ReactorLaser : public LaserDriver {
   boost::asio::io_context& io_;
   boost::asio::steady_timer timer_;
   OnEvent on_event_;
+  std::string why_not_connected_;
   std::shared_ptr<int> alive_;  // handlers posted to the reactor hold it weakly
 };
 

@@ -9,6 +9,7 @@ FileCamera::FileCamera(std::string device) : pictures_(std::move(device)) {}
 Result<cv::Mat> FileCamera::capture() {
   auto picture = pictures_.next();
   if (!picture.ok()) return picture.error();
+  taken_at_ = picture->written;
   return std::move(picture->pixels);
 }
 

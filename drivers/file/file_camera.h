@@ -13,10 +13,12 @@ class FileCamera final : public CameraDriver {
   explicit FileCamera(std::string device);  // as PictureSource takes it
 
   Result<cv::Mat> capture() override;
+  std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken_at_; }
   std::string device() const override;
 
  private:
   PictureSource pictures_;
+  std::optional<std::chrono::system_clock::time_point> taken_at_;
 };
 
 }  // namespace veneer

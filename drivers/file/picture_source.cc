@@ -52,6 +52,8 @@ Result<NamedPicture> PictureSource::next() {
   auto file = std::upper_bound(files.begin(), files.end(), last_);
   if (file == files.end()) file = files.begin();
   last_ = *file;
+  std::error_code unknown;  // then it is as old as can be
+  const auto changed = fs::last_write_time(*file, unknown);
   cv::Mat pixels;
   try {
     pixels = cv::imread(file->string(), cv::IMREAD_COLOR);
@@ -61,7 +63,11 @@ Result<NamedPicture> PictureSource::next() {
   if (pixels.empty())
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{} cannot be read as a picture: save it as PNG, JPEG or TIFF", file->string())};
-  return NamedPicture{std::move(pixels), *file};
+  NamedPicture picture{std::move(pixels), *file, {}};
+  if (!unknown)
+    picture.written =
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(std::chrono::file_clock::to_sys(changed));
+  return picture;
 }
 
 }  // namespace veneer

@@ -4,6 +4,7 @@
 // looked at anew for every picture, so files may come and go. Not thread-safe.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -16,6 +17,7 @@ namespace veneer {
 struct NamedPicture {
   cv::Mat pixels;  // BGR, 8 bit
   std::filesystem::path file;
+  std::chrono::system_clock::time_point written;  // its last change, looked at before it was read
 };
 
 class PictureSource {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <set>
 #include <utility>
 
 #include "drivers/grbl/arc_guard.h"
+#include "drivers/job_check.h"
 
 namespace veneer::grbl {
 namespace {
@@ -53,11 +53,6 @@ double duration_s(const Along& a) {
 double reach_mm(const Along& a, double time_s) {
   const double ramp = a.speed / a.acceleration;
   return time_s >= 2 * ramp ? a.speed * (time_s - ramp) : a.acceleration * time_s * time_s / 4;
-}
-
-Point<MachineFrame> beyond(const Point<MachineFrame>& end, const Point<MachineFrame>& before, Millimetres by) {
-  const double share = by.count() / std::max(1e-6, distance(end, before).count());
-  return {end.x + (end.x - before.x) * share, end.y + (end.y - before.y) * share};
 }
 
 class GroupWriter {
@@ -202,6 +197,7 @@ class GroupWriter {
     if (std::exchange(set_power_, false)) words += fmt::format("S{}", power_);
     lines_.push_back({words + "\n", LineKind::kBurn, at_, next});
     lines_.back().stroke = stroke_;
+    lines_.back().power = power_;
     unasked_ = true;
   }
 
@@ -263,37 +259,6 @@ class GroupWriter {
   float held_x_ = 0, held_y_ = 0;
 };
 
-Status check_stroke(const Stroke& stroke, std::size_t index, const MachineSettings& settings) {
-  const auto refuse = [&](const std::string& what) {
-    return Error{ErrorCode::kInvalidArgument, fmt::format("stroke {} of the job {}", index, what)};
-  };
-  if (stroke.path.size() < 2) return refuse("has fewer than two points");
-  if (stroke.passes < 1 || stroke.passes > 100) return refuse("has an impossible number of passes");
-  if (!(stroke.power.count() >= 0 && stroke.power.count() <= 1)) return refuse("has a power outside 0 to 100 %");
-  const double fastest = std::min(settings.x.max_rate_mm_s, settings.y.max_rate_mm_s);
-  if (!(stroke.speed.count() > 0 && stroke.speed.count() <= fastest))
-    return refuse(fmt::format("has a speed outside 0 to {:.0f} mm/s, the slower axis's limit", fastest));
-  const Box<MachineFrame> travel = settings.travel();
-  bool moves = false;
-  if (!(stroke.overscan.count() >= 0 && stroke.overscan.count() < 100)) return refuse("has an impossible overscan");
-  Polyline<MachineFrame> reached = stroke.path;
-  if (stroke.overscan.count() > 0) {
-    reached.push_back(beyond(stroke.path[0], stroke.path[1], stroke.overscan));
-    reached.push_back(beyond(*stroke.path.rbegin(), *(stroke.path.rbegin() + 1), stroke.overscan));
-  }
-  for (const auto& p : reached) {
-    const bool finite = std::isfinite(p.x.count()) && std::isfinite(p.y.count());
-    if (!finite || !travel.contains(p))
-      return refuse(
-          fmt::format("leaves the machine's travel at ({:.2f}, {:.2f}) mm: x is {:.1f} to {:.1f}, y is {:.1f} "
-                      "to {:.1f}; lay the panel nearer to the middle of the bed",
-                      p.x.count(), p.y.count(), travel.min.x.count(), travel.max.x.count(), travel.min.y.count(),
-                      travel.max.y.count()));
-    moves = moves || settings.to_wire(p) != settings.to_wire(stroke.path.front());
-  }
-  return moves ? Ok() : refuse("has no length");
-}
-
 }  // namespace
 
 std::string axis_words(WirePoint by) {
@@ -344,17 +309,14 @@ std::vector<GcodeLine> write_jog(WirePoint from, WirePoint to, MmPerSecond speed
 }
 
 Status check_job(const LaserJob& job, const MachineSettings& settings) {
-  if (job.strokes.empty()) return Error{ErrorCode::kInvalidArgument, "the job has no strokes"};
-  std::set<PieceId> finished;
-  for (std::size_t i = 0; i < job.strokes.size(); ++i) {
-    if (Status status = check_stroke(job.strokes[i], i, settings); !status.ok()) return status;
-    const PieceId piece = job.strokes[i].piece;
-    if (i > 0 && piece != job.strokes[i - 1].piece) finished.insert(job.strokes[i - 1].piece);
-    if (piece != PieceId{} && finished.contains(piece))
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the strokes of piece {} are not adjacent in the job", piece.value)};
-  }
-  return Ok();
+  const double fastest = std::min(settings.x.max_rate_mm_s, settings.y.max_rate_mm_s);
+  JobLimits limits;
+  limits.travel = settings.travel();
+  limits.fastest = MmPerSecond(fastest);
+  limits.speed_words = fmt::format("0 to {:.0f} mm/s, the slower axis's limit", fastest);
+  limits.overscan = true;
+  limits.same_place = [&settings](const auto& a, const auto& b) { return settings.to_wire(a) == settings.to_wire(b); };
+  return veneer::check_job(job, limits);
 }
 
 }  // namespace veneer::grbl

@@ -39,13 +39,14 @@ struct GcodeLine {
   std::size_t stroke = 0;  // of a burning motion: index into the job's strokes
   bool ends_stroke = false;
   int feed = 0;       // of an echo: what must come back
-  int power = kAny;   // of an echo after a burning line
+  int power = kAny;   // S of a burning line, and of the echo after one
   int motion = 1;     // of such an echo: G1, G2 or G3
   bool gate = false;  // of an echo: no motion is sent before its answer is right
 
   std::optional<ArcShape> arc = std::nullopt;  // of a motion that is no straight line
 
   bool moves() const { return kind == LineKind::kTravel || kind == LineKind::kBurn; }
+  bool lit() const { return kind == LineKind::kBurn && power != 0; }  // dry runs are not
 };
 
 // Curves of fine lines are sent as arcs, within 0.01 mm of them, as far as that is safe (arc_guard.h).

@@ -29,7 +29,7 @@ void GrblLaser::flush_output() {
 }
 
 Status GrblLaser::check(LaserJob job) {
-  const Status taken = core_.check(std::move(job), clock_.now());
+  const Status taken = core_.check(job, clock_.now());
   pump();
   return taken;
 }
@@ -47,6 +47,12 @@ void GrblLaser::stop_jog() {
 
 Status GrblLaser::set_overrides(const LaserOverrides& overrides) {
   const Status taken = core_.set_overrides(overrides, clock_.now());
+  pump();
+  return taken;
+}
+
+Status GrblLaser::corner_is_here() {
+  const Status taken = core_.corner_is_here(clock_.now());
   pump();
   return taken;
 }

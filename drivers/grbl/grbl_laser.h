@@ -22,6 +22,7 @@ class GrblLaser final : public ReactorLaser<GrblCore> {
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override;
   void stop_jog() override;
   Status set_overrides(const LaserOverrides& overrides) override;
+  Status corner_is_here() override;
 
  private:
   Status open_link() override;

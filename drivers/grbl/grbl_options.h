@@ -41,6 +41,8 @@ struct GrblOptions {
   // ends there, and nothing is burnt elsewhere. Without it the focus is set by hand.
   std::optional<Millimetres> focus_z;
 
+  bool recording = false;  // the port is a file: LaserLimits::burns
+
   // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the
   // limits on them.
   static GrblOptions for_time_scale(double scale);

@@ -1,6 +1,6 @@
 #include "drivers/grbl/job_run.h"
 
-#include <span>
+#include <algorithm>
 #include <utility>
 
 namespace veneer::grbl {
@@ -11,7 +11,7 @@ JobRun::JobRun(LaserJob job, const MachineSettings& settings, const GrblOptions&
       options_(options),
       motion_({.longest_s = options.queued_motion_s, .planner_blocks = settings.planner_blocks}) {
   motion_.start_at(at);
-  write_next_group();
+  write_group_from(0);
 }
 
 const GcodeLine* JobRun::next() const {
@@ -33,26 +33,35 @@ void JobRun::acknowledged(const GcodeLine& line, TimePoint now) {
 }
 
 std::optional<PieceId> JobRun::verified() {
-  const PieceId piece = job_.strokes[group_begin_].piece;
+  const PieceId done = piece();
   burning_begun_ = false;
-  stopped_early_ = stop_after_piece_ && group_end_ < job_.strokes.size();
-  finished_ = stopped_early_ || group_end_ == job_.strokes.size();
-  if (!finished_) write_next_group();
-  return piece == PieceId{} ? std::nullopt : std::optional(piece);
+  stopped_early_ = stop_after_piece_ && group_.end < job_.strokes.size();
+  finished_ = stopped_early_ || group_.end == job_.strokes.size();
+  if (!finished_) write_group_from(group_.end);
+  return done == PieceId{} ? std::nullopt : std::optional(done);
 }
 
-void JobRun::write_next_group() {
-  group_begin_ = group_end_;
+void JobRun::write_group_from(std::size_t begin) {
+  group_ = group_from(job_, begin);
   next_ = 0;
-  const PieceId piece = job_.strokes[group_begin_].piece;
-  while (group_end_ < job_.strokes.size() && job_.strokes[group_end_].piece == piece) ++group_end_;
-  lines_ = write_group(std::span(job_.strokes).subspan(group_begin_, group_end_ - group_begin_), group_begin_,
-                       motion_.end(), settings_, options_.longest_move_s);
+  lines_ = write_group(strokes_of(job_, group_), group_.begin, motion_.end(), settings_, options_.longest_move_s);
+}
+
+Polyline<MachineFrame> JobRun::path_under_way() const {
+  Polyline<MachineFrame> path;
+  for (const Stroke& stroke : strokes_of(job_, group_)) path.insert(path.end(), stroke.path.begin(), stroke.path.end());
+  return path;
+}
+
+MmPerSecond JobRun::fastest_under_way() const {
+  MmPerSecond fastest{0};
+  for (const Stroke& stroke : strokes_of(job_, group_)) fastest = std::max(fastest, stroke.speed);
+  return fastest;
 }
 
 std::vector<PieceId> JobRun::suspect() const {
-  if (!burning_begun_ || job_.strokes[group_begin_].piece == PieceId{}) return {};
-  return {job_.strokes[group_begin_].piece};
+  if (!burning_begun_ || piece() == PieceId{}) return {};
+  return {piece()};
 }
 
 }  // namespace veneer::grbl

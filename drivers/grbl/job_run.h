@@ -12,6 +12,7 @@
 #include "drivers/grbl/grbl_options.h"
 #include "drivers/grbl/motion_queue.h"
 #include "drivers/laser_job.h"
+#include "drivers/stroke_groups.h"
 
 namespace veneer::grbl {
 
@@ -36,24 +37,30 @@ class JobRun {
 
   void stop_after_piece() { stop_after_piece_ = true; }
   bool stopped_early() const { return stopped_early_; }
-  // The piece under way may have a gap; it is finished, but not verified.
-  void doubt() { doubtful_ = true; }
-  bool doubtful() const { return doubtful_; }
+  // The lid was opened, and the beam may have been on until the machine stood still here: the piece under way may have
+  // a gap. It is finished, but not verified.
+  void doubt(const StatusReport::Xy& at) { doubt_at_ = at; }
+  const std::optional<StatusReport::Xy>& doubt_at() const { return doubt_at_; }
+  PieceId piece() const { return job_.strokes[group_.begin].piece; }  // under way
+  bool nothing_sent() const { return group_.begin == 0 && next_ == 0; }
+  // Of the piece under way: its strokes one after the other, and the fastest of them.
+  Polyline<MachineFrame> path_under_way() const;
+  MmPerSecond fastest_under_way() const;
   // Begun to burn and not verified.
   std::vector<PieceId> suspect() const;
 
  private:
-  void write_next_group();
+  void write_group_from(std::size_t begin);
 
   LaserJob job_;
   MachineSettings settings_;
   GrblOptions options_;
   MotionQueue motion_;
-  std::size_t group_begin_ = 0, group_end_ = 0;  // strokes of the group under way
+  StrokeGroup group_;  // under way
   std::vector<GcodeLine> lines_;
   std::size_t next_ = 0;
   bool burning_begun_ = false;
-  bool doubtful_ = false;
+  std::optional<StatusReport::Xy> doubt_at_;
   int gates_ = 0;  // echoes unanswered before which nothing may move
   bool stop_after_piece_ = false;
   bool finished_ = false;

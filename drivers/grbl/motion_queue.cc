@@ -47,8 +47,7 @@ bool MotionQueue::fits(const GcodeLine& line) const {
 }
 
 void MotionQueue::sent(const GcodeLine& line, TimePoint now) {
-  moves_.push_back(
-      {line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.kind == LineKind::kBurn, now, {}});
+  moves_.push_back({line.from, line.to, line.arc, line.longest_s, std::nullopt, false, line.lit(), now, {}});
   if (line.ends_stroke) moves_.back().ends_stroke = line.stroke;
   queued_s_ += line.longest_s;
   end_ = line.to;

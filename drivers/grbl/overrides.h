@@ -17,6 +17,7 @@ class Overrides {
   // kInvalidArgument outside what LaserDriver::set_overrides() allows.
   Status want(const LaserOverrides& overrides);
   const LaserOverrides& known() const { return known_; }
+  const LaserOverrides& wanted() const { return wanted_; }
   bool settled() const { return known_ == wanted_; }
   // The bytes of the next step; empty while one is under way or none is needed.
   std::string next_step();

@@ -131,6 +131,7 @@ Reply parse_bracket(std::string_view line) {
   const std::string_view name = inner.substr(0, colon);
   const std::string_view body = colon == std::string_view::npos ? std::string_view{} : inner.substr(colon + 1);
   if (name == "GC") return parse_parser_state(line, body);
+  if (name == "SIGNALS") return Signals{std::string(body)};
   if (name == "FIRMWARE") return Firmware{std::string(body)};
   if (name == "VER") return BuildVersion{std::string(body)};
   if (name == "OPT") {
@@ -159,6 +160,10 @@ Reply parse_setting(std::string_view line) {
 
 bool StatusReport::is(std::string_view name) const {
   return std::string_view(state).substr(0, state.find(':')) == name;
+}
+
+bool lid_is_open(const StatusReport& report) {
+  return report.state == "Door" || report.state == "Door:1" || report.state == "Door:2";
 }
 
 bool ParserState::has(std::string_view word) const {

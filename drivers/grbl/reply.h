@@ -33,6 +33,8 @@ struct StatusReport {  // "<Idle|MPos:0.000,0.000,0.000|FS:0,0>"
   std::optional<std::array<int, 3>> overrides;        // feed, rapid, power in per cent
   bool is(std::string_view name) const;               // "Hold" is also said of "Hold:1"
 };
+// "Door:0" is a lid that is closed again and waits for a cycle start, "Door:3" one that is being left.
+bool lid_is_open(const StatusReport& report);
 struct SettingLine {  // "$130=520.000"
   int number = 0;
   double value = 0;
@@ -43,6 +45,9 @@ struct BuildOptions {  // "[OPT:V,15,128]"
 };
 struct BuildVersion {  // "[VER:1.1h.20190830:]"
   std::string text;
+};
+struct Signals {  // "[SIGNALS:HSRED]": which inputs grblHAL has; D is the safety door
+  std::string letters;
 };
 struct Firmware {  // "[FIRMWARE:grblHAL]"
   std::string name;
@@ -61,7 +66,7 @@ struct UnknownReply {
 };
 
 using Reply = std::variant<Acknowledged, Refused, AlarmRaised, Banner, StatusReport, SettingLine, BuildOptions,
-                           BuildVersion, Firmware, ParserState, Message, UnknownReply>;
+                           BuildVersion, Signals, Firmware, ParserState, Message, UnknownReply>;
 
 // `line` without its line ending, not empty.
 Reply parse_reply(std::string_view line);

@@ -38,6 +38,19 @@ void place_axis(Axis& axis, bool home_at_minimum, bool zero_at_home, double pull
   axis.home_mm = home_at_minimum ? -axis.travel_mm + pull_off : -pull_off;
 }
 
+struct Likely {
+  int number;
+  double low, high;
+  const char* what;
+};
+// What lasers of this kind have. A value beyond is possible, but more likely a slip of whoever set it.
+constexpr Likely kLikely[] = {
+    {kMaxPower, 100, 100000, "full power"},          {kStepsPerMm, 5, 4000, "steps per mm in x"},
+    {kStepsPerMm + 1, 5, 4000, "steps per mm in y"}, {kMaxRate, 300, 120000, "mm/min in x"},
+    {kMaxRate + 1, 300, 120000, "mm/min in y"},      {kAcceleration, 10, 30000, "mm/s2 in x"},
+    {kAcceleration + 1, 10, 30000, "mm/s2 in y"},    {kTravel, 40, 3000, "mm of travel in x"},
+    {kTravel + 1, 40, 3000, "mm of travel in y"}};
+
 void keep_off_switch(const Axis& axis, double pull_off, Millimetres& low, Millimetres& high) {
   low = Millimetres(0);
   high = Millimetres(axis.travel_mm);
@@ -83,6 +96,15 @@ Result<MachineSettings> SettingsReader::finish() const {
   const auto refuse = [&](const std::string& what) {
     return Error{ErrorCode::kRefused, fmt::format("the laser controller ({}) cannot be used: {}", s.firmware, what)};
   };
+  for (const auto& [number, reading] : values_) {
+    const auto before = first_.find(number);
+    if (first_.empty() || (before != first_.end() && before->second == reading)) continue;
+    return Error{
+        ErrorCode::kDeviceFault,
+        fmt::format("the laser controller ({}) told its setting ${} differently when it was asked twice: check "
+                    "the cable, then connect again",
+                    s.firmware, number)};
+  }
   for (const int needed :
        std::initializer_list<int>{kHomingEnable, kMaxPower, kLaserMode, kTravel, kTravel + 1, kMaxRate, kMaxRate + 1,
                                   kAcceleration, kAcceleration + 1, kStepsPerMm, kStepsPerMm + 1})
@@ -112,6 +134,10 @@ Result<MachineSettings> SettingsReader::finish() const {
                                 kMaxRate + i, kAcceleration + i, kTravel + i));
   }
   if (s.max_power < 1) return refuse("its full power $30 is below 1");
+  s.lid_switch = options_.letters.find('+') != std::string::npos || signals_.find('D') != std::string::npos;
+  for (const Likely& likely : kLikely)
+    if (const double is = value(likely.number, 0); is < likely.low || is > likely.high)
+      s.unlikely.push_back(fmt::format("${} = {:g} ({})", likely.number, is, likely.what));
   return s;
 }
 

@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/geometry.h"
 #include "base/polygon_ops.h"
@@ -37,10 +39,17 @@ struct MachineSettings {
   double pull_off_mm = 0;
   double junction_deviation_mm = 0.01;  // $11
   double arc_tolerance_mm = 0.002;      // $12, between an arc and its chords
+  bool lid_switch = false;              // an input for the safety door is there
+  std::vector<std::string> unlikely;    // settings an operator must confirm: LaserLimits::to_confirm
   Axis x, y;
 
   // Where strokes may lie: the travel without the pull-off at the switches.
   Box<MachineFrame> travel() const;
+  // Of a machine without switches: its lower left corner is at this place on the wire.
+  void put_corner(double x_mm, double y_mm) {
+    x.origin_mm = x.home_mm = x_mm;
+    y.origin_mm = y.home_mm = y_mm;
+  }
   // Rounded to whole micrometres once, from the absolute place, so that errors do not add up along a path.
   WirePoint to_wire(const Point<MachineFrame>& p) const;
   Point<MachineFrame> from_wire(double x_mm, double y_mm) const;
@@ -53,14 +62,17 @@ class SettingsReader {
   void version(const BuildVersion& version);
   void firmware(const Firmware& firmware);
   void options(const BuildOptions& options);
+  void signals(const Signals& signals) { signals_ = signals.letters; }
   void setting(const SettingLine& line) { values_[line.number] = line.value; }
+  // $$ is read twice: a digit that is lost or changed on the way leaves a value that looks as good as the true one.
+  void read_again() { first_ = std::exchange(values_, {}); }
   // kRefused for a controller that cannot be used as it is set, with the setting to change.
   Result<MachineSettings> finish() const;
 
  private:
   double value(int number, double otherwise) const;
-  std::map<int, double> values_;
-  std::string banner_, version_, firmware_;
+  std::map<int, double> values_, first_;
+  std::string signals_, banner_, version_, firmware_;
   BuildOptions options_;
 };
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
+#include "drivers/job_check.h"
 #include "drivers/lihuiyu/speed_code.h"
 
 namespace veneer::lihuiyu {
@@ -155,30 +155,6 @@ class ProgramWriter {
   std::int64_t packet_steps_ = 0;
 };
 
-Status check_stroke(const Stroke& stroke, std::size_t index, const MilGrid& grid) {
-  const auto refuse = [&](const std::string& what) {
-    return Error{ErrorCode::kInvalidArgument, fmt::format("stroke {} of the job {}", index, what)};
-  };
-  if (stroke.path.size() < 2) return refuse("has fewer than two points");
-  if (stroke.passes < 1 || stroke.passes > 100) return refuse("has an impossible number of passes");
-  if (!(stroke.power.count() >= 0 && stroke.power.count() <= 1)) return refuse("has a power outside 0 to 100 %");
-  if (!(stroke.speed.count() >= kSlowestMmPerSecond && stroke.speed.count() <= kFastestMmPerSecond))
-    return refuse(fmt::format("has a speed outside {} to {} mm/s, the limits of a Lihuiyu board", kSlowestMmPerSecond,
-                              kFastestMmPerSecond));
-  bool moves = false;
-  for (const auto& p : stroke.path) {
-    const double x = p.x.count(), y = p.y.count();
-    // Written so that a number that is none is refused too.
-    if (!(x >= 0 && x <= grid.travel_x_mm && y >= 0 && y <= grid.travel_y_mm))
-      return refuse(
-          fmt::format("leaves the machine's travel at ({:.2f}, {:.2f}) mm: x is 0 to {:.1f}, y is 0 to {:.1f}; "
-                      "lay the panel nearer to the middle of the bed",
-                      x, y, grid.travel_x_mm, grid.travel_y_mm));
-    moves = moves || grid.nearest(p) != grid.nearest(stroke.path.front());
-  }
-  return moves ? Ok() : refuse("has no length");
-}
-
 }  // namespace
 
 std::string distance_code(std::int64_t mils) {
@@ -225,17 +201,14 @@ std::string write_egv(const LaserJob& job, const MilGrid& grid) {
 }
 
 Status check_job(const LaserJob& job, const MilGrid& grid) {
-  if (job.strokes.empty()) return Error{ErrorCode::kInvalidArgument, "the job has no strokes"};
-  std::set<PieceId> finished;
-  for (std::size_t i = 0; i < job.strokes.size(); ++i) {
-    if (Status status = check_stroke(job.strokes[i], i, grid); !status.ok()) return status;
-    const PieceId piece = job.strokes[i].piece;
-    if (i > 0 && piece != job.strokes[i - 1].piece) finished.insert(job.strokes[i - 1].piece);
-    if (piece != PieceId{} && finished.contains(piece))
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("the strokes of piece {} are not adjacent in the job", piece.value)};
-  }
-  return Ok();
+  JobLimits limits;
+  limits.travel = {point<MachineFrame>(0, 0), point<MachineFrame>(grid.travel_x_mm, grid.travel_y_mm)};
+  limits.slowest = MmPerSecond(kSlowestMmPerSecond);
+  limits.fastest = MmPerSecond(kFastestMmPerSecond);
+  limits.speed_words =
+      fmt::format("{} to {} mm/s, the limits of a Lihuiyu board", kSlowestMmPerSecond, kFastestMmPerSecond);
+  limits.same_place = [&grid](const auto& a, const auto& b) { return grid.nearest(a) == grid.nearest(b); };
+  return veneer::check_job(job, limits);
 }
 
 }  // namespace veneer::lihuiyu

@@ -1,6 +1,5 @@
 #include "drivers/lihuiyu/job_run.h"
 
-#include <span>
 #include <utility>
 
 #include "drivers/lihuiyu/packet.h"
@@ -12,15 +11,12 @@ JobRun::JobRun(LaserJob job, const MilGrid& grid, const LihuiyuOptions& options,
       grid_(grid),
       options_{.board = options.board, .packet_motion_s = options.packet_motion_s},
       at_(at) {
-  write_next_group();
+  write_group_from(0);
 }
 
-void JobRun::write_next_group() {
-  group_begin_ = group_end_;
-  const PieceId piece = job_.strokes[group_begin_].piece;
-  while (group_end_ < job_.strokes.size() && job_.strokes[group_end_].piece == piece) ++group_end_;
-  programs_ = write_programs(std::span(job_.strokes).subspan(group_begin_, group_end_ - group_begin_), group_begin_,
-                             at_, grid_, options_);
+void JobRun::write_group_from(std::size_t begin) {
+  group_ = group_from(job_, begin);
+  programs_ = write_programs(strokes_of(job_, group_), group_.begin, at_, grid_, options_);
   begun_ = false;
   begin_program(0);
 }
@@ -42,16 +38,16 @@ std::optional<PieceId> JobRun::program_ended() {
     begin_program(program_ + 1);
     return std::nullopt;
   }
-  const PieceId piece = job_.strokes[group_begin_].piece;
-  stopped_early_ = stop_after_piece_ && group_end_ < job_.strokes.size();
-  finished_ = stopped_early_ || group_end_ == job_.strokes.size();
-  if (!finished_) write_next_group();
-  return piece == PieceId{} ? std::nullopt : std::optional(piece);
+  const PieceId done = piece();
+  stopped_early_ = stop_after_piece_ && group_.end < job_.strokes.size();
+  finished_ = stopped_early_ || group_.end == job_.strokes.size();
+  if (!finished_) write_group_from(group_.end);
+  return done == PieceId{} ? std::nullopt : std::optional(done);
 }
 
 std::vector<PieceId> JobRun::suspect() const {
-  if (!begun_ || finished_ || job_.strokes[group_begin_].piece == PieceId{}) return {};
-  return {job_.strokes[group_begin_].piece};
+  if (!begun_ || finished_ || piece() == PieceId{}) return {};
+  return {piece()};
 }
 
 }  // namespace veneer::lihuiyu

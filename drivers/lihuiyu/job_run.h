@@ -11,6 +11,7 @@
 
 #include "drivers/laser_job.h"
 #include "drivers/lihuiyu/lihuiyu_options.h"
+#include "drivers/stroke_groups.h"
 
 namespace veneer::lihuiyu {
 
@@ -41,14 +42,15 @@ class JobRun {
   MilPoint at() const { return at_; }  // where the last program that ended has left the head
 
  private:
-  void write_next_group();
+  PieceId piece() const { return job_.strokes[group_.begin].piece; }  // under way
+  void write_group_from(std::size_t begin);
   void begin_program(std::size_t program);
 
   LaserJob job_;
   MilGrid grid_;
   EncoderOptions options_;
   MilPoint at_;
-  std::size_t group_begin_ = 0, group_end_ = 0;  // strokes of the group under way
+  StrokeGroup group_;  // under way
   std::vector<Program> programs_;
   std::size_t program_ = 0;
   std::vector<std::string> packets_;

@@ -36,6 +36,8 @@ struct LihuiyuOptions {
   Duration homing_wait = std::chrono::seconds(3);
   Duration homing_timeout = std::chrono::seconds(60);
 
+  bool recording = false;  // the port is a file: LaserLimits::burns
+
   double packet_motion_s = 0.09;  // see egv_encoder.h
   // How slow a board may be: dark ways, and motion in compact mode against what the speed code says.
   double slowest_rapid_mm_s = 60;
@@ -46,6 +48,8 @@ struct LihuiyuOptions {
   // Device time runs `scale` times as fast as real time, but links, processes and schedulers do not: stretches the
   // limits on them.
   static LihuiyuOptions for_time_scale(double scale);
+  // For a file that stands for a board: it is home at once, and done with a program as soon as it has it.
+  static LihuiyuOptions for_recording();
 };
 
 }  // namespace veneer::lihuiyu

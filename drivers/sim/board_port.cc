@@ -13,6 +13,7 @@
 #include <sstream>
 #include <utility>
 
+#include "drivers/sim/port_times.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/world.h"
 
@@ -22,9 +23,6 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 namespace {
-
-constexpr std::chrono::microseconds kShortestWait{200};
-constexpr std::chrono::milliseconds kFlushEvery{250};
 
 BoardOptions options_of(const BoardPortOptions& options) {
   BoardOptions out;
@@ -171,6 +169,7 @@ void BoardPort::hang_up() {
 void BoardPort::pump() {
   const TimePoint now = clock_.now();
   host_.advance_to(now);
+  signal_at_burn_.look(board_.beam_on(), board_.log().burnt_mm);
   for (const HostReply& reply : host_.take_replies()) {
     if (reply.id == 0 || !client_.is_open()) continue;
     const std::string words = reply.end == HostReply::End::kDone

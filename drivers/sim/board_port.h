@@ -42,6 +42,7 @@ class BoardPort final : public LaserBench {
   Status replug() override;
   Status inject(const FaultRequest& request) override;
   void set_consent(bool given) override;
+  void signal_at_burn(const SignalAtBurn::Order& order) override { signal_at_burn_.arm(order); }
   nlohmann::json describe() const override;
 
  private:
@@ -65,6 +66,7 @@ class BoardPort final : public LaserBench {
   boost::asio::steady_timer wake_, flush_;
   std::string incoming_;
   bool lid_open_ = false, power_ = true;
+  SignalAtBurn signal_at_burn_;
 };
 
 }  // namespace veneer::sim

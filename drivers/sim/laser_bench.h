@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "drivers/sim/signal_at_burn.h"
 
 namespace veneer::sim {
 
@@ -28,6 +29,7 @@ class LaserBench {
   // kNotFound names the faults this machine can have.
   virtual Status inject(const FaultRequest& request) = 0;
   virtual void set_consent(bool given) = 0;  // for the watchdog: may anything move now?
+  virtual void signal_at_burn(const SignalAtBurn::Order& order) = 0;
   virtual nlohmann::json describe()
       const = 0;  // {"port", "state", "lid", "power", "plugged", "beam", "watchdog": {...}}
 };

@@ -15,6 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "drivers/sim/port_times.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/world.h"
 
@@ -26,8 +27,6 @@ using boost::system::error_code;
 
 namespace {
 
-constexpr std::chrono::microseconds kShortestWait{200};
-constexpr std::chrono::milliseconds kFlushEvery{250};
 constexpr std::size_t kMostPending = 1 << 16;
 
 GrblOptions options_of(const LaserPortOptions& options) {
@@ -170,6 +169,7 @@ void LaserPort::read() {
 void LaserPort::pump() {
   const TimePoint now = clock_.now();
   controller_.advance_to(now);
+  signal_at_burn_.look(controller_.beam_on(), controller_.beam_log().burnt_mm);
   const std::string said = controller_.take_output();
   if (openers_count_ > 0 && pending_.size() < kMostPending) pending_ += said;
   write();

@@ -44,6 +44,7 @@ class LaserPort final : public LaserBench {
   Status replug() override;
   Status inject(const FaultRequest& request) override;
   void set_consent(bool given) override;
+  void signal_at_burn(const SignalAtBurn::Order& order) override { signal_at_burn_.arm(order); }
   nlohmann::json describe() const override;
 
  private:
@@ -71,6 +72,7 @@ class LaserPort final : public LaserBench {
   std::string port_;
   int openers_count_ = 0;  // how often the other end is open
   bool lid_open_ = false, power_ = true, writing_ = false, reading_ = false;
+  SignalAtBurn signal_at_burn_;
 };
 
 }  // namespace veneer::sim

@@ -104,6 +104,10 @@ const TwinService::Command* TwinService::find(const json& request) {
       {"fault", true, &TwinService::fault, {{"name"}, {"value", Type::kAny, false}, {"after", Type::kNumber, false}}},
       {"power", true, &TwinService::power, {{"laser", Type::kFlag}}},
       {"consent", true, &TwinService::consent, {{"given", Type::kFlag}}},
+      {"signal-at-burn",
+       true,
+       &TwinService::signal_at_burn,
+       {{"pid", Type::kNumber}, {"signal", Type::kNumber}, {"burnt_mm", Type::kNumber}}},
       {"burn-log", true, &TwinService::burn_log, {}},
       {"new-panel",
        false,
@@ -304,6 +308,11 @@ TwinService::Reply TwinService::power(const json& r) {
 
 TwinService::Reply TwinService::consent(const json& r) {
   laser_.set_consent(r.at("given"));
+  return json::object();
+}
+
+TwinService::Reply TwinService::signal_at_burn(const json& r) {
+  laser_.signal_at_burn({r.at("pid"), r.at("signal"), r.at("burnt_mm")});
   return json::object();
 }
 

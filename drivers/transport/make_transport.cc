@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "drivers/transport/file_transport.h"
 #include "drivers/transport/serial_transport.h"
 #include "drivers/transport/tcp_transport.h"
 
@@ -15,8 +14,7 @@ namespace {
 
 Error bad(std::string_view address, std::string_view what) {
   return {ErrorCode::kInvalidArgument,
-          fmt::format("the port \"{}\" {}: write serial:/dev/ttyUSB0?baud=115200, tcp:HOST:PORT or file:/path", address,
-                      what)};
+          fmt::format("the port \"{}\" {}: write serial:/dev/ttyUSB0?baud=115200 or tcp:HOST:PORT", address, what)};
 }
 
 std::optional<unsigned> whole_number(std::string_view text) {
@@ -62,10 +60,6 @@ Result<std::unique_ptr<Transport>> make_transport(std::string_view address, boos
   const std::string_view kind = address.substr(0, colon), rest = address.substr(colon + 1);
   if (kind == "serial") return make_serial(address, rest, io);
   if (kind == "tcp") return make_tcp(address, rest, io);
-  if (kind == "file") {
-    if (rest.empty() || rest.front() != '/') return bad(address, "names no file by its full path");
-    return std::unique_ptr<Transport>(std::make_unique<FileTransport>(std::string(rest)));
-  }
   return bad(address, fmt::format("is of the unknown kind \"{}\"", kind));
 }
 

@@ -2,7 +2,6 @@
 //
 //   serial:/dev/ttyUSB0?baud=115200    a serial line or pseudo-terminal, symlinks followed; baud defaults to 115200
 //   tcp:HOST:PORT                      a raw byte stream; [v6] addresses in brackets
-//   file:/path                         records what is written; nothing ever answers
 #pragma once
 
 #include <boost/asio/io_context.hpp>

@@ -12,7 +12,7 @@
 namespace veneer {
 namespace {
 
-Error bad(std::string_view address, std::string_view what) {
+Error bad_usb_address(std::string_view address, std::string_view what) {
   return {ErrorCode::kInvalidArgument,
           fmt::format("the port \"{}\" {}: write usb:1a86:5512, usb:1a86:5512@1-2 or file:/path", address, what)};
 }
@@ -33,24 +33,24 @@ bool is_place(std::string_view place) {
 
 Result<std::unique_ptr<UsbTransport>> make_usb_transport(std::string_view address, boost::asio::io_context& io) {
   const auto colon = address.find(':');
-  if (colon == std::string_view::npos) return bad(address, "names no kind of link");
+  if (colon == std::string_view::npos) return bad_usb_address(address, "names no kind of link");
   const std::string_view kind = address.substr(0, colon), rest = address.substr(colon + 1);
   if (kind == "file") {
-    if (rest.empty() || rest.front() != '/') return bad(address, "names no file by its full path");
+    if (rest.empty() || rest.front() != '/') return bad_usb_address(address, "names no file by its full path");
     return std::unique_ptr<UsbTransport>(std::make_unique<UsbFile>(io, std::string(rest)));
   }
-  if (kind != "usb") return bad(address, fmt::format("is of the unknown kind \"{}\"", kind));
+  if (kind != "usb") return bad_usb_address(address, fmt::format("is of the unknown kind \"{}\"", kind));
   UsbAddress usb;
   const auto at = rest.find('@');
   const std::string_view ids = rest.substr(0, at);
   if (at != std::string_view::npos) {
     usb.place = rest.substr(at + 1);
-    if (!is_place(usb.place)) return bad(address, "has an unusable place");
+    if (!is_place(usb.place)) return bad_usb_address(address, "has an unusable place");
   }
   const auto middle = ids.find(':');
   const auto vendor = four_hex_digits(ids.substr(0, middle));
   const auto product = middle == std::string_view::npos ? std::nullopt : four_hex_digits(ids.substr(middle + 1));
-  if (!vendor || !product) return bad(address, "has no vendor and product of four hexadecimal digits each");
+  if (!vendor || !product) return bad_usb_address(address, "has no vendor and product of four hexadecimal digits each");
   usb.vendor = *vendor;
   usb.product = *product;
   return std::unique_ptr<UsbTransport>(std::make_unique<UsbPort>(io, usb));

@@ -2,8 +2,8 @@
 //
 //   usb:1a86:5512        vendor and product, in hexadecimal; must be the only such device
 //   usb:1a86:5512@1-2.4  the one plugged in at this bus and port: these boards have no serial number
-//   file:/path           records what is written; answers every question for the lines as a Lihuiyu board does that
-//                        takes packets, and never reports an end, so that nothing recorded counts as burnt
+//   file:/path           records what is written; answers as a Lihuiyu board does that has burnt each program as soon
+//                        as it has it (lihuiyu::LihuiyuOptions::for_recording())
 #pragma once
 
 #include <boost/asio/io_context.hpp>

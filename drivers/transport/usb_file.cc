@@ -26,10 +26,13 @@ void UsbFile::submit(UsbRequest request) {
   if (const auto* write = std::get_if<UsbWrite>(&request.what)) {
     // The question for the lines is no part of what is sent.
     asked_ = write->bytes == "\xA0";
-    if (!asked_) record(write->bytes);
+    if (!asked_) {
+      record(write->bytes);
+      follow(write->bytes);
+    }
   } else if (std::holds_alternative<UsbRead>(request.what)) {
     reply.done = std::exchange(asked_, false);
-    if (reply.done) reply.bytes = std::string("\xFF\xCE\x6F\x08\x13\x00", 6);
+    if (reply.done) reply.bytes = std::string(finished_ ? "\xFF\xEC\x6F\x08\x13\x00" : "\xFF\xCE\x6F\x08\x13\x00", 6);
   }
   boost::asio::post(io_, [this, alive = std::weak_ptr<int>(generation_), reply] {
     if (!alive.expired() && on_reply_) on_reply_(reply);
@@ -38,7 +41,8 @@ void UsbFile::submit(UsbRequest request) {
 
 void UsbFile::submit_urgent(UsbWrite write) noexcept {
   generation_ = std::make_shared<int>(0);
-  asked_ = false;
+  asked_ = finished_ = false;
+  tail_.clear();
   if (file_.is_open()) record(write.bytes);
 }
 
@@ -46,6 +50,17 @@ void UsbFile::close() noexcept {
   generation_ = std::make_shared<int>(0);
   on_reply_ = nullptr;
   if (file_.is_open()) file_.close();
+}
+
+// A packet clears what the lines said before; FNSE ends a program.
+void UsbFile::follow(const std::string& packet) {
+  constexpr std::string_view kFinish = "FNSE";
+  constexpr std::size_t kFrameBytes = 34, kHeadBytes = 2, kPayloadBytes = 30;
+  finished_ = false;
+  if (packet.size() != kFrameBytes) return;
+  tail_ += packet.substr(kHeadBytes, kPayloadBytes);
+  finished_ = tail_.find(kFinish) != std::string::npos;
+  tail_ = finished_ ? std::string() : tail_.substr(tail_.size() - kFinish.size());
 }
 
 void UsbFile::record(const std::string& bytes) {

@@ -1,5 +1,5 @@
-// Records every byte written to a USB device into a file. Reads are answered as a Lihuiyu board does that takes packets
-// and is never done: for looking at what the driver would send first. Whole jobs are exported as .egv instead.
+// Records every byte written to a USB device into a file. Reads are answered as a Lihuiyu board does that takes every
+// packet and has ended each program as soon as it has the whole of it. Nothing is burnt.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -22,11 +22,14 @@ class UsbFile final : public UsbTransport {
 
  private:
   void record(const std::string& bytes);
+  void follow(const std::string& packet);
 
   boost::asio::io_context& io_;
   std::filesystem::path path_;
   std::ofstream file_;
   bool asked_ = false;
+  bool finished_ = false;
+  std::string tail_;  // the last letters of the program, over the borders of packets
   OnReply on_reply_;
   std::shared_ptr<int> generation_;
 };

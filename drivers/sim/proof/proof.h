@@ -1,5 +1,5 @@
-// The proof: what the cell claims against the twin's truth (DESIGN.md, section 6). It shares no geometry with the cell
-// and reads the marks by OCR; every figure comes from the physical truth alone.
+// The proof: what the cell claims against the twin's truth (docs/ARCHITECTURE.md, "The twin"). It shares no geometry
+// with the cell and reads the marks by OCR; every figure comes from the physical truth alone.
 #pragma once
 
 #include <map>
@@ -42,7 +42,7 @@ struct Proof {
 // `threads` 0: as many as the machine has.
 Result<Proof> prove(const Truth& truth, const Claims& claims, int threads);
 
-// {"schema_version", "registration", "pose", "jobs", "unclaimed_cuts", "notes"}: the fields of CONTRACT.md section 4
+// {"schema_version", "registration", "pose", "jobs", "unclaimed_cuts", "notes"}: the fields of docs/FILES.md
 // that come from truth, null where the claims have nothing to judge.
 nlohmann::json to_json(const Proof& proof);
 
