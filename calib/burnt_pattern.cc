@@ -44,8 +44,8 @@ bool is_ring(const Circle& circle, Millimetres diameter) {
 }
 
 struct Seen {
-  std::vector<Star<BedFrame>> stars;
-  std::vector<Circle> circles;  // as stars
+  std::vector<ConstellationPoint<BedFrame>> points;
+  std::vector<Circle> circles;  // as points
 };
 
 Seen see_rings(const cv::Mat& grey, const CameraModel& model, Millimetres height, const Box<BedFrame>& area,
@@ -55,11 +55,11 @@ Seen see_rings(const cv::Mat& grey, const CameraModel& model, Millimetres height
     for (const auto& place : propose_circles(grey, model, height, area, diameter)) {
       const Circle circle = refine_circle(grey, model, height, place, diameter);
       if (!is_ring(circle, diameter)) continue;
-      const bool known = std::any_of(seen.stars.begin(), seen.stars.end(), [&](const auto& star) {
-        return star.kind == kind_of(diameter) && distance(star.place, circle.centre) < diameter * 0.5;
+      const bool known = std::any_of(seen.points.begin(), seen.points.end(), [&](const auto& ring) {
+        return ring.kind == kind_of(diameter) && distance(ring.place, circle.centre) < diameter * 0.5;
       });
       if (known) continue;
-      seen.stars.push_back({circle.centre, kind_of(diameter)});
+      seen.points.push_back({circle.centre, kind_of(diameter)});
       seen.circles.push_back(circle);
     }
   }
@@ -104,11 +104,11 @@ Result<std::vector<FoundRing>> find_burnt_pattern(const cv::Mat& picture, const 
   if (picture.channels() == 3) cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
 
   const Seen seen = see_rings(grey, model, height, shown_area(model, height, options), diameters);
-  std::vector<Star<MachineFrame>> known;
+  std::vector<ConstellationPoint<MachineFrame>> known;
   known.reserve(pattern.size());
   for (const auto& ring : pattern) known.push_back({ring.centre, kind_of(ring.diameter)});
-  const auto match = match_constellation<BedFrame, MachineFrame>(seen.stars, known, {});
-  if (!match) return too_few(static_cast<int>(seen.stars.size()), pattern.size());
+  const auto match = match_constellation<BedFrame, MachineFrame>(seen.points, known, {});
+  if (!match) return too_few(static_cast<int>(seen.points.size()), pattern.size());
   if (match->votes < options.min_found * static_cast<double>(pattern.size())) {
     return too_few(match->votes, pattern.size());
   }

@@ -1,7 +1,6 @@
-// Finds the rings the laser burnt into a pale board, and knows which is which.
+// Finds the rings of the calibration pattern (base/calibration_pattern.h) that the laser burnt into a pale board, and
+// knows which is which.
 //
-// The pattern: engraved circles on a lattice that spreads over most of the bed, most of one diameter, and at least
-// three "key" rings of a clearly larger diameter (1.5 times or more) placed so that no turn maps the pattern on itself.
 // Where the bed's origin lies is not known yet, so rings are found everywhere in the picture and matched as a
 // constellation: any shift, any turn, never mirrored.
 #pragma once
@@ -10,15 +9,11 @@
 #include <span>
 #include <vector>
 
+#include "base/calibration_pattern.h"
 #include "base/result.h"
 #include "calib/camera_model.h"
 
 namespace veneer::calib {
-
-struct PatternRing {
-  Point<MachineFrame> centre;  // as commanded
-  Millimetres diameter{4};     // of the middle of the burnt line
-};
 
 struct FoundRing {
   std::size_t ring = 0;  // index into the pattern

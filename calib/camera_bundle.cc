@@ -106,16 +106,16 @@ void add_sheet(const CameraParameters& camera, const BundleSheet& sheet, int at,
       jacobian.block<2, 1>(static_cast<Eigen::Index>(2 * i), k) = (plus[i] - minus[i]) / (2 * kSteps[k]);
     }
   }
-  const Eigen::MatrixXd square = weight * jacobian.transpose() * jacobian;
-  const Eigen::VectorXd slope = weight * jacobian.transpose() * residual;
+  const Eigen::MatrixXd matrix = weight * jacobian.transpose() * jacobian;
+  const Eigen::VectorXd gradient = weight * jacobian.transpose() * residual;
   constexpr int kC = kCameraUnknowns, kS = kSheetUnknowns;
-  normal.matrix.topLeftCorner(kC, kC) += square.topLeftCorner(kC, kC);
-  normal.gradient.head(kC) += slope.head(kC);
+  normal.matrix.topLeftCorner(kC, kC) += matrix.topLeftCorner(kC, kC);
+  normal.gradient.head(kC) += gradient.head(kC);
   if (at < 0) return;
-  normal.matrix.block(at, at, kS, kS) += square.bottomRightCorner(kS, kS);
-  normal.matrix.block(0, at, kC, kS) += square.topRightCorner(kC, kS);
-  normal.matrix.block(at, 0, kS, kC) += square.bottomLeftCorner(kS, kC);
-  normal.gradient.segment(at, kS) += slope.tail(kS);
+  normal.matrix.block(at, at, kS, kS) += matrix.bottomRightCorner(kS, kS);
+  normal.matrix.block(0, at, kC, kS) += matrix.topRightCorner(kC, kS);
+  normal.matrix.block(at, 0, kS, kC) += matrix.bottomLeftCorner(kS, kC);
+  normal.gradient.segment(at, kS) += gradient.tail(kS);
 }
 
 void add_priors(const CameraParameters& camera, Normal& normal) {
@@ -184,18 +184,18 @@ BundleOutcome solve_bundle(BundleState& state, double noise_px, int max_steps) {
   return {cost, std::sqrt(sum / std::max<double>(1, static_cast<double>(residuals.size()))), normal.matrix};
 }
 
-Eigen::Matrix<double, 2, kCameraUnknowns> camera_slope(const CameraParameters& camera, const Point<BedFrame>& place,
-                                                       Millimetres height) {
+Eigen::Matrix<double, 2, kCameraUnknowns> camera_jacobian(const CameraParameters& camera, const Point<BedFrame>& place,
+                                                          Millimetres height) {
   const CameraVector v = pack(camera);
-  Eigen::Matrix<double, 2, kCameraUnknowns> slope;
+  Eigen::Matrix<double, 2, kCameraUnknowns> jacobian;
   for (int k = 0; k < kCameraUnknowns; ++k) {
     CameraVector up = v, down = v;
     up[k] += kSteps[k], down[k] -= kSteps[k];
     const auto a = CameraModel(unpack(up, camera)).camera_from_bed(place, height);
     const auto b = CameraModel(unpack(down, camera)).camera_from_bed(place, height);
-    slope.col(k) << (a.x - b.x).count() / (2 * kSteps[k]), (a.y - b.y).count() / (2 * kSteps[k]);
+    jacobian.col(k) << (a.x - b.x).count() / (2 * kSteps[k]), (a.y - b.y).count() / (2 * kSteps[k]);
   }
-  return slope;
+  return jacobian;
 }
 
 void place_sheet(const CameraModel& camera, BundleSheet& sheet) {

@@ -1,4 +1,4 @@
-// The joint fit behind camera_fit: all corners of all views against one camera. Private to calib.
+// The bundle adjustment behind camera_fit: all corners of all views against one camera. Private to calib.
 //
 // Unknowns, in this order: fx fy cx cy k1 k2 p1 p2 k3, rotation (3), translation (3), then x, y, angle of each sheet
 // but the first, whose place defines the bed frame while the fit runs.
@@ -43,9 +43,9 @@ struct BundleOutcome {
 // that keep what the pictures do not show (lens terms beyond the corners seen) at physical values.
 BundleOutcome solve_bundle(BundleState& state, double noise_px, int max_steps);
 
-// How the camera's unknowns move the picture of one place: px per unknown.
-Eigen::Matrix<double, 2, kCameraUnknowns> camera_slope(const CameraParameters& camera, const Point<BedFrame>& place,
-                                                       Millimetres height);
+// The Jacobian of one place's picture by the camera's unknowns: px per unknown.
+Eigen::Matrix<double, 2, kCameraUnknowns> camera_jacobian(const CameraParameters& camera, const Point<BedFrame>& place,
+                                                          Millimetres height);
 
 // Moves one sheet in its plane to fit its corners, the camera held.
 void place_sheet(const CameraModel& camera, BundleSheet& sheet);

@@ -173,8 +173,8 @@ std::vector<Point<BedFrame>> bed_lattice() {
 }
 
 // How the camera's unknowns move what it says of a place on the bed: 2 x 15, mm per unknown.
-Eigen::MatrixXd place_slope(const CameraModel& camera, const Point<BedFrame>& place, Millimetres height) {
-  const auto pixels_by_unknown = camera_slope(camera.parameters(), place, height);
+Eigen::MatrixXd place_jacobian(const CameraModel& camera, const Point<BedFrame>& place, Millimetres height) {
+  const auto pixels_by_unknown = camera_jacobian(camera.parameters(), place, height);
   const Millimetres step(0.5);
   const auto here = camera.camera_from_bed(place, height);
   const auto right = camera.camera_from_bed({place.x + step, place.y}, height);
@@ -196,17 +196,17 @@ Millimetres predicted_sigma(const CameraModel& camera, const Eigen::MatrixXd& in
   double worst = 0;
   for (const double height : {0.0, 12.0}) {
     const auto rows = static_cast<Eigen::Index>(2 * places.size());
-    Eigen::MatrixXd slope(rows, kCameraUnknowns), gauge(rows, 3);
+    Eigen::MatrixXd jacobian(rows, kCameraUnknowns), gauge(rows, 3);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto at = fit_from_provisional * places[i];
       const auto row = static_cast<Eigen::Index>(2 * i);
-      slope.middleRows<2>(row) = place_slope(camera, at, Millimetres(height));
+      jacobian.middleRows<2>(row) = place_jacobian(camera, at, Millimetres(height));
       gauge.middleRows<2>(row) << 1, 0, -at.y.count(), 0, 1, at.x.count();
     }
-    const Eigen::MatrixXd inside = (gauge.transpose() * gauge).ldlt().solve(gauge.transpose() * slope);
-    const Eigen::MatrixXd free_slope = slope - gauge * inside;
+    const Eigen::MatrixXd inside = (gauge.transpose() * gauge).ldlt().solve(gauge.transpose() * jacobian);
+    const Eigen::MatrixXd free_jacobian = jacobian - gauge * inside;
     const Eigen::MatrixXd spread =
-        free_slope * covariance.topLeftCorner<kCameraUnknowns, kCameraUnknowns>() * free_slope.transpose();
+        free_jacobian * covariance.topLeftCorner<kCameraUnknowns, kCameraUnknowns>() * free_jacobian.transpose();
     for (Eigen::Index r = 0; r < rows; r += 2) worst = std::max(worst, spread(r, r) + spread(r + 1, r + 1));
   }
   return Millimetres(std::sqrt(std::max(0.0, worst)));

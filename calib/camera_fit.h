@@ -1,7 +1,8 @@
 // Calibrates the bed camera from pictures of the AprilGrid sheet lying in several places and at two heights or more.
 //
-// All views share one lens and one place of the camera (a joint fit), and each sheet is free only in its plane. That is
-// what makes the result metric on the bed: the sheet gives the millimetres, its known heights give the perspective.
+// Bundle adjustment: all views share one lens and one place of the camera, and each sheet is free only in its plane.
+// That is what makes the result metric on the bed: the sheet gives the millimetres, its known heights give the
+// perspective.
 // Functions are pure and may run at the same time.
 #pragma once
 
@@ -43,8 +44,8 @@ struct CameraFitLimits {
   Millimetres min_height_range{5};  // between the lowest and the highest view
 };
 
-// One lens and one place of the camera for all views (a joint fit; each sheet's place in its plane is free, heights are
-// as given). kInvalidArgument when there is too little to fit, kRefused when the residual is over the limits.
+// One lens and one place of the camera for all views; heights are as given. kInvalidArgument when there is too little
+// to fit, kRefused when the residual is over the limits.
 Result<CameraFit> fit_camera_model(std::span<const GridView> views, int width_px, int height_px,
                                    const AprilGrid& grid = {}, const CameraFitLimits& limits = {});
 

@@ -22,13 +22,13 @@ std::array<double, 3> axis_angle_of(const Eigen::Matrix3d& rotation) {
   return {v.x(), v.y(), v.z()};
 }
 
-// Lens: from the ray's slope to the distorted slope, with its derivative on demand (Brown-Conrady).
-Eigen::Vector2d distort(const CameraParameters& c, const Eigen::Vector2d& u, Eigen::Matrix2d* slope = nullptr) {
+// Lens: from the ray's slopes to the distorted slopes, with the Jacobian on demand (Brown-Conrady).
+Eigen::Vector2d distort(const CameraParameters& c, const Eigen::Vector2d& u, Eigen::Matrix2d* jacobian = nullptr) {
   const double x = u.x(), y = u.y(), r2 = x * x + y * y;
   const double radial = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
-  if (slope != nullptr) {
+  if (jacobian != nullptr) {
     const double d = 2 * (c.k1 + r2 * (2 * c.k2 + 3 * r2 * c.k3));  // d radial / d x = d * x
-    *slope << radial + d * x * x + 2 * c.p1 * y + 6 * c.p2 * x, d * x * y + 2 * c.p1 * x + 2 * c.p2 * y,
+    *jacobian << radial + d * x * x + 2 * c.p1 * y + 6 * c.p2 * x, d * x * y + 2 * c.p1 * x + 2 * c.p2 * y,
         d * x * y + 2 * c.p1 * x + 2 * c.p2 * y, radial + d * y * y + 6 * c.p1 * y + 2 * c.p2 * x;
   }
   return {x * radial + 2 * c.p1 * x * y + c.p2 * (r2 + 2 * x * x),
@@ -38,11 +38,11 @@ Eigen::Vector2d distort(const CameraParameters& c, const Eigen::Vector2d& u, Eig
 Eigen::Vector2d undistort(const CameraParameters& c, const Eigen::Vector2d& distorted) {
   Eigen::Vector2d u = distorted;
   for (int i = 0; i < 20; ++i) {
-    Eigen::Matrix2d slope;
-    const Eigen::Vector2d miss = distort(c, u, &slope) - distorted;
-    const double det = slope.determinant();
+    Eigen::Matrix2d jacobian;
+    const Eigen::Vector2d miss = distort(c, u, &jacobian) - distorted;
+    const double det = jacobian.determinant();
     if (std::abs(det) < 1e-6) break;  // beyond the fold of a wild lens model: the last guess is as good as any
-    const Eigen::Vector2d step = slope.inverse() * miss;
+    const Eigen::Vector2d step = jacobian.inverse() * miss;
     u -= step;
     if (step.squaredNorm() < 1e-24) break;
   }

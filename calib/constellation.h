@@ -19,7 +19,7 @@
 namespace veneer::calib {
 
 template <class Frame>
-struct Star {
+struct ConstellationPoint {
   Point<Frame> place;
   int kind = 0;
 };
@@ -41,8 +41,9 @@ struct ConstellationMatch {
 
 // Per known point the nearest seen one of its kind within the tolerance, or -1.
 template <class To, class From>
-std::vector<int> nearest_stars(const Isometry2<To, From>& seen_from_known, std::span<const Star<To>> seen,
-                               std::span<const Star<From>> known, Millimetres tolerance) {
+std::vector<int> nearest_points(const Isometry2<To, From>& seen_from_known,
+                                std::span<const ConstellationPoint<To>> seen,
+                                std::span<const ConstellationPoint<From>> known, Millimetres tolerance) {
   std::vector<int> out(known.size(), -1);
   for (std::size_t k = 0; k < known.size(); ++k) {
     const Point<To> place = seen_from_known * known[k].place;
@@ -61,7 +62,7 @@ inline int count_votes(const std::vector<int>& seen_of_known) {
 }
 
 template <class Frame>
-double score_of(const std::vector<int>& seen_of_known, std::span<const Star<Frame>> known) {
+double score_of(const std::vector<int>& seen_of_known, std::span<const ConstellationPoint<Frame>> known) {
   std::map<int, std::pair<int, int>> kinds;  // members, of them seen
   for (std::size_t k = 0; k < known.size(); ++k) {
     auto& [members, met] = kinds[known[k].kind];
@@ -74,9 +75,9 @@ double score_of(const std::vector<int>& seen_of_known, std::span<const Star<Fram
 
 // The kind to try pairs of.
 template <class Frame>
-int rarest_kind(std::span<const Star<Frame>> known) {
+int rarest_kind(std::span<const ConstellationPoint<Frame>> known) {
   std::map<int, int> members;
-  for (const auto& star : known) ++members[star.kind];
+  for (const auto& it : known) ++members[it.kind];
   int kind = -1, least = std::numeric_limits<int>::max();
   for (const auto& [k, n] : members)
     if (n >= 2 && n < least) kind = k, least = n;
@@ -85,15 +86,16 @@ int rarest_kind(std::span<const Star<Frame>> known) {
 
 // Every way of laying a pair of known points of the rarest kind on a pair of seen ones as far apart.
 template <class To, class From>
-std::vector<Isometry2<To, From>> pair_hypotheses(std::span<const Star<To>> seen, std::span<const Star<From>> known,
+std::vector<Isometry2<To, From>> pair_hypotheses(std::span<const ConstellationPoint<To>> seen,
+                                                 std::span<const ConstellationPoint<From>> known,
                                                  const ConstellationOptions& options) {
   const int kind = rarest_kind(known);
   std::vector<Point<To>> places;
   std::vector<Point<From>> wanted;
-  for (const auto& star : seen)
-    if (star.kind == kind) places.push_back(star.place);
-  for (const auto& star : known)
-    if (star.kind == kind) wanted.push_back(star.place);
+  for (const auto& it : seen)
+    if (it.kind == kind) places.push_back(it.place);
+  for (const auto& it : known)
+    if (it.kind == kind) wanted.push_back(it.place);
   std::vector<Isometry2<To, From>> out;
   for (std::size_t a = 0; a < wanted.size(); ++a) {
     for (std::size_t b = a + 1; b < wanted.size(); ++b) {
@@ -114,27 +116,27 @@ std::vector<Isometry2<To, From>> pair_hypotheses(std::span<const Star<To>> seen,
 
 // Nothing when no pair fits at all.
 template <class To, class From>
-std::optional<ConstellationMatch<To, From>> match_constellation(std::span<const Star<To>> seen,
-                                                                std::span<const Star<From>> known,
+std::optional<ConstellationMatch<To, From>> match_constellation(std::span<const ConstellationPoint<To>> seen,
+                                                                std::span<const ConstellationPoint<From>> known,
                                                                 const ConstellationOptions& options) {
   const auto hypotheses = pair_hypotheses(seen, known, options);
   if (hypotheses.empty()) return std::nullopt;
   std::vector<double> scores;
   scores.reserve(hypotheses.size());
-  for (const auto& h : hypotheses) scores.push_back(score_of(nearest_stars(h, seen, known, options.tolerance), known));
+  for (const auto& h : hypotheses) scores.push_back(score_of(nearest_points(h, seen, known, options.tolerance), known));
   const auto best = static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin());
 
   ConstellationMatch<To, From> match;
   match.seen_from_known = hypotheses[best];
   for (std::size_t h = 0; h < hypotheses.size(); ++h) {
     double moved = 0;
-    for (const auto& star : known) {
-      moved = std::max(moved, distance(hypotheses[h] * star.place, hypotheses[best] * star.place).count());
+    for (const auto& it : known) {
+      moved = std::max(moved, distance(hypotheses[h] * it.place, hypotheses[best] * it.place).count());
     }
     if (moved > 4 * options.tolerance.count()) match.rival_score = std::max(match.rival_score, scores[h]);
   }
   for (int round = 0; round < 3; ++round) {
-    match.seen_of_known = nearest_stars(match.seen_from_known, seen, known, options.tolerance);
+    match.seen_of_known = nearest_points(match.seen_from_known, seen, known, options.tolerance);
     std::vector<Point<To>> to;
     std::vector<Point<From>> from;
     for (std::size_t k = 0; k < known.size(); ++k) {

@@ -7,13 +7,10 @@
 #include <array>
 #include <vector>
 
+#include "base/face.h"
 #include "base/geometry.h"
 
 namespace veneer::calib {
-
-enum class Face { kShow, kBack };
-constexpr Face other(Face face) { return face == Face::kShow ? Face::kBack : Face::kShow; }
-constexpr const char* to_string(Face face) { return face == Face::kShow ? "show" : "back"; }
 
 struct PanelTag {
   int id = -1;

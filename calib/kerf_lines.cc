@@ -82,7 +82,7 @@ std::vector<FoundLine> assign(const std::vector<Segment>& segments, std::span<co
 std::vector<FoundLine> find_kerf_lines(const cv::Mat& scan, ScanResolution resolution, std::span<const KerfLine> lines,
                                        double min_found) {
   Millimetres shortest(1e9), longest(0);
-  std::vector<Star<MachineFrame>> known;
+  std::vector<ConstellationPoint<MachineFrame>> known;
   for (const auto& line : lines) {
     shortest = std::min(shortest, distance(line.from, line.to)),
     longest = std::max(longest, distance(line.from, line.to));
@@ -93,7 +93,7 @@ std::vector<FoundLine> find_kerf_lines(const cv::Mat& scan, ScanResolution resol
     const auto segments = straight_segments(thin, threshold, resolution, shortest * (1 - kLengthTolerance),
                                             longest * (1 + kLengthTolerance));
     if (segments.size() > 400) break;  // grain, not lines
-    std::vector<Star<SlitFrame>> seen;
+    std::vector<ConstellationPoint<SlitFrame>> seen;
     for (const Segment& s : segments) seen.push_back({s.a, 0}), seen.push_back({s.b, 0});
     const auto match = match_constellation<SlitFrame, MachineFrame>(
         seen, known, {.scale_tolerance = 0.012, .tolerance = Millimetres(1.2), .may_be_mirrored = true});

@@ -10,15 +10,10 @@
 #include <span>
 #include <vector>
 
-#include "base/geometry.h"
+#include "base/calibration_pattern.h"
 #include "base/result.h"
 
 namespace veneer::calib {
-
-// One straight through-cut, burnt in one pass at the cutting recipe; at least 10 mm long, 3 mm clear of other burns.
-struct KerfLine {
-  Point<MachineFrame> from, to;
-};
 
 struct KerfReading {
   std::size_t line = 0;   // index into the lines given

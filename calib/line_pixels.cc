@@ -64,7 +64,7 @@ FoundLine straightened(const FoundLine& line, ScanResolution resolution, std::sp
   return {line.line, moved(0), moved(1)};
 }
 
-double golden(double low, double high, double precision, const std::function<double(double)>& f) {
+double golden_section_minimum(double low, double high, double precision, const std::function<double(double)>& f) {
   constexpr double kRatio = 0.6180339887498949;
   double a = low, b = high, c = b - kRatio * (b - a), d = a + kRatio * (b - a);
   double fc = f(c), fd = f(d);

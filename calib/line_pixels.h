@@ -24,6 +24,6 @@ FoundLine straightened(const FoundLine& line, ScanResolution resolution, std::sp
                        std::span<const double> off);
 
 // Minimum of a smooth function of one variable in [low, high], by golden section.
-double golden(double low, double high, double precision, const std::function<double(double)>& f);
+double golden_section_minimum(double low, double high, double precision, const std::function<double(double)>& f);
 
 }  // namespace veneer::calib

@@ -28,7 +28,8 @@ FitResidual residual_of(const Map& to_from, std::span<const Point<To>> to, std::
   return out;
 }
 
-// At least two points that differ. The handedness is the caller's; fit both and compare to measure it.
+// Umeyama's method (1991) in the plane, without scale. At least two points that differ. The handedness is the caller's;
+// fit both and compare to measure it.
 template <class To, class From>
 Isometry2<To, From> fit_isometry(std::span<const Point<To>> to, std::span<const Point<From>> from,
                                  Handedness handedness = Handedness::kProper) {

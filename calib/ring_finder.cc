@@ -12,10 +12,10 @@ namespace veneer::calib {
 namespace {
 
 constexpr int kDirections = 72;
-constexpr double kReach = 0.9;  // mm to both sides of the line
-constexpr double kStep = 0.05;  // mm along a radius
-constexpr int kSamples = static_cast<int>(2 * kReach / kStep) + 1;
-constexpr double kSearchPxPerMm = 4;  // enough to see a 0.2 mm line, few enough to be quick
+constexpr double kLineReach = 0.9;  // mm to both sides of the line
+constexpr double kStep = 0.05;      // mm along a radius
+constexpr int kSamples = static_cast<int>(2 * kLineReach / kStep) + 1;
+constexpr double kRingPxPerMm = 4;  // enough to see a 0.2 mm line, few enough to be quick
 constexpr std::size_t kMaxProposals = 500;
 
 // Bilinear, pixel centres at +0.5; outside the picture the border repeats.
@@ -82,7 +82,7 @@ bool line_on_radius(const std::array<double, kSamples>& grey, double& offset) {
     centre = moment / weight;
   }
   if (centre < kGround || centre > kSamples - 1 - kGround) return false;
-  offset = centre * kStep - kReach;
+  offset = centre * kStep - kLineReach;
   return true;
 }
 
@@ -97,7 +97,7 @@ Rim trace_rim(const cv::Mat& grey, const CameraModel& model, Millimetres height,
     const double angle = 2 * kPi * d / kDirections, c = std::cos(angle), s = std::sin(angle);
     std::array<double, kSamples> along{};
     for (int i = 0; i < kSamples; ++i) {
-      const double r = radius - kReach + i * kStep;
+      const double r = radius - kLineReach + i * kStep;
       const auto place = point<BedFrame>(centre.x.count() + r * c, centre.y.count() + r * s);
       along[static_cast<std::size_t>(i)] = sample(grey, model.camera_from_bed(place, height));
     }
@@ -145,7 +145,7 @@ RimFit fit_rim(const Rim& rim) {
 
 std::vector<Point<BedFrame>> propose_circles(const cv::Mat& grey, const CameraModel& model, Millimetres height,
                                              const Box<BedFrame>& area, Millimetres diameter) {
-  const Raster<BedFrame> view{model.rectify(grey, area, {kSearchPxPerMm}, height), {kSearchPxPerMm}, area.min};
+  const Raster<BedFrame> view{model.rectify(grey, area, {kRingPxPerMm}, height), {kRingPxPerMm}, area.min};
   // Thin dark lines only: what a closing fills up.
   cv::Mat closed, thin, dark, score;
   cv::GaussianBlur(view.pixels, thin, {}, 0.7);
@@ -153,7 +153,7 @@ std::vector<Point<BedFrame>> propose_circles(const cv::Mat& grey, const CameraMo
   cv::subtract(closed, thin, dark);
   dark.convertTo(dark, CV_32FC1);
   cv::min(dark, 60.0, dark);  // one black speck must not look like a whole ring
-  const double radius_px = diameter.count() / 2 * kSearchPxPerMm;
+  const double radius_px = diameter.count() / 2 * kRingPxPerMm;
   cv::filter2D(dark, score, CV_32FC1, ring_kernel(radius_px));
 
   cv::Mat peaks;

@@ -57,7 +57,8 @@ double place_of(const Samples& samples, double blur) {
     const double m = edge_misfit(samples, at, blur);
     if (m < least) least = m, best = at;
   }
-  return golden(best - 0.04, best + 0.04, 1e-3, [&](double at) { return edge_misfit(samples, at, blur); });
+  return golden_section_minimum(best - 0.04, best + 0.04, 1e-3,
+                                [&](double at) { return edge_misfit(samples, at, blur); });
 }
 
 // The blur at one straight edge; nothing when it is no clean step.
@@ -75,7 +76,7 @@ std::optional<double> blur_at(const cv::Mat& scan, ScanResolution resolution, co
   double blur = 0.06, place = 0;
   for (int round = 0; round < 3; ++round) {
     place = place_of(samples, blur);
-    blur = golden(0.01, 0.2, 1e-3, [&](double b) { return edge_misfit(samples, place, b); });
+    blur = golden_section_minimum(0.01, 0.2, 1e-3, [&](double b) { return edge_misfit(samples, place, b); });
   }
   const double rms = std::sqrt(edge_misfit(samples, place, blur) / static_cast<double>(samples.size()));
   const double step = std::abs(samples.front().second - samples.back().second);

@@ -28,7 +28,7 @@ struct Corner {
   int fold = 0;
 };
 
-struct Lattice {
+struct ShiftLattice {
   int columns = 0, rows = 0;
   double sx = 0, sy = 0;
   int size() const { return columns * rows; }
@@ -48,7 +48,7 @@ struct Bent {
 };
 
 // Which coefficients act at a place, by how much.
-Bent basis_at(const Lattice& lattice, double x, double y) {
+Bent basis_at(const ShiftLattice& lattice, double x, double y) {
   const SplineWeights across = spline_weights(x, lattice.sx, lattice.columns);
   const SplineWeights down = spline_weights(y, lattice.sy, lattice.rows);
   Bent bent;
@@ -62,7 +62,7 @@ Bent basis_at(const Lattice& lattice, double x, double y) {
 
 // Bending energy: squared second differences along x, along y, and mixed. A flatbed's lens errs with x and its carriage
 // with y, so the two hardly mix; holding the map to that carries it into corners the sheet did not reach.
-Eigen::MatrixXd bending(const Lattice& lattice) {
+Eigen::MatrixXd bending(const ShiftLattice& lattice) {
   const int n = lattice.size();
   Eigen::MatrixXd energy = Eigen::MatrixXd::Zero(n, n);
   const auto add = [&](std::initializer_list<std::pair<int, double>> terms, double weight) {
@@ -80,7 +80,7 @@ Eigen::MatrixXd bending(const Lattice& lattice) {
   return energy;
 }
 
-ScannerModelData data_of(const Lattice& lattice, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+ScannerModelData data_of(const ShiftLattice& lattice, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   ScannerModelData data;
   data.columns = lattice.columns, data.rows = lattice.rows;
   data.spacing_x_mm = lattice.sx, data.spacing_y_mm = lattice.sy;
@@ -90,7 +90,7 @@ ScannerModelData data_of(const Lattice& lattice, const Eigen::VectorXd& x, const
 }
 
 // Unknowns: shift_x, shift_y, then (turn, move x, move y) of each scan. `skip_fold` < 0 uses everything.
-Fit solve(const std::vector<Corner>& corners, std::vector<Pose> poses, const Lattice& lattice,
+Fit solve(const std::vector<Corner>& corners, std::vector<Pose> poses, const ShiftLattice& lattice,
           const Eigen::MatrixXd& energy, int skip_fold) {
   const int n = lattice.size(), unknowns = 2 * n + 3 * static_cast<int>(poses.size());
   Fit fit;
@@ -279,7 +279,7 @@ Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans
     height = std::max(height, scans[s].height_px / scans[s].nominal.px_per_mm);
   }
 
-  Lattice lattice;
+  ShiftLattice lattice;
   lattice.sx = lattice.sy = options.lattice.count();
   lattice.columns = static_cast<int>(std::ceil(width / lattice.sx)) + 3;
   lattice.rows = static_cast<int>(std::ceil(height / lattice.sy)) + 3;

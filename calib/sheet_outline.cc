@@ -11,7 +11,7 @@
 namespace veneer::calib {
 namespace {
 
-constexpr double kSearchPxPerMm = 6;
+constexpr double kOutlinePxPerMm = 6;
 
 // Everything that is not as bright and colourless as the lid, without specks.
 cv::Mat sheet_mask(const cv::Mat& darkest) {
@@ -72,7 +72,7 @@ Side fit_side(const std::vector<Eigen::Vector2d>& all, double angle, double offs
 
 std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolution nominal) {
   if (picture.empty()) return {};
-  const double shrink = std::min(1.0, kSearchPxPerMm / nominal.px_per_mm);
+  const double shrink = std::min(1.0, kOutlinePxPerMm / nominal.px_per_mm);
   cv::Mat small;
   cv::resize(picture, small, {}, shrink, shrink, cv::INTER_AREA);
   const double scale_x = static_cast<double>(picture.cols) / small.cols,
@@ -88,7 +88,7 @@ std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolutio
   const double side = cv::contourArea(sheet, true) > 0 ? 1 : -1;
   const std::size_t n = sheet.size(), reach = std::min<std::size_t>(6, n / 4);
   std::vector<Point<ScanFrame>> outline;
-  for (std::size_t i = 0; i < n; i += static_cast<std::size_t>(kSearchPxPerMm)) {
+  for (std::size_t i = 0; i < n; i += static_cast<std::size_t>(kOutlinePxPerMm)) {
     const cv::Point2d p = sheet[i], run = cv::Point2d(sheet[(i + reach) % n]) - cv::Point2d(sheet[(i + n - reach) % n]);
     const double length = std::max(1e-9, std::hypot(run.x, run.y));
     const cv::Point2d outwards = side * cv::Point2d(run.y, -run.x) / length;

@@ -122,8 +122,8 @@ double best_width(const Weighted& seen, const SlitShape& shape, double middle) {
     const double m = misfit(seen, width, middle, shape);
     if (m < least) least = m, best = width;
   }
-  return golden(std::max(0.02, best - 0.05), best + 0.05, 2e-4,
-                [&](double width) { return misfit(seen, width, middle, shape); });
+  return golden_section_minimum(std::max(0.02, best - 0.05), best + 0.05, 2e-4,
+                                [&](double width) { return misfit(seen, width, middle, shape); });
 }
 
 // How the wood beside the line differs from its mean, along the line: grain that crosses the line.
@@ -241,7 +241,8 @@ SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape) {
   SlitFit fit;
   for (int round = 0; round < 2; ++round) {
     fit.width = best_width(seen, shape, fit.middle);
-    fit.middle = golden(-0.06, 0.06, 5e-4, [&](double middle) { return misfit(seen, fit.width, middle, shape); });
+    fit.middle = golden_section_minimum(-0.06, 0.06, 5e-4,
+                                        [&](double middle) { return misfit(seen, fit.width, middle, shape); });
   }
   Levels levels;
   fit.residual = std::sqrt(misfit(seen, fit.width, fit.middle, shape, &levels) / std::max(1.0, 3 * seen.total));
@@ -267,7 +268,7 @@ SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& bl
     double sum = 0;
     for (auto& s : seen) {
       const auto of_width = [&](double width) { return misfit(s.profile, width, s.middle, shape); };
-      s.width = golden(std::max(0.02, s.width - 0.04), s.width + 0.04, 1e-3, of_width);
+      s.width = golden_section_minimum(std::max(0.02, s.width - 0.04), s.width + 0.04, 1e-3, of_width);
       sum += of_width(s.width);
     }
     return sum;
@@ -279,12 +280,12 @@ SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& bl
       const double c = cost({b, rim});
       if (c < least) least = c, best = rim;
     }
-    return golden(best * 0.6, best * 1.6, 2e-3, [&](double rim) { return cost({b, rim}); });
+    return golden_section_minimum(best * 0.6, best * 1.6, 2e-3, [&](double rim) { return cost({b, rim}); });
   };
   // The slit's walls are rougher than the sheet's edge, and a blur read there is itself uncertain: it is held loosely.
   const double expected = std::hypot(blur.sigma, kSlitRoughness);
   const double noise = cost({expected, best_rim(expected)}) / (kIndependent * static_cast<double>(profiles.size()));
-  const double best = golden(0.6 * expected, 1.6 * expected, 1e-3, [&](double b) {
+  const double best = golden_section_minimum(0.6 * expected, 1.6 * expected, 1e-3, [&](double b) {
     return cost({b, best_rim(b)}) / noise + std::pow((b / expected - 1) / blur.trust, 2);
   });
   return {best, best_rim(best)};

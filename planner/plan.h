@@ -47,16 +47,18 @@ enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
 
-// A piece of an earlier plan. Its patch stays as it is, and so does its wood where `place` says so.
+// Where a piece's wood really comes from.
+struct Placement {
+  PanelId panel;
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;  // its pose: proper, show face to show face
+};
+
+// A piece of an earlier plan. Its patch stays as it is, and so does its wood where `placement` says so.
 struct KeptPiece {
-  struct Place {
-    PanelId panel;
-    Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
-  };
   std::string mark;
-  int cells = 1;               // side in cells of the grid (Piece::cells)
-  std::optional<Place> place;  // none: wood is looked for anew
-  bool must = false;           // an error when it cannot stay there; otherwise it is planned anew
+  int cells = 1;                       // side in cells of the grid (Piece::cells)
+  std::optional<Placement> placement;  // none: wood is looked for anew
+  bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
 };
 
 // Defaults are the paper's Table 1.
@@ -66,10 +68,9 @@ struct PlanOptions {
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
   // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
   double w_colour = 0, w_texture = 0;
-  Millimetres edge{0};  // pictures are smoothed by this (standard deviation) before edges are taken; 0: not at all
-  double dpi = 300;     // working resolution: panels and artworks are resampled to it
-  Millimetres kerf{
-      0.15};  // k, full width burnt away. Outlines keep 2k from each other and k from wood that is not free
+  Millimetres edge{0};     // pictures are smoothed by this (standard deviation) before edges are taken; 0: not at all
+  double dpi = 300;        // working resolution: panels and artworks are resampled to it
+  Millimetres kerf{0.15};  // k, the full width burnt away: outlines keep 2k from each other, k from wood that is gone
   Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
   // n_adaptive and w_adaptive: a patch may have 2^levels times the wished side, and stays that large where its cost per
   // pixel is at most `factor` times that of four smaller ones.
@@ -100,12 +101,6 @@ struct PlanOptions {
   int threads = 0;  // 0: as many as the machine has
 };
 
-struct Placement {
-  PanelId panel;
-  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;  // proper: show face to show face
-  Ring<PanelFrame> panel_outline;  // panel_from_artwork * artwork_outline: same vertices, same order; without kerf
-};
-
 // Where else a piece could be cut from wood that the plan leaves free.
 struct Alternative {
   Placement placement;
@@ -119,10 +114,13 @@ struct Piece {
   int cells = 1;                       // side in cells of the grid; more than 1 only with adaptive levels
   Ring<ArtworkFrame> artwork_outline;  // counter-clockwise
   std::optional<Placement> placement;  // none: no wood was left for it
-  double cost = 0;                     // CONTRACT.md, section 3; measured on what is placed; 0 when unfilled
+  double cost = 0;                     // docs/FILES.md; measured on what is placed; 0 when unfilled
   std::int64_t pixels = 0;             // at the working resolution, centres inside the outline
   // The cheapest first, no two alike (matcher.h); each can be taken as long as no other piece moves.
   std::vector<Alternative> alternatives{};
+
+  // The outline on its panel, without kerf: the same vertices in the same order. Only for a piece that has wood.
+  Ring<PanelFrame> panel_outline() const { return placement->panel_from_artwork * artwork_outline; }
 };
 
 struct PlanArtwork {

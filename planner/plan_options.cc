@@ -12,7 +12,7 @@
 namespace veneer::planner {
 namespace {
 
-Error unusable(std::string_view name, std::string_view wanted, std::string_view text) {
+Error unusable_option(std::string_view name, std::string_view wanted, std::string_view text) {
   return {ErrorCode::kInvalidArgument, fmt::format("{} must be {}, not \"{}\"", name, wanted, text)};
 }
 
@@ -24,7 +24,7 @@ bool parse(std::string_view text, Number& value) {
 
 Status read(std::string_view name, std::string_view text, double& out) {
   double value = 0;
-  if (!parse(text, value)) return unusable(name, "a number", text);
+  if (!parse(text, value)) return unusable_option(name, "a number", text);
   out = value;
   return Ok();
 }
@@ -33,13 +33,13 @@ template <std::integral Whole>
 Status read(std::string_view name, std::string_view text, Whole& out) {
   Whole value = 0;
   if (!parse(text, value))
-    return unusable(name, std::unsigned_integral<Whole> ? "a whole number from 0" : "a whole number", text);
+    return unusable_option(name, std::unsigned_integral<Whole> ? "a whole number from 0" : "a whole number", text);
   out = value;
   return Ok();
 }
 
 Status read(std::string_view name, std::string_view text, bool& out) {
-  if (text != "0" && text != "1") return unusable(name, "0 or 1", text);
+  if (text != "0" && text != "1") return unusable_option(name, "0 or 1", text);
   out = text == "1";
   return Ok();
 }
@@ -52,13 +52,13 @@ Status read(std::string_view name, std::string_view text, Millimetres& out) {
 }
 
 Status read(std::string_view name, std::string_view text, Priority& out) {
-  if (text != "saliency" && text != "center") return unusable(name, "saliency or center", text);
+  if (text != "saliency" && text != "center") return unusable_option(name, "saliency or center", text);
   out = text == "center" ? Priority::kCentre : Priority::kSaliency;
   return Ok();
 }
 
 Status read(std::string_view name, std::string_view text, Optimize& out) {
-  if (text != "greedy" && text != "global") return unusable(name, "greedy or global", text);
+  if (text != "greedy" && text != "global") return unusable_option(name, "greedy or global", text);
   out = text == "global" ? Optimize::kGlobal : Optimize::kGreedy;
   return Ok();
 }

@@ -240,31 +240,31 @@ Millimetres narrowest_width(const Ring<BedFrame>& ring) {
   return Millimetres(narrowest);
 }
 
-CutStrokes cut_strokes(const Ring<BedFrame>& ring, const Door& door, const std::vector<double>& bridges,
-                       Millimetres bridge_gap, const LeadOptions& options) {
+std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door& door,
+                                          const std::vector<double>& bridges, Millimetres bridge_gap,
+                                          const LeadOptions& options) {
   const Walk walk = walk_from(ring, door.vertex);
   const double around = walk.at.back(), half = bridge_gap.count() / 2;
   const double door_at = walk_from(ring, 0).at[door.vertex];
   std::vector<double> middles;
   for (const double place : bridges) middles.push_back(std::fmod(place - door_at + around, around));
   std::sort(middles.begin(), middles.end());
-  CutStrokes strokes;
+  std::vector<Polyline<BedFrame>> paths;
   double from = 0;
   for (const double middle : middles) {
-    if (middle - half > from) strokes.paths.push_back(part_of(walk, from, middle - half));
+    if (middle - half > from) paths.push_back(part_of(walk, from, middle - half));
     from = middle + half;
   }
-  if (from < around) strokes.paths.push_back(part_of(walk, from, around));
-  strokes.closed = middles.empty() && !door.lead;
-  if (strokes.closed) strokes.paths.front().back() = strokes.paths.front().front();
+  if (from < around) paths.push_back(part_of(walk, from, around));
+  if (middles.empty() && !door.lead) paths.front().back() = paths.front().front();
   if (door.lead) {
-    auto& first = strokes.paths.front();
+    auto& first = paths.front();
     first.insert(first.begin(), *door.lead);
     const double room = middles.empty() ? around : middles.front() - half;
     const auto over = part_of(walk, 0, std::min(options.overlap.count(), room));
-    strokes.paths.back().insert(strokes.paths.back().end(), over.begin() + 1, over.end());
+    paths.back().insert(paths.back().end(), over.begin() + 1, over.end());
   }
-  return strokes;
+  return paths;
 }
 
 }  // namespace veneer::planner

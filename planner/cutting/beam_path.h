@@ -2,7 +2,7 @@
 //
 // The show face of a piece is to be its outline less half the fit clearance. The beam therefore runs
 // (kerf at the show face - clearance) / 2 outside it, and burns on the back no farther than the widest kerf: what the
-// ledger has booked (DESIGN.md, section 3, "What kerf is").
+// ledger has booked (docs/KERF.md).
 // Pure functions; thread-safe.
 #pragma once
 
@@ -67,13 +67,11 @@ std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOption
 // The least distance between two parallels that enclose the ring.
 Millimetres narrowest_width(const Ring<BedFrame>& ring);
 
-struct CutStrokes {
-  std::vector<Polyline<BedFrame>> paths;  // in the order of burning
-  bool closed = false;                    // one path that ends where it begins
-};
-// The ring from the door around, less the bridges with the kerf on both sides of them.
-CutStrokes cut_strokes(const Ring<BedFrame>& ring, const Door& door, const std::vector<double>& bridges,
-                       Millimetres bridge_gap, const LeadOptions& options);
+// The ring from the door around, less the bridges with the kerf on both sides of them: paths in the order of burning. A
+// single one without bridges and lead-in ends where it begins.
+std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door& door,
+                                          const std::vector<double>& bridges, Millimetres bridge_gap,
+                                          const LeadOptions& options);
 
 // How sharply the ring turns at a vertex; radians, 0 = straight on.
 double turn_at(const Ring<BedFrame>& ring, std::size_t i);

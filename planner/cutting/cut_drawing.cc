@@ -21,7 +21,7 @@ ToolpathPiece toolpath_piece(const Piece& piece, std::size_t number,
   const Point<BedFrame> head = bed_from_artwork * point<ArtworkFrame>(0, 1);
   ToolpathPiece out;
   out.piece = PieceId{static_cast<std::int64_t>(number) + 1};
-  out.outline = bed_from_panel * piece.placement->panel_outline;
+  out.outline = bed_from_panel * piece.panel_outline();
   out.mark = piece.mark;
   out.artwork_up = Radians(std::atan2((head.y - foot.y).count(), (head.x - foot.x).count()));
   return out;
@@ -46,11 +46,12 @@ Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetr
                      panel.height,
                      {{"engrave", CutColour::kBlue, {}}, {"cut", CutColour::kRed, {}}},
                      std::move(toolpath->warnings)};
-  for (ToolpathStroke& stroke : toolpath->strokes) {
-    if (stroke.closed) stroke.path.pop_back();
+  for (StrokeIn<BedFrame>& stroke : toolpath->strokes) {
+    const bool closed = stroke.closed();
+    if (closed) stroke.path.pop_back();
     const Piece& piece = plan.pieces[static_cast<std::size_t>(stroke.piece.value - 1)];
-    drawing.layers[stroke.role == ToolpathRole::kCut ? 1 : 0].strokes.push_back(
-        {piece.mark, std::move(stroke.path), stroke.closed});
+    drawing.layers[stroke.role == StrokeRole::kCut ? 1 : 0].strokes.push_back(
+        {piece.mark, std::move(stroke.path), closed});
   }
   return drawing;
 }

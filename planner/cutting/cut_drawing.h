@@ -11,7 +11,7 @@
 
 namespace veneer::planner {
 
-struct CutStroke {
+struct DrawnPath {
   std::string piece;        // the mark of its piece
   Polyline<BedFrame> path;  // a closed one does not repeat its first point
   bool closed = false;
@@ -22,7 +22,7 @@ enum class CutColour { kBlue, kRed };
 struct CutLayer {
   std::string name;
   CutColour colour = CutColour::kBlue;
-  std::vector<CutStroke> strokes;  // in the order of burning
+  std::vector<DrawnPath> strokes;  // in the order of burning
 };
 
 // The panel lies on its face with its lower left corner at the origin, so it is seen from the back: x = panel width -

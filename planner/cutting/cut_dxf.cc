@@ -114,7 +114,7 @@ void put_block(DxfText& out, const char* name, const std::string& space) {
   out.object("ENDBLK", space, {{100, "AcDbEntity"}, {8, "0"}, {100, "AcDbBlockEnd"}});
 }
 
-void put_stroke(DxfText& out, const CutStroke& stroke, const std::string& layer, const std::string& space) {
+void put_stroke(DxfText& out, const DrawnPath& stroke, const std::string& layer, const std::string& space) {
   out.object("LWPOLYLINE", space,
              {{100, "AcDbEntity"},
               {8, plain_ascii(layer)},
@@ -144,7 +144,7 @@ std::string cut_dxf(const CutDrawing& drawing) {
   put_block(body, "*Paper_Space", spaces[1]);
   body.put({{0, "ENDSEC"}, {0, "SECTION"}, {2, "ENTITIES"}});
   for (const CutLayer& layer : drawing.layers)
-    for (const CutStroke& stroke : layer.strokes) put_stroke(body, stroke, layer.name, spaces[0]);
+    for (const DrawnPath& stroke : layer.strokes) put_stroke(body, stroke, layer.name, spaces[0]);
   body.put({{0, "ENDSEC"}, {0, "SECTION"}, {2, "OBJECTS"}});
   const std::string root = body.next_handle(), groups = body.next_handle();
   body.put({{0, "DICTIONARY"}, {5, root}, {330, "0"}, {100, "AcDbDictionary"}, {281, "1"}});

@@ -32,7 +32,7 @@ void put_layer(std::string& out, const CutLayer& layer) {
   const auto put = std::back_inserter(out);
   fmt::format_to(put, "% layer {}\n{} setrgbcolor\n", plain_ascii(layer.name),
                  layer.colour == CutColour::kBlue ? "0 0 1" : "1 0 0");
-  for (const CutStroke& stroke : layer.strokes) {
+  for (const DrawnPath& stroke : layer.strokes) {
     fmt::format_to(put, "% piece {}\nnewpath\n", plain_ascii(stroke.piece));
     const char* line = "moveto";
     for (const Point<BedFrame>& p : stroke.path) {

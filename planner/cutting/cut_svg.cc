@@ -9,7 +9,7 @@
 namespace veneer::planner {
 namespace {
 
-std::string path_data(const CutStroke& stroke, Millimetres panel_height) {
+std::string path_data(const DrawnPath& stroke, Millimetres panel_height) {
   std::string data;
   for (const Point<BedFrame>& p : stroke.path)
     data += fmt::format("{}{:.3f},{:.3f} ", data.empty() ? "M" : "L", p.x.count(), (panel_height - p.y).count());
@@ -28,7 +28,7 @@ void add_layer(pugi::xml_node svg, const CutLayer& layer, Millimetres panel_heig
   group.append_attribute("fill") = "none";
   group.append_attribute("stroke") = layer.colour == CutColour::kBlue ? "#0000ff" : "#ff0000";
   group.append_attribute("stroke-width") = "0.1";
-  for (const CutStroke& stroke : layer.strokes) {
+  for (const DrawnPath& stroke : layer.strokes) {
     pugi::xml_node path = group.append_child("path");
     path.append_attribute("data-piece") = stroke.piece.c_str();
     path.append_attribute("d") = path_data(stroke, panel_height).c_str();

@@ -11,7 +11,7 @@ namespace veneer::planner {
 namespace {
 
 constexpr double kText = 2.4;    // height of a label, mm
-constexpr double kGap = 3;       // between fields, and around the card
+constexpr double kFieldGap = 3;  // between fields, and around the card
 constexpr double kLabels = 9.5;  // the column and the row of labels
 
 Error wrong(std::string_view what) {
@@ -49,7 +49,7 @@ class CardMaker {
       const Glyph* glyph = find_glyph(c);
       if (glyph == nullptr) continue;
       for (const auto& line : glyph->strokes) {
-        TestCardStroke& stroke = add();
+        Stroke& stroke = add(card_.labels);
         stroke.speed = options_.labels.engrave_speed;
         stroke.power = options_.labels.engrave_power;
         stroke.air = options_.labels.engrave_air;
@@ -69,9 +69,8 @@ class CardMaker {
     else
       paths = fill_lines({at(x, y), at(x + side, y + side)}, options_.pitch);
     for (auto& path : paths) {
-      TestCardStroke& stroke = add();
+      Stroke& stroke = add(card_.fields);
       stroke.path = std::move(path);
-      stroke.field = true;
       stroke.speed = speed;
       stroke.power = power;
       stroke.passes = cut ? options_.passes : 1;
@@ -81,10 +80,12 @@ class CardMaker {
   }
 
   TestCard take() {
-    for (const auto& stroke : card_.strokes) {
-      for (const auto& p : stroke.path) {
-        card_.area.add({p.x - stroke.overscan, p.y});
-        card_.area.add({p.x + stroke.overscan, p.y});
+    for (const auto* strokes : {&card_.labels, &card_.fields}) {
+      for (const Stroke& stroke : *strokes) {
+        for (const auto& p : stroke.path) {
+          card_.area.add({p.x - stroke.overscan, p.y});
+          card_.area.add({p.x + stroke.overscan, p.y});
+        }
       }
     }
     return std::move(card_);
@@ -94,7 +95,11 @@ class CardMaker {
   Point<MachineFrame> at(double x, double y) const {
     return {options_.corner.x + Millimetres(x), options_.corner.y + Millimetres(y)};
   }
-  TestCardStroke& add() { return card_.strokes.emplace_back(); }
+  static Stroke& add(std::vector<Stroke>& strokes) {
+    Stroke& stroke = strokes.emplace_back();
+    stroke.role = StrokeRole::kPattern;
+    return stroke;
+  }
 
   const TestCardOptions& options_;
   TestCard card_;
@@ -126,18 +131,18 @@ Result<TestCard> make_test_card(const TestCardOptions& asked) {
   std::sort(options.speeds.begin(), options.speeds.end());
   const bool cut = options.operation == TestCardOptions::Operation::kCut;
   // A run-up through the field beside it does no harm, it is dark; but labels and fields keep their order of columns.
-  const double step = options.side.count() + kGap;
-  const double left = kLabels + kGap;
+  const double step = options.side.count() + kFieldGap;
+  const double left = kLabels + kFieldGap;
   CardMaker card(options);
-  const auto row_y = [&](std::size_t row) { return kGap + kText + kGap + step * static_cast<double>(row); };
+  const auto row_y = [&](std::size_t row) { return kFieldGap + kText + kFieldGap + step * static_cast<double>(row); };
   const auto column_x = [&](std::size_t column) { return left + step * static_cast<double>(column); };
   for (std::size_t column = 0; column < options.speeds.size(); ++column) {
     const std::string text = fmt::format("{:.0f}", options.speeds[column].count());
-    card.label(text, column_x(column) + (options.side.count() - text_width(text)) / 2, kGap);
+    card.label(text, column_x(column) + (options.side.count() - text_width(text)) / 2, kFieldGap);
   }
   for (std::size_t row = 0; row < options.powers.size(); ++row) {
     const std::string text = fmt::format("{:.0f}", options.powers[row].count() * 100);
-    card.label(text, kLabels + kGap / 2 - text_width(text), row_y(row) + (options.side.count() - kText) / 2);
+    card.label(text, kLabels + kFieldGap / 2 - text_width(text), row_y(row) + (options.side.count() - kText) / 2);
   }
   // What the numbers are, and how wide the fields: above the highest row.
   const double top = row_y(options.powers.size());
@@ -167,22 +172,23 @@ std::string test_card_svg(const TestCard& card) {
   const Box<MachineFrame>& area = card.area;
   const double margin = 2, width = area.width().count() + 2 * margin, height = area.height().count() + 2 * margin;
   double strongest = 0;
-  for (const auto& stroke : card.strokes)
-    if (stroke.field) strongest = std::max(strongest, stroke.passes * stroke.power.count() / stroke.speed.count());
+  const auto energy = [](const Stroke& stroke) { return stroke.passes * stroke.power.count() / stroke.speed.count(); };
+  for (const Stroke& stroke : card.fields) strongest = std::max(strongest, energy(stroke));
   std::string out = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{0:.3f}mm\" height=\"{1:.3f}mm\" viewBox=\"0 "
       "0 {0:.3f} {1:.3f}\" fill=\"none\" stroke-width=\"0.12\">\n",
       width, height);
-  for (const auto& stroke : card.strokes) {
-    const double share = strongest > 0 ? stroke.passes * stroke.power.count() / stroke.speed.count() / strongest : 0;
-    out += fmt::format("<path stroke=\"{}\" data-power=\"{:.3f}\" data-speed=\"{:.3f}\" d=\"",
-                       stroke.field ? fmt::format("rgb({:.0f},0,0)", 255 - 200 * share) : std::string("#0000ff"),
+  const auto draw = [&](const Stroke& stroke, const std::string& colour) {
+    out += fmt::format("<path stroke=\"{}\" data-power=\"{:.3f}\" data-speed=\"{:.3f}\" d=\"", colour,
                        stroke.power.count(), stroke.speed.count());
     for (std::size_t i = 0; i < stroke.path.size(); ++i)
       out += fmt::format("{}{:.3f} {:.3f}", i == 0 ? "M" : " L", (stroke.path[i].x - area.min.x).count() + margin,
                          (area.max.y - stroke.path[i].y).count() + margin);
     out += "\"/>\n";
-  }
+  };
+  for (const Stroke& stroke : card.labels) draw(stroke, "#0000ff");
+  for (const Stroke& stroke : card.fields)
+    draw(stroke, fmt::format("rgb({:.0f},0,0)", 255 - (strongest > 0 ? 200 * energy(stroke) / strongest : 0)));
   return out + "</svg>\n";
 }
 

@@ -6,8 +6,7 @@
 //  - kCut: squares of `side`, cut once around. What falls out was cut through. A square that fell out is narrower than
 //    drawn by half a kerf on each side, so at either face: kerf = side - what the calipers say.
 //  - kEngrave: squares of `side` filled with lines `pitch` apart, in alternating directions, each with a dark run-up
-//  and
-//    run-out long enough to be burnt at full speed.
+//    and run-out long enough to be burnt at full speed.
 // Labels are engraved first, then the fields, the weakest before the strongest. Pure functions; thread-safe.
 #pragma once
 
@@ -16,6 +15,7 @@
 
 #include "base/geometry.h"
 #include "base/result.h"
+#include "base/stroke.h"
 #include "planner/cutting/recipe.h"
 
 namespace veneer::planner {
@@ -34,19 +34,9 @@ struct TestCardOptions {
   Point<MachineFrame> corner{};
 };
 
-struct TestCardStroke {
-  Polyline<MachineFrame> path;
-  bool field = false;  // otherwise a label
-  MmPerSecond speed{0};
-  PowerFraction power{0};
-  int passes = 1;
-  bool air = false;
-  Millimetres overscan{0};  // dark, before and after the path
-};
-
 struct TestCard {
-  std::vector<TestCardStroke> strokes;  // in the order of burning
-  Box<MachineFrame> area;               // all of it, run-ups included
+  std::vector<Stroke> labels, fields;  // in the order of burning, labels first
+  Box<MachineFrame> area;              // all of it, run-ups included
 };
 
 // kInvalidArgument names what cannot be: 1 to 10 powers and speeds, labels of whole per cent and whole mm/s.

@@ -127,10 +127,10 @@ class Route {
 
 }  // namespace
 
-std::chrono::duration<double> estimate_piece(std::span<const TimedStroke> strokes, Point<BedFrame> from,
+std::chrono::duration<double> estimate_piece(std::span<const StrokeIn<BedFrame>> strokes, Point<BedFrame> from,
                                              const Kinematics& kinematics) {
   Route route(from, kinematics);
-  for (const TimedStroke& stroke : strokes) {
+  for (const StrokeIn<BedFrame>& stroke : strokes) {
     if (stroke.path.size() < 2 || stroke.speed.count() <= 0) continue;
     route.travel(stroke.path.front());
     Polyline<BedFrame> path = stroke.path;

@@ -10,7 +10,7 @@
 #include <chrono>
 #include <span>
 
-#include "base/geometry.h"
+#include "base/stroke.h"
 
 namespace veneer::planner {
 
@@ -25,14 +25,8 @@ struct Kinematics {
   std::chrono::duration<double> queued{0.8}, longest_move{0.2}, drain{0.25};
 };
 
-struct TimedStroke {
-  Polyline<BedFrame> path;
-  MmPerSecond speed{0};
-  int passes = 1;
-};
-
 // From rest at `from` through the strokes of one piece, to rest and verified.
-std::chrono::duration<double> estimate_piece(std::span<const TimedStroke> strokes, Point<BedFrame> from,
+std::chrono::duration<double> estimate_piece(std::span<const StrokeIn<BedFrame>> strokes, Point<BedFrame> from,
                                              const Kinematics& kinematics);
 
 }  // namespace veneer::planner

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -38,7 +39,7 @@ Manner manner_of(const PiecePaths& paths, std::size_t way) {
   return {way / doors, way % doors};
 }
 
-Error unusable(const ToolpathPiece& piece, std::string_view what) {
+Error unusable_piece(const ToolpathPiece& piece, std::string_view what) {
   return {ErrorCode::kInvalidArgument, fmt::format("piece {} ({}) {}", piece.piece.value, piece.mark, what)};
 }
 
@@ -107,14 +108,14 @@ Result<PiecePaths> paths_of(const ToolpathPiece& piece, const ToolpathOptions& o
   const Millimetres grow = beam_offset(recipe, options.fit_clearance), kerf = recipe.widest_kerf();
   for (const auto& hole : piece.holes) {
     auto ring = beam_ring(hole, -grow);
-    if (!ring.ok()) return unusable(piece, ring.error().message);
+    if (!ring.ok()) return unusable_piece(piece, ring.error().message);
     const Region<BedFrame> inside(hole);
     auto doors = hole_doors(*ring, inside, kerf, options.leads);
     paths.holes.push_back({std::move(ring).value(), std::move(doors), {}});
     paths.within = unite(paths.within, inside);
   }
   auto ring = beam_ring(piece.outline, grow);
-  if (!ring.ok()) return unusable(piece, ring.error().message);
+  if (!ring.ok()) return unusable_piece(piece, ring.error().message);
   if (piece.leads.empty()) paths.outline.doors = doors_of(*ring);
   for (const auto& lead : piece.leads) paths.outline.doors.push_back(door_for(*ring, lead));
   if (options.bridges.on && narrowest_width(piece.outline) < options.bridges.below) {
@@ -146,22 +147,19 @@ const Door& hole_door(const BeamRing& hole, Point<BedFrame> at) {
 }
 
 // The strokes of a piece burnt in this manner.
-std::vector<ToolpathStroke> strokes_of(const ToolpathPiece& piece, const PiecePaths& paths, Manner manner,
-                                       const ToolpathOptions& options) {
+std::vector<StrokeIn<BedFrame>> strokes_of(const ToolpathPiece& piece, const PiecePaths& paths, Manner manner,
+                                           const ToolpathOptions& options) {
   const Recipe& recipe = paths.recipe;
-  std::vector<ToolpathStroke> out;
+  std::vector<StrokeIn<BedFrame>> out;
   if (!paths.engravings.empty()) {
-    for (const auto& path : paths.engravings[manner.engraving]) {
-      const bool closed = distance(path.front(), path.back()).count() < 1e-6;
-      out.push_back({piece.piece, ToolpathRole::kEngrave, path, closed, recipe.engrave_speed, recipe.engrave_power,
+    for (const auto& path : paths.engravings[manner.engraving])
+      out.push_back({piece.piece, StrokeRole::kEngrave, path, recipe.engrave_speed, recipe.engrave_power,
                      recipe.engrave_passes, recipe.engrave_air});
-    }
   }
   const auto cut = [&](const BeamRing& beam, const Door& door) {
-    CutStrokes strokes = cut_strokes(beam.ring, door, beam.bridges, bridge_gap(recipe, options.bridges), options.leads);
-    for (auto& path : strokes.paths)
-      out.push_back({piece.piece, ToolpathRole::kCut, std::move(path), strokes.closed, recipe.cut_speed,
-                     recipe.cut_power, recipe.cut_passes, recipe.air});
+    for (auto& path : cut_paths(beam.ring, door, beam.bridges, bridge_gap(recipe, options.bridges), options.leads))
+      out.push_back({piece.piece, StrokeRole::kCut, std::move(path), recipe.cut_speed, recipe.cut_power,
+                     recipe.cut_passes, recipe.air});
   };
   for (const BeamRing& hole : paths.holes)
     cut(hole, hole_door(hole, out.empty() ? hole.ring.front() : out.back().end()));
@@ -269,17 +267,16 @@ void add_piece(const ToolpathPiece& piece, const PiecePaths& paths, Manner manne
   summary.piece = piece.piece;
   summary.bridges = paths.outline.bridges.size();
   summary.lead = paths.outline.doors[manner.door].lead;
-  std::vector<TimedStroke> timed;
   const Point<BedFrame> from = at;
-  for (ToolpathStroke& stroke : strokes_of(piece, paths, manner, options)) {
+  std::vector<StrokeIn<BedFrame>> strokes = strokes_of(piece, paths, manner, options);
+  for (const StrokeIn<BedFrame>& stroke : strokes) {
     toolpath.travel += distance(at, stroke.path.front());
     toolpath.burnt += Millimetres(length_of(stroke.path) * stroke.passes);
     at = stroke.end();
-    timed.push_back({stroke.path, stroke.speed, stroke.passes});
-    toolpath.strokes.push_back(std::move(stroke));
   }
-  summary.strokes = timed.size();
-  summary.estimate = estimate_piece(timed, from, options.kinematics);
+  summary.strokes = strokes.size();
+  summary.estimate = estimate_piece(strokes, from, options.kinematics);
+  std::move(strokes.begin(), strokes.end(), std::back_inserter(toolpath.strokes));
   toolpath.estimate += summary.estimate;
 }
 

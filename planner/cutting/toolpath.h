@@ -15,6 +15,7 @@
 #include "base/ids.h"
 #include "base/polygon_ops.h"
 #include "base/result.h"
+#include "base/stroke.h"
 #include "planner/cutting/beam_path.h"
 #include "planner/cutting/marks.h"
 #include "planner/cutting/recipe.h"
@@ -32,21 +33,6 @@ struct ToolpathPiece {
   // Where its cut may begin in waste that is booked for it (lead_choice.h), each near a corner. None: on its edge. Wood
   // in the piece's own holes is waste where no other piece lies.
   std::vector<Point<BedFrame>> leads;
-};
-
-enum class ToolpathRole { kEngrave, kCut };
-
-struct ToolpathStroke {
-  PieceId piece;
-  ToolpathRole role = ToolpathRole::kCut;
-  Polyline<BedFrame> path;  // a closed path repeats its first point at the end; an open one is burnt back and forth
-  bool closed = false;
-  MmPerSecond speed{0};
-  PowerFraction power{0};
-  int passes = 1;
-  bool air = false;
-
-  Point<BedFrame> end() const { return !closed && passes % 2 == 0 ? path.front() : path.back(); }
 };
 
 struct ToolpathOptions {
@@ -71,12 +57,12 @@ struct ToolpathSummary {
 };
 
 struct Toolpath {
-  std::vector<ToolpathStroke> strokes;  // in the order of burning
-  std::vector<ToolpathSummary> pieces;  // in the order of burning
-  std::vector<std::string> warnings;    // one sentence each: a mark left out, a bridge that found no place
-  Millimetres burnt{0};                 // length with the beam on
-  Millimetres travel{0};                // length with the beam off
-  std::size_t hot_pairs = 0;            // neighbours that could not be kept from following each other
+  std::vector<StrokeIn<BedFrame>> strokes;  // in the order of burning
+  std::vector<ToolpathSummary> pieces;      // in the order of burning
+  std::vector<std::string> warnings;        // one sentence each: a mark left out, a bridge that found no place
+  Millimetres burnt{0};                     // length with the beam on
+  Millimetres travel{0};                    // length with the beam off
+  std::size_t hot_pairs = 0;                // neighbours that could not be kept from following each other
   std::chrono::duration<double> estimate{0};
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "planner/cancelled.h"
 #include "planner/matching/kernels.h"
 #include "planner/matching/window_sums.h"
 
@@ -43,7 +44,8 @@ BlockAxis choose_blocks(int window) {
   return best;
 }
 
-BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side, const std::stop_token& stop) {
+Result<BlockedPixels> blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side,
+                                     const std::stop_token& stop) {
   const cv::Mat& mask = free.pixels;
   const int stride = std::max(1, static_cast<int>(free.resolution.to_px(shortest_side).count() / 2));
   BlockedPixels out;
@@ -51,7 +53,8 @@ BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortes
   const auto is_free = [&](int row, int column) {
     return row >= 0 && column >= 0 && row < mask.rows && column < mask.cols && mask.at<std::uint8_t>(row, column) != 0;
   };
-  for (int r = 0; r < mask.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < mask.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     for (int c = 0; c < mask.cols; ++c) {
       if (mask.at<std::uint8_t>(r, c) != 0) continue;
       bool wanted = r % stride == 0 && c % stride == 0;
@@ -77,13 +80,20 @@ BandedPolygon on_lattice(const std::vector<Ring<PanelFrame>>& rings, const Raste
   return BandedPolygon(std::move(corners));
 }
 
-CellIndex::CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
-                     const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop)
+CellIndex::CellIndex(const RotatedPanel& panel, const WindowClass& windows)
     : lattice_(panel.lattice()), windows_(windows), channels_(panel.channels()) {
   find_rows(panel);
-  measure(panel, kBlock, stop);
-  if (windows_.rest_pixels() > 0) measure(panel, kRest, stop);
-  find_places(picture, blocked, border, stop);
+}
+
+Result<CellIndex> CellIndex::make(const RotatedPanel& panel, const WindowClass& windows,
+                                  const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                                  const std::stop_token& stop) {
+  CellIndex index(panel, windows);
+  Status done = index.measure(panel, kBlock, stop);
+  if (done.ok() && windows.rest_pixels() > 0) done = index.measure(panel, kRest, stop);
+  if (done.ok()) done = index.find_places(picture, blocked, border, stop);
+  if (!done.ok()) return done.error();
+  return index;
 }
 
 void CellIndex::find_rows(const RotatedPanel& panel) {
@@ -111,7 +121,7 @@ void CellIndex::find_rows(const RotatedPanel& panel) {
   for (Intervals& map : maps_) map.low.assign(padded, 0), map.high.assign(padded, 0);
 }
 
-void CellIndex::measure(const RotatedPanel& panel, Part part, const std::stop_token& stop) {
+Status CellIndex::measure(const RotatedPanel& panel, Part part, const std::stop_token& stop) {
   const BlockAxis &x = windows_.x, &y = windows_.y;
   const int columns = lattice_.width() + 2 * RotatedPanel::kReach + x.cell + 2 * windows_.width;
   std::vector<Term> terms;
@@ -125,7 +135,8 @@ void CellIndex::measure(const RotatedPanel& panel, Part part, const std::stop_to
   const double scale = kFineUnits / pixels * (part == kBlock ? 1 : windows_.rest_scale());
   PlaceSums places(columns);
   std::vector<RowExtremes> extremes(static_cast<std::size_t>(channels_), RowExtremes(columns));
-  for (std::size_t row = 0; row < begin_.size() && !stop.stop_requested(); ++row) {
+  for (std::size_t row = 0; row < begin_.size(); ++row) {
+    if (stop.stop_requested()) return cancelled();
     const int first = begin_[row] * x.cell, count = (end_[row] - begin_[row]) * x.cell;
     for (RowExtremes& e : extremes) e.reset(count);
     for (int place_row = static_cast<int>(row) * y.cell; place_row < static_cast<int>(row + 1) * y.cell; ++place_row) {
@@ -138,6 +149,7 @@ void CellIndex::measure(const RotatedPanel& panel, Part part, const std::stop_to
     }
     for (int c = 0; c < channels_; ++c) store_row(extremes[static_cast<std::size_t>(c)], part, c, row, scale);
   }
+  return Ok();
 }
 
 void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::size_t row, double scale) {
@@ -161,9 +173,9 @@ void CellIndex::store_row(const RowExtremes& e, Part part, int channel, std::siz
   }
 }
 
-void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
-                            const std::stop_token& stop) {
-  if (stop.stop_requested()) return;
+Status CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                              const std::stop_token& stop) {
+  if (stop.stop_requested()) return cancelled();
   std::fill(places_.begin(), places_.end(), 0U);
   const double grow = picture.resolution.to_px(border).count();
   const double left = windows_.filled ? windows_.left - grow : windows_.width / 2.0;
@@ -192,7 +204,8 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
     ++change[at(y0, x0)], --change[at(y0, x1)], --change[at(y1, x0)], ++change[at(y1, x1)];
   }
   std::vector<std::int32_t> above(stride, 0);
-  for (int y = 0; y < height && !stop.stop_requested(); ++y) {
+  for (int y = 0; y < height; ++y) {
+    if (stop.stop_requested()) return cancelled();
     // The place's four corners must lie on the panel: an interval of x.
     // A tight window lies within the lattice even where its corners lie beyond the panel.
     if (!windows_.filled && y + windows_.height > height) break;
@@ -223,6 +236,7 @@ void CellIndex::find_places(const Raster<PanelFrame>& picture, const BlockedPixe
     }
   }
   find_alive_cells();
+  return Ok();
 }
 
 void CellIndex::find_alive_cells() {

@@ -13,6 +13,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/banded_polygon.h"
 #include "planner/matching/rotated_panel.h"
 
@@ -46,14 +47,14 @@ struct WindowClass {
 };
 
 // The pixels of a stock raster that are not free, thinned: all that have a free neighbour, and of the others one in
-// every `stride` x `stride`, so that a rectangle with sides of at least `stride` on blocked wood always covers one. Too
-// few once `stop` is requested.
+// every `stride` x `stride`, so that a rectangle with sides of at least `stride` on blocked wood always covers one.
 struct BlockedPixels {
   std::vector<Point<PanelFrame>> centres;
   Millimetres side;  // of one pixel
 };
-BlockedPixels blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side,
-                             const std::stop_token& stop = {});
+// kCancelled: within a row after a stop was requested.
+Result<BlockedPixels> blocked_pixels(const Raster<PanelFrame>& free, Millimetres shortest_side,
+                                     const std::stop_token& stop);
 
 // An outline that lies on a panel, in the coordinates of a lattice of it.
 BandedPolygon on_lattice(const std::vector<Ring<PanelFrame>>& rings, const Raster<PanelFrame>& picture,
@@ -69,10 +70,11 @@ class CellIndex {
   // A block (of the window whose corner is the cell's place), or what no block covers.
   enum Part { kBlock, kRest };
 
-  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. Once `stop`
-  // is requested, an index that must not be asked.
-  CellIndex(const RotatedPanel& panel, const WindowClass& windows, const Raster<PanelFrame>& picture,
-            const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop);
+  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. kCancelled:
+  // within a row of cells after a stop was requested.
+  static Result<CellIndex> make(const RotatedPanel& panel, const WindowClass& windows,
+                                const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                                const std::stop_token& stop);
 
   const WindowClass& windows() const { return windows_; }
   int cell_rows() const { return static_cast<int>(alive_begin_.size()); }
@@ -89,14 +91,15 @@ class CellIndex {
     return maps_[map_of(part, channel, feature)].high.data() + base_[static_cast<std::size_t>(row)];
   }
 
-  // Finds anew which places are free, from what is blocked; as the constructor does.
-  void find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
-                   const std::stop_token& stop);
+  // Finds anew which places are free, from what is blocked; as make() does. kCancelled: half of them are found.
+  Status find_places(const Raster<PanelFrame>& picture, const BlockedPixels& blocked, Millimetres border,
+                     const std::stop_token& stop);
   // Clears the places whose outline would overlap `taken`, an outline already grown by the kerf (grown_rings()).
   void remove(const std::vector<Ring<PanelFrame>>& taken, const Raster<PanelFrame>& picture, Millimetres kerf);
   std::size_t bytes() const;
 
  private:
+  CellIndex(const RotatedPanel& panel, const WindowClass& windows);
   struct Intervals {
     std::vector<std::uint16_t> low, high;
   };
@@ -106,7 +109,7 @@ class CellIndex {
            static_cast<std::size_t>(feature);
   }
   void find_rows(const RotatedPanel& panel);
-  void measure(const RotatedPanel& panel, Part part, const std::stop_token& stop);
+  Status measure(const RotatedPanel& panel, Part part, const std::stop_token& stop);
   void store_row(const RowExtremes& extremes, Part part, int channel, std::size_t row, double scale);
   void find_alive_cells();
 

@@ -16,35 +16,42 @@ CertifiedMatcher::CertifiedMatcher(std::vector<MatchPanel> all_panels, std::vect
     for (int r = 0; r < rotations(); ++r) indexed_.push_back({static_cast<int>(p), r, nullptr, {}});
 }
 
-void CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
-  measure_clearance(classes_, threads, stop);
+Status CertifiedMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
+  if (Status done = measure_clearance(classes_, threads, stop); !done.ok()) return done;
   for (const MatchPanel& panel : panels()) {
     auto& blocked = blocked_.emplace_back();
     for (const WindowClass& windows : classes_) {
-      if (!windows.filled) {
-        blocked.emplace_back();
-        continue;
-      }
+      BlockedPixels& of_class = blocked.emplace_back();
+      if (!windows.filled) continue;
       const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
-      blocked.push_back(
-          blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop));
+      Result<BlockedPixels> found =
+          blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
+      if (!found.ok()) return found.error();
+      of_class = std::move(*found);
     }
   }
-  run_parallel(
-      indexed_.size(), threads, stop, [&](std::size_t at) { index_lattice(at, stop); },
-      [&](std::size_t done) {
-        if (progress) progress(static_cast<double>(done) / static_cast<double>(indexed_.size()));
+  return run_parallel(
+      indexed_.size(), threads, stop, [&](std::size_t at) { return index_lattice(at, stop); },
+      [&](std::size_t begun) {
+        if (progress) progress(static_cast<double>(begun) / static_cast<double>(indexed_.size()));
       });
 }
 
-void CertifiedMatcher::index_lattice(std::size_t at, const std::stop_token& stop) {
+Status CertifiedMatcher::index_lattice(std::size_t at, const std::stop_token& stop) {
   IndexedLattice& it = indexed_[at];
   const MatchPanel& panel = panels()[static_cast<std::size_t>(it.panel)];
-  it.pixels =
-      std::make_unique<RotatedPanel>(panel.features.pixels, lattice(it.panel, it.rotation), entries_per_unit_, stop);
-  for (std::size_t k = 0; k < classes_.size(); ++k)
-    it.cells.emplace_back(*it.pixels, classes_[k], panel.features, blocked_[static_cast<std::size_t>(it.panel)][k],
-                          panel.wood.border(), stop);
+  Result<RotatedPanel> pixels =
+      RotatedPanel::make(panel.features.pixels, lattice(it.panel, it.rotation), entries_per_unit_, stop);
+  if (!pixels.ok()) return pixels.error();
+  it.pixels = std::make_unique<RotatedPanel>(std::move(*pixels));
+  for (std::size_t k = 0; k < classes_.size(); ++k) {
+    Result<CellIndex> cells =
+        CellIndex::make(*it.pixels, classes_[k], panel.features, blocked_[static_cast<std::size_t>(it.panel)][k],
+                        panel.wood.border(), stop);
+    if (!cells.ok()) return cells.error();
+    it.cells.push_back(std::move(*cells));
+  }
+  return Ok();
 }
 
 void CertifiedMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& taken) {
@@ -55,13 +62,15 @@ void CertifiedMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& ta
   }
 }
 
-void CertifiedMatcher::find_places(int threads, const std::stop_token& stop) {
-  run_parallel(indexed_.size(), threads, stop, [&](std::size_t at) {
+Status CertifiedMatcher::find_places(int threads, const std::stop_token& stop) {
+  return run_parallel(indexed_.size(), threads, stop, [&](std::size_t at) -> Status {
     IndexedLattice& it = indexed_[at];
     const auto p = static_cast<std::size_t>(it.panel);
     const MatchPanel& panel = panels()[p];
     for (std::size_t k = 0; k < it.cells.size(); ++k)
-      it.cells[k].find_places(panel.features, blocked_[p][k], panel.wood.border(), stop);
+      if (Status done = it.cells[k].find_places(panel.features, blocked_[p][k], panel.wood.border(), stop); !done.ok())
+        return done;
+    return Ok();
   });
 }
 
@@ -74,21 +83,23 @@ std::size_t CertifiedMatcher::index_bytes() const {
   return sum;
 }
 
-std::optional<Candidate> CertifiedMatcher::best(const MatchPatch& patch, const std::stop_token& stop,
-                                                std::span<const Candidate> found, MatchCounts* counts) const {
+Result<std::optional<LatticeCandidate>> CertifiedMatcher::best(const MatchPatch& patch, const std::stop_token& stop,
+                                                               std::span<const LatticeCandidate> found,
+                                                               MatchCounts* counts) const {
   MatchCounts ignored;
   return CertifiedSearch(*this, indexed_, MatchQuery(patch, classes_[patch.window_class], entries_per_unit_), patch,
                          cover(patch), found, stop, counts != nullptr ? *counts : ignored)
       .run();
 }
 
-std::vector<Candidate> CertifiedMatcher::places(const MatchPatch& patch, std::size_t count,
-                                                const std::stop_token& stop) const {
-  std::vector<Candidate> found;
-  while (found.size() < count && !stop.stop_requested()) {
-    const auto next = best(patch, stop, found, nullptr);
-    if (!next) break;
-    found.push_back(*next);
+Result<std::vector<LatticeCandidate>> CertifiedMatcher::candidates(const MatchPatch& patch, std::size_t count,
+                                                                   const std::stop_token& stop) const {
+  std::vector<LatticeCandidate> found;
+  while (found.size() < count) {
+    const Result<std::optional<LatticeCandidate>> next = best(patch, stop, found, nullptr);
+    if (!next.ok()) return next.error();
+    if (!*next) break;
+    found.push_back(**next);
   }
   return found;
 }

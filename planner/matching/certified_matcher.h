@@ -22,21 +22,22 @@ class CertifiedMatcher final : public Matcher {
   CertifiedMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
                    double entries_per_unit);
 
-  void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
+  Status build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
   std::size_t index_bytes() const override;
 
-  std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const override {
+  Result<std::optional<LatticeCandidate>> best(const MatchPatch& patch, const std::stop_token& stop) const override {
     return best(patch, stop, {}, nullptr);
   }
   // Among the places that are not alike() one of `found`.
-  std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop, std::span<const Candidate> found,
-                                MatchCounts* counts) const;
-  std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
+  Result<std::optional<LatticeCandidate>> best(const MatchPatch& patch, const std::stop_token& stop,
+                                               std::span<const LatticeCandidate> found, MatchCounts* counts) const;
+  Result<std::vector<LatticeCandidate>> candidates(const MatchPatch& patch, std::size_t count,
+                                                   const std::stop_token& stop) const override;
 
  private:
-  void index_lattice(std::size_t at, const std::stop_token& stop);
+  Status index_lattice(std::size_t at, const std::stop_token& stop);
   void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
-  void find_places(int threads, const std::stop_token& stop) override;
+  Status find_places(int threads, const std::stop_token& stop) override;
 
   std::vector<WindowClass> classes_;
   std::vector<std::vector<BlockedPixels>> blocked_;  // per panel, per window class

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -16,8 +18,9 @@ std::uint64_t whole(double limit) { return static_cast<std::uint64_t>(std::min(l
 }  // namespace
 
 CertifiedSearch::CertifiedSearch(const Matcher& matcher, std::span<const IndexedLattice> lattices, MatchQuery query,
-                                 const MatchPatch& patch, std::vector<Cover> cover, std::span<const Candidate> excluded,
-                                 const std::stop_token& stop, MatchCounts& counts)
+                                 const MatchPatch& patch, std::vector<Cover> cover,
+                                 std::span<const LatticeCandidate> excluded, const std::stop_token& stop,
+                                 MatchCounts& counts)
     : matcher_(matcher),
       lattices_(lattices),
       query_(std::move(query)),
@@ -37,7 +40,7 @@ CertifiedSearch::CertifiedSearch(const Matcher& matcher, std::span<const Indexed
   set_limit(kNoLimit);
 }
 
-std::optional<Candidate> CertifiedSearch::run() {
+Result<std::optional<LatticeCandidate>> CertifiedSearch::run() {
   look_around();
   for (const int pass : {0, 1}) {
     collect([&](int row) { return (row % kPassRows == 0) == (pass == 0); }, 0, 1);
@@ -47,8 +50,8 @@ std::optional<Candidate> CertifiedSearch::run() {
     evaluate_found();
   }
   decide();
-  if (best_.cost == Candidate().cost) return std::nullopt;
-  return best_;
+  if (stop_.stop_requested()) return cancelled();
+  return best_.cost == LatticeCandidate().cost ? std::nullopt : std::optional(best_);
 }
 
 // A first limit: the most promising cells of a sample spread over everything that is free.
@@ -200,9 +203,9 @@ void CertifiedSearch::evaluate_place(const IndexedLattice& it, int x, int y, int
   near_.push_back(near);
 }
 
-bool CertifiedSearch::may_be_taken(const Candidate& candidate) const {
+bool CertifiedSearch::may_be_taken(const LatticeCandidate& candidate) const {
   return std::none_of(excluded_.begin(), excluded_.end(),
-                      [&](const Candidate& other) { return matcher_.alike(patch_, candidate, other); }) &&
+                      [&](const LatticeCandidate& other) { return matcher_.alike(patch_, candidate, other); }) &&
          matcher_.admits(patch_, candidate);
 }
 

@@ -35,10 +35,11 @@ class CertifiedSearch {
  public:
   // No place alike() one of `excluded` is an answer. All references must outlive the search.
   CertifiedSearch(const Matcher& matcher, std::span<const IndexedLattice> lattices, MatchQuery query,
-                  const MatchPatch& patch, std::vector<Cover> cover, std::span<const Candidate> excluded,
+                  const MatchPatch& patch, std::vector<Cover> cover, std::span<const LatticeCandidate> excluded,
                   const std::stop_token& stop, MatchCounts& counts);
 
-  std::optional<Candidate> run();
+  // kCancelled: a stop was requested.
+  Result<std::optional<LatticeCandidate>> run();
 
  private:
   struct Found {
@@ -50,7 +51,7 @@ class CertifiedSearch {
   // A place within the limit of the time.
   struct Near {
     std::uint64_t distance;
-    Candidate candidate;
+    LatticeCandidate candidate;
     bool admitted;  // else not asked yet
   };
 
@@ -68,7 +69,7 @@ class CertifiedSearch {
   void evaluate_found();
   void evaluate(const Found& found);
   void evaluate_place(const IndexedLattice& it, int x, int y, int shift, std::ptrdiff_t column);
-  bool may_be_taken(const Candidate& candidate) const;
+  bool may_be_taken(const LatticeCandidate& candidate) const;
   void decide();
 
   static constexpr double kNoLimit = 1e300;
@@ -78,7 +79,7 @@ class CertifiedSearch {
   const MatchQuery query_;
   const MatchPatch& patch_;
   const std::vector<Cover> cover_;  // one a lattice, or none
-  std::span<const Candidate> excluded_;
+  std::span<const LatticeCandidate> excluded_;
   const std::stop_token& stop_;
   MatchCounts& counts_;
 
@@ -94,7 +95,7 @@ class CertifiedSearch {
   std::vector<std::ptrdiff_t> sums_base_;  // of each row of sums_
   std::size_t sums_length_;
   std::vector<Near> near_;
-  Candidate best_;
+  LatticeCandidate best_;
 };
 
 }  // namespace veneer::planner

@@ -4,26 +4,33 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/cancelled.h"
 #include "planner/matching/banded_polygon.h"
 
 namespace veneer::planner {
 
-Clearance::Clearance(const FreeWood& wood, Millimetres reach, const std::stop_token& stop)
+Clearance::Clearance(const FreeWood& wood, Millimetres reach)
     : raster_(wood.raster()),
       kerf_(wood.kerf()),
-      reach_(static_cast<int>(std::ceil(raster_.resolution.to_px(reach).count())) + 2) {
+      reach_(static_cast<int>(std::ceil(raster_.resolution.to_px(reach).count())) + 2) {}
+
+Result<Clearance> Clearance::measure(const FreeWood& wood, Millimetres reach, const std::stop_token& stop) {
   // Band by band: no band looks further beyond its rows than anything reaches.
   constexpr int kBand = 256;
+  Clearance out(wood, reach);
   cv::Mat free;
-  cv::copyMakeBorder(raster_.pixels, free, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
-  distance_.create(free.size(), CV_16UC1);
-  for (int top = 0; top < free.rows && !stop.stop_requested(); top += kBand) {
+  cv::copyMakeBorder(out.raster_.pixels, free, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  out.distance_.create(free.size(), CV_16UC1);
+  for (int top = 0; top < free.rows; top += kBand) {
+    if (stop.stop_requested()) return cancelled();
     const cv::Range band(top, std::min(free.rows, top + kBand));
-    const cv::Range seen(std::max(0, band.start - reach_), std::min(free.rows, band.end + reach_));
+    const cv::Range seen(std::max(0, band.start - out.reach_), std::min(free.rows, band.end + out.reach_));
     cv::Mat distances;
     cv::distanceTransform(free.rowRange(seen), distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-    rounded(distances.rowRange(band.start - seen.start, band.end - seen.start)).copyTo(distance_.rowRange(band));
+    out.rounded(distances.rowRange(band.start - seen.start, band.end - seen.start))
+        .copyTo(out.distance_.rowRange(band));
   }
+  return out;
 }
 
 cv::Mat Clearance::rounded(const cv::Mat& distances) const {

@@ -14,6 +14,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/free_wood.h"
 #include "planner/matching/lattice.h"
 
@@ -21,8 +22,8 @@ namespace veneer::planner {
 
 class Clearance {
  public:
-  // Distances up to `reach` are known. Anything, once `stop` is requested.
-  Clearance(const FreeWood& wood, Millimetres reach, const std::stop_token& stop = {});
+  // Distances up to `reach` are known. kCancelled: within a band of rows after a stop was requested.
+  static Result<Clearance> measure(const FreeWood& wood, Millimetres reach, const std::stop_token& stop);
 
   // The wood within these rings (grown_rings()) is gone.
   void take(const std::vector<Ring<PanelFrame>>& grown);
@@ -41,6 +42,7 @@ class Clearance {
 
  private:
   static constexpr double kUnits = 32;  // a pixel
+  Clearance(const FreeWood& wood, Millimetres reach);
   cv::Mat rounded(const cv::Mat& distances) const;
 
   Raster<PanelFrame> raster_;  // shares the stock's pixels

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "planner/cancelled.h"
 #include "planner/matching/window_samples.h"
 
 namespace veneer::planner {
@@ -53,10 +54,11 @@ CoarseMap::CoarseMap(const cv::Size& panel, int channels, const Lattice& lattice
   half_energy_.assign(static_cast<std::size_t>(size_), 0);
 }
 
-void CoarseMap::measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) {
-  const Measured cells = measure_cells(entries, lattice, stop);
-  average_blocks(cells, stop);
-  if (filled_) add_up_energy(cells, stop);
+Status CoarseMap::measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) {
+  const Result<Measured> cells = measure_cells(entries, lattice, stop);
+  if (!cells.ok()) return cells.error();
+  if (Status done = average_blocks(*cells, stop); !done.ok() || !filled_) return done;
+  return add_up_energy(*cells, stop);
 }
 
 std::vector<std::span<std::byte>> CoarseMap::measured() {
@@ -90,8 +92,8 @@ void CoarseMap::find_rows(const Lattice& lattice, const cv::Size& panel) {
   alive_.assign(groups, 0);
 }
 
-CoarseMap::Measured CoarseMap::measure_cells(const cv::Mat& entries, const Lattice& lattice,
-                                             const std::stop_token& stop) const {
+Result<CoarseMap::Measured> CoarseMap::measure_cells(const cv::Mat& entries, const Lattice& lattice,
+                                                     const std::stop_token& stop) const {
   Measured out;
   out.means.assign(static_cast<std::size_t>(size_ * channels_), 0);
   out.energy.assign(static_cast<std::size_t>(size_), 0);
@@ -101,7 +103,7 @@ CoarseMap::Measured CoarseMap::measure_cells(const cv::Mat& entries, const Latti
   for (int row = 0; row < rows(); ++row) {
     const int cells = end(row) - begin(row), a_cell = grid_.samples_x * channels_;
     if (cells == 0) continue;
-    if (stop.stop_requested()) break;
+    if (stop.stop_requested()) return cancelled();
     const auto length = static_cast<std::size_t>(cells * a_cell);
     samples.resize(length * static_cast<std::size_t>(grid_.samples_y));
     sample(entries, lattice,
@@ -134,8 +136,9 @@ CoarseMap::Measured CoarseMap::measure_cells(const cv::Mat& entries, const Latti
   return out;
 }
 
-void CoarseMap::average_blocks(const Measured& cells, const std::stop_token& stop) {
-  for (int row = 0; row + 1 < rows() && !stop.stop_requested(); ++row) {
+Status CoarseMap::average_blocks(const Measured& cells, const std::stop_token& stop) {
+  for (int row = 0; row + 1 < rows(); ++row) {
+    if (stop.stop_requested()) return cancelled();
     const std::int16_t* upper = cells.means.data() + base_[static_cast<std::size_t>(row)] * channels_;
     const std::int16_t* lower = cells.means.data() + base_[static_cast<std::size_t>(row) + 1] * channels_;
     const int first = std::max(begin(row), begin(row + 1)), last = std::min(end(row), end(row + 1)) - 1;
@@ -155,9 +158,10 @@ void CoarseMap::average_blocks(const Measured& cells, const std::stop_token& sto
       to[2 * cell] = static_cast<std::int16_t>(
           (energy[cell] + energy[cell + 1] + energy_below[cell] + energy_below[cell + 1]) / kEnergyUnit);
   }
+  return Ok();
 }
 
-void CoarseMap::add_up_energy(const Measured& cells, const std::stop_token& stop) {
+Status CoarseMap::add_up_energy(const Measured& cells, const std::stop_token& stop) {
   int widest = 0;
   for (int row = 0; row < rows(); ++row) widest = std::max(widest, end(row));
   // Sums over the window's rows, slid down; windows that leave the panel get something small, but no place.
@@ -169,7 +173,8 @@ void CoarseMap::add_up_energy(const Measured& cells, const std::stop_token& stop
       column_sums[static_cast<std::size_t>(cell)] += sign * from[cell];
   };
   for (int row = 0; row < grid_.rows; ++row) add_row(row, 1);
-  for (int row = 0; row < rows() && !stop.stop_requested(); ++row) {
+  for (int row = 0; row < rows(); ++row) {
+    if (stop.stop_requested()) return cancelled();
     std::int32_t* to = half_energy_.data() + base_[static_cast<std::size_t>(row)];
     std::int64_t sum = 0;
     for (int cell = begin(row); cell < std::min(begin(row) + grid_.columns, widest); ++cell)
@@ -182,15 +187,17 @@ void CoarseMap::add_up_energy(const Measured& cells, const std::stop_token& stop
     add_row(row, -1);
     add_row(row + grid_.rows, 1);
   }
+  return Ok();
 }
 
-void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop) {
+Status CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop) {
   // One cell more on each side than the places need.
   const int first_row = std::max(0, static_cast<int>(changed.y / grid_.height) - 1);
   const int last_row = std::min(rows() - 1, static_cast<int>(changed.br().y / grid_.height) + 1);
   const int first_cell = static_cast<int>(changed.x / grid_.width) - 1;
   const int last_cell = static_cast<int>(changed.br().x / grid_.width) + 1;
-  for (int row = first_row; row <= last_row && !stop.stop_requested(); ++row) {
+  for (int row = first_row; row <= last_row; ++row) {
+    if (stop.stop_requested()) return cancelled();
     const int y0 = CellGrid::first_place(row, grid_.height), y1 = CellGrid::first_place(row + 1, grid_.height);
     std::uint16_t* alive = alive_.data() + group_base_[static_cast<std::size_t>(row)];
     for (int cell = std::max(begin(row), first_cell); cell < std::min(end(row), last_cell + 1); ++cell) {
@@ -201,12 +208,18 @@ void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed, con
       group = static_cast<std::uint16_t>(places.any(x0, x1, y0, y1) ? group | bit : group & ~bit);
     }
   }
+  return Ok();
 }
 
-void CoarseMap::find_bounds(const std::stop_token& stop) {
+void CoarseMap::find_alive(const PlaceBits& places, const cv::Rect& changed) {
+  (void)find_alive(places, changed, std::stop_token());  // which never stops
+}
+
+Status CoarseMap::find_bounds(const std::stop_token& stop) {
   bounds_.emplace(channels_, alive_.size());
   std::vector<const std::int16_t*> rows_of_blocks;
-  for (int row = 0; row + grid_.rows <= rows() && !stop.stop_requested(); ++row) {
+  for (int row = 0; row + grid_.rows <= rows(); ++row) {
+    if (stop.stop_requested()) return cancelled();
     const auto count = static_cast<std::size_t>(groups(row));
     if (std::all_of(alive(row), alive(row) + count, [](std::uint16_t group) { return group == 0; })) continue;
     rows_of_blocks.clear();
@@ -215,6 +228,7 @@ void CoarseMap::find_bounds(const std::stop_token& stop) {
     bounds_->measure(group_base_[static_cast<std::size_t>(row)], count, {rows_of_blocks.data(), half_energy(row)},
                      grid_.rows / 2, grid_.columns / 2, alive(row));
   }
+  return Ok();
 }
 
 void CoarseMap::find_score_bounds(const TapSums& taps, std::vector<float>& out) const {

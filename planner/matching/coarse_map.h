@@ -44,8 +44,9 @@ class CoarseMap {
   // For a panel of this size and number of channels, not yet measured. `filled`: all windows are full of pixels that
   // count.
   CoarseMap(const cv::Size& panel, int channels, const Lattice& lattice, const CellGrid& grid, bool filled);
-  // From the panel's entries (window_samples.h). Returns early, with anything, once `stop` is requested.
-  void measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop);
+  // From the panel's entries (window_samples.h). kCancelled: within a row of cells after a stop was requested, with
+  // half of them measured. The same for what follows.
+  Status measure(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop);
   // What measure() finds, as bytes to be kept and filled in again (index_cache.h).
   std::vector<std::span<std::byte>> measured();
 
@@ -71,11 +72,11 @@ class CoarseMap {
   // Groups of kernels::kGroup cells, counted from begin(row): one bit for each cell that has a place left.
   int groups(int row) const { return (end(row) - begin(row) + kernels::kGroup - 1) / kernels::kGroup; }
   const std::uint16_t* alive(int row) const { return alive_.data() + group_base_[static_cast<std::size_t>(row)]; }
-  // Looks again which cells have places, for the places in `changed`. Returns early, with anything, once `stop` is
-  // requested.
-  void find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop = {});
+  // Looks again which cells have places, for the places in `changed`.
+  Status find_alive(const PlaceBits& places, const cv::Rect& changed, const std::stop_token& stop);
+  void find_alive(const PlaceBits& places, const cv::Rect& changed);
   // To be called once, after measure() and find_alive(), if windows are filled: bounds for the cells alive now.
-  void find_bounds(const std::stop_token& stop);
+  Status find_bounds(const std::stop_token& stop);
   // For each group of the map what to compare with TapSums::most(); nothing certain when there are no bounds.
   void find_score_bounds(const TapSums& taps, std::vector<float>& out) const;
   // The groups of a row that have a place left and a bound of at most `most`, by their first cells, counted from
@@ -87,9 +88,9 @@ class CoarseMap {
  private:
   struct Measured;
   void find_rows(const Lattice& lattice, const cv::Size& panel);
-  Measured measure_cells(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) const;
-  void average_blocks(const Measured& cells, const std::stop_token& stop);
-  void add_up_energy(const Measured& cells, const std::stop_token& stop);
+  Result<Measured> measure_cells(const cv::Mat& entries, const Lattice& lattice, const std::stop_token& stop) const;
+  Status average_blocks(const Measured& cells, const std::stop_token& stop);
+  Status add_up_energy(const Measured& cells, const std::stop_token& stop);
 
   static constexpr std::ptrdiff_t kMargin = 64;  // cells that reading beyond a row may touch
 

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "base/hash.h"
+#include "planner/cancelled.h"
 
 namespace veneer::planner {
 namespace {
@@ -22,9 +23,13 @@ constexpr const char* kSuffix = ".index";
 constexpr std::size_t kAtOnce = 4 << 20;  // bytes read or written between looks for a stop
 
 // The first line of a file: everything that must be as expected before its bytes are believed.
-std::string header(const std::string& key, const IndexCache::Parts& parts, const std::stop_token& stop) {
+Result<std::string> header(const std::string& key, const IndexCache::Parts& parts, const std::stop_token& stop) {
   std::string line = fmt::format("{} {} {}", kFormat, std::endian::native == std::endian::little ? "le" : "be", key);
-  for (const auto& part : parts) line += fmt::format(" {} {}", part.size(), sha256_hex(part, stop));
+  for (const auto& part : parts) {
+    const Result<std::string> hash = sha256_hex(part, stop);
+    if (!hash.ok()) return hash.error();
+    line += fmt::format(" {} {}", part.size(), *hash);
+  }
   return line + "\n";
 }
 
@@ -35,7 +40,7 @@ std::string plain(std::string name) {
   return name;
 }
 
-// Bytes of `part`, a few at a time, until `move` fails or `stop` is requested: false.
+// Moves the bytes of `part`, a few at a time. False: not all of them, because `move` failed or a stop was requested.
 template <class Move>
 bool in_pieces(std::span<std::byte> part, const std::stop_token& stop, Move move) {
   while (!part.empty() && !stop.stop_requested()) {
@@ -69,32 +74,39 @@ std::string IndexCache::entry_name(const std::string& panel, std::size_t window_
 
 fs::path IndexCache::file_of(const std::string& name) const { return directory_ / (plain(name) + kSuffix); }
 
-bool IndexCache::load(const std::string& name, const std::string& key, const Parts& parts,
-                      const std::stop_token& stop) const {
+Result<bool> IndexCache::load(const std::string& name, const std::string& key, const Parts& parts,
+                              const std::stop_token& stop) const {
   std::ifstream file(file_of(name), std::ios::binary);
   std::string found;
   if (!std::getline(file, found) || found.rfind(fmt::format("{} ", kFormat), 0) != 0 ||
       found.find(key) == std::string::npos)
     return false;
-  for (const auto& part : parts)
-    if (!in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); })) return false;
-  return found + "\n" == header(key, parts, stop) && file.peek() == std::ifstream::traits_type::eof();
+  for (const auto& part : parts) {
+    const bool whole = in_pieces(part, stop, [&](char* to, std::streamsize size) { return bool(file.read(to, size)); });
+    if (stop.stop_requested()) return cancelled();
+    if (!whole) return false;
+  }
+  const Result<std::string> expected = header(key, parts, stop);
+  if (!expected.ok()) return expected.error();
+  return found + "\n" == *expected && file.peek() == std::ifstream::traits_type::eof();
 }
 
 Status IndexCache::store(const std::string& name, const std::string& key, const Parts& parts,
                          const std::stop_token& stop) const {
+  const Result<std::string> first = header(key, parts, stop);
+  if (!first.ok()) return first.error();
   const fs::path path = file_of(name);
   fs::path fresh = path;
   fresh += fmt::format(".{}", getpid());
   std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-  file << header(key, parts, stop);
+  file << *first;
   for (const auto& part : parts)
     in_pieces(part, stop, [&](const char* from, std::streamsize size) { return bool(file.write(from, size)); });
   file.close();
   std::error_code failed;
   if (stop.stop_requested()) {
     fs::remove(fresh, failed);
-    return Ok();
+    return cancelled();
   }
   if (file) fs::rename(fresh, path, failed);
   if (file && !failed) return Ok();

@@ -26,11 +26,11 @@ class IndexCache {
   static Result<IndexCache> open(std::filesystem::path directory);
 
   using Parts = std::vector<std::span<std::byte>>;
-  // Fills `parts`, whose sizes must be those that were stored; false: nothing usable is stored, or `stop` was
-  // requested; parts hold anything.
-  bool load(const std::string& name, const std::string& key, const Parts& parts,
-            const std::stop_token& stop = {}) const;
-  // kStorage: not stored; what was there before is still whole. Nothing is stored once `stop` is requested.
+  // Fills `parts`, whose sizes must be those that were stored; then it is true. False: nothing usable is stored;
+  // kCancelled: a stop was requested. Parts may be overwritten all the same.
+  Result<bool> load(const std::string& name, const std::string& key, const Parts& parts,
+                    const std::stop_token& stop = {}) const;
+  // kStorage, kCancelled: not stored; what was there before is still whole.
   Status store(const std::string& name, const std::string& key, const Parts& parts,
                const std::stop_token& stop = {}) const;
 

@@ -15,24 +15,24 @@ Matcher::Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns)
 }
 
 Isometry2<PanelFrame, ArtworkFrame> Matcher::panel_from_artwork(const MatchPatch& patch,
-                                                                const Candidate& candidate) const {
+                                                                const LatticeCandidate& candidate) const {
   return planner::panel_from_artwork(lattice(candidate.panel, candidate.rotation),
                                      panels_[static_cast<std::size_t>(candidate.panel)].features, patch.grid,
                                      patch.pixels.left, patch.pixels.top, candidate.x, candidate.y);
 }
 
-double Matcher::exact_cost(const MatchPatch& patch, const Candidate& candidate, double limit) const {
+double Matcher::exact_cost(const MatchPatch& patch, const LatticeCandidate& candidate, double limit) const {
   return placement_cost(*patch.features, patch.grid, patch.pixels,
                         panels_[static_cast<std::size_t>(candidate.panel)].features,
                         panel_from_artwork(patch, candidate), limit);
 }
 
-bool Matcher::admits(const MatchPatch& patch, const Candidate& candidate) const {
+bool Matcher::admits(const MatchPatch& patch, const LatticeCandidate& candidate) const {
   return panels_[static_cast<std::size_t>(candidate.panel)].wood.admits(panel_from_artwork(patch, candidate) *
                                                                         patch.outline);
 }
 
-void Matcher::take(const MatchPatch& patch, const Candidate& candidate) {
+void Matcher::take(const MatchPatch& patch, const LatticeCandidate& candidate) {
   take(candidate.panel, panel_from_artwork(patch, candidate) * patch.outline);
 }
 
@@ -44,24 +44,28 @@ void Matcher::take(int panel, const Ring<PanelFrame>& outline) {
   remove(panel, taken);
 }
 
-void Matcher::measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop) {
+Status Matcher::measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop) {
   widest_disc_ = 0;  // no disc in a window is wider than its shorter side
   for (const WindowClass& windows : classes)
     if (!windows.filled) widest_disc_ = std::max(widest_disc_, std::min(windows.width, windows.height) + 2);
-  measure_clearance(threads, stop);
+  return measure_clearance(threads, stop);
 }
 
-void Matcher::measure_clearance(int threads, const std::stop_token& stop) {
-  if (widest_disc_ == 0) return;
+Status Matcher::measure_clearance(int threads, const std::stop_token& stop) {
+  if (widest_disc_ == 0) return Ok();
   std::vector<std::optional<Clearance>> measured(panels_.size());
-  run_parallel(panels_.size(), threads, stop, [&](std::size_t p) {
+  const Status done = run_parallel(panels_.size(), threads, stop, [&](std::size_t p) -> Status {
     const MatchPanel& panel = panels_[p];
-    measured[p].emplace(panel.wood, panel.features.resolution.to_mm(Pixels(widest_disc_ / 2.0)) + panel.wood.kerf(),
-                        stop);
+    Result<Clearance> it = Clearance::measure(
+        panel.wood, panel.features.resolution.to_mm(Pixels(widest_disc_ / 2.0)) + panel.wood.kerf(), stop);
+    if (!it.ok()) return it.error();
+    measured[p] = std::move(*it);
+    return Ok();
   });
-  if (stop.stop_requested()) return;
+  if (!done.ok()) return done;
   clearances_.clear();
   for (auto& it : measured) clearances_.push_back(std::move(*it));
+  return Ok();
 }
 
 std::size_t Matcher::clearance_bytes() const {
@@ -81,13 +85,13 @@ std::vector<Cover> Matcher::cover(const MatchPatch& patch) const {
   return out;
 }
 
-void Matcher::give_back(int threads, const std::stop_token& stop) {
+Status Matcher::give_back(int threads, const std::stop_token& stop) {
   for (MatchPanel& panel : panels_) panel.wood = panel.wood.untouched();
-  measure_clearance(threads, stop);
-  find_places(threads, stop);
+  if (Status measured = measure_clearance(threads, stop); !measured.ok()) return measured;
+  return find_places(threads, stop);
 }
 
-bool Matcher::alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const {
+bool Matcher::alike(const MatchPatch& patch, const LatticeCandidate& a, const LatticeCandidate& b) const {
   if (a.panel != b.panel) return false;
   const double half_width = patch.pixels.width / 2.0, half_height = patch.pixels.height / 2.0;
   double ax = 0, ay = 0, bx = 0, by = 0;

@@ -15,6 +15,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/cell_index.h"
 #include "planner/matching/clearance.h"
 #include "planner/matching/free_wood.h"
@@ -28,11 +29,11 @@ struct MatchPanel {
   FreeWood wood;
 };
 
-// A place for a patch. Ordered by what best() prefers.
-struct Candidate {
+// A candidate on the lattice of one rotation (lattice.h): what greedy looks at. Ordered by what best() prefers.
+struct LatticeCandidate {
   double cost = std::numeric_limits<double>::infinity();
   int panel = 0, rotation = 0, y = 0, x = 0;  // lattice pixel of the window's upper left pixel
-  friend auto operator<=>(const Candidate&, const Candidate&) = default;
+  friend auto operator<=>(const LatticeCandidate&, const LatticeCandidate&) = default;
 };
 
 // A patch as the matcher wants it: any simple outline, counter-clockwise; curves come as polygons.
@@ -50,34 +51,35 @@ class Matcher {
   Matcher(const Matcher&) = delete;
   Matcher& operator=(const Matcher&) = delete;
 
-  // To be called once, before any question. `progress` gets fractions, on the calling thread. Returns within some tens
-  // of milliseconds of a stop request, with an index that must not be asked.
+  // To be called once, before any question. `progress` gets fractions, on the calling thread. kCancelled: within some
+  // tens of milliseconds of a stop request; then there is no index to ask.
   using IndexProgress = std::function<void(double fraction)>;
-  virtual void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) = 0;
+  virtual Status build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) = 0;
   virtual std::size_t index_bytes() const = 0;
 
-  // The cheapest free place; none when no place is free. Returns early, with anything, once `stop` is requested.
-  virtual std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const = 0;
-  // Up to `count` free places, cheapest first, no two of them alike(); the first is best(). Costs are exact. Returns
-  // early, with anything, once `stop` is requested.
-  virtual std::vector<Candidate> places(const MatchPatch& patch, std::size_t count,
-                                        const std::stop_token& stop) const = 0;
+  // The cheapest free candidate; none when no place is free. kCancelled: a stop was requested.
+  virtual Result<std::optional<LatticeCandidate>> best(const MatchPatch& patch, const std::stop_token& stop) const = 0;
+  // Up to `count` free candidates, cheapest first, no two of them alike(); the first is best(). Costs are exact.
+  // kCancelled: a stop was requested.
+  virtual Result<std::vector<LatticeCandidate>> candidates(const MatchPatch& patch, std::size_t count,
+                                                           const std::stop_token& stop) const = 0;
 
-  // Whether the place may (still) be taken.
-  bool admits(const MatchPatch& patch, const Candidate& candidate) const;
-  void take(const MatchPatch& patch, const Candidate& candidate);
+  // Whether the candidate may (still) be taken.
+  bool admits(const MatchPatch& patch, const LatticeCandidate& candidate) const;
+  void take(const MatchPatch& patch, const LatticeCandidate& candidate);
   // The same for an outline that lies anywhere.
   void take(int panel, const Ring<PanelFrame>& outline);
-  // All that was taken is free again, as it was after build_index(); what is measured of the wood stays. Once `stop` is
-  // requested it returns early, with an index that must not be asked.
-  void give_back(int threads, const std::stop_token& stop);
+  // All that was taken is free again, as it was after build_index(); what is measured of the wood stays. kCancelled: a
+  // stop was requested, and there is no index to ask any more.
+  Status give_back(int threads, const std::stop_token& stop);
 
-  // Whether two places of a patch are, to a person, the same piece of wood: on one panel, with centres closer than half
-  // the window's shorter side, whatever the rotations.
-  bool alike(const MatchPatch& patch, const Candidate& a, const Candidate& b) const;
+  // Whether two candidates of a patch are, to a person, the same piece of wood: on one panel, with centres closer than
+  // half the window's shorter side, whatever the rotations.
+  bool alike(const MatchPatch& patch, const LatticeCandidate& a, const LatticeCandidate& b) const;
 
-  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork(const MatchPatch& patch, const Candidate& candidate) const;
-  double exact_cost(const MatchPatch& patch, const Candidate& candidate,
+  Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork(const MatchPatch& patch,
+                                                         const LatticeCandidate& candidate) const;
+  double exact_cost(const MatchPatch& patch, const LatticeCandidate& candidate,
                     double limit = std::numeric_limits<double>::max()) const;
   const std::vector<MatchPanel>& panels() const { return panels_; }
   int rotations() const { return static_cast<int>(turns_.size()); }
@@ -90,7 +92,7 @@ class Matcher {
   Matcher(std::vector<MatchPanel> panels, std::vector<Radians> turns);
 
   // For build_index(): what cover() asks, when a class has windows that are not filled.
-  void measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop);
+  Status measure_clearance(const std::vector<WindowClass>& classes, int threads, const std::stop_token& stop);
   std::size_t clearance_bytes() const;
   // The patch's discs on each lattice, panel by panel, rotation by rotation; none when measure_clearance() had no need.
   std::vector<Cover> cover(const MatchPatch& patch) const;
@@ -98,10 +100,10 @@ class Matcher {
   // Called by take(): `taken`, an outline grown by the kerf (grown_rings()), is no longer free.
   virtual void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) = 0;
   // Called by give_back(): finds again which places are free, from the panels' wood.
-  virtual void find_places(int threads, const std::stop_token& stop) = 0;
+  virtual Status find_places(int threads, const std::stop_token& stop) = 0;
 
  private:
-  void measure_clearance(int threads, const std::stop_token& stop);
+  Status measure_clearance(int threads, const std::stop_token& stop);
 
   std::vector<MatchPanel> panels_;
   std::vector<Radians> turns_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -56,12 +58,14 @@ void spread_down(std::vector<std::uint64_t>& bits, std::size_t words, std::size_
 
 }  // namespace
 
-PlaceBits::PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
-                     const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop)
-    : lattice_(lattice), windows_(windows) {
-  const Reach covered = reach(picture.resolution.to_px(border).count());
-  mark_places_on_panel(covered, picture.pixels.size());
-  if (windows_.filled) clear_blocked(covered, picture, blocked, stop);
+Result<PlaceBits> PlaceBits::make(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
+                                  const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop) {
+  PlaceBits bits(lattice, windows);
+  const Reach covered = bits.reach(picture.resolution.to_px(border).count());
+  bits.mark_places_on_panel(covered, picture.pixels.size());
+  if (!windows.filled) return bits;
+  if (const Status done = bits.clear_blocked(covered, picture, blocked, stop); !done.ok()) return done.error();
+  return bits;
 }
 
 void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel) {
@@ -94,8 +98,8 @@ void PlaceBits::mark_places_on_panel(const Reach& covered, const cv::Size& panel
   }
 }
 
-void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
-                              const std::stop_token& stop) {
+Status PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
+                                const std::stop_token& stop) {
   // A blocked pixel forbids a rectangle of places whose sides vary by one with its position. Its corners are marked and
   // spread over the shorter sides, all pixels at once.
   const double inscribed =
@@ -108,7 +112,7 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
   const auto rows = static_cast<std::size_t>(height() + pad_rows);
   std::vector<std::uint64_t> marks(words * rows, 0);
   for (const Point<PanelFrame>& centre : blocked.centres) {
-    if (stop.stop_requested()) return;
+    if (stop.stop_requested()) return cancelled();
     double column = 0, row = 0, x = 0, y = 0;
     picture.to_pixels(centre, column, row);
     lattice_.from_panel(column, row, x, y);
@@ -137,6 +141,7 @@ void PlaceBits::clear_blocked(const Reach& covered, const Raster<PanelFrame>& pi
     std::uint64_t* places = row(y);
     for (int i = 0; i < stored(y) / 64; ++i) places[i] &= ~forbidden[i];
   }
+  return unless_cancelled(stop);
 }
 
 bool PlaceBits::any(int x0, int x1, int y0, int y1) const {

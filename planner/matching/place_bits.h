@@ -15,10 +15,10 @@ namespace veneer::planner {
 
 class PlaceBits {
  public:
-  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. Once `stop`
-  // is requested, bits are anything.
-  PlaceBits(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
-            const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop = {});
+  // `picture` is the panel at the working resolution; `border` is what outlines keep from blocked pixels. kCancelled:
+  // within a row after a stop was requested.
+  static Result<PlaceBits> make(const Lattice& lattice, const WindowClass& windows, const Raster<PanelFrame>& picture,
+                                const BlockedPixels& blocked, Millimetres border, const std::stop_token& stop);
 
   // For places of the lattice.
   bool at(int x, int y) const {
@@ -38,6 +38,8 @@ class PlaceBits {
   std::size_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
 
  private:
+  PlaceBits(const Lattice& lattice, const WindowClass& windows) : lattice_(lattice), windows_(windows) {}
+
   // What windows cover, in pixels from the place, for outlines grown by some distance.
   struct Reach {
     double left, right, top, bottom;
@@ -55,8 +57,8 @@ class PlaceBits {
     return static_cast<int>(base_[at + 1] - base_[at]) * 64;
   }
   void mark_places_on_panel(const Reach& reach, const cv::Size& panel);
-  void clear_blocked(const Reach& reach, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
-                     const std::stop_token& stop);
+  Status clear_blocked(const Reach& reach, const Raster<PanelFrame>& picture, const BlockedPixels& blocked,
+                       const std::stop_token& stop);
 
   Lattice lattice_;
   WindowClass windows_;

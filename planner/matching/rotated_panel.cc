@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "planner/cancelled.h"
 #include "planner/matching/kernels.h"
 
 namespace veneer::planner {
@@ -21,8 +22,7 @@ std::pair<int, int> centres_on_panel(const Lattice& lattice, int row, const cv::
 
 }  // namespace
 
-RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit,
-                           const std::stop_token& stop)
+RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice)
     : lattice_(lattice), channels_(features.channels()) {
   find_spans(features.size());
   // Windows with empty corners are read whole, beyond the panel too: there lies what does not count.
@@ -36,20 +36,27 @@ RotatedPanel::RotatedPanel(const cv::Mat& features, const Lattice& lattice, doub
   }
   // Whole steps are read, for the widest window of a cell, past the end of the last row.
   data_.assign(static_cast<std::size_t>(size + margin) + 2 * kernels::kRowStep, 0);
+}
+
+Result<RotatedPanel> RotatedPanel::make(const cv::Mat& features, const Lattice& lattice, double entries_per_unit,
+                                        const std::stop_token& stop) {
+  RotatedPanel panel(features, lattice);
   const auto scale = static_cast<float>(entries_per_unit);
-  for (int row = 0; row < rows() && !stop.stop_requested(); ++row) {
-    switch (channels_) {
+  for (int row = 0; row < panel.rows(); ++row) {
+    if (stop.stop_requested()) return cancelled();
+    switch (panel.channels()) {
       case 1:
-        sample_row<1>(features, row, scale);
+        panel.sample_row<1>(features, row, scale);
         break;
       case 2:
-        sample_row<2>(features, row, scale);
+        panel.sample_row<2>(features, row, scale);
         break;
       default:
-        sample_row<0>(features, row, scale);
+        panel.sample_row<0>(features, row, scale);
         break;
     }
   }
+  return panel;
 }
 
 void RotatedPanel::find_spans(const cv::Size& panel) {

@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/matching/lattice.h"
 
 namespace veneer::planner {
@@ -19,9 +20,10 @@ class RotatedPanel {
   static constexpr int kReach = 8;
   static constexpr double kRoundingPerEntry = 0.505;
 
-  // `features`: weighted responses of the whole panel, CV_32FC(n). Stored entry = response * entries_per_unit. Once
-  // `stop` is requested, entries are anything.
-  RotatedPanel(const cv::Mat& features, const Lattice& lattice, double entries_per_unit, const std::stop_token& stop);
+  // `features`: weighted responses of the whole panel, CV_32FC(n). Stored entry = response * entries_per_unit.
+  // kCancelled: within a row after a stop was requested.
+  static Result<RotatedPanel> make(const cv::Mat& features, const Lattice& lattice, double entries_per_unit,
+                                   const std::stop_token& stop);
 
   const Lattice& lattice() const { return lattice_; }
   int channels() const { return channels_; }
@@ -35,6 +37,7 @@ class RotatedPanel {
   std::size_t bytes() const { return data_.size() * sizeof(std::int16_t); }
 
  private:
+  RotatedPanel(const cv::Mat& features, const Lattice& lattice);
   void find_spans(const cv::Size& panel);
   template <int kChannels>
   void sample_row(const cv::Mat& features, int row, float scale);

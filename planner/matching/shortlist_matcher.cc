@@ -22,7 +22,7 @@ void ShortlistMatcher::keep_index(IndexCache cache, std::vector<std::string> nam
   kept_ = Kept{std::move(cache), std::move(names), std::vector<std::string>(panels().size())};
 }
 
-void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
+Status ShortlistMatcher::build_index(int threads, const std::stop_token& stop, const IndexProgress& progress) {
   const std::size_t panel_count = panels().size(), class_count = classes_.size();
   entries_.resize(panel_count);
   blocked_.assign(panel_count, std::vector<BlockedPixels>(class_count));
@@ -31,79 +31,87 @@ void ShortlistMatcher::build_index(int threads, const std::stop_token& stop, con
 
   std::vector<WindowClass> windows_of_classes;
   for (const Class& it : classes_) windows_of_classes.push_back(it.windows);
-  measure_clearance(windows_of_classes, threads, stop);
-  run_parallel(panel_count * (1 + class_count), threads, stop, [&](std::size_t task) {
+  if (Status done = measure_clearance(windows_of_classes, threads, stop); !done.ok()) return done;
+  Status done = run_parallel(panel_count * (1 + class_count), threads, stop, [&](std::size_t task) -> Status {
     const std::size_t p = task % panel_count;
-    const MatchPanel& panel = panels()[p];
-    if (task < panel_count) {
-      entries_[p] = rounded_entries(panel.features.pixels, entries_per_unit_, stop);
-      if (kept_)
-        kept_->hashes[p] = sha256_hex(
-            std::as_bytes(std::span(entries_[p].ptr<std::int16_t>(0), entries_[p].total() * entries_[p].channels())),
-            stop);
-      return;
-    }
-    find_blocked(p, task / panel_count - 1, stop);
+    if (task >= panel_count) return find_blocked(p, task / panel_count - 1, stop);
+    const Result<cv::Mat> entries = rounded_entries(panels()[p].features.pixels, entries_per_unit_, stop);
+    if (!entries.ok()) return entries.error();
+    entries_[p] = *entries;
+    if (!kept_) return Ok();
+    Result<std::string> hash = sha256_hex(
+        std::as_bytes(std::span(entries_[p].ptr<std::int16_t>(0), entries_[p].total() * entries_[p].channels())), stop);
+    if (!hash.ok()) return hash.error();
+    kept_->hashes[p] = std::move(*hash);
+    return Ok();
   });
-  if (stop.stop_requested()) return;
+  if (!done.ok()) return done;
 
   const std::size_t tasks = class_count * lattices();
-  run_parallel(
-      tasks, threads, stop, [&](std::size_t task) { index_lattice(task % lattices(), task / lattices(), stop); },
-      [&](std::size_t done) {
-        if (progress) progress(static_cast<double>(done) / static_cast<double>(tasks));
+  done = run_parallel(
+      tasks, threads, stop, [&](std::size_t task) { return index_lattice(task % lattices(), task / lattices(), stop); },
+      [&](std::size_t begun) {
+        if (progress) progress(static_cast<double>(begun) / static_cast<double>(tasks));
       });
   blocked_.clear();
+  return done;
 }
 
-void ShortlistMatcher::find_blocked(std::size_t p, std::size_t window_class, const std::stop_token& stop) {
+Status ShortlistMatcher::find_blocked(std::size_t p, std::size_t window_class, const std::stop_token& stop) {
   const MatchPanel& panel = panels()[p];
   const WindowClass& windows = classes_[window_class].windows;
-  if (!windows.filled) return;
+  if (!windows.filled) return Ok();
   const double side = std::min(windows.right - windows.left, windows.bottom - windows.top);
-  blocked_[p][window_class] =
+  Result<BlockedPixels> blocked =
       blocked_pixels(panel.wood.raster(), panel.features.resolution.to_mm(Pixels(std::max(side, 1.0))), stop);
+  if (!blocked.ok()) return blocked.error();
+  blocked_[p][window_class] = std::move(*blocked);
+  return Ok();
 }
 
-PlaceBits ShortlistMatcher::places_of(std::size_t at, std::size_t window_class, const std::stop_token& stop) const {
+Result<PlaceBits> ShortlistMatcher::places_of(std::size_t at, std::size_t window_class,
+                                              const std::stop_token& stop) const {
   const auto p = static_cast<std::size_t>(panel_of(at));
   const MatchPanel& panel = panels()[p];
-  return {lattice_at(at),      classes_[window_class].windows,
-          panel.features,      blocked_[p][window_class],
-          panel.wood.border(), stop};
+  return PlaceBits::make(lattice_at(at), classes_[window_class].windows, panel.features, blocked_[p][window_class],
+                         panel.wood.border(), stop);
 }
 
-void ShortlistMatcher::find_places(int threads, const std::stop_token& stop) {
+Status ShortlistMatcher::find_places(int threads, const std::stop_token& stop) {
   const std::size_t panel_count = panels().size(), class_count = classes_.size();
   blocked_.assign(panel_count, std::vector<BlockedPixels>(class_count));
-  run_parallel(panel_count * class_count, threads, stop,
-               [&](std::size_t task) { find_blocked(task % panel_count, task / panel_count, stop); });
-  if (stop.stop_requested()) return;
-  run_parallel(class_count * lattices(), threads, stop, [&](std::size_t task) {
+  Status done = run_parallel(panel_count * class_count, threads, stop, [&](std::size_t task) {
+    return find_blocked(task % panel_count, task / panel_count, stop);
+  });
+  if (!done.ok()) return done;
+  done = run_parallel(class_count * lattices(), threads, stop, [&](std::size_t task) -> Status {
     const std::size_t at = task % lattices(), window_class = task / lattices();
     Indexed& it = *indexed_[window_class][at];
-    it.places = places_of(at, window_class, stop);
-    if (stop.stop_requested()) return;
-    it.map.find_alive(it.places, {0, 0, it.places.width(), it.places.height()}, stop);
+    Result<PlaceBits> places = places_of(at, window_class, stop);
+    if (!places.ok()) return places.error();
+    it.places = std::move(*places);
+    return it.map.find_alive(it.places, {0, 0, it.places.width(), it.places.height()}, stop);
   });
   blocked_.clear();
+  return done;
 }
 
-void ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, const std::stop_token& stop) {
+Status ShortlistMatcher::index_lattice(std::size_t at, std::size_t window_class, const std::stop_token& stop) {
   const Class& it = classes_[window_class];
   const auto p = static_cast<std::size_t>(panel_of(at));
   const Lattice& lattice = lattice_at(at);
+  Result<PlaceBits> places = places_of(at, window_class, stop);
+  if (!places.ok()) return places.error();
   auto& out = indexed_[window_class][at];
-  out = std::make_unique<Indexed>(
-      Indexed{places_of(at, window_class, stop),
-              CoarseMap(entries_[p].size(), entries_[p].channels(), lattice, it.grid, it.windows.filled)});
-  measure(out->map, at, window_class, stop);
-  if (stop.stop_requested()) return;
-  out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()}, stop);
-  if (it.windows.filled) out->map.find_bounds(stop);
+  out = std::make_unique<Indexed>(Indexed{
+      std::move(*places), CoarseMap(entries_[p].size(), entries_[p].channels(), lattice, it.grid, it.windows.filled)});
+  if (Status done = measure(out->map, at, window_class, stop); !done.ok()) return done;
+  Status done = out->map.find_alive(out->places, {0, 0, lattice.width(), lattice.height()}, stop);
+  return done.ok() && it.windows.filled ? out->map.find_bounds(stop) : done;
 }
 
-void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t window_class, const std::stop_token& stop) {
+Status ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t window_class,
+                                 const std::stop_token& stop) {
   const auto p = static_cast<std::size_t>(panel_of(at));
   const Lattice& lattice = lattice_at(at);
   if (!kept_) return map.measure(entries_[p], lattice, stop);
@@ -112,13 +120,16 @@ void ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t windo
   const std::string key =
       fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
                   windows.width, windows.height, windows.filled ? "filled" : "partly", lattice.turn().count());
-  if (kept_->cache.load(name, key, map.measured(), stop)) return;
-  map.measure(entries_[p], lattice, stop);
-  if (stop.stop_requested()) return;
-  if (Status status = kept_->cache.store(name, key, map.measured(), stop); !status.ok()) {
-    const std::lock_guard lock(not_kept_mutex_);
-    if (!not_kept_) not_kept_ = status.error();
-  }
+  const Result<bool> loaded = kept_->cache.load(name, key, map.measured(), stop);
+  if (!loaded.ok()) return loaded.error();
+  if (*loaded) return Ok();
+  if (Status done = map.measure(entries_[p], lattice, stop); !done.ok()) return done;
+  Status stored = kept_->cache.store(name, key, map.measured(), stop);
+  if (stored.ok() || stored.error().code == ErrorCode::kCancelled) return stored;
+  // The plan is whole without it.
+  const std::lock_guard lock(not_kept_mutex_);
+  if (!not_kept_) not_kept_ = stored.error();
+  return Ok();
 }
 
 void ShortlistMatcher::remove(int panel, const std::vector<Ring<PanelFrame>>& taken) {
@@ -139,14 +150,15 @@ std::size_t ShortlistMatcher::index_bytes() const {
   return sum;
 }
 
-std::optional<Candidate> ShortlistMatcher::best(const MatchPatch& patch, const std::stop_token& stop) const {
+Result<std::optional<LatticeCandidate>> ShortlistMatcher::best(const MatchPatch& patch,
+                                                               const std::stop_token& stop) const {
   const auto found = ShortlistSearch(*this, patch, stop).run(1);
-  if (found.empty()) return std::nullopt;
-  return found.front();
+  if (!found.ok()) return found.error();
+  return found->empty() ? std::optional<LatticeCandidate>() : found->front();
 }
 
-std::vector<Candidate> ShortlistMatcher::places(const MatchPatch& patch, std::size_t count,
-                                                const std::stop_token& stop) const {
+Result<std::vector<LatticeCandidate>> ShortlistMatcher::candidates(const MatchPatch& patch, std::size_t count,
+                                                                   const std::stop_token& stop) const {
   return ShortlistSearch(*this, patch, stop).run(count);
 }
 

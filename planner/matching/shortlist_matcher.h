@@ -31,11 +31,12 @@ class ShortlistMatcher final : public Matcher {
   // The first of the entries that could not be kept.
   const std::optional<Error>& not_kept() const { return not_kept_; }
 
-  void build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
+  Status build_index(int threads, const std::stop_token& stop, const IndexProgress& progress = {}) override;
   std::size_t index_bytes() const override;
 
-  std::optional<Candidate> best(const MatchPatch& patch, const std::stop_token& stop) const override;
-  std::vector<Candidate> places(const MatchPatch& patch, std::size_t count, const std::stop_token& stop) const override;
+  Result<std::optional<LatticeCandidate>> best(const MatchPatch& patch, const std::stop_token& stop) const override;
+  Result<std::vector<LatticeCandidate>> candidates(const MatchPatch& patch, std::size_t count,
+                                                   const std::stop_token& stop) const override;
 
  private:
   friend class ShortlistSearch;
@@ -51,11 +52,11 @@ class ShortlistMatcher final : public Matcher {
   };
 
   void remove(int panel, const std::vector<Ring<PanelFrame>>& taken) override;
-  void find_places(int threads, const std::stop_token& stop) override;
-  void find_blocked(std::size_t panel, std::size_t window_class, const std::stop_token& stop);
-  PlaceBits places_of(std::size_t lattice, std::size_t window_class, const std::stop_token& stop) const;
-  void index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
-  void measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  Status find_places(int threads, const std::stop_token& stop) override;
+  Status find_blocked(std::size_t panel, std::size_t window_class, const std::stop_token& stop);
+  Result<PlaceBits> places_of(std::size_t lattice, std::size_t window_class, const std::stop_token& stop) const;
+  Status index_lattice(std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
+  Status measure(CoarseMap& map, std::size_t lattice, std::size_t window_class, const std::stop_token& stop);
   std::size_t lattices() const { return panels().size() * static_cast<std::size_t>(rotations()); }
   int panel_of(std::size_t lattice) const { return static_cast<int>(lattice) / rotations(); }
   int rotation_of(std::size_t lattice) const { return static_cast<int>(lattice) % rotations(); }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -67,8 +69,8 @@ ShortlistSearch::ShortlistSearch(const ShortlistMatcher& matcher, const MatchPat
     windows_.emplace_back(patch, matcher.entries_per_unit_, stride);
 }
 
-std::vector<Candidate> ShortlistSearch::run(std::size_t count) {
-  if (count == 0) return {};
+Result<std::vector<LatticeCandidate>> ShortlistSearch::run(std::size_t count) {
+  if (count == 0) return std::vector<LatticeCandidate>();
   const double samples = static_cast<double>(windows_.front().rows()) * windows_.front().columns();
   const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
   // Shares of blocks make coarser estimates, large cells too.
@@ -77,9 +79,10 @@ std::vector<Candidate> ShortlistSearch::run(std::size_t count) {
   // Longer lists when too few of the listed places are free after all.
   for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
     complete_ = true;
-    std::vector<Candidate> found = cheapest(free_places(shortlist(usual * times, count)), count);
+    std::vector<LatticeCandidate> found = cheapest(free_places(shortlist(usual * times, count)), count);
     const bool enough = !found.empty() && (found.size() == count || times >= kLongest);
-    if (enough || complete_ || stop_.stop_requested()) return found;
+    if (stop_.stop_requested()) return cancelled();
+    if (enough || complete_) return found;
   }
 }
 
@@ -162,13 +165,13 @@ void ShortlistSearch::keep_best(std::size_t wanted, std::vector<Scored>& found) 
 std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<Scored>& cells, std::size_t wanted) {
   std::vector<Scored> out;
   // By the wood under their centres, in squares as wide as alike places are apart: those alike lie in adjacent squares.
-  std::unordered_map<std::uint64_t, std::vector<Candidate>> kept;
+  std::unordered_map<std::uint64_t, std::vector<LatticeCandidate>> kept;
   const double half_width = patch_.pixels.width / 2.0, half_height = patch_.pixels.height / 2.0;
   const double side = std::min(half_width, half_height);
   for (const Scored& cell : cells) {
     if (out.size() == wanted || stop_.stop_requested()) break;
     const Block block = block_of(cell);
-    const Candidate at = candidate(block.lattice, block.middle_y(), block.middle_x());
+    const LatticeCandidate at = candidate(block.lattice, block.middle_y(), block.middle_x());
     double column = 0, row = 0;
     matcher_.lattice_at(block.lattice).to_panel(at.x + half_width, at.y + half_height, column, row);
     const auto square = [&](int right, int down) {
@@ -183,7 +186,7 @@ std::vector<ShortlistSearch::Scored> ShortlistSearch::thinned(const std::vector<
       for (int right = -1; right <= 1; ++right) {
         const auto found = kept.find(square(right, down));
         if (found == kept.end()) continue;
-        for (const Candidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
+        for (const LatticeCandidate& other : found->second) like += matcher_.alike(patch_, at, other) ? 1 : 0;
       }
     }
     if (like >= kMostAlike * (class_.windows.filled ? 1 : kCoarserEstimates)) continue;
@@ -257,10 +260,10 @@ std::vector<ShortlistSearch::Block> ShortlistSearch::cut(const std::vector<Block
   return out;
 }
 
-std::vector<ShortlistSearch::Place> ShortlistSearch::free_places(const std::vector<Block>& blocks) {
+std::vector<ShortlistSearch::FreePlace> ShortlistSearch::free_places(const std::vector<Block>& blocks) {
   const auto channels = static_cast<std::size_t>(patch_.features->channels());
   const TargetWindow& all = windows_.back();
-  std::vector<Place> out;
+  std::vector<FreePlace> out;
   for (const Block& block : blocks) {
     if (stop_.stop_requested()) break;
     const PlaceBits& places = indexed(block.lattice).places;
@@ -290,23 +293,23 @@ std::vector<ShortlistSearch::Place> ShortlistSearch::free_places(const std::vect
   return out;
 }
 
-std::vector<Candidate> ShortlistSearch::cheapest(std::vector<Place> places, std::size_t count) const {
+std::vector<LatticeCandidate> ShortlistSearch::cheapest(std::vector<FreePlace> places, std::size_t count) const {
   // Entries are rounded: places that come this close are compared by their exact cost.
   constexpr double kRounding = 1 + 5e-4;
   constexpr int kMostExact = 6;
-  std::vector<Candidate> out;
+  std::vector<LatticeCandidate> out;
   std::size_t next = 0;
   while (out.size() < count && next < places.size() && !stop_.stop_requested()) {
-    std::optional<Candidate> best;
+    std::optional<LatticeCandidate> best;
     double limit = 0;
     int looked_at = 0;
     for (std::size_t i = next; i < places.size() && looked_at < kMostExact; ++i) {
-      const Place& place = places[i];
+      const FreePlace& place = places[i];
       const auto distance = static_cast<double>(place.distance);
       if (best && distance > limit) break;
-      Candidate it = candidate(place.lattice, place.y, place.x);
+      LatticeCandidate it = candidate(place.lattice, place.y, place.x);
       const bool seen = std::any_of(out.begin(), out.end(),
-                                    [&](const Candidate& other) { return matcher_.alike(patch_, it, other); });
+                                    [&](const LatticeCandidate& other) { return matcher_.alike(patch_, it, other); });
       if (seen || !matcher_.admits(patch_, it)) {
         if (i == next) ++next;
         continue;

@@ -11,8 +11,8 @@ class ShortlistSearch {
  public:
   ShortlistSearch(const ShortlistMatcher& matcher, const MatchPatch& patch, const std::stop_token& stop);
 
-  // Up to `count` places, cheapest first, no two alike.
-  std::vector<Candidate> run(std::size_t count);
+  // Up to `count` candidates, cheapest first, no two alike. kCancelled: a stop was requested.
+  Result<std::vector<LatticeCandidate>> run(std::size_t count);
 
  private:
   struct Scored {
@@ -30,17 +30,17 @@ class ShortlistSearch {
     int middle_y() const { return y0 + (y1 - y0) / 2; }
     friend auto operator<=>(const Block&, const Block&) = default;
   };
-  struct Place {
+  struct FreePlace {
     std::uint64_t distance;  // squared, in entries
     std::uint32_t lattice;
     int y, x;
-    friend auto operator<=>(const Place&, const Place&) = default;
+    friend auto operator<=>(const FreePlace&, const FreePlace&) = default;
   };
 
   const ShortlistMatcher::Indexed& indexed(std::uint32_t lattice) const {
     return *matcher_.indexed_[patch_.window_class][lattice];
   }
-  Candidate candidate(std::uint32_t lattice, int y, int x) const {
+  LatticeCandidate candidate(std::uint32_t lattice, int y, int x) const {
     return {0, matcher_.panel_of(lattice), matcher_.rotation_of(lattice), y, x};
   }
 
@@ -66,8 +66,8 @@ class ShortlistSearch {
   void sort_by_wood(std::vector<Block>& blocks) const;
   // Cuts blocks into smaller ones that still have free places.
   std::vector<Block> cut(const std::vector<Block>& blocks) const;
-  std::vector<Place> free_places(const std::vector<Block>& blocks);
-  std::vector<Candidate> cheapest(std::vector<Place> places, std::size_t count) const;
+  std::vector<FreePlace> free_places(const std::vector<Block>& blocks);
+  std::vector<LatticeCandidate> cheapest(std::vector<FreePlace> places, std::size_t count) const;
 
   const ShortlistMatcher& matcher_;
   const MatchPatch& patch_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planner/cancelled.h"
+
 #ifdef __SSE2__
 #include <emmintrin.h>
 #endif
@@ -128,11 +130,12 @@ void sample_row_of_two(const cv::Mat& map, Walk walk, int count, std::int16_t* o
 
 }  // namespace
 
-cv::Mat rounded_entries(const cv::Mat& features, double entries_per_unit, const std::stop_token& stop) {
+Result<cv::Mat> rounded_entries(const cv::Mat& features, double entries_per_unit, const std::stop_token& stop) {
   cv::Mat out(features.size(), CV_MAKETYPE(CV_16S, features.channels()));
   const auto scale = static_cast<float>(entries_per_unit);
   const int length = features.cols * features.channels();
-  for (int r = 0; r < features.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < features.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     const auto* from = features.ptr<float>(r);
     auto* to = out.ptr<std::int16_t>(r);
     for (int i = 0; i < length; ++i) {

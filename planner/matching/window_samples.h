@@ -13,9 +13,9 @@
 
 namespace veneer::planner {
 
-// Features (CV_32FC(n)) as whole numbers, CV_16SC(n): entry = response * entries_per_unit, rounded. Returns early, with
-// anything, once `stop` is requested.
-cv::Mat rounded_entries(const cv::Mat& features, double entries_per_unit, const std::stop_token& stop = {});
+// Features (CV_32FC(n)) as whole numbers, CV_16SC(n): entry = response * entries_per_unit, rounded.
+// kCancelled: within a row after a stop was requested.
+Result<cv::Mat> rounded_entries(const cv::Mat& features, double entries_per_unit, const std::stop_token& stop);
 
 // Samples on a grid over part of a lattice: sample (i, k) is taken at lattice point
 // (x + (i + 0.5) * step_x, y + (k + 0.5) * step_y), bilinearly between pixels; beyond the panel its border repeats.

@@ -99,7 +99,7 @@ constexpr std::array<Filter, 4> kFilters{{
 
 }  // namespace
 
-cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop) {
+Result<cv::Mat> filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop) {
   const int rows = input.bgr.rows, band = std::max(1, kBandPixels / std::max(1, input.bgr.cols));
   const auto weighted = [&](int first, int last) {
     // OpenCV's filters look beyond a range of rows into the picture it is part of. What they answer has no rows beyond:
@@ -116,16 +116,21 @@ cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const 
     }
     return out;
   };
-  if (rows == 0) return {};
+  if (rows == 0) return cv::Mat();
   const auto channels = static_cast<int>(weighted(0, 1).size());  // of one row as of all
   cv::Mat responses(input.bgr.size(), CV_32FC(channels));
-  run_parallel(static_cast<std::size_t>((rows + band - 1) / band), threads_meant(options.threads), stop,
-               [&](std::size_t i) {
-                 const int first = static_cast<int>(i) * band, last = std::min(rows, first + band);
-                 cv::Mat to = responses.rowRange(first, last);
-                 cv::merge(weighted(first, last), to);
-               });
+  const Status done = run_parallel(static_cast<std::size_t>((rows + band - 1) / band), threads_meant(options.threads),
+                                   stop, [&](std::size_t i) {
+                                     const int first = static_cast<int>(i) * band, last = std::min(rows, first + band);
+                                     cv::Mat to = responses.rowRange(first, last);
+                                     cv::merge(weighted(first, last), to);
+                                   });
+  if (!done.ok()) return done.error();
   return responses;
+}
+
+cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options) {
+  return *filter_bank(input, options, std::stop_token());
 }
 
 double largest_response(const PlanOptions& options) {
@@ -146,9 +151,10 @@ Status check_weights(const PlanOptions& options) {
   return Error{ErrorCode::kInvalidArgument, "the weights of all filters are 0: raise the intensity or the edge weight"};
 }
 
-cv::Mat grey_of(const cv::Mat& bgr, const std::stop_token& stop) {
+Result<cv::Mat> grey_of(const cv::Mat& bgr, const std::stop_token& stop) {
   cv::Mat grey(bgr.size(), CV_32FC1);
-  for (int r = 0; r < bgr.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < bgr.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     const auto* from = bgr.ptr<cv::Vec3b>(r);
     auto* to = grey.ptr<float>(r);
     for (int c = 0; c < bgr.cols; ++c)
@@ -158,6 +164,8 @@ cv::Mat grey_of(const cv::Mat& bgr, const std::stop_token& stop) {
   }
   return grey;
 }
+
+cv::Mat grey_of(const cv::Mat& bgr) { return *grey_of(bgr, std::stop_token()); }
 
 cv::Mat edges_of(const cv::Mat& grey) {
   cv::Mat across, down, magnitude;

@@ -26,8 +26,9 @@ struct FilterInput {
 };
 
 // CV_32FC(n), n = number of channels in use, each multiplied by its weight. Works in bands of rows, on
-// options.threads; the calling one is one of them. Returns early, with anything, once `stop` is requested.
-cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop = {});
+// options.threads; the calling one is one of them. kCancelled: within a band after a stop was requested.
+Result<cv::Mat> filter_bank(const FilterInput& input, const PlanOptions& options, const std::stop_token& stop);
+cv::Mat filter_bank(const FilterInput& input, const PlanOptions& options);
 
 // The largest value a channel of filter_bank() can have.
 double largest_response(const PlanOptions& options);
@@ -35,9 +36,10 @@ double largest_response(const PlanOptions& options);
 // kInvalidArgument: a weight lies outside [0, 1] or is not a number, or all are 0.
 Status check_weights(const PlanOptions& options);
 
-// CV_32FC1 in [0, 1]: BT.601 of the sRGB values of a CV_8UC3 BGR picture. Returns early, with anything, once `stop` is
+// CV_32FC1 in [0, 1]: BT.601 of the sRGB values of a CV_8UC3 BGR picture. kCancelled: within a row after a stop was
 // requested.
-cv::Mat grey_of(const cv::Mat& bgr, const std::stop_token& stop = {});
+Result<cv::Mat> grey_of(const cv::Mat& bgr, const std::stop_token& stop);
+cv::Mat grey_of(const cv::Mat& bgr);
 
 // CV_32FC1: 0.25 * |3x3 Sobel|, at most sqrt(2).
 cv::Mat edges_of(const cv::Mat& grey);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -37,9 +39,10 @@ float value_at(const Shares& source, const GreyHistogram& histogram, double shar
 
 }  // namespace
 
-void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight, const std::stop_token& stop) {
+Status GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight, const std::stop_token& stop) {
   std::array<std::int64_t, 256> pixels{};
-  for (int r = 0; r < grey.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < grey.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     const auto* from = grey.ptr<float>(r);
     const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
     for (int c = 0; c < grey.cols; ++c) {
@@ -50,6 +53,11 @@ void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight,
     }
   }
   for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += weight * static_cast<double>(pixels[i]);
+  return Ok();
+}
+
+void GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weight) {
+  (void)add(grey, mask, weight, std::stop_token());  // which never stops
 }
 
 double GreyHistogram::total() const { return std::accumulate(counts.begin(), counts.end(), 0.0); }
@@ -62,15 +70,16 @@ std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHist
   return table;
 }
 
-cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
-                    const std::stop_token& stop) {
+Result<cv::Mat> match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
+                            const std::stop_token& stop) {
   if (w_hist <= 0 || source.total() <= 0) return target_grey;
   GreyHistogram target;
-  target.add(target_grey, {}, 1, stop);
+  if (const Status added = target.add(target_grey, {}, 1, stop); !added.ok()) return added.error();
   const auto table = rank_matching(target, source);
   const auto w = static_cast<float>(w_hist);
   cv::Mat out(target_grey.size(), CV_32FC1);
-  for (int r = 0; r < out.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < out.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     const auto* from = target_grey.ptr<float>(r);
     auto* to = out.ptr<float>(r);
     for (int c = 0; c < out.cols; ++c) {
@@ -83,6 +92,10 @@ cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, dou
     }
   }
   return out;
+}
+
+cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist) {
+  return *match_tones(target_grey, source, w_hist, std::stop_token());
 }
 
 }  // namespace veneer::planner

@@ -5,6 +5,8 @@
 #include <opencv2/core/mat.hpp>
 #include <stop_token>
 
+#include "base/result.h"
+
 namespace veneer::planner {
 
 // Counts of grey values in [0, 1] in 256 bins; bin i stands for the value i / 255.
@@ -12,8 +14,9 @@ struct GreyHistogram {
   std::array<double, 256> counts{};
 
   // Counts the pixels of a CV_32FC1 picture, each `weight` times; with a CV_8UC1 mask of the same size only where it is
-  // non-zero. Returns early once `stop` is requested.
-  void add(const cv::Mat& grey, const cv::Mat& mask = {}, double weight = 1, const std::stop_token& stop = {});
+  // non-zero. kCancelled: a stop was requested, and nothing of the picture is counted.
+  Status add(const cv::Mat& grey, const cv::Mat& mask, double weight, const std::stop_token& stop);
+  void add(const cv::Mat& grey, const cv::Mat& mask = {}, double weight = 1);
   double total() const;
 };
 
@@ -21,9 +24,10 @@ struct GreyHistogram {
 std::array<float, 256> rank_matching(const GreyHistogram& target, const GreyHistogram& source);
 
 // The target's grey picture (CV_32FC1) with its tones mapped to the source's; w_hist in [0, 1]. Between the 256 values
-// the mapping is linear. A source without pixels leaves the target as it is. Returns early, with anything, once `stop`
-// is requested.
-cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
-                    const std::stop_token& stop = {});
+// the mapping is linear. A source without pixels leaves the target as it is. kCancelled: within a row after a stop was
+// requested.
+Result<cv::Mat> match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist,
+                            const std::stop_token& stop);
+cv::Mat match_tones(const cv::Mat& target_grey, const GreyHistogram& source, double w_hist);
 
 }  // namespace veneer::planner

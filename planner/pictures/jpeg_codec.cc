@@ -1,16 +1,17 @@
 #include "planner/pictures/jpeg_codec.h"
 
+#include "planner/pictures/picture_limits.h"
+
 #include <csetjmp>
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <opencv2/core.hpp>
 
 #include <jpeglib.h>
 
 namespace veneer::planner {
 namespace {
-
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;  // as OpenCV
 
 // libjpeg reports errors by a call that must not return.
 struct JpegErrors {
@@ -20,6 +21,10 @@ struct JpegErrors {
 
 void leave(j_common_ptr decoder) { std::longjmp(reinterpret_cast<JpegErrors*>(decoder->err)->back, 1); }
 void say_nothing(j_common_ptr /*decoder*/) {}
+// A warning: bytes are missing or make no sense, and it would go on with grey.
+void leave_when_damaged(j_common_ptr decoder, int level) {
+  if (level < 0) leave(decoder);
+}
 
 // Nothing with a destructor may live in here: longjmp would skip it. False: broken.
 bool decode(std::string_view bytes, jpeg_decompress_struct& decoder, JpegErrors& errors, cv::Mat& out, bool& inverted) {
@@ -40,6 +45,27 @@ bool decode(std::string_view bytes, jpeg_decompress_struct& decoder, JpegErrors&
   return true;
 }
 
+// The same.
+bool encode(const cv::Mat& picture, int quality, jpeg_compress_struct& encoder, JpegErrors& errors,
+            unsigned char*& bytes, unsigned long& size) {
+  if (setjmp(errors.back) != 0) return false;
+  jpeg_create_compress(&encoder);
+  jpeg_mem_dest(&encoder, &bytes, &size);
+  encoder.image_width = static_cast<JDIMENSION>(picture.cols);
+  encoder.image_height = static_cast<JDIMENSION>(picture.rows);
+  encoder.input_components = 3;
+  encoder.in_color_space = JCS_EXT_BGR;
+  jpeg_set_defaults(&encoder);
+  jpeg_set_quality(&encoder, quality, TRUE);
+  jpeg_start_compress(&encoder, TRUE);
+  while (encoder.next_scanline < encoder.image_height) {
+    JSAMPROW row = const_cast<JSAMPROW>(picture.ptr(static_cast<int>(encoder.next_scanline)));
+    jpeg_write_scanlines(&encoder, &row, 1);
+  }
+  jpeg_finish_compress(&encoder);
+  return true;
+}
+
 }  // namespace
 
 std::optional<cv::Mat> decode_jpeg(std::string_view bytes) {
@@ -48,6 +74,7 @@ std::optional<cv::Mat> decode_jpeg(std::string_view bytes) {
   decoder.err = jpeg_std_error(&errors.manager);
   errors.manager.error_exit = leave;
   errors.manager.output_message = say_nothing;
+  errors.manager.emit_message = leave_when_damaged;
   cv::Mat pixels;
   bool inverted = false;
   const bool decoded = decode(bytes, decoder, errors, pixels, inverted);
@@ -55,6 +82,23 @@ std::optional<cv::Mat> decode_jpeg(std::string_view bytes) {
   if (!decoded) return std::nullopt;
   if (inverted) cv::bitwise_not(pixels, pixels);
   return pixels;
+}
+
+std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality) {
+  if (picture.empty() || picture.type() != CV_8UC3) return std::nullopt;
+  jpeg_compress_struct encoder{};
+  JpegErrors errors{};
+  encoder.err = jpeg_std_error(&errors.manager);
+  errors.manager.error_exit = leave;
+  errors.manager.output_message = say_nothing;
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  const bool encoded = encode(picture, quality, encoder, errors, bytes, size);
+  jpeg_destroy_compress(&encoder);
+  std::optional<std::string> file;
+  if (encoded) file.emplace(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return file;
 }
 
 }  // namespace veneer::planner

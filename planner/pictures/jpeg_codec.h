@@ -3,12 +3,17 @@
 
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace veneer::planner {
 
 // The pixels as stored, neither turned nor converted by a profile: CV_8UC1 grey, CV_8UC3 BGR, or CV_8UC4 inks (cyan,
-// magenta, yellow, black; 255 = full). None for what is no JPEG, and for one that is broken or of absurd size.
+// magenta, yellow, black; 255 = full). None for what is no JPEG, for one of absurd size, and for one that is broken in
+// any way: where bytes are missing libjpeg would fill up with grey and only warn.
 std::optional<cv::Mat> decode_jpeg(std::string_view bytes);
+
+// A JPEG file of a CV_8UC3 picture (BGR); `quality` is libjpeg's, 1 to 100.
+std::optional<std::string> encode_jpeg(const cv::Mat& picture, int quality);
 
 }  // namespace veneer::planner

@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <optional>
 
@@ -12,6 +13,7 @@ namespace {
 using std::string_view_literals::operator""sv;
 
 constexpr std::size_t kLargestProfile = 16 << 20;
+constexpr std::uint16_t kWidthTag = 0x0100, kHeightTag = 0x0101;
 constexpr std::uint16_t kOrientationTag = 0x0112, kProfileTag = 0x8773;
 
 bool starts_with(std::string_view bytes, std::string_view head) { return bytes.substr(0, head.size()) == head; }
@@ -39,7 +41,12 @@ PictureMetadata from_tiff(std::string_view tiff) {
     const std::size_t entry = static_cast<std::size_t>(*directory) + 2 + std::size_t{12} * i;
     const auto tag = number_at(tiff, entry, 2, big), count = number_at(tiff, entry + 4, 4, big);
     if (!tag || !count) return out;
-    if (*tag == kOrientationTag) {
+    if (*tag == kWidthTag || *tag == kHeightTag) {
+      constexpr std::uint32_t kShort = 3;
+      const auto type = number_at(tiff, entry + 2, 2, big);
+      const auto side = number_at(tiff, entry + 8, type && *type == kShort ? 2 : 4, big);
+      (*tag == kWidthTag ? out.width : out.height) = side.value_or(0);
+    } else if (*tag == kOrientationTag) {
       const auto value = number_at(tiff, entry + 8, 2, big);
       if (value && *value >= 1 && *value <= 8) out.orientation = static_cast<int>(*value);
     } else if (*tag == kProfileTag && *count > 4) {
@@ -73,6 +80,11 @@ PictureMetadata from_jpeg(std::string_view bytes) {
     const auto length = number_at(bytes, at + 2, 2, true);
     if (!length || *length < 2 || *length > bytes.size() - at - 2) break;
     const std::string_view body = bytes.substr(at + 4, *length - 2);
+    // The frame's header; three numbers of the same range are tables.
+    if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+      out.height = number_at(body, 1, 2, true).value_or(0);
+      out.width = number_at(body, 3, 2, true).value_or(0);
+    }
     if (marker == 0xE1 && starts_with(body, kExif)) out.orientation = orientation_of_exif(body);
     if (marker == 0xE2 && starts_with(body, kProfile) && body.size() > kProfile.size() + 2)
       parts[static_cast<std::uint8_t>(body[kProfile.size()])] = body.substr(kProfile.size() + 2);
@@ -103,6 +115,8 @@ std::string inflated(std::string_view packed) {
 
 PictureMetadata from_png(std::string_view bytes) {
   PictureMetadata out;
+  out.width = number_at(bytes, 16, 4, true).value_or(0);
+  out.height = number_at(bytes, 20, 4, true).value_or(0);
   for (std::size_t at = 8; at + 12 <= bytes.size();) {
     const auto length = number_at(bytes, at, 4, true);
     if (!length || *length > bytes.size() - at - 12) break;
@@ -130,6 +144,17 @@ PictureMetadata from_webp(std::string_view bytes) {
   return out;
 }
 
+PictureMetadata from_bmp(std::string_view bytes) {
+  PictureMetadata out;
+  const auto side = [&](std::size_t at) {
+    const auto number = static_cast<std::int32_t>(number_at(bytes, at, 4, false).value_or(0));
+    return std::abs(std::int64_t{number});  // a height below zero counts from the top
+  };
+  out.width = side(18);
+  out.height = side(22);
+  return out;
+}
+
 }  // namespace
 
 PictureFormat picture_format(std::string_view bytes) {
@@ -139,6 +164,7 @@ PictureFormat picture_format(std::string_view bytes) {
   if (starts_with(bytes, "RIFF") && bytes.substr(0, 12).substr(8) == "WEBP") return PictureFormat::kWebp;
   if (bytes.size() > 12 && bytes.substr(4, 4) == "ftyp") return PictureFormat::kHeif;
   if (starts_with(bytes, "%PDF")) return PictureFormat::kPdf;
+  if (starts_with(bytes, "BM")) return PictureFormat::kBmp;
   if (bytes.substr(0, 512).find("<svg") != std::string_view::npos) return PictureFormat::kSvg;
   return PictureFormat::kOther;
 }
@@ -153,6 +179,8 @@ PictureMetadata picture_metadata(std::string_view bytes) {
       return from_tiff(bytes);
     case PictureFormat::kWebp:
       return from_webp(bytes);
+    case PictureFormat::kBmp:
+      return from_bmp(bytes);
     default:
       return {};
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "planner/pictures/picture_colours.h"
+#include "planner/pictures/picture_limits.h"
 #include "planner/pictures/picture_metadata.h"
 #include "planner/pictures/stored_picture.h"
 
@@ -119,7 +120,9 @@ Error not_a_picture(const std::string& name, std::string_view bytes) {
     case PictureFormat::kPng:
     case PictureFormat::kTiff:
     case PictureFormat::kWebp:
-      return {ErrorCode::kInvalidArgument, fmt::format("the picture {} is damaged or too large to be read", name)};
+    case PictureFormat::kBmp:
+      return {ErrorCode::kInvalidArgument,
+              fmt::format("the picture {} is damaged: open it in a picture program and save it again", name)};
     case PictureFormat::kHeif:
       return {ErrorCode::kInvalidArgument, fmt::format("{} is a HEIF or AVIF picture: {}", name, remedy)};
     case PictureFormat::kSvg:
@@ -132,6 +135,16 @@ Error not_a_picture(const std::string& name, std::string_view bytes) {
   return {ErrorCode::kInvalidArgument, fmt::format("{} is not a picture that can be read: {}", name, remedy)};
 }
 
+// By what the file says of itself, before a pixel is unpacked.
+Status check_size(const PictureMetadata& metadata, const std::string& name) {
+  // A side may be as large as 2^32 and their product larger than any whole number.
+  const double pixels = static_cast<double>(metadata.width) * static_cast<double>(metadata.height);
+  if (pixels <= static_cast<double>(kMostPixels)) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the picture {} has {} x {} pixels, more than {} million: make it smaller", name,
+                           metadata.width, metadata.height, kMostPixels / 1'000'000)};
+}
+
 }  // namespace
 
 Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) {
@@ -139,6 +152,7 @@ Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) 
   try {
     PictureMetadata metadata = picture_metadata(bytes);
     const PictureFormat format = picture_format(bytes);
+    if (const Status size = check_size(metadata, name); !size) return size.error();
     if (metadata.cut_short) return not_a_picture(name, bytes);
     const auto stored = read_stored(bytes);
     if (!stored) return not_a_picture(name, bytes);
@@ -147,7 +161,10 @@ Result<cv::Mat> decode_picture(std::string_view bytes, const std::string& name) 
     const auto colour = to_opaque_bgr(stored->pixels, format, metadata.icc_profile);
     if (!colour) return not_a_picture(name, bytes);
     return turned_upright(*colour, metadata.orientation);
-  } catch (const std::exception&) {  // OpenCV's, or no memory for a picture of absurd size
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("there is not enough memory for the picture {}: make it smaller", name)};
+  } catch (const std::exception&) {  // OpenCV's
     return not_a_picture(name, bytes);
   }
 }
@@ -161,6 +178,7 @@ Result<cv::Mat> load_picture(const std::filesystem::path& path) {
 Result<cv::Mat> load_mask(const std::filesystem::path& path) {
   const Result<std::string> bytes = read_bytes(path);
   if (!bytes.ok()) return bytes.error();
+  if (const Status size = check_size(picture_metadata(*bytes), path.string()); !size) return size.error();
   const auto stored = read_stored(*bytes);
   if (!stored) return not_a_picture(path.string(), *bytes);
   std::vector<cv::Mat> planes;

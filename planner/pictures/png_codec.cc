@@ -1,5 +1,7 @@
 #include "planner/pictures/png_codec.h"
 
+#include "planner/pictures/picture_limits.h"
+
 #include <algorithm>
 #include <csetjmp>
 #include <cstdint>
@@ -12,8 +14,6 @@
 
 namespace veneer::planner {
 namespace {
-
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;  // as OpenCV
 
 void leave(png_structp png, png_const_charp /*why*/) { png_longjmp(png, 1); }
 void say_nothing(png_structp /*png*/, png_const_charp /*what*/) {}
@@ -62,7 +62,8 @@ bool encode(png_structp png, png_infop info, const cv::Mat& picture, std::vector
   png_set_compression_strategy(png, Z_RLE);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_set_IHDR(png, info, static_cast<png_uint_32>(picture.cols), static_cast<png_uint_32>(picture.rows), 8,
-               PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+               picture.channels() == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
   png_set_bgr(png);
   png_write_image(png, rows.data());
@@ -84,7 +85,7 @@ std::optional<cv::Mat> decode_png(std::string_view bytes) {
 }
 
 std::optional<std::string> encode_png(const cv::Mat& picture) {
-  if (picture.empty() || picture.type() != CV_8UC3) return std::nullopt;
+  if (picture.empty() || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1)) return std::nullopt;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, leave, say_nothing);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   std::string file;

@@ -12,7 +12,7 @@ namespace veneer::planner {
 // alpha. Palettes and fewer bits are spread out. None for what is no PNG, and for one that is broken.
 std::optional<cv::Mat> decode_png(std::string_view bytes);
 
-// A PNG file of a CV_8UC3 picture (BGR), packed quickly rather than tightly.
+// A PNG file of a CV_8UC3 picture (BGR) or a CV_8UC1 one, packed quickly rather than tightly.
 std::optional<std::string> encode_png(const cv::Mat& picture);
 
 }  // namespace veneer::planner

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "planner/cancelled.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -58,7 +60,8 @@ void resample_row(const std::uint8_t* source, const std::vector<Contribution>& c
 
 }  // namespace
 
-cv::Mat resample(const cv::Mat& source, const AxisScale& columns, const AxisScale& rows, const std::stop_token& stop) {
+Result<cv::Mat> resample(const cv::Mat& source, const AxisScale& columns, const AxisScale& rows,
+                         const std::stop_token& stop) {
   CV_Assert(source.depth() == CV_8U && !source.empty() && columns.size > 0 && rows.size > 0);
   const auto across = contributions(columns, source.cols);
   const auto down = contributions(rows, source.rows);
@@ -75,7 +78,8 @@ cv::Mat resample(const cv::Mat& source, const AxisScale& columns, const AxisScal
   std::vector<std::vector<float>> ring(kept, std::vector<float>(length));
   std::vector<int> ring_row(kept, -1);
   std::vector<float> sum(length);
-  for (int r = 0; r < rows.size && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < rows.size; ++r) {
+    if (stop.stop_requested()) return cancelled();
     std::fill(sum.begin(), sum.end(), 0.0F);
     const Contribution& contribution = down[static_cast<std::size_t>(r)];
     for (std::size_t k = 0; k < contribution.weights.size(); ++k) {
@@ -95,26 +99,34 @@ cv::Mat resample(const cv::Mat& source, const AxisScale& columns, const AxisScal
   return out;
 }
 
-cv::Mat stretch(const cv::Mat& source, int width, int height, const std::stop_token& stop) {
+Result<cv::Mat> stretch(const cv::Mat& source, int width, int height, const std::stop_token& stop) {
   if (source.cols == width && source.rows == height) return source;
   return resample(source, {width, static_cast<double>(source.cols) / width, 0},
                   {height, static_cast<double>(source.rows) / height, 0}, stop);
 }
 
+cv::Mat stretch(const cv::Mat& source, int width, int height) {
+  return *stretch(source, width, height, std::stop_token());
+}
+
 template <class Frame>
-Raster<Frame> at_resolution(const Raster<Frame>& raster, ScanResolution resolution, const std::stop_token& stop) {
+Result<Raster<Frame>> at_resolution(const Raster<Frame>& raster, ScanResolution resolution,
+                                    const std::stop_token& stop) {
   const double step = raster.resolution.px_per_mm / resolution.px_per_mm;
   if (std::abs(step - 1) < 1e-9) return raster;
   constexpr double kRounding = 1e-6;  // a panel of exactly N pixels keeps its last one
   const int width = std::max(1, static_cast<int>(std::floor(raster.pixels.cols / step + kRounding)));
   const int height = std::max(1, static_cast<int>(std::floor(raster.pixels.rows / step + kRounding)));
+  const Result<cv::Mat> pixels =
+      resample(raster.pixels, {width, step, 0}, {height, step, raster.pixels.rows - height * step}, stop);
+  if (!pixels.ok()) return pixels.error();
   Raster<Frame> out;
-  out.pixels = resample(raster.pixels, {width, step, 0}, {height, step, raster.pixels.rows - height * step}, stop);
+  out.pixels = *pixels;
   out.resolution = resolution;
   out.origin = raster.origin;
   return out;
 }
 
-template Raster<PanelFrame> at_resolution(const Raster<PanelFrame>&, ScanResolution, const std::stop_token&);
+template Result<Raster<PanelFrame>> at_resolution(const Raster<PanelFrame>&, ScanResolution, const std::stop_token&);
 
 }  // namespace veneer::planner

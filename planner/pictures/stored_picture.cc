@@ -1,11 +1,13 @@
 #include "planner/pictures/stored_picture.h"
 
 #include <dlfcn.h>
+#include <stdlib.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "planner/pictures/jpeg_codec.h"
+#include "planner/pictures/picture_limits.h"
 #include "planner/pictures/picture_metadata.h"
 #include "planner/pictures/png_codec.h"
 #include "planner/pictures/tiff_inks.h"
@@ -18,6 +20,8 @@ using OpenCvDecode = decltype(static_cast<cv::Mat (*)(cv::InputArray, int)>(cv::
 // cv::imdecode(const cv::_InputArray&, int), of the version whose headers are read here. Null: not installed.
 OpenCvDecode opencv_decode() {
   static const auto found = [] {
+    // Read by OpenCV when its codecs are loaded: for the formats whose headers are not looked at before.
+    ::setenv("OPENCV_IO_MAX_IMAGE_PIXELS", std::to_string(kMostPixels).c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
     void* library = ::dlopen(VENEER_OPENCV_CODECS, RTLD_NOW | RTLD_LOCAL);
     return library == nullptr ? nullptr : ::dlsym(library, "_ZN2cv8imdecodeERKNS_11_InputArrayEi");
   }();

@@ -1,5 +1,7 @@
 #include "planner/pictures/tiff_inks.h"
 
+#include "planner/pictures/picture_limits.h"
+
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
@@ -12,8 +14,6 @@
 
 namespace veneer::planner {
 namespace {
-
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 30;  // as OpenCV
 
 // libtiff reads through these as from a file.
 struct Bytes {

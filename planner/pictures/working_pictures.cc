@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "planner/cancelled.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
@@ -37,7 +38,8 @@ Raster<PanelFrame> usable_wood(const Raster<PanelFrame>& free, const Raster<Pane
 }
 
 // For every pixel of `like` whether its centre is free.
-cv::Mat free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>& free, const std::stop_token& stop) {
+Result<cv::Mat> free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>& free,
+                               const std::stop_token& stop) {
   constexpr int kOutside = -1;
   const auto index = [](double at, int size) { return at >= 0 && at < size ? static_cast<int>(at) : kOutside; };
   std::vector<int> columns;
@@ -47,7 +49,8 @@ cv::Mat free_mask_like(const Raster<PanelFrame>& like, const Raster<PanelFrame>&
     columns.push_back(index(column, free.pixels.cols));
   }
   cv::Mat mask(like.pixels.size(), CV_8UC1);
-  for (int r = 0; r < mask.rows && !stop.stop_requested(); ++r) {
+  for (int r = 0; r < mask.rows; ++r) {
+    if (stop.stop_requested()) return cancelled();
     free.to_pixels(like.from_pixels(0.5, r + 0.5), column, row);
     const int from_row = index(row, free.pixels.rows);
     mask.row(r).setTo(0);
@@ -66,12 +69,14 @@ struct EdgeStrength {
   double rms() const { return count > 0 ? std::sqrt(squares / count) : 0; }
 
   // One row and column in four tells enough. `features` as from filter_bank().
-  void add(const cv::Mat& features, const PlanOptions& options, const std::stop_token& stop, const cv::Mat& mask = {}) {
+  Status add(const cv::Mat& features, const PlanOptions& options, const std::stop_token& stop,
+             const cv::Mat& mask = {}) {
     constexpr int kStep = 4;
-    if (options.w_edge <= 0) return;
+    if (options.w_edge <= 0) return Ok();
     const auto channels = static_cast<std::size_t>(features.channels());
     const std::size_t edge = options.w_intensity > 0 ? 1 : 0;
-    for (int r = 0; r < features.rows && !stop.stop_requested(); r += kStep) {
+    for (int r = 0; r < features.rows; r += kStep) {
+      if (stop.stop_requested()) return cancelled();
       const auto* row = features.ptr<float>(r);
       for (int c = 0; c < features.cols; c += kStep) {
         if (!mask.empty() && mask.at<std::uint8_t>(r, c) == 0) continue;
@@ -79,6 +84,7 @@ struct EdgeStrength {
         squares += value * value, count += 1;
       }
     }
+    return Ok();
   }
 };
 
@@ -102,43 +108,76 @@ std::string faint_edges(const Artwork& artwork, const WorkingArtwork& work, doub
       std::max(pixel.count(), 2 * options.edge.count() + 0.2));
 }
 
+// What the pictures together say of their wood.
+struct Wood {
+  GreyHistogram tones;
+  EdgeStrength edges;
+  bool any_free = false;
+};
+
+// `wood` is added to.
+Result<MatchPanel> working_panel(const StockPanel& panel, const PlanOptions& options, const std::stop_token& stop,
+                                 Wood& wood) {
+  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
+  const Result<Raster<PanelFrame>> picture = at_resolution(panel.picture, resolution, stop);
+  if (!picture.ok()) return picture.error();
+  const Raster<PanelFrame> free = usable_wood(panel.free, *picture);
+  const Result<cv::Mat> grey = grey_of(picture->pixels, stop), mask = free_mask_like(*picture, free, stop);
+  if (!grey.ok()) return grey.error();
+  if (!mask.ok()) return mask.error();
+  wood.any_free = wood.any_free || cv::countNonZero(*mask) > 0;
+  if (const Status added = wood.tones.add(*grey, *mask, panel.tone_weight, stop); !added.ok()) return added.error();
+  const Result<cv::Mat> responses = filter_bank({picture->pixels, *grey, *grey, resolution}, options, stop);
+  if (!responses.ok()) return responses.error();
+  if (const Status added = wood.edges.add(*responses, options, stop, *mask); !added.ok()) return added.error();
+  Raster<PanelFrame> features = *picture;
+  features.pixels = *responses;
+  return MatchPanel{std::move(features), FreeWood(free, options.kerf, options.position_margin)};
+}
+
+// `rms`: what its edges answer on the mean.
+Result<WorkingArtwork> working_artwork(const Artwork& artwork, const GreyHistogram& tones, const PlanOptions& options,
+                                       const std::stop_token& stop, double& rms) {
+  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
+  WorkingArtwork work;
+  work.grid = {resolution, artwork.height};
+  const Result<cv::Mat> picture = stretch(artwork.picture, working_pixels(artwork.width, resolution),
+                                          working_pixels(artwork.height, resolution), stop);
+  if (!picture.ok()) return picture.error();
+  const Result<cv::Mat> grey = grey_of(*picture, stop);
+  if (!grey.ok()) return grey.error();
+  const Result<cv::Mat> intensity = match_tones(*grey, tones, options.w_hist, stop);
+  if (!intensity.ok()) return intensity.error();
+  const Result<cv::Mat> responses = filter_bank({*picture, *grey, *intensity, resolution}, options, stop);
+  if (!responses.ok()) return responses.error();
+  work.features = *responses;
+  intensity->convertTo(work.tones, CV_8U, 255);
+  EdgeStrength edges;
+  if (const Status added = edges.add(work.features, options, stop); !added.ok()) return added.error();
+  rms = edges.rms();
+  return work;
+}
+
 }  // namespace
 
 Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
                                          const PlanOptions& options, const std::stop_token& stop) {
-  const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
-  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
   WorkingPictures out;
-  GreyHistogram tones;
-  EdgeStrength wood;
-  bool any_free = false;
+  Wood wood;
   for (const StockPanel& panel : stock) {
-    const Raster<PanelFrame> picture = at_resolution(panel.picture, resolution, stop);
-    const Raster<PanelFrame> free = usable_wood(panel.free, picture);
-    const cv::Mat grey = grey_of(picture.pixels, stop), mask = free_mask_like(picture, free, stop);
-    any_free = any_free || cv::countNonZero(mask) > 0;
-    tones.add(grey, mask, panel.tone_weight, stop);
-    Raster<PanelFrame> features = picture;
-    features.pixels = filter_bank({picture.pixels, grey, grey, resolution}, options, stop);
-    wood.add(features.pixels, options, stop, mask);
-    if (stop.stop_requested()) return cancelled;
-    out.panels.push_back({std::move(features), FreeWood(free, options.kerf, options.position_margin)});
+    Result<MatchPanel> work = working_panel(panel, options, stop, wood);
+    if (!work.ok()) return work.error();
+    out.panels.push_back(std::move(*work));
   }
-  if (!any_free)
+  if (!wood.any_free)
     return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: all of it is masked, taken or forbidden"};
   for (const Artwork& artwork : artworks) {
-    WorkingArtwork& work = out.artworks.emplace_back();
-    work.grid = {resolution, artwork.height};
-    const cv::Mat picture = stretch(artwork.picture, working_pixels(artwork.width, resolution),
-                                    working_pixels(artwork.height, resolution), stop);
-    const cv::Mat grey = grey_of(picture, stop), intensity = match_tones(grey, tones, options.w_hist, stop);
-    work.features = filter_bank({picture, grey, intensity, resolution}, options, stop);
-    if (stop.stop_requested()) return cancelled;
-    intensity.convertTo(work.tones, CV_8U, 255);
-    EdgeStrength edges;
-    edges.add(work.features, options, stop);
-    if (edges.rms() < kFaintEdges * wood.rms())
-      out.warnings.push_back(faint_edges(artwork, work, edges.rms(), wood.rms(), options));
+    double rms = 0;
+    Result<WorkingArtwork> work = working_artwork(artwork, wood.tones, options, stop, rms);
+    if (!work.ok()) return work.error();
+    if (rms < kFaintEdges * wood.edges.rms())
+      out.warnings.push_back(faint_edges(artwork, *work, rms, wood.edges.rms(), options));
+    out.artworks.push_back(std::move(*work));
   }
   return out;
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/layout_grid.h"
+#include "planner/layout/grid.h"
 #include "planner/matching/lattice.h"
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"

@@ -1,0 +1,37 @@
+// What a person changes about a plan before it is planned again.
+//
+// A plan is kept by handing its pieces to PlanOptions::kept; what is not handed over is planned anew, in the same
+// patches and under the same marks. Pure functions; errors (kNotFound, kInvalidArgument) name the piece or panel.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+struct ForbiddenWood {
+  PanelId panel;
+  Box<PanelFrame> region;
+};
+// "P-0001,10,20,5,5": panel, left, bottom, width and height in millimetres; the id may hold commas itself.
+Result<ForbiddenWood> forbidden_wood(const std::string& text);
+
+// Takes a rectangle of wood out of what is free: a knot, a stain.
+Status forbid(std::span<StockPanel> stock, const PanelId& panel, const Box<PanelFrame>& region);
+
+// Two pieces change places: each lies centred where the other lay, turned like it.
+Status swap_pieces(Plan& plan, const std::string& one, const std::string& other);
+
+// The piece goes to one of its listed alternatives, counted from 1.
+Status take_alternative(Plan& plan, const std::string& mark, std::size_t number);
+
+// The pieces of a plan, as PlanOptions::kept wants them; `must`: the marks of those that must stay. With kOnly all
+// others lose their wood, with kAll those of `replanned`.
+enum class Keep { kAll, kOnly };
+Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::span<const std::string> must,
+                                           std::span<const std::string> replanned);
+
+}  // namespace veneer::planner

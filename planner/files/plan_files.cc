@@ -1,0 +1,275 @@
+#include "planner/files/plan_files.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <system_error>
+
+namespace veneer::planner {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kSchemaVersion = 1;
+constexpr Millimetres kOutlineTolerance{1e-3};  // between a piece's outline as written and as its pose says
+
+template <class Frame>
+json ring_to_json(const Ring<Frame>& ring) {
+  json out = json::array();
+  for (const auto& p : ring) out.push_back({p.x.count(), p.y.count()});
+  return out;
+}
+
+// Every member is checked on the way; the first that is missing or of the wrong kind is named.
+class PlanReader {
+ public:
+  bool ok() const { return problem_.empty(); }
+  const std::string& problem() const { return problem_; }
+
+  const json& member(const json& object, const char* name) {
+    static const json kNothing;
+    if (!object.is_object() || !object.contains(name)) {
+      fail(fmt::format("\"{}\" is missing", name));
+      return kNothing;
+    }
+    return object.at(name);
+  }
+  const json& list(const json& object, const char* name) {
+    static const json kEmpty = json::array();
+    const json& value = member(object, name);
+    if (value.is_array()) return value;
+    fail(fmt::format("\"{}\" is not a list", name));
+    return kEmpty;
+  }
+  double number(const json& object, const char* name) { return count(member(object, name), name); }
+  std::int64_t whole(const json& object, const char* name) {
+    const json& value = member(object, name);
+    if (value.is_number_integer()) return value.get<std::int64_t>();
+    fail(fmt::format("\"{}\" is not a whole number", name));
+    return 0;
+  }
+  std::string text(const json& object, const char* name) {
+    const json& value = member(object, name);
+    if (value.is_string()) return value.get<std::string>();
+    fail(fmt::format("\"{}\" is not a text", name));
+    return {};
+  }
+  template <class Frame>
+  Ring<Frame> ring(const json& object, const char* name) {
+    Ring<Frame> out;
+    for (const json& p : list(object, name)) {
+      if (!p.is_array() || p.size() != 2) {
+        fail(fmt::format("\"{}\" is not a list of points", name));
+        return {};
+      }
+      out.push_back(point<Frame>(count(p[0], name), count(p[1], name)));
+    }
+    if (out.size() < 3) fail(fmt::format("\"{}\" has fewer than three points", name));
+    return out;
+  }
+  void fail(std::string problem) {
+    if (problem_.empty()) problem_ = std::move(problem);
+  }
+
+ private:
+  double count(const json& value, const char* name) {
+    if (value.is_number()) return value.get<double>();
+    fail(fmt::format("\"{}\" is not a number", name));
+    return 0;
+  }
+  std::string problem_;
+};
+
+json placement_to_json(const Placement& placement, const Piece& piece) {
+  const auto& map = placement.panel_from_artwork;
+  return {{"panel", placement.panel.value},
+          {"rotation_deg", to_degrees(map.angle())},
+          {"panel_outline_mm", ring_to_json(map * piece.artwork_outline)},
+          {"panel_from_artwork",
+           {{"angle_rad", map.angle().count()}, {"x_mm", map.shift().x.count()}, {"y_mm", map.shift().y.count()}}}};
+}
+
+json piece_to_json(const Piece& piece) {
+  json out{{"id", piece.mark},
+           {"artwork", piece.artwork},
+           {"row", piece.row},
+           {"col", piece.column},
+           {"cells", piece.cells},
+           {"panel", nullptr},
+           {"rotation_deg", nullptr},
+           {"cost", piece.cost},
+           {"pixels", piece.pixels},
+           {"artwork_outline_mm", ring_to_json(piece.artwork_outline)},
+           {"panel_outline_mm", nullptr},
+           {"panel_from_artwork", nullptr}};
+  if (piece.placement) out.update(placement_to_json(*piece.placement, piece));
+  for (const Alternative& alternative : piece.alternatives) {
+    json& listed = out["alternatives"].emplace_back(placement_to_json(alternative.placement, piece));
+    listed["cost"] = alternative.cost;
+  }
+  return out;
+}
+
+// `from` is a piece or one of its alternatives.
+Placement placement_from_json(const json& from, const Piece& piece, PlanReader& read) {
+  const json& map = read.member(from, "panel_from_artwork");
+  Placement placement{
+      {read.text(from, "panel")},
+      {Radians(read.number(map, "angle_rad")), point<PanelFrame>(read.number(map, "x_mm"), read.number(map, "y_mm"))}};
+  const Ring<PanelFrame> said = read.ring<PanelFrame>(from, "panel_outline_mm");
+  const Ring<PanelFrame> there = placement.panel_from_artwork * piece.artwork_outline;
+  if (said.size() != there.size()) {
+    read.fail("a piece's two outlines have different numbers of points");
+    return placement;
+  }
+  for (std::size_t i = 0; i < said.size(); ++i)
+    if (!(distance(said[i], there[i]) <= kOutlineTolerance))
+      read.fail(
+          fmt::format("the panel_outline_mm of piece {} is not its artwork_outline_mm, moved by its "
+                      "panel_from_artwork: change both, or neither",
+                      piece.mark));
+  return placement;
+}
+
+Piece piece_from_json(const json& from, std::size_t artworks, PlanReader& read) {
+  Piece piece;
+  piece.mark = read.text(from, "id");
+  const std::int64_t artwork = read.whole(from, "artwork");
+  if (artwork < 0 || artwork >= static_cast<std::int64_t>(artworks)) read.fail("\"artwork\" counts past the list");
+  piece.artwork = static_cast<std::size_t>(artwork);
+  piece.row = static_cast<int>(read.whole(from, "row"));
+  piece.column = static_cast<int>(read.whole(from, "col"));
+  if (from.is_object() && from.contains("cells")) piece.cells = static_cast<int>(read.whole(from, "cells"));
+  piece.cost = read.number(from, "cost");
+  piece.pixels = read.whole(from, "pixels");
+  piece.artwork_outline = read.ring<ArtworkFrame>(from, "artwork_outline_mm");
+  if (!read.member(from, "panel").is_null()) piece.placement = placement_from_json(from, piece, read);
+  if (from.is_object() && from.contains("alternatives"))
+    for (const json& alternative : read.list(from, "alternatives"))
+      piece.alternatives.push_back({placement_from_json(alternative, piece, read), read.number(alternative, "cost")});
+  return piece;
+}
+
+json global_to_json(const GlobalReport& global) {
+  return {{"greedy_cost", global.greedy_cost},
+          {"greedy_unfilled", global.greedy_unfilled},
+          {"cost", global.cost},
+          {"unfilled", global.unfilled},
+          {"gain", global.greedy_cost > 0 ? 1 - global.cost / global.greedy_cost : 0},
+          {"iterations", global.iterations},
+          {"budget", global.budget},
+          {"stopped", global.stopped},
+          {"seconds", global.seconds}};
+}
+
+json fine_to_json(const FineReport& fine) {
+  return {{"cost_before", fine.cost_before},
+          {"cost", fine.cost},
+          {"gain", fine.cost_before > 0 ? 1 - fine.cost / fine.cost_before : 0},
+          {"moved", fine.moved}};
+}
+
+json shortage_to_json(const Shortage& shortage) {
+  json missing = json::array();
+  const double band = 1.0 / static_cast<double>(shortage.missing.size());
+  for (std::size_t i = 0; i < shortage.missing.size(); ++i)
+    missing.push_back({{"tone_from", static_cast<double>(i) * band},
+                       {"tone_to", static_cast<double>(i + 1) * band},
+                       {"area_mm2", shortage.missing[i].count()}});
+  json out{{"unfilled", shortage.unfilled},
+           {"area_mm2", shortage.area.count()},
+           {"missing", missing},
+           {"free_left_mm2", shortage.left ? json(shortage.left->count()) : json()},
+           {"smaller", nullptr}};
+  if (shortage.smaller)
+    out["smaller"] = {{"patch_mm", shortage.smaller->side.count()}, {"count", shortage.smaller->count}};
+  return out;
+}
+
+}  // namespace
+
+std::string plan_to_json(const Plan& plan) {
+  json out{{"schema_version", kSchemaVersion}, {"dpi", plan.dpi}, {"kerf_mm", plan.kerf.count()}};
+  out["artworks"] = json::array(), out["panels"] = json::array(), out["pieces"] = json::array();
+  for (const PlanArtwork& a : plan.artworks)
+    out["artworks"].push_back(
+        {{"target", a.name}, {"letter", a.letter}, {"width_mm", a.width.count()}, {"height_mm", a.height.count()}});
+  for (const PlanPanel& p : plan.panels)
+    out["panels"].push_back(
+        {{"id", p.id.value}, {"width_mm", p.width.count()}, {"height_mm", p.height.count()}, {"dpi", p.dpi}});
+  for (const Piece& piece : plan.pieces) out["pieces"].push_back(piece_to_json(piece));
+  // File names may hold any bytes; what is not UTF-8 is replaced.
+  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+Result<Plan> plan_from_json(std::string_view text) {
+  const json from = json::parse(text, nullptr, false);
+  if (from.is_discarded() || !from.is_object())
+    return Error{ErrorCode::kInvalidArgument, "the plan is not a JSON object"};
+  PlanReader read;
+  if (read.whole(from, "schema_version") != kSchemaVersion) read.fail("its schema_version is not 1");
+  Plan plan;
+  plan.dpi = read.number(from, "dpi");
+  plan.kerf = Millimetres(read.number(from, "kerf_mm"));
+  for (const json& a : read.list(from, "artworks"))
+    plan.artworks.push_back({read.text(a, "target"), read.text(a, "letter"), Millimetres(read.number(a, "width_mm")),
+                             Millimetres(read.number(a, "height_mm"))});
+  for (const json& p : read.list(from, "panels"))
+    plan.panels.push_back({{read.text(p, "id")},
+                           Millimetres(read.number(p, "width_mm")),
+                           Millimetres(read.number(p, "height_mm")),
+                           read.number(p, "dpi")});
+  for (const json& piece : read.list(from, "pieces"))
+    plan.pieces.push_back(piece_from_json(piece, plan.artworks.size(), read));
+  if (!read.ok()) return Error{ErrorCode::kInvalidArgument, "the plan cannot be read: " + read.problem()};
+  return plan;
+}
+
+Status write_text(const std::string& text, const std::filesystem::path& path) {
+  errno = 0;
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file << text;
+  file.close();
+  if (!file)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("{} cannot be written: {}", path.string(), std::generic_category().message(errno))};
+  return Ok();
+}
+
+Status write_plan(const Plan& plan, const std::filesystem::path& path) { return write_text(plan_to_json(plan), path); }
+
+Result<Plan> read_plan(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{ErrorCode::kNotFound, fmt::format("{} cannot be opened for reading", path.string())};
+  std::ostringstream text;
+  text << file.rdbuf();
+  Result<Plan> plan = plan_from_json(text.str());
+  if (!plan.ok()) return Error{plan.error().code, fmt::format("{}: {}", path.string(), plan.error().message)};
+  return plan;
+}
+
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads) {
+  const json out{{"schema_version", kSchemaVersion},
+                 {"pieces", plan.pieces.size()},
+                 {"cost_total", cost_total(plan)},
+                 {"cost_per_pixel", cost_per_pixel(plan)},
+                 {"unfilled", unfilled(plan)},
+                 {"seconds",
+                  {{"load", seconds.load},
+                   {"features", plan.seconds.features},
+                   {"match", plan.seconds.match},
+                   {"refine", plan.seconds.refine},
+                   {"total", seconds.total}}},
+                 {"warnings", plan.warnings},
+                 {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
+                 {"global", plan.global ? global_to_json(*plan.global) : json()},
+                 {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
+                 {"peak_rss_bytes", peak_rss_bytes},
+                 {"threads", threads}};
+  return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace veneer::planner

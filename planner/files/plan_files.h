@@ -1,0 +1,30 @@
+// The files around a plan (docs/FILES.md). No function throws.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+// plan.json as text, and back. Beyond the contract's fields it holds dpi, kerf_mm and each piece's cells,
+// panel_from_artwork and, where they were asked for, alternatives: a list of objects with panel, rotation_deg, cost,
+// panel_outline_mm and panel_from_artwork.
+// Reading gives back an equal plan (without PlanSeconds).
+std::string plan_to_json(const Plan& plan);
+Result<Plan> plan_from_json(std::string_view text);
+Status write_plan(const Plan& plan, const std::filesystem::path& path);
+Result<Plan> read_plan(const std::filesystem::path& path);
+
+struct ReportSeconds {
+  double load = 0, total = 0;
+};
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads);
+
+Status write_text(const std::string& text, const std::filesystem::path& path);
+
+}  // namespace veneer::planner

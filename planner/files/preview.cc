@@ -1,0 +1,83 @@
+#include "planner/files/preview.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/core.hpp>
+
+#include "planner/matching/patch_pixels.h"
+#include "planner/pictures/resample.h"
+
+namespace veneer::planner {
+namespace {
+
+const cv::Vec3b kUnfilled{255, 0, 255};
+
+cv::Vec3b bilinear(const cv::Mat& picture, double column, double row) {
+  const double x = std::clamp(column - 0.5, 0.0, picture.cols - 1.0),
+               y = std::clamp(row - 0.5, 0.0, picture.rows - 1.0);
+  const int c = static_cast<int>(x), r = static_cast<int>(y);
+  const int right = std::min(c + 1, picture.cols - 1), below = std::min(r + 1, picture.rows - 1);
+  const double fx = x - c, fy = y - r;
+  const auto &a = picture.at<cv::Vec3b>(r, c), &b = picture.at<cv::Vec3b>(r, right);
+  const auto &d = picture.at<cv::Vec3b>(below, c), &e = picture.at<cv::Vec3b>(below, right);
+  cv::Vec3b out;
+  for (int k = 0; k < 3; ++k) {
+    const double value = (1 - fy) * ((1 - fx) * a[k] + fx * b[k]) + fy * ((1 - fx) * d[k] + fx * e[k]);
+    out[k] = static_cast<std::uint8_t>(value + 0.5);
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artwork, std::span<const StockPanel> stock,
+                                              ScanResolution resolution) {
+  if (artwork >= plan.artworks.size())
+    return Error{ErrorCode::kInvalidArgument, fmt::format("the plan has no artwork number {}", artwork)};
+  if (!(resolution.px_per_mm > 0))
+    return Error{ErrorCode::kInvalidArgument, "the preview's resolution must be positive"};
+  const PlanArtwork& shape = plan.artworks[artwork];
+  Raster<ArtworkFrame> preview;
+  preview.pixels = cv::Mat(working_pixels(shape.height, resolution), working_pixels(shape.width, resolution), CV_8UC3,
+                           cv::Scalar(kUnfilled));
+  preview.resolution = resolution;
+  // Rows count from the artwork's upper border, as in the plan's own pixels.
+  preview.origin = {Millimetres(0), shape.height - resolution.to_mm(Pixels(preview.pixels.rows))};
+  const PixelGrid grid{resolution, shape.height};
+
+  std::map<PanelId, Raster<PanelFrame>> pictures;
+  for (const Piece& piece : plan.pieces) {
+    if (piece.artwork != artwork || !piece.placement) continue;
+    const PanelId& id = piece.placement->panel;
+    auto found = pictures.find(id);
+    if (found == pictures.end()) {
+      const auto panel = std::find_if(stock.begin(), stock.end(), [&](const StockPanel& p) { return p.id == id; });
+      if (panel == stock.end())
+        return Error{ErrorCode::kNotFound, fmt::format("the picture of panel {} is not in the stock", id.value)};
+      // A coarse preview averages the wood instead of picking single pixels of it.
+      const bool finer = panel->picture.resolution.px_per_mm > resolution.px_per_mm;
+      found = pictures.emplace(id, finer ? at_resolution(panel->picture, resolution) : panel->picture).first;
+    }
+    const Raster<PanelFrame>& picture = found->second;
+    const auto& map = piece.placement->panel_from_artwork;
+    const double cos = std::cos(map.angle().count()), sin = std::sin(map.angle().count());
+    const PatchPixels patch = patch_pixels(piece.artwork_outline, grid, preview.pixels.cols, preview.pixels.rows);
+    for (const PatchPixels::Span& span : patch.spans) {
+      for (int c = span.begin; c < span.end; ++c) {
+        double column = 0, row = 0;
+        // As map * pixel, which asks for the sine each time.
+        const Point<ArtworkFrame> pixel = preview.from_pixels(c + 0.5, span.row + 0.5);
+        picture.to_pixels(
+            {pixel.x * cos - pixel.y * sin + map.shift().x, pixel.x * sin + pixel.y * cos + map.shift().y}, column,
+            row);
+        preview.pixels.at<cv::Vec3b>(span.row, c) = bilinear(picture.pixels, column, row);
+      }
+    }
+  }
+  return preview;
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,361 @@
+#include "planner/global/candidate_survey.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <tuple>
+
+#include "planner/cancelled.h"
+#include "planner/global/sketch.h"
+#include "planner/parallel.h"
+#include "planner/poses/near_search.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kRegionsASide = 3;    // of a patch
+constexpr int kPositionsASide = 4;  // of a region
+
+// Whether a convex outline can lie somewhere, mostly without asking the polygons.
+class OutlineClearance {
+ public:
+  // Radii of the outlines: of the largest circle inside, and of the smallest around with all that is kept from it. Not
+  // to be asked once a stop is requested.
+  OutlineClearance(const FreeWood& wood, double inner, double outer, const std::stop_token& stop)
+      : wood_(wood), inner_(inner), outer_(outer) {
+    const Raster<PanelFrame>& free = wood.raster();
+    step_ = std::max(1, static_cast<int>(free.resolution.to_px(Millimetres(inner / 8)).count()));
+    cell_ = free.resolution.to_mm(Pixels(step_)).count();
+    // What is left over at the right and lower border is narrower than any patch's margin.
+    cv::Mat wholly_free(free.pixels.rows / step_, free.pixels.cols / step_, CV_8UC1, cv::Scalar(255));
+    for (int r = 0; r < wholly_free.rows * step_ && !stop.stop_requested(); ++r) {
+      const auto* from = free.pixels.ptr<std::uint8_t>(r);
+      auto* to = wholly_free.ptr<std::uint8_t>(r / step_);
+      for (int c = 0; c < wholly_free.cols * step_; ++c)
+        if (from[c] == 0) to[c / step_] = 0;
+    }
+    if (stop.stop_requested()) return;
+    cv::copyMakeBorder(wholly_free, wholly_free, 1, 1, 1, 1, cv::BORDER_CONSTANT, 0);
+    measure(wholly_free, stop);
+  }
+
+  // -1: certainly not, 1: certainly, 0: ask the outline.
+  int at(const Point<PanelFrame>& centre) const {
+    double column = 0, row = 0;
+    wood_.raster().to_pixels(centre, column, row);
+    const int c = static_cast<int>(std::floor(column / step_)) + 1, r = static_cast<int>(std::floor(row / step_)) + 1;
+    if (c < 0 || r < 0 || c >= distance_.cols || r >= distance_.rows) return -1;
+    // From cell centre to cell centre; either point lies within half a diagonal of its own.
+    const double distance = distance_.at<float>(r, c) * cell_, doubt = kDoubt * cell_;
+    if (distance - doubt > outer_) return 1;
+    return distance + doubt < inner_ ? -1 : 0;
+  }
+
+ private:
+  static constexpr double kDoubt = 1.5;  // cells
+  static constexpr int kBand = 64;       // rows
+
+  // Band by band. What lies further off than any outline reaches does not matter, so each band looks only that far
+  // beyond its own rows.
+  void measure(const cv::Mat& wholly_free, const std::stop_token& stop) {
+    const int reach = static_cast<int>(std::ceil(outer_ / cell_ + kDoubt)) + 1;
+    distance_.create(wholly_free.size(), CV_32FC1);
+    for (int top = 0; top < wholly_free.rows && !stop.stop_requested(); top += kBand) {
+      const cv::Range band(top, std::min(wholly_free.rows, top + kBand));
+      const cv::Range seen(std::max(0, band.start - reach), std::min(wholly_free.rows, band.end + reach));
+      cv::Mat distance;
+      cv::distanceTransform(wholly_free.rowRange(seen), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+      distance.rowRange(band.start - seen.start, band.end - seen.start).copyTo(distance_.rowRange(band));
+    }
+  }
+
+  const FreeWood& wood_;
+  double inner_, outer_, cell_ = 0;
+  int step_ = 1;
+  cv::Mat distance_;  // in cells
+};
+
+struct Found {
+  float score;
+  std::uint64_t number;  // of the candidate, in the order of the survey
+  friend bool operator<(const Found& a, const Found& b) {
+    return a.score < b.score || (a.score == b.score && a.number < b.number);
+  }
+};
+
+// The `most` smallest; the same whatever the order of offers.
+class Best {
+ public:
+  explicit Best(std::size_t most) : most_(most) {}
+  void offer(const Found& found) {
+    if (heap_.size() == most_) {
+      if (!(found < heap_.front())) return;
+      std::pop_heap(heap_.begin(), heap_.end());
+      heap_.back() = found;
+    } else {
+      heap_.push_back(found);
+    }
+    std::push_heap(heap_.begin(), heap_.end());
+  }
+  std::vector<Found>& found() { return heap_; }
+
+ private:
+  std::size_t most_;
+  std::vector<Found> heap_;
+};
+
+// The patches of one window class against all wood.
+class ClassSurvey {
+ public:
+  ClassSurvey(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
+              std::vector<std::size_t> patches, std::span<const Pose> slots, const SurveyOptions& options,
+              const std::stop_token& stop)
+      : problem_(problem),
+        matcher_(matcher),
+        footprints_(footprints),
+        patches_(std::move(patches)),
+        slots_(slots),
+        options_(options),
+        model_(problem.queue[patches_.front()].match),
+        blocks_(model_.pixels),
+        stop_(stop),
+        region_(std::max(1.0, std::min(model_.pixels.width, model_.pixels.height) / double(kRegionsASide))) {
+    for (const std::size_t patch : patches_) {
+      if (stop.stop_requested()) return;
+      sketches_.emplace_back(problem.queue[patch].match, blocks_);
+    }
+    for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
+      const MatchPanel& panel = matcher.panels()[p];
+      const Footprint& footprint = footprints_[patches_.front()];
+      const double margin = (panel.wood.border() - panel.wood.kerf()).count() * 1.5;
+      Result<PanelSketch> sketch = PanelSketch::make(panel.features.pixels, blocks_, stop);
+      if (!sketch.ok()) return;
+      panels_.push_back({std::move(*sketch),
+                         OutlineClearance(panel.wood, footprint.inner(), footprint.outer() + margin, stop),
+                         static_cast<int>(std::ceil(panel.features.pixels.cols / region_)),
+                         static_cast<int>(std::ceil(panel.features.pixels.rows / region_)), 0});
+      panels_.back().first_row = rows_;
+      rows_ += static_cast<std::size_t>(panels_.back().rows);
+    }
+    if (!stop.stop_requested()) describe_slots();
+  }
+
+  // kCancelled: a stop was requested, then or while this was made.
+  Status run(Survey& survey, const std::function<void(double)>& progress) {
+    if (stop_.stop_requested()) return cancelled();
+    std::vector<Best> best(patches_.size(), Best(2 * options_.candidates));
+    std::mutex merging;
+    const Status surveyed = run_parallel(
+        rows_, options_.threads, stop_,
+        [&](std::size_t row) {
+          std::vector<Best> mine(patches_.size(), Best(2 * options_.candidates));
+          survey_row(row, mine);
+          const std::lock_guard lock(merging);
+          for (std::size_t i = 0; i < mine.size() && !stop_.stop_requested(); ++i)
+            for (const Found& found : mine[i].found()) best[i].offer(found);
+        },
+        [&](std::size_t done) {
+          if (progress) progress(0.7 * static_cast<double>(done) / static_cast<double>(rows_));
+        });
+    if (!surveyed.ok()) return surveyed;
+    return run_parallel(
+        patches_.size(), options_.threads, stop_,
+        [&](std::size_t i) {
+          survey.candidates[patches_[i]] = measured(patches_[i], best[i].found());
+          survey.slots[patches_[i]] = measured_slots(patches_[i], slot_scores(i));
+        },
+        [&](std::size_t done) {
+          if (progress) progress(0.7 + 0.3 * static_cast<double>(done) / static_cast<double>(patches_.size()));
+        });
+  }
+
+ private:
+  struct Panel {
+    PanelSketch sketch;
+    OutlineClearance clearance;
+    int columns, rows;  // regions
+    std::size_t first_row;
+  };
+  struct Spot {
+    int panel, rotation;
+    double column, row;  // of the window's centre, in panel pixels
+  };
+  std::uint32_t per_region() const {
+    return static_cast<std::uint32_t>(kPositionsASide * kPositionsASide * matcher_.rotations());
+  }
+
+  // Places are numbered region by region, so that a number says where it is.
+  Spot spot(std::size_t row, int column, std::uint32_t within) const {
+    const auto panel = static_cast<std::size_t>(
+        std::upper_bound(panels_.begin(), panels_.end(), row,
+                         [](std::size_t value, const Panel& it) { return value < it.first_row; }) -
+        panels_.begin() - 1);
+    const auto position = static_cast<int>(within) / matcher_.rotations();
+    const double step = region_ / kPositionsASide;
+    return {static_cast<int>(panel), static_cast<int>(within) % matcher_.rotations(),
+            column * region_ + (position % kPositionsASide + 0.5) * step,
+            static_cast<double>(row - panels_[panel].first_row) * region_ + (position / kPositionsASide + 0.5) * step};
+  }
+  std::uint32_t widest() const {
+    int columns = 0;
+    for (const Panel& panel : panels_) columns = std::max(columns, panel.columns);
+    return static_cast<std::uint32_t>(columns);
+  }
+
+  bool fits(const Spot& spot) const {
+    const MatchPanel& panel = matcher_.panels()[static_cast<std::size_t>(spot.panel)];
+    const Footprint& footprint = footprints_[patches_.front()];
+    const Point<PanelFrame> centre = panel.features.from_pixels(spot.column, spot.row);
+    const int answer = panels_[static_cast<std::size_t>(spot.panel)].clearance.at(centre);
+    if (answer != 0) return answer > 0;
+    const double angle = matcher_.lattice(spot.panel, spot.rotation).turn().count();
+    const Pose pose = pose_at(spot.panel, centre.x.count(), centre.y.count(), angle);
+    return panel.wood.on_free_wood(footprint.panel_from_artwork(pose) * model_.outline);
+  }
+
+  void survey_row(std::size_t row, std::vector<Best>& best) const {
+    const auto panel = static_cast<std::size_t>(spot(row, 0, 0).panel);
+    const PanelSketch& sketch = panels_[panel].sketch;
+    const std::size_t stride = (per_region() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
+    std::vector<float> numbers(sketch.numbers() * stride), squares(stride), scores(stride);
+    std::vector<std::uint32_t> there;
+    for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
+      there.clear();
+      for (std::uint32_t within = 0; within < per_region(); ++within) {
+        const Spot at = spot(row, column, within);
+        if (!fits(at)) continue;
+        const Lattice& lattice = matcher_.lattice(at.panel, at.rotation);
+        squares[there.size()] =
+            sketch.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
+        there.push_back(within);
+      }
+      if (there.empty()) continue;
+      const std::uint64_t base = (row * widest() + static_cast<std::uint64_t>(column)) * per_region();
+      for (std::size_t i = 0; i < patches_.size(); ++i) {
+        score_candidates(sketches_[i], numbers.data(), squares.data(), stride, there.size(), scores.data());
+        const auto least = static_cast<std::size_t>(
+            std::min_element(scores.begin(), scores.begin() + static_cast<std::ptrdiff_t>(there.size())) -
+            scores.begin());
+        best[i].offer({scores[least], base + there[least]});
+      }
+    }
+  }
+
+  void describe_slots() {
+    slot_stride_ = (slots_.size() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
+    slot_numbers_.resize(panels_.front().sketch.numbers() * slot_stride_);
+    slot_squares_.resize(slot_stride_);
+    for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
+      const Pose& slot = slots_[i];
+      const auto panel = static_cast<std::size_t>(slot.panel);
+      double column = 0, row = 0;
+      matcher_.panels()[panel].features.to_pixels(point<PanelFrame>(slot.x, slot.y), column, row);
+      slot_squares_[i] =
+          panels_[panel].sketch.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
+    }
+  }
+
+  std::vector<float> slot_scores(std::size_t i) const {
+    std::vector<float> scores(slot_stride_);
+    if (!slots_.empty())
+      score_candidates(sketches_[i], slot_numbers_.data(), slot_squares_.data(), slot_stride_, slots_.size(),
+                       scores.data());
+    return scores;
+  }
+
+  std::vector<AssignmentCost> measured_slots(std::size_t patch, const std::vector<float>& scores) const {
+    std::vector<std::size_t> order(slots_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return std::tie(scores[a], a) < std::tie(scores[b], b); });
+    order.resize(std::min(order.size(), options_.candidates / 2));
+    const NearSearch near(problem_.queue[patch].match, footprints_[patch], matcher_.panels());
+    std::vector<AssignmentCost> costs;
+    for (const std::size_t i : order) {
+      if (stop_.stop_requested()) break;
+      costs.push_back({static_cast<std::uint32_t>(i), near.cost(slots_[i])});
+    }
+    return costs;
+  }
+
+  // Thinned, laid on the lattice and measured.
+  std::vector<Candidate> measured(std::size_t patch, std::vector<Found>& found) const {
+    std::sort(found.begin(), found.end());
+    const MatchPatch& match = problem_.queue[patch].match;
+    const double apart = std::min(match.pixels.width, match.pixels.height) / 4.0;
+    const NearSearch near(match, footprints_[patch], matcher_.panels());
+    // As far as half way to the next position that was looked at.
+    const int reach = static_cast<int>(std::ceil(region_ / kPositionsASide / 2));
+    std::vector<Spot> kept;
+    std::vector<Candidate> candidates;
+    for (const Found& it : found) {
+      if (candidates.size() == options_.candidates || stop_.stop_requested()) break;
+      const std::uint64_t region = it.number / per_region();
+      const Spot at = spot(region / widest(), static_cast<int>(region % widest()),
+                           static_cast<std::uint32_t>(it.number % per_region()));
+      const bool close = std::any_of(kept.begin(), kept.end(), [&](const Spot& other) {
+        return other.panel == at.panel && std::hypot(other.column - at.column, other.row - at.row) < apart;
+      });
+      if (close) continue;
+      const Lattice& lattice = matcher_.lattice(at.panel, at.rotation);
+      double x = 0, y = 0;
+      lattice.from_panel(at.column, at.row, x, y);
+      const LatticeCandidate nearest{0, at.panel, at.rotation,
+                                     static_cast<int>(std::lround(y - match.pixels.height / 2.0)),
+                                     static_cast<int>(std::lround(x - match.pixels.width / 2.0))};
+      const Pose snapped = footprints_[patch].pose_of(at.panel, matcher_.panel_from_artwork(match, nearest));
+      const FreeWood& wood = matcher_.panels()[static_cast<std::size_t>(at.panel)].wood;
+      const auto candidate = near.best(snapped, reach, [&](const Pose& pose) {
+        return wood.on_free_wood(footprints_[patch].panel_from_artwork(pose) * match.outline);
+      });
+      if (!candidate) continue;
+      kept.push_back(at);
+      candidates.push_back(*candidate);
+    }
+    std::sort(candidates.begin(), candidates.end(), cheaper);
+    return candidates;
+  }
+
+  const Problem& problem_;
+  const Matcher& matcher_;
+  std::span<const Footprint> footprints_;
+  std::vector<std::size_t> patches_;
+  std::span<const Pose> slots_;
+  const SurveyOptions& options_;
+  const MatchPatch& model_;
+  SketchBlocks blocks_;
+  const std::stop_token& stop_;
+  double region_;  // pixels
+  std::vector<PatchSketch> sketches_;
+  std::vector<Panel> panels_;
+  std::size_t rows_ = 0;
+  std::size_t slot_stride_ = 0;
+  std::vector<float> slot_numbers_, slot_squares_;
+};
+
+}  // namespace
+
+Result<Survey> survey_candidates(const Problem& problem, const Matcher& matcher, std::span<const Footprint> footprints,
+                                 std::span<const Pose> slots, const SurveyOptions& options, const std::stop_token& stop,
+                                 const std::function<void(double)>& progress) {
+  Survey survey;
+  survey.candidates.resize(problem.queue.size()), survey.slots.resize(problem.queue.size());
+  std::vector<std::vector<std::size_t>> classes(problem.classes.size());
+  for (std::size_t i = 0; i < problem.queue.size(); ++i) classes[problem.queue[i].match.window_class].push_back(i);
+  double done = 0;
+  for (std::vector<std::size_t>& patches : classes) {
+    if (patches.empty()) continue;
+    const double share = static_cast<double>(patches.size()) / static_cast<double>(problem.queue.size());
+    const Status done_with_class = ClassSurvey(problem, matcher, footprints, std::move(patches), slots, options, stop)
+                                       .run(survey, [&](double part) {
+                                         if (progress) progress(done + share * part);
+                                       });
+    if (!done_with_class.ok()) return done_with_class.error();
+    done += share;
+  }
+  return survey;
+}
+
+}  // namespace veneer::planner

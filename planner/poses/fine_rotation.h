@@ -1,0 +1,34 @@
+// Pieces turned and shifted continuously once all have their placements (`--fine-rotation`).
+//
+// A search chooses among n_rot rotations and whole pixels; the best pose nearby usually lies between them. Each
+// piece tries steps along its sides and about its centre, wide ones first, and takes what is cheaper by equation 4 in
+// double precision, so no piece becomes dearer and its cost is that of what is placed. A pose counts when its outline
+// keeps to the rules of free_wood.h against all other pieces where they then lie, in whichever order they are admitted.
+//
+// Pieces move one after another, in the order of the queue. None goes further than a few pixels, so those that cannot
+// reach each other are searched at the same time: the result is the same for any number of threads.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+
+#include "planner/files/plan_journal.h"
+#include "planner/matching/matcher.h"
+#include "planner/plan.h"
+#include "planner/problem/problem.h"
+
+namespace veneer::planner {
+
+struct FineOutcome {
+  PatchPlacements patches;
+  FineReport report;
+};
+
+// `patches`: one a task of the problem's queue, on wood that `matcher` had free at its beginning. `progress` gets the
+// share done, on the calling thread. Once a stop is requested no further piece moves: the others lie where they lay,
+// and the outcome is whole. `journal`: see make_plan.
+FineOutcome turn_finely(const Problem& problem, const Matcher& matcher, PatchPlacements patches, int threads,
+                        const std::function<void(double)>& progress, const std::stop_token& stop,
+                        PlanJournal* journal = nullptr);
+
+}  // namespace veneer::planner

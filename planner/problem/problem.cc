@@ -1,0 +1,257 @@
+#include "planner/problem/problem.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+#include <iterator>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "planner/cancelled.h"
+#include "planner/layout/adaptive_grid.h"
+#include "planner/matching/kernels.h"
+#include "planner/parallel.h"
+#include "planner/pictures/features.h"
+#include "planner/problem/priority.h"
+
+namespace veneer::planner {
+namespace {
+
+// Windows of patches that differ by the rounding of their borders share a class.
+WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
+  WindowClass out;
+  out.width = patches.front()->pixels.width, out.height = patches.front()->pixels.height;
+  out.left = out.top = -1e9, out.right = out.bottom = 1e9;
+  for (const MatchPatch* each : patches) {
+    const MatchPatch& patch = *each;
+    out.width = std::min(out.width, patch.pixels.width), out.height = std::min(out.height, patch.pixels.height);
+    out.filled = out.filled && patch.pixels.filled();
+    const ScanResolution& resolution = patch.grid.resolution;
+    const Box<ArtworkFrame> box = bounds(patch.outline);
+    out.left = std::max(out.left, resolution.to_px(box.min.x).count() - patch.pixels.left);
+    out.right = std::min(out.right, resolution.to_px(box.max.x).count() - patch.pixels.left);
+    out.top = std::max(out.top, resolution.to_px(patch.grid.height - box.max.y).count() - patch.pixels.top);
+    out.bottom = std::min(out.bottom, resolution.to_px(patch.grid.height - box.min.y).count() - patch.pixels.top);
+  }
+  out.x = choose_blocks(out.width), out.y = choose_blocks(out.height);
+  return out;
+}
+
+bool fits_somewhere(const Ring<ArtworkFrame>& outline, const Problem& problem, const std::vector<Radians>& all_turns) {
+  const Box<ArtworkFrame> box = bounds(outline);
+  return std::any_of(problem.panels.begin(), problem.panels.end(), [&](const MatchPanel& panel) {
+    const Millimetres margin = panel.wood.border() * 2;
+    return fits(box.width() + margin, box.height() + margin, panel.features.width(), panel.features.height(),
+                all_turns);
+  });
+}
+
+std::size_t class_index(std::vector<WindowClass>& classes, const WindowClass& wanted) {
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    WindowClass& it = classes[i];
+    if (it.width != wanted.width || it.height != wanted.height) continue;
+    it.filled = it.filled && wanted.filled;
+    it.left = std::max(it.left, wanted.left), it.right = std::min(it.right, wanted.right);
+    it.top = std::max(it.top, wanted.top), it.bottom = std::min(it.bottom, wanted.bottom);
+    return i;
+  }
+  classes.push_back(wanted);
+  return classes.size() - 1;
+}
+
+// The layout of one artwork as tasks; squares that are larger than every panel are left out in favour of their parts.
+class Squares {
+ public:
+  Squares(const Artwork& artwork, std::size_t index, const std::vector<Radians>& all_turns, Problem& problem)
+      : artwork_(artwork), index_(index), turns_(all_turns), problem_(problem), work_(problem.artworks[index]) {}
+
+  std::vector<TaskTree> of(const std::vector<PatchTree>& layout) {
+    std::vector<TaskTree> out;
+    for (const PatchTree& tree : layout) add(tree, out);
+    return out;
+  }
+
+  // Gives each size its class of windows; kInvalidArgument when a patch has too few pixels.
+  Status classify(std::vector<TaskTree>& squares, const PlanOptions& options) {
+    std::map<int, std::vector<TaskTree*>> by_size;
+    for (TaskTree& square : squares) collect(square, by_size);
+    const std::vector<double> important = importances(artwork_, work_.patches);
+    for (auto& [cells, trees] : by_size) {
+      std::vector<const MatchPatch*> patches;
+      for (const TaskTree* tree : trees) patches.push_back(&tree->task.match);
+      const WindowClass windows = common_class(patches);
+      if (std::min(windows.width, windows.height) < kSmallestPatch)
+        return unusable(
+            fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
+                        "working resolution",
+                        artwork_.name, windows.width, windows.height, options.dpi));
+      const std::size_t index = class_index(problem_.classes, windows);
+      for (TaskTree* tree : trees) {
+        tree->task.match.window_class = index;
+        tree->task.importance = important[tree->task.patch];
+      }
+    }
+    return Ok();
+  }
+
+ private:
+  void add(const PatchTree& tree, std::vector<TaskTree>& out) {
+    if (!tree.parts.empty() && !fits_somewhere(tree.patch.outline, problem_, turns_)) {
+      for (const PatchTree& part : tree.parts) add(part, out);
+      return;
+    }
+    TaskTree& square = out.emplace_back();
+    square.task.artwork = index_;
+    square.task.patch = work_.patches.size();
+    square.task.match = {patch_pixels(tree.patch.outline, work_.grid, work_.features.cols, work_.features.rows),
+                         tree.patch.outline, &work_.features, work_.grid, 0};
+    work_.patches.push_back(tree.patch);
+    std::vector<TaskTree> parts;
+    for (const PatchTree& part : tree.parts) add(part, parts);
+    square.parts = std::move(parts);
+  }
+
+  void collect(TaskTree& tree, std::map<int, std::vector<TaskTree*>>& by_size) {
+    by_size[work_.patches[tree.task.patch].cells].push_back(&tree);
+    for (TaskTree& part : tree.parts) collect(part, by_size);
+  }
+
+  const Artwork& artwork_;
+  std::size_t index_;
+  const std::vector<Radians>& turns_;
+  Problem& problem_;
+  WorkingArtwork& work_;
+};
+
+// What becomes of the layout when the pieces of an earlier plan say how far squares are cut: single patches. None when
+// that plan has no piece of this artwork.
+Result<std::vector<PatchTree>> in_kept_sizes(const std::vector<PatchTree>& layout, const Artwork& artwork,
+                                             const std::vector<KeptPiece>& kept) {
+  std::set<std::pair<std::string, int>> wanted;
+  for (const KeptPiece& piece : kept) wanted.emplace(piece.mark, piece.cells);
+  std::vector<PatchTree> out;
+  std::string missing;
+  std::vector<const PatchTree*> open;
+  for (auto tree = layout.rbegin(); tree != layout.rend(); ++tree) open.push_back(&*tree);
+  while (!open.empty()) {
+    const PatchTree& tree = *open.back();
+    open.pop_back();
+    const std::string mark = mark_of(artwork.letter, tree.patch);
+    if (wanted.count({mark, tree.patch.cells}) != 0) {
+      out.push_back({tree.patch, {}});
+    } else if (tree.parts.empty()) {
+      if (missing.empty()) missing = mark;
+    } else {
+      for (auto part = tree.parts.rbegin(); part != tree.parts.rend(); ++part) open.push_back(&*part);
+    }
+  }
+  if (!out.empty() && !missing.empty())
+    return unusable(
+        fmt::format("the plan that is kept has no piece {}: plan the same pictures in the same patches", missing));
+  return out;
+}
+
+struct Layout {
+  std::vector<TaskTree> squares;
+  bool fixed = false;  // an earlier plan says how large patches are
+};
+
+Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanOptions& options,
+                          const std::vector<Radians>& all_turns, Problem& problem) {
+  auto layout = adaptive_layout(artwork.width, artwork.height, options.patch, options.adaptive_levels);
+  Result<std::vector<PatchTree>> fixed = in_kept_sizes(layout, artwork, options.kept);
+  if (!fixed.ok()) return fixed.error();
+  if (!fixed->empty()) layout = *fixed;
+  Squares builder(artwork, index, all_turns, problem);
+  std::vector<TaskTree> squares = builder.of(layout);
+  if (Status status = builder.classify(squares, options); !status.ok()) return status.error();
+  return Layout{std::move(squares), !fixed->empty()};
+}
+
+// When a square chooses: the smaller the earlier.
+struct Turn {
+  bool waits;           // until the most urgent squares of all artworks have chosen
+  std::size_t artwork;  // of those that wait; 0 for the others, which choose together
+  double calm;          // minus urgency
+  friend auto operator<=>(const Turn&, const Turn&) = default;
+};
+
+}  // namespace
+
+bool fits(Millimetres width, Millimetres height, Millimetres into_width, Millimetres into_height,
+          const std::vector<Radians>& turns) {
+  return std::any_of(turns.begin(), turns.end(), [&](Radians turn) {
+    const double c = std::abs(std::cos(turn.count())), s = std::abs(std::sin(turn.count()));
+    return width * c + height * s <= into_width && width * s + height * c <= into_height;
+  });
+}
+
+std::vector<Radians> turns(int rotations) {
+  std::vector<Radians> out;
+  for (int k = 0; k < rotations; ++k) out.push_back(degrees(360.0 * k / rotations));
+  return out;
+}
+
+Problem::Problem() = default;
+Problem::Problem(Problem&&) noexcept = default;
+Problem& Problem::operator=(Problem&&) noexcept = default;
+Problem::~Problem() = default;
+
+Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
+                             const PlanOptions& options, const std::stop_token& stop, SaliencyMaps* maps) {
+  if (Status status = check_input(artworks, stock, options); !status.ok()) return status.error();
+  SaliencyMaps fresh;
+  SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
+  // Saliency looks at the targets alone, so it need not wait for the wood.
+  std::future<void> salient;
+  if (options.priority == Priority::kSaliency)
+    salient = std::async(threads_meant(options.threads) > 1 ? std::launch::async : std::launch::deferred, [&] {
+      for (std::size_t a = 0; a < artworks.size() && !stop.stop_requested(); ++a) saliency.of(artworks[a].picture);
+    });
+  Result<WorkingPictures> pictures = working_pictures(artworks, stock, options, stop);
+  if (salient.valid()) salient.get();
+  if (!pictures.ok()) return pictures.error();
+  Problem problem;
+  problem.panels = std::move(pictures->panels);
+  problem.artworks = std::move(pictures->artworks);
+  problem.warnings = std::move(pictures->warnings);
+
+  const auto all_turns = turns(options.rotations);
+  std::vector<TaskTree> squares;
+  std::vector<Turn> queue;
+  std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
+  for (std::size_t a = 0; a < artworks.size(); ++a) {
+    if (stop.stop_requested()) return cancelled();
+    Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
+    if (!layout.ok()) return layout.error();
+    std::vector<TaskTree>& own = layout->squares;
+    std::vector<Patch> patches;
+    for (const TaskTree& square : own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
+    const auto urgent = urgencies(artworks[a], patches, options.priority, saliency);
+    const double share = options.interleave ? 1 : options.reserve;
+    const auto early = static_cast<std::size_t>(std::ceil(share * static_cast<double>(own.size())));
+    std::size_t rank = 0;
+    for (const std::size_t i : by_urgency(urgent)) {
+      const bool waits = rank++ >= early;
+      queue.push_back({waits, waits ? a : 0, -urgent[i]});
+      squares.push_back(std::move(own[i]));
+      of_one_size.push_back(options.adaptive_levels == 0 || layout->fixed);
+    }
+  }
+  std::vector<std::size_t> order(squares.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return queue[a] < queue[b]; });
+  for (const std::size_t i : order) {
+    if (of_one_size[i])
+      problem.queue.push_back(std::move(squares[i].task));
+    else
+      problem.squares.push_back(std::move(squares[i]));
+  }
+  problem.entries_per_unit = (kernels::kLargestEntry - 1) / largest_response(options);
+  return problem;
+}
+
+}  // namespace veneer::planner

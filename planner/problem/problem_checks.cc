@@ -1,0 +1,122 @@
+// What make_plan refuses before it starts, each in one sentence.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "planner/layout/grid.h"
+#include "planner/pictures/features.h"
+#include "planner/plan_options.h"
+#include "planner/problem/problem.h"
+
+namespace veneer::planner {
+namespace {
+
+bool within(double value, double low, double high) { return value >= low && value <= high; }  // false for NaN
+
+}  // namespace
+
+Status check_options(const PlanOptions& o) {
+  if (Status status = check_weights(o); !status.ok()) return status;
+  if (!within(o.w_hist, 0, 1)) return unusable("the histogram weight must lie between 0 and 1");
+  if (!within(o.edge.count(), 0, 50)) return unusable("the scale of edges must lie between 0 and 50 mm");
+  if (!within(o.patch.count(), 0.1, 10000)) return unusable("the patch size must lie between 0.1 and 10000 mm");
+  if (!within(o.adaptive_levels, 0, 6)) return unusable("the number of adaptive levels must lie between 0 and 6");
+  if (!within(o.adaptive_factor, 0, 1e6)) return unusable("the adaptive factor must not be negative");
+  if (!within(o.dpi, 10, 2400)) return unusable("the working resolution must lie between 10 and 2400 dpi");
+  if (!within(o.rotations, 1, 360)) return unusable("the number of rotations must lie between 1 and 360");
+  if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");
+  if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
+  if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
+  if (!within(o.optimize_seconds, 0, 1e9))
+    return unusable("the seconds of the optimisation must lie between 0 and 1e9");
+  if (o.alternatives > 1000) return unusable("the number of alternatives must lie between 0 and 1000");
+  if (o.threads < 0) return unusable("the number of threads must not be negative");
+  return Ok();
+}
+
+namespace {
+
+Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
+  const cv::Mat& picture = artwork.picture;
+  if (picture.empty()) return unusable(fmt::format("the picture \"{}\" is empty", artwork.name));
+  if (picture.type() != CV_8UC3) return unusable(fmt::format("the picture \"{}\" is not 8-bit colour", artwork.name));
+  if (picture.cols < 2 || picture.rows < 2)
+    return unusable(
+        fmt::format("the picture \"{}\" has only {} x {} pixels, so there is nothing to rebuild: choose another",
+                    artwork.name, picture.cols, picture.rows));
+  if (!within(artwork.width.count(), 0.1, 1e5) || !within(artwork.height.count(), 0.1, 1e5))
+    return unusable(fmt::format("the size of \"{}\" must lie between 0.1 mm and 100 m", artwork.name));
+  if (!artwork.importance.empty() && artwork.importance.type() != CV_8UC1)
+    return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
+  const double pixels = options.dpi / 25.4 * options.dpi / 25.4 * artwork.width.count() * artwork.height.count();
+  if (pixels > 4e8)
+    return unusable(
+        fmt::format("\"{}\" would have {:.0f} million pixels at {} dpi: make it smaller or choose a coarser "
+                    "working resolution",
+                    artwork.name, pixels / 1e6, options.dpi));
+  return Ok();
+}
+
+// What would fail later, after all pixels have been looked at.
+Status check_patches(const Artwork& artwork, std::span<const StockPanel> stock, const PlanOptions& options) {
+  constexpr double kMostPatches = 1e6;  // some hundred bytes each, while the paper's pictures have a thousand
+  const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
+  const double patches = static_cast<double>(grid.rows) * grid.columns;
+  if (patches > kMostPatches)
+    return unusable(fmt::format("\"{}\" would have {:.0f} million patches: choose larger ones or make it smaller",
+                                artwork.name, std::ceil(patches / 1e6)));
+  const Millimetres width = artwork.width / grid.columns, height = artwork.height / grid.rows;
+  const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
+  const auto pixels = [&](Millimetres side) { return std::ceil(resolution.to_px(side).count()); };  // at most
+  if (std::min(pixels(width), pixels(height)) < kSmallestPatch)
+    return unusable(
+        fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
+                    "working resolution",
+                    artwork.name, pixels(width), pixels(height), options.dpi));
+  const Millimetres margin = (options.kerf + options.position_margin) * 2;
+  const auto all_turns = turns(options.rotations);
+  const bool fit = std::any_of(stock.begin(), stock.end(), [&](const StockPanel& panel) {
+    return fits(width + margin, height + margin, panel.picture.width(), panel.picture.height(), all_turns);
+  });
+  if (!fit)
+    return unusable(
+        fmt::format("the patches of \"{}\" ({:.1f} x {:.1f} mm) are larger than every panel: choose smaller "
+                    "ones or add a panel",
+                    artwork.name, width.count(), height.count()));
+  return Ok();
+}
+
+Status check_panel(const StockPanel& panel) {
+  const std::string& name = panel.id.value;
+  if (panel.picture.pixels.empty()) return unusable(fmt::format("panel {} has no picture", name));
+  if (panel.picture.pixels.cols < 2 || panel.picture.pixels.rows < 2)
+    return unusable(fmt::format("the picture of panel {} has only {} x {} pixels: choose another", name,
+                                panel.picture.pixels.cols, panel.picture.pixels.rows));
+  if (panel.picture.pixels.type() != CV_8UC3)
+    return unusable(fmt::format("the picture of panel {} is not 8-bit colour", name));
+  if (!within(panel.tone_weight, 0, 1000))
+    return unusable(fmt::format("the tone weight of panel {} must lie between 0 and 1000", name));
+  if (panel.free.pixels.empty() || panel.free.pixels.type() != CV_8UC1)
+    return unusable(fmt::format("panel {} has no mask of free wood", name));
+  if (!within(panel.picture.resolution.dpi(), 1, 10000) || !within(panel.free.resolution.dpi(), 1, 10000))
+    return unusable(fmt::format("the resolution of panel {} must lie between 1 and 10000 dpi", name));
+  return Ok();
+}
+
+}  // namespace
+
+Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options) {
+  if (artworks.empty()) return unusable("there is no picture to plan");
+  if (stock.empty()) return unusable("there is no panel to plan with");
+  if (Status status = check_options(options); !status.ok()) return status;
+  for (const Artwork& artwork : artworks)
+    if (Status status = check_artwork(artwork, options); !status.ok()) return status;
+  for (const StockPanel& panel : stock)
+    if (Status status = check_panel(panel); !status.ok()) return status;
+  for (const Artwork& artwork : artworks)
+    if (Status status = check_patches(artwork, stock, options); !status.ok()) return status;
+  return Ok();
+}
+
+}  // namespace veneer::planner

@@ -1,0 +1,139 @@
+#include "planner/problem/shortage.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::planner {
+namespace {
+
+// Smaller patches that are offered, as shares of the wished side.
+constexpr std::array<double, 7> kShares{0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25};
+constexpr double kPixelsInTheSmallest = 8;
+
+// Free wood minus what the plan takes, coarser than the stock and never too generous.
+struct Leftover {
+  cv::Mat free;  // CV_8UC1, 1 = free
+  double px_per_mm = 1;
+};
+
+Leftover leftover_of(const MatchPanel& panel, int index, const Problem& problem, const PatchPlacements& patches,
+                     Millimetres smallest, const std::stop_token& stop) {
+  const Raster<PanelFrame>& stock = panel.wood.raster();
+  const double wanted = kPixelsInTheSmallest / smallest.count();
+  const int step = std::max(1, static_cast<int>(stock.resolution.px_per_mm / wanted));
+  Leftover out;
+  out.px_per_mm = stock.resolution.px_per_mm / step;
+  out.free = cv::Mat(stock.pixels.rows / step, stock.pixels.cols / step, CV_8UC1, cv::Scalar(1));
+  for (int r = 0; r < out.free.rows * step && !stop.stop_requested(); ++r)
+    for (int c = 0; c < out.free.cols * step; ++c)
+      if (stock.pixels.at<std::uint8_t>(r, c) == 0) out.free.at<std::uint8_t>(r / step, c / step) = 0;
+  for (std::size_t i = 0; i < patches.size() && !stop.stop_requested(); ++i) {
+    if (!patches[i] || patches[i]->panel != index) continue;
+    std::vector<std::vector<cv::Point>> rings;
+    for (const Ring<PanelFrame>& ring :
+         grown_rings(patches[i]->panel_from_artwork * problem.queue[i].match.outline, panel.wood.kerf())) {
+      std::vector<cv::Point>& corners = rings.emplace_back();
+      for (const auto& p : ring) {
+        double column = 0, row = 0;
+        stock.to_pixels(p, column, row);
+        corners.emplace_back(cvFloor(column / step), cvFloor(row / step));
+      }
+    }
+    cv::fillPoly(out.free, rings, cv::Scalar(0));
+    cv::polylines(out.free, rings, true, cv::Scalar(0), 2);  // pixels that a border only touches
+  }
+  return out;
+}
+
+// Upright squares side by side, row by row: fewer than would fit with turning and care.
+std::size_t squares_that_fit(const Leftover& leftover, Millimetres side, const std::stop_token& stop) {
+  const int pixels = static_cast<int>(std::ceil(side.count() * leftover.px_per_mm));
+  // Free pixels on end in each column, up to the present row.
+  std::vector<int> height(static_cast<std::size_t>(leftover.free.cols), 0);
+  std::size_t count = 0;
+  for (int r = 0; r < leftover.free.rows && !stop.stop_requested(); ++r) {
+    int width = 0;
+    for (int c = 0; c < leftover.free.cols; ++c) {
+      int& here = height[static_cast<std::size_t>(c)];
+      here = leftover.free.at<std::uint8_t>(r, c) == 0 ? 0 : here + 1;
+      width = here >= pixels ? width + 1 : 0;
+      if (width < pixels) continue;
+      std::fill_n(&here - (pixels - 1), pixels, 0);
+      ++count;
+      width = 0;
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
+                                    Millimetres patch, const std::stop_token& stop) {
+  Shortage out;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    if (patches[i]) continue;
+    const MatchPatch& match = problem.queue[i].match;
+    const cv::Mat& tones = problem.artworks[problem.queue[i].artwork].tones;
+    const double mm2 = 1 / (match.grid.resolution.px_per_mm * match.grid.resolution.px_per_mm);
+    const Box<ArtworkFrame> box = bounds(match.outline);
+    patch = std::min({patch, box.width(), box.height()});  // a small picture may be a single one
+    ++out.unfilled;
+    for (const auto& [row, begin, end] : match.pixels.spans) {
+      for (int c = begin; c < end; ++c)
+        out.missing[tones.at<std::uint8_t>(row, c) * out.missing.size() / 256] += SquareMillimetres(mm2);
+    }
+  }
+  if (out.unfilled == 0) return std::nullopt;
+  for (const SquareMillimetres& band : out.missing) out.area += band;
+
+  SquareMillimetres left{};
+  std::vector<Leftover> leftovers;
+  for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
+    leftovers.push_back(
+        leftover_of(matcher.panels()[p], static_cast<int>(p), problem, patches, patch * kShares.back(), stop));
+    left += SquareMillimetres(cv::countNonZero(leftovers.back().free) /
+                              (leftovers.back().px_per_mm * leftovers.back().px_per_mm));
+  }
+  if (stop.stop_requested()) return out;
+  out.left = left;
+  for (const double share : kShares) {
+    const Millimetres side = patch * share;
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < leftovers.size(); ++p)
+      count += squares_that_fit(leftovers[p], side + 2 * matcher.panels()[p].wood.border(), stop);
+    if (stop.stop_requested()) break;
+    if (count == 0) continue;
+    out.smaller = Shortage::Smaller{side, count};
+    if (static_cast<double>(count) * (side * side).count() >= out.area.count()) break;
+  }
+  return out;
+}
+
+std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
+  constexpr std::array<const char*, 4> kNames{"dark", "rather dark", "rather pale", "pale"};
+  std::vector<std::string> tones;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const double area = (shortage.missing[2 * i] + shortage.missing[2 * i + 1]).count();
+    if (area >= 0.01 * shortage.area.count()) tones.push_back(fmt::format("{:.0f} mm2 {}", area, kNames[i]));
+  }
+  std::string out =
+      fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces, fmt::join(tones, ", "));
+  if (!shortage.left) return out + ": add a panel or choose smaller patches";
+  if (!shortage.smaller)
+    return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: add a panel",
+                             shortage.left->count());
+  const double covered = static_cast<double>(shortage.smaller->count) *
+                         (shortage.smaller->side * shortage.smaller->side).count() / shortage.area.count();
+  return out + fmt::format("; {} {} patches of {:.1f} mm would still fit, {}: add a panel or choose smaller patches",
+                           covered >= 1 ? "at least" : "only about", shortage.smaller->count,
+                           shortage.smaller->side.count(),
+                           covered >= 1 ? "enough for them" : fmt::format("{:.0f} % of their area", 100 * covered));
+}
+
+}  // namespace veneer::planner

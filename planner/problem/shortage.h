@@ -1,0 +1,22 @@
+// What was missing when wood ran out, in terms a person can act on. Pure functions.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "planner/matching/matcher.h"
+#include "planner/plan.h"
+#include "planner/problem/problem.h"
+
+namespace veneer::planner {
+
+// None when every patch has its wood. Once a stop is requested the wood that is left is not looked at any more, and
+// Shortage::left is not known.
+std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& matcher, const PatchPlacements& patches,
+                                    Millimetres patch, const std::stop_token& stop = {});
+
+// "no free wood was left for 12 of 600 patches (2352 mm2: ...); ...".
+std::string sentence_of(const Shortage& shortage, std::size_t pieces);
+
+}  // namespace veneer::planner
