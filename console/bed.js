@@ -10,16 +10,13 @@ let bedAt = 0;            // when the picture came, in ms of performance.now()
 let toolpath = null;      // the last GET /bed/toolpath
 let toolpathOf = "";      // the look it was drawn for
 
-function showBed() {
-  const next = new Image();
-  next.onload = () => {
-    $("bed-picture").src = next.src;
-    $("bed-view").hidden = false;
-    $("bed-none").hidden = true;
-    bedAt = performance.now();
-    next.onload = null;
-  };
-  next.src = "/api/v1/bed.jpg" + `?at=${Date.now()}`;
+async function showBed() {
+  try {
+    if (!await renewPicture($("bed-picture"), "/api/v1/bed.jpg")) return;
+  } catch (fault) { return; }
+  $("bed-view").hidden = false;
+  $("bed-none").hidden = true;
+  bedAt = performance.now();
 }
 
 function line(kind, paths, closed) {

@@ -17,7 +17,7 @@ async function command(path, body = null, timeoutMs = 20000) {
 }
 
 const kAllowed = {
-  "hold": ["Execute"],
+  "hold": ["Unsuspending", "Execute", "Unholding", "Stopping"],
   "unhold": ["Held"],
   "unsuspend": ["Suspended"],
   "stop": ["Suspended", "Held"],
@@ -38,7 +38,7 @@ function nextStep() {
       if (cell.framing) return ["", "The frame is being traced: the head moves. STOP ends it."];
       if (!allConfirmed()) return ["", "Tick what you have seen to; the laser does not begin before."];
       return ["unsuspend", "Is it flat, clamped, and nothing in the way? Then go on: the laser will move."];
-    case "Held": return ["unhold", "Unhold goes on exactly where it stopped."];
+    case "Held": return ["unhold", "Unhold looks whether the panel lies as it did, then goes on exactly where it stopped."];
     case "Aborted": return ["clear", "When the cause is gone: Clear, then Reset, then Start for the remaining pieces."];
     default: return ["", ""];
   }

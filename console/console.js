@@ -89,8 +89,10 @@ for (const button of document.querySelectorAll("[data-command]")) {
 $("do-frame").addEventListener("click", () => command("/api/v1/commands/frame", {power: framePercent() / 100}, 120000));
 $("frame-percent").addEventListener("input", () => { if (cell) showCommands(); });
 $("do-recut").addEventListener("click", recutChosen);
-poll();
-listen();
-loadJobs();
-showBed();
+enter().then(() => {
+  poll();
+  listen();
+  loadJobs();
+  showBed();
+});
 setInterval(tick, 500);

@@ -15,7 +15,7 @@ async function loadPieces() {
       map.preview.src = `/api/v1/jobs/${job.id}/preview.png?width=900`;
       map.job = job.id;
     }
-    map.pieces = (await ask("GET", `/api/v1/jobs/${job.id}/pieces`)).pieces || [];
+    map.pieces = await askAll(`/api/v1/jobs/${job.id}/pieces`, "pieces");
     map.box = boxOf(map.pieces);
     show();
   } catch (fault) {

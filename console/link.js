@@ -2,13 +2,38 @@
 // plain POST and waits for neither.
 "use strict";
 
+// What a console link opens. It lives in this tab only: sessionStorage belongs to one scheme, host and port, while a
+// cookie would go to every server of this machine. It travels in a header that no other page can set.
+const kSession = "veneer_session";
+
+function headersOf(headers) {
+  const session = sessionStorage.getItem(kSession);
+  return session ? {...headers, Authorization: `Bearer ${session}`} : headers;
+}
+
+// The link's token stands behind the #, which browsers keep to themselves, and is used up at once.
+async function enter() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("token");
+  if (!token) return;
+  history.replaceState(null, "", location.pathname);
+  try {
+    sessionStorage.setItem(kSession, (await ask("POST", "/api/v1/session", 5000, {token})).session);
+  } catch (fault) {
+    $("refusal").textContent = fault.message;
+    $("refusal").hidden = false;
+  }
+}
+
 async function ask(method, path, timeoutMs = 5000, body = null) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
   try {
-    const asked = {method, signal: giveUp.signal, cache: "no-store"};
-    if (body) Object.assign(asked, {body: JSON.stringify(body), headers: {"Content-Type": "application/json"}});
-    const reply = await fetch(path, asked);
+    const headers = {};
+    if (body) headers["Content-Type"] = "application/json";
+    // Sent twice by whatever lies between, it is done once. STOP may be done as often as it comes.
+    if (method !== "GET" && path !== "/api/v1/stop") headers["Idempotency-Key"] = crypto.randomUUID();
+    const reply = await fetch(path, {method, signal: giveUp.signal, cache: "no-cache", headers: headersOf(headers),
+                                     body: body ? JSON.stringify(body) : undefined});
     const told = await reply.json().catch(() => ({}));
     if (reply.ok) return told;
     const sentence = told.error && told.error.message ? told.error.message : `the cell answered ${reply.status}`;
@@ -19,6 +44,27 @@ async function ask(method, path, timeoutMs = 5000, body = null) {
   } finally {
     clearTimeout(timer);
   }
+}
+
+// A long list, page by page.
+async function askAll(path, list) {
+  const all = [];
+  for (let cursor = 0; cursor !== null && cursor !== undefined;) {
+    const page = await ask("GET", `${path}?limit=1000&cursor=${cursor}`);
+    all.push(...(page[list] || []));
+    cursor = page.next;
+  }
+  return all;
+}
+
+// Shows the picture as it is now; the last one stays until it is there, and when none comes.
+async function renewPicture(image, path) {
+  const reply = await fetch(path, {cache: "no-cache", headers: headersOf({})});
+  if (!reply.ok) return false;
+  const before = image.dataset.url;
+  image.src = image.dataset.url = URL.createObjectURL(await reply.blob());
+  if (before) URL.revokeObjectURL(before);
+  return true;
 }
 
 async function poll() {
@@ -33,7 +79,9 @@ async function poll() {
 }
 
 function listen() {
-  const socket = new WebSocket(`ws://${location.host}` + "/api/v1/events");
+  const session = sessionStorage.getItem(kSession);
+  const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
+  const socket = new WebSocket(`ws://${location.host}` + "/api/v1/events", protocols);
   socket.onopen = () => { loadJobs(); loadPanels(); showBed(); };
   socket.onmessage = (message) => {
     let event;

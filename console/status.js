@@ -112,9 +112,11 @@ function showFacts() {
   const laser = cell.laser || {};
   const facts = [];
   const words = [laser.state, laser.connected && laser.homed === false ? "not homed" : ""].filter(Boolean).join(", ");
-  facts.push(laser.connected ? fact("Laser", words || "connected", false) : fact("Laser", "does not answer: power? cable?", true));
+  facts.push(laser.connected ? fact("Laser", words || "connected", false) : fact("Laser", laser.why_not_connected || "not connected yet: Reset connects it", Boolean(laser.why_not_connected)));
   if (laser.connected) facts.push(fact("Beam", laser.beam_on ? "ON" : "off", Boolean(laser.beam_on) && cell.state !== "Execute"));
-  facts.push(fact("Lid", cell.lid || "unknown", cell.lid !== "closed"));
+  facts.push(fact("Lid", cell.lid || "unknown", cell.lid === "open"));
+  const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
+  if (turned.length) facts.push(fact("Overrides", turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
   if (Array.isArray(laser.position_mm)) facts.push(fact("Head", laser.position_mm.map((v) => v.toFixed(1)).join(" / ") + " mm", false));
   const calibration = Object.entries(cell.calibration || {});
   const lacking = calibration.filter(([, state]) => state !== "valid");

@@ -7,22 +7,15 @@ const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
 
 async function loadPanels() {
   listsAt = performance.now();
-  try { panels = (await ask("GET", "/api/v1/panels")).panels || []; } catch (fault) { return; }
+  try { panels = await askAll("/api/v1/panels", "panels"); } catch (fault) { return; }
   showPanels();
 }
 
-// The last picture stays until the next one is there to be shown in its place.
-function newestPicture(panel, path) {
-  const next = new Image();
-  next.src = path;
-  const shown = stockPictures.get(panel);
-  if (!shown) { stockPictures.set(panel, next); return next; }
-  next.decode().then(() => {
-    next.alt = shown.alt;
-    stockPictures.get(panel).replaceWith(next);
-    stockPictures.set(panel, next);
-  }, () => {});  // the last one stays
-  return shown;
+function stockPicture(panel) {
+  const image = stockPictures.get(panel) || new Image();
+  stockPictures.set(panel, image);
+  renewPicture(image, `/api/v1/panels/${encodeURIComponent(panel)}/stock.png?width=640`).catch(() => {});
+  return image;
 }
 
 function showPanels() {
@@ -31,7 +24,7 @@ function showPanels() {
     const card = document.createElement("div");
     card.className = "panel" + (cell && cell.load && cell.load.panel === panel.id ? " wanted" : "");
     card.dataset.panel = panel.id;
-    const image = newestPicture(panel.id, `/api/v1/panels/${encodeURIComponent(panel.id)}/stock.png?width=640&at=${Date.now()}`);
+    const image = stockPicture(panel.id);
     image.alt = `Free, reserved and cut wood of ${panel.id}`;
     const name = document.createElement("b");
     name.textContent = panel.name && panel.name !== panel.id ? `${panel.id} ${panel.name}` : panel.id;
@@ -46,7 +39,7 @@ function showPanels() {
 }
 
 async function loadJobs() {
-  try { jobs = (await ask("GET", "/api/v1/jobs")).jobs || []; } catch (fault) { return; }
+  try { jobs = await askAll("/api/v1/jobs", "jobs"); } catch (fault) { return; }
   showJobs();
   if (cell) showCommands();
 }

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/unit/override_rules.h"
+
 namespace veneer::daemon {
 
 using nlohmann::json;
@@ -19,10 +21,12 @@ RunnerOptions runner_options(const Config& config) {
   options.thickness = config.panel.thickness;
   options.frame_speed = config.framing.speed;
   options.frame_max_power = config.framing.max_power;
+  options.stock_refusal = stock_refusal(config);
+  options.look_every = config.camera.look_every;
   return options;
 }
 
-json to_json(const LoadView& load, const RunnerOptions& options, double time_scale) {
+json load_json(const LoadView& load, const RunnerOptions& options, double time_scale) {
   return {{"panel", load.panel.value},
           {"face_up", "back"},
           {"found", load.found},
@@ -36,6 +40,8 @@ json to_json(const LoadView& load, const RunnerOptions& options, double time_sca
           {"focus_mm", options.thickness.count()},
           {"frame_max_power", options.frame_max_power.count()}};
 }
+
+json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid", o.rapid}, {"power", o.power}}; }
 
 }  // namespace
 
@@ -59,25 +65,43 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   auto database = DatabaseThread::open(config.store.data_dir / "veneerd.db", reactor);
   if (!database) return database.error();
   cell->database = std::move(*database);
-  auto recovery = cell->database->call([](Repositories& r) { return r.jobs.recover(utc_timestamp()); });
+  const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
+  auto recovery = cell->database->call([&](Repositories& r) {
+    r.devices = named;
+    return r.jobs.recover(utc_timestamp());
+  });
   if (!recovery) return recovery.error();
+  constexpr std::chrono::hours kKeysLife{30 * 24};
+  const auto pruned = cell->database->call(
+      [&](Repositories& r) { return r.request_keys.prune(utc_timestamp(-std::chrono::seconds(kKeysLife))); });
+  if (!pruned) return pruned.error();
 
   Cell& c = *cell;
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
-  c.picture_worker = std::make_unique<Worker>("pictures", 5);
+  for (auto& [pool, options] : {std::pair(&c.queries, QueryPool::Options{"queries", 2, 3}),
+                                std::pair(&c.pictures, QueryPool::Options{"pictures", 1, 5})}) {
+    QueryPool::Options on_these_devices = options;
+    on_these_devices.devices = named;
+    auto opened = QueryPool::open(config.store.data_dir / "veneerd.db", std::move(on_these_devices));
+    if (!opened) return opened.error();
+    *pool = std::move(*opened);
+  }
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, config.scanner.dpi, c.log);
   c.calibrations =
       std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config, c.log);
   c.plans =
       std::make_unique<PlanService>(*c.database, c.panel_library, c.config.recipe, config.panel.position_margin, c.log);
-  c.bed =
-      std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, c.log, [&c] {
-        c.hub.broadcast({{"type", "bed"}});
-      });
-  c.runner = std::make_unique<JobRunner>(reactor, *c.devices.laser, *c.database, *c.bed, runner_options(config), c.log,
-                                         [&c] { c.broadcast_status(); });
+  c.bed = std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, [&c] {
+    c.hub.broadcast({{"type", "bed"}});
+  });
+  c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
+  c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
+                                         runner_options(config), c.log, [&c] {
+                                           c.end_overrides();
+                                           c.broadcast_status();
+                                         });
   c.runner->begin(*recovery);
   c.refresh_counts();
   c.look_at_bed_regularly();
@@ -89,7 +113,8 @@ Cell::~Cell() {
   for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
   scanner_worker.reset();
   planner_worker.reset();
-  picture_worker.reset();
+  queries.reset();
+  pictures.reset();
   camera_worker.reset();
   runner.reset();
 }
@@ -126,10 +151,20 @@ json Cell::status() const {
   const CellView& view = runner->view();
   const LaserStatus laser = devices.laser->status();
   json out = {{"schema_version", 1}, {"state", to_string(view.state)}, {"reason", view.reason}, {"panels", panels}};
-  out["laser"] = {{"connected", laser.connected}, {"state", laser.state},       {"beam_on", laser.beam_on},
-                  {"homed", laser.homed},         {"firmware", laser.firmware}, {"position_mm", nullptr}};
+  out["laser"] = {{"connected", laser.connected},
+                  {"state", laser.state},
+                  {"beam_on", laser.beam_on},
+                  {"homed", laser.homed},
+                  {"firmware", laser.firmware},
+                  {"position_mm", nullptr},
+                  {"finds_home", runner->limits().finds_home},
+                  {"overrides", overrides_json(laser.overrides)},
+                  {"overrides_wanted", overrides_json(laser.overrides_wanted)}};
+  if (!laser.connected) out["laser"]["why_not_connected"] = laser.why_not_connected;
+  out["laser"]["controller"] = controller_at(config.laser);
+  out["laser"]["refusal"] = laser.refusal.empty() ? json() : json(laser.refusal);
   if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
-  out["lid"] = !laser.connected ? "unknown" : laser.state.rfind("Door", 0) == 0 ? "open" : "closed";
+  out["lid"] = !laser.connected || !laser.lid_open ? "unknown" : *laser.lid_open ? "open" : "closed";
   out["job"] = nullptr;
   if (view.job) {
     const JobView& job = *view.job;
@@ -143,10 +178,11 @@ json Cell::status() const {
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
   out["load"] = nullptr;
-  if (view.load) out["load"] = to_json(*view.load, runner->options(), config.sim.time_scale);
+  if (view.load) out["load"] = load_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;
   out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
   out["confirm"] = runner->options().confirm;
+  for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
   const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
   out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
                         {"camera", word(calibration && calibration->camera)},
@@ -156,6 +192,35 @@ json Cell::status() const {
   for (const auto& task : tasks.list())
     if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));
   return out;
+}
+
+Status Cell::set_overrides(const LaserOverrides& wanted) {
+  const CellView& view = runner->view();
+  if (!overrides_belong_to(view.state)) {
+    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
+    if (Status none = devices.laser->set_overrides({}); !none) return none;
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view.state))};
+  }
+  if (Status allowed = check_overrides(wanted, view.job.has_value()); !allowed) return allowed;
+  Status taken = devices.laser->set_overrides(wanted);
+  broadcast_status();
+  return taken;
+}
+
+void Cell::end_overrides() {
+  if (!runner || overrides_belong_to(runner->view().state)) return;
+  if (devices.laser->status().overrides_wanted == LaserOverrides{}) return;
+  static_cast<void>(devices.laser->set_overrides({}));  // a laser that is being reset forgets them itself
+}
+
+void Cell::audit(const Router::Change& change) {
+  db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
+                       fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
+  database->async([entry = std::move(entry)](Repositories& r) { return r.audit.append(entry); },
+                  [kept_log = log](const Status& written) {
+                    if (!written) kept_log->error("the audit log could not be written: {}", written.error().message);
+                  });
 }
 
 void Cell::broadcast_status() {

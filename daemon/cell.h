@@ -1,6 +1,6 @@
 // The whole cell, wired: devices, workers, database, services, the unit's state machine. What the API's routes act on.
 //
-// Bound to the reactor, except where a service says otherwise. Built by wiring.cc.
+// Bound to the reactor, except where a service says otherwise. Its devices are made by wiring.cc.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -10,15 +10,19 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "daemon/api/event_hub.h"
+#include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
-#include "daemon/bed_watcher.h"
-#include "daemon/calibration_service.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
-#include "daemon/job_runner.h"
-#include "daemon/panel_library.h"
-#include "daemon/plan_service.h"
-#include "daemon/scan_service.h"
+#include "daemon/query_pool.h"
+#include "daemon/services/bed_watcher.h"
+#include "daemon/services/calibration_service.h"
+#include "daemon/services/cut_planner.h"
+#include "daemon/services/panel_figures.h"
+#include "daemon/services/panel_library.h"
+#include "daemon/services/plan_service.h"
+#include "daemon/services/scan_service.h"
+#include "daemon/unit/job_runner.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_driver.h"
 #include "drivers/scanner_driver.h"
@@ -42,6 +46,11 @@ class Cell {
 
   nlohmann::json status() const;
   void broadcast_status();
+  // Overrides of what runs, within what was stated (unit/override_rules.h). They end with it.
+  Status set_overrides(const LaserOverrides& wanted);
+  void end_overrides();
+  // Who changed what, as the router tells it; written before what the change itself writes.
+  void audit(const Router::Change& change);
 
   boost::asio::io_context& reactor;
   const Config config;
@@ -50,11 +59,13 @@ class Cell {
   TaskRegistry tasks;
   Devices devices;
   PanelLibrary panel_library;
-  std::unique_ptr<DatabaseThread> database;
+  std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
+  PanelFigures panel_figures{panel_library};
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;
   std::unique_ptr<BedWatcher> bed;
+  std::unique_ptr<CutPlanner> cuts;
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   int panels = 0;
@@ -62,7 +73,8 @@ class Cell {
   void refresh_counts();
 
   // Last, so that they finish their work before what it uses is gone.
-  std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker, picture_worker;
+  std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
+  std::unique_ptr<QueryPool> queries, pictures;  // what clients ask; pictures take longer
 
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);

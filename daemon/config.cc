@@ -120,10 +120,11 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   Section laser(root, file, "laser", errors);
   laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
   laser.text("port", config.laser.port);
+  laser.truth("test_controller", config.laser.test_controller);
   if (config.laser.kind != "lihuiyu")
     if (const auto z = laser.number("focus_z_mm", -1000, 1000)) config.laser.focus_z = Millimetres(*z);
-  if (config.laser.kind == "lihuiyu") {
-    laser.word("board", config.laser.board, {"m2", "m3"});
+  if (config.laser.kind == "lihuiyu") laser.word("board", config.laser.board, {"m2", "m3"});
+  if (config.laser.kind == "lihuiyu" || records(config.laser)) {
     laser.quantity("travel_x_mm", config.laser.travel_x, 50, 2000);
     laser.quantity("travel_y_mm", config.laser.travel_y, 50, 2000);
   }
@@ -136,6 +137,7 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   Section camera(root, file, "camera", errors);
   camera.word("kind", config.camera.kind, {"file", "sim"});
   camera.text("device", config.camera.device);
+  camera.integer("look_every_pieces", config.camera.look_every, 0, 100000);
   camera.refuse_unread();
   Section sim(root, file, "sim", errors);
   sim.path("socket", config.sim.socket);
@@ -221,6 +223,26 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
 
 }  // namespace
 
+std::string_view controller_at(const LaserConfig& laser) {
+  if (on_twin(laser)) return "twin";
+  if (laser.port.starts_with("file:")) return "file";
+  return laser.test_controller ? "test" : "real";
+}
+
+std::string stock_refusal(const Config& config) {
+  const bool scanner = config.scanner.kind == "sim", camera = config.camera.kind == "sim";
+  if (controller_at(config.laser) != "real" || (!scanner && !camera)) return "";
+  return fmt::format(
+      "the laser is a real one, but the {} simulated, so nobody sees the wood it would burn: configure real ones under "
+      "{}, or say test_controller = true under [laser] if no laser is there",
+      scanner && camera ? "scanner and the camera are"
+      : scanner         ? "scanner is"
+                        : "camera is",
+      scanner && camera ? "[scanner] and [camera]"
+      : scanner         ? "[scanner]"
+                        : "[camera]");
+}
+
 Result<Config> load_config(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
@@ -252,6 +274,11 @@ Result<Config> load_config(const std::filesystem::path& file) {
         fmt::format("{}: sim.time_scale is {}, but the laser is a real one: its time cannot be scaled, take it "
                     "out",
                     file.string(), config.sim.time_scale));
+  if (errors.empty() && config.laser.test_controller && controller_at(config.laser) != "test")
+    errors.push_back(fmt::format(
+        "{}: laser.test_controller belongs to a port of a controller, not to the twin's or a file's: take it "
+        "out",
+        file.string()));
   if (errors.empty() && config.recipe.mark_min_height > config.recipe.mark_height)
     errors.push_back(fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller",
                                  file.string()));

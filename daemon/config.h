@@ -23,16 +23,25 @@ struct LaserConfig {
   // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; lihuiyu: "usb:1a86:5512",
   // "usb:1a86:5512@1-2.4", "twin:/path", "file:/path"; sim: unused
   std::string port;
-  // lihuiyu: the board knows neither what it is nor its travel
+  // lihuiyu: the board knows neither what it is nor its travel; a file does not know its travel either
   std::string board = "m2";  // m2 | m3
   Millimetres travel_x{300}, travel_y{200};
   // grbl with a motorised Z: where the head stands, in the controller's machine coordinate, when the focus lies on the
   // bare bed
   std::optional<Millimetres> focus_z;
+  // The controller at the port drives no laser: a board on a desk, another's simulator.
+  bool test_controller = false;
 };
+
+inline constexpr std::string_view kFilePort = "file:";
+// Is it no machine at all, but a file that takes every byte and answers as one that has done it?
+inline bool records(const LaserConfig& laser) { return laser.kind != "sim" && laser.port.starts_with(kFilePort); }
 
 // Is it a machine of the twin, whose time runs as [sim] says?
 inline bool on_twin(const LaserConfig& laser) { return laser.kind == "sim" || laser.port.starts_with(kTwinPort); }
+
+// What is at the laser's port: "twin", "file", "test" or "real". Whatever is not known to be something else is real.
+std::string_view controller_at(const LaserConfig& laser);
 
 struct ScannerConfig {
   std::string kind = "sim";  // file | sim
@@ -43,6 +52,7 @@ struct ScannerConfig {
 struct CameraConfig {
   std::string kind = "sim";  // file | sim
   std::string device;
+  int look_every = 25;  // pieces of a run, until it looks whether the panel lies as it did; 0 = never
 };
 
 struct SimConfig {
@@ -113,6 +123,9 @@ struct Config {
   std::string log_level = "info";
   int planner_threads = 0;  // 0 = all cores
 };
+
+// Why this cell must not cut wood from stock; "" when it may. A real laser would burn where a simulated eye says.
+std::string stock_refusal(const Config& config);
 
 Result<Config> load_config(const std::filesystem::path& file);
 

@@ -1,16 +1,17 @@
 // The one thread that owns the database connection and all writes.
 //
 // call() waits and belongs to workers; async() belongs to the reactor: `work` runs on the database thread, `then` back
-// on the reactor with its result.
+// on the reactor with its result, which is an error where `work` threw and its result can be one.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
-#include "daemon/worker.h"
+#include "daemon/workers/worker.h"
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/database.h"
@@ -18,8 +19,15 @@
 #include "db/ledger.h"
 #include "db/materials.h"
 #include "db/panels.h"
+#include "db/plans.h"
+#include "db/request_keys.h"
 
 namespace veneer::daemon {
+
+// The devices of the cell as they name themselves; certificates made on others are void. "" = any.
+struct CellDevices {
+  std::string scanner, camera, laser;
+};
 
 // What a piece of work on the database thread may touch.
 struct Repositories {
@@ -29,13 +37,18 @@ struct Repositories {
         jobs(database),
         certificates(database),
         materials(database),
-        audit(database) {}
+        audit(database),
+        request_keys(database),
+        plans(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
   db::Certificates certificates;
   db::Materials materials;
   db::Audit audit;
+  db::RequestKeys request_keys;
+  db::Plans plans;
+  CellDevices devices;
 };
 
 class DatabaseThread {
@@ -51,8 +64,9 @@ class DatabaseThread {
   template <class F, class Then>
   void async(F work, Then then) {
     worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {
+      const auto asked = [&] { return work(*repositories_); };
       boost::asio::post(reactor_,
-                        [result = work(*repositories_), then = std::move(then)]() mutable { then(std::move(result)); });
+                        [result = caught(asked), then = std::move(then)]() mutable { then(std::move(result)); });
     });
   }
 

@@ -1,18 +1,22 @@
 // veneerd: arguments, signals, exit codes. 0 = ended as asked, 1 = could not work, 2 = unusable arguments.
 #include <grp.h>
+#include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
-#include "daemon/api/task_routes.h"
 #include "daemon/api/watchdog.h"
-#include "daemon/cell_health.h"
-#include "daemon/cell_routes.h"
+#include "daemon/guarded_laser.h"
+#include "daemon/guardian_link.h"
+#include "daemon/routes/bind_routes.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/unit/cell_health.h"
 #include "daemon/wiring.h"
 
 namespace {
@@ -36,16 +40,31 @@ HttpServerOptions server_options(const Config& config) {
   return options;
 }
 
-int run(const Config& config) {
-  const Logger log =
-      make_stderr_logger("veneerd", getenv("JOURNAL_STREAM") != nullptr);  // NOLINT(concurrency-mt-unsafe)
-  log->set_level(spdlog::level::from_str(config.log_level));
-  boost::asio::io_context reactor(1);
+// A core would keep the laser's port open until all of it is written, and the guardian could not darken the machine.
+// One byte, since of zero the kernel still feeds a core to a program that collects them.
+void leave_no_core() {
+  const rlimit one_byte{1, 1};
+  setrlimit(RLIMIT_CORE, &one_byte);
+}
+
+GuardianOptions guardian_options(const Config& config, const std::string& socket) {
+  GuardianOptions options;
+  options.socket = socket;
+  std::error_code ignored;
+  options.program = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "veneer-guardian";
+  options.record = config.store.data_dir / "guarded";
+  options.machine = guarded_machine(config);
+  return options;
+}
+
+int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& guardian, const Logger& log) {
   const SteadyClock real_clock;
   const ScaledClock device_clock(config.sim.time_scale);
 
   auto devices = make_devices(config, device_clock, reactor, log);
   if (!devices) return fail(devices.error());
+  devices->laser =
+      std::make_unique<GuardedLaser>(reactor, std::move(devices->laser), [&guardian] { return guardian.ready(); });
   auto cell = Cell::open(reactor, config, std::move(*devices), real_clock, log);
   if (!cell) return fail(cell.error());
   Cell& c = **cell;
@@ -53,16 +72,14 @@ int run(const Config& config) {
   Router router;
   ConsoleLinks links(real_clock);
   int tcp_port = 0;
-  bind_unit_routes(router, c);
-  bind_stock_routes(router, c);
-  bind_job_routes(router, c);
-  bind_laser_routes(router, c);
-  bind_recipe_routes(router, c);
-  bind_task_routes(router, c.tasks);
+  IdempotencyKeys keys(real_clock);
+  router.remember_in(keys);
+  router.on_change([&c](const Router::Change& change) { c.audit(change); });
+  bind_routes(router, c);
   bind_console_routes(router, links, [&] { return tcp_port; });
   auto server = HttpServer::open(
       reactor, server_options(config), router, c.hub, links,
-      [&c](const Caller& caller) { return stop_at_once(c, caller); }, log);
+      [&c](const Caller& caller) { return stop_at_once(*c.runner, caller); }, log);
   if (!server) return fail(server.error());
   tcp_port = (*server)->tcp_port();
 
@@ -72,12 +89,13 @@ int run(const Config& config) {
                                                      [answered = std::move(answered)](int) { answered(); });
                                  },
                                  [&c] { return may_move(c.runner->view().state) || c.runner->view().framing; },
-                                 [&c] { return c.devices.laser->status().connected; }});
-  Watchdog watchdog(notifier, make_reactor_timer(reactor), [&] {
-    if (health.good()) return true;
-    log->error("the watchdog is not fed: {}", health.sentence());
-    return false;
-  });
+                                 [&c] { return c.devices.laser->status().connected; },
+                                 [&](const std::string& sentence) {
+                                   c.runner->abort(sentence);
+                                   log->error("what was going on is stopped: {}", sentence);
+                                 }});
+  Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
+  Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; it must not end a job.
   std::signal(SIGXFSZ, SIG_IGN);
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
@@ -89,21 +107,41 @@ int run(const Config& config) {
     // What the abort writes goes through the database's thread, which is asked last.
     c.database->async([](Repositories&) { return 0; }, [&](int) { reactor.stop(); });
   });
+  // Long enough for a machine that a killed daemon left behind to be darkened, before anybody can say Reset.
+  guardian.begin(std::chrono::seconds(6));
+  guardian.on_change([&c] { c.broadcast_status(); });
+  look_after.begin();
   watchdog.ready();
   log->info("veneerd is ready: {}{}", config.api.unix_socket.string(),
             tcp_port != 0 ? ", http://127.0.0.1:" + std::to_string(tcp_port) : "");
   reactor.run();
+  guardian.on_change({});
   (*server)->close();
   return 0;
+}
+
+int run(const Config& config, const std::string& guardian_socket) {
+  const Logger log =
+      make_stderr_logger("veneerd", getenv("JOURNAL_STREAM") != nullptr);  // NOLINT(concurrency-mt-unsafe)
+  log->set_level(spdlog::level::from_str(config.log_level));
+  leave_no_core();
+  boost::asio::io_context reactor(1);
+  GuardianLink guardian(reactor, guardian_options(config, guardian_socket), log);
+  const int status = serve(config, reactor, guardian, log);
+  guardian.done();  // the laser's driver has commanded the beam off and closed its port
+  return status;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"veneerd runs one scan-to-cut cell", "veneerd"};
-  std::string file;
+  std::string file, guardian;
   bool check_only = false;
   app.add_option("--config", file, "configuration file (TOML)")->required();
+  app.add_option(
+      "--guardian", guardian,
+      "socket of the veneer-guardian that darkens the laser should this process die; without it one is started");
   app.add_flag("--check-config", check_only, "read the configuration, say whether it is good, and end");
   try {
     app.parse(argc, argv);
@@ -116,5 +154,5 @@ int main(int argc, char** argv) {
     std::printf("%s is good\n", file.c_str());
     return 0;
   }
-  return run(*config);
+  return run(*config, guardian);
 }

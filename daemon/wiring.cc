@@ -5,6 +5,7 @@
 #include "drivers/file/file_camera.h"
 #include "drivers/file/file_scanner.h"
 #include "drivers/grbl/grbl_laser.h"
+#include "drivers/grbl/recording_controller.h"
 #include "drivers/lihuiyu/lihuiyu_laser.h"
 #include "drivers/sim/client/sim_camera.h"
 #include "drivers/sim/client/sim_scanner.h"
@@ -15,6 +16,10 @@
 namespace veneer::daemon {
 namespace {
 
+std::string grbl_port(const Config& config) {
+  return config.laser.kind == "sim" ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port;
+}
+
 Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Clock& device_clock,
                                                 boost::asio::io_context& reactor, const Logger& log) {
   if (config.laser.kind == "lihuiyu") {
@@ -23,18 +28,26 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
                               std::make_unique<sim::SimUsb>(reactor, config.laser.port.substr(kTwinPort.size())))
                         : make_usb_transport(config.laser.port, reactor);
     if (!link) return link.error();
-    auto options = lihuiyu::LihuiyuOptions::for_time_scale(in_twin ? config.sim.time_scale : 1);
+    auto options = records(config.laser) ? lihuiyu::LihuiyuOptions::for_recording()
+                                         : lihuiyu::LihuiyuOptions::for_time_scale(in_twin ? config.sim.time_scale : 1);
     options.board = config.laser.board == "m3" ? lihuiyu::Board::kM3 : lihuiyu::Board::kM2;
     options.travel_x_mm = config.laser.travel_x.count();
     options.travel_y_mm = config.laser.travel_y.count();
     return std::unique_ptr<LaserDriver>(
         std::make_unique<lihuiyu::LihuiyuLaser>(std::move(*link), device_clock, reactor, log, options));
   }
+  if (records(config.laser) && config.laser.port.find("/") != kFilePort.size())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the port \"{}\" names no file by its full path: write file:/path", config.laser.port)};
   const bool simulated = config.laser.kind == "sim";
   auto link =
-      make_transport(simulated ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port, reactor);
+      records(config.laser)
+          ? Result<std::unique_ptr<Transport>>(std::make_unique<grbl::RecordingController>(
+                reactor, config.laser.port.substr(kFilePort.size()), config.laser.travel_x, config.laser.travel_y))
+          : make_transport(grbl_port(config), reactor);
   if (!link) return link.error();
   auto options = grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1);
+  options.recording = records(config.laser);
   if (config.laser.focus_z) options.focus_z = *config.laser.focus_z + config.panel.thickness;
   return std::unique_ptr<LaserDriver>(
       std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log, options));
@@ -59,6 +72,11 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   if (!laser) return laser.error();
   devices.laser = std::move(*laser);
   return devices;
+}
+
+guardian::GuardedMachine guarded_machine(const Config& config) {
+  if (config.laser.kind == "lihuiyu") return {"lihuiyu", config.laser.port};
+  return {"grbl", grbl_port(config)};
 }
 
 }  // namespace veneer::daemon

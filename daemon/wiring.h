@@ -8,11 +8,15 @@
 #include "base/result.h"
 #include "daemon/cell.h"
 #include "daemon/config.h"
+#include "guardian/guarded_machine.h"
 
 namespace veneer::daemon {
 
 // Nothing is opened or moved yet. `device_clock` and `reactor` outlive the devices.
 Result<Devices> make_devices(const Config& config, const Clock& device_clock, boost::asio::io_context& reactor,
                              const Logger& log);
+
+// What has to be darkened should the daemon die.
+guardian::GuardedMachine guarded_machine(const Config& config);
 
 }  // namespace veneer::daemon

@@ -8,26 +8,9 @@
 namespace veneer::daemon {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
-
 bool equal_ignoring_case(std::string_view a, std::string_view b) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
   return std::ranges::equal(a, b, {}, lower, lower);
-}
-
-std::string_view cookie_value(std::string_view cookies, std::string_view name) {
-  while (!cookies.empty()) {
-    const std::size_t end = std::min(cookies.find(';'), cookies.size());
-    const std::string_view pair = trimmed(cookies.substr(0, end));
-    cookies.remove_prefix(std::min(end + 1, cookies.size()));
-    const std::size_t equals = pair.find('=');
-    if (equals != std::string_view::npos && pair.substr(0, equals) == name) return pair.substr(equals + 1);
-  }
-  return {};
 }
 
 }  // namespace
@@ -75,12 +58,12 @@ bool origin_is_ours(const BrowserHeaders& headers) {
          equal_ignoring_case(headers.origin->substr(kScheme.size()), headers.host);
 }
 
-Caller caller_over_tcp(const BrowserHeaders& headers, bool changes_something, const ConsoleLinks& links) {
-  const std::string_view secret = cookie_value(headers.cookie, kSessionCookie);
-  const bool vouched = headers.origin.has_value() || !changes_something;
-  if (vouched && !secret.empty() && links.session_is_open(secret)) {
-    return {Role::kOperator, "console", TransportKind::kTcp};
-  }
+bool site_is_ours(const BrowserHeaders& headers) {
+  return !headers.fetch_site || *headers.fetch_site == "same-origin" || *headers.fetch_site == "none";
+}
+
+Caller caller_over_tcp(const BrowserHeaders& headers, const ConsoleLinks& links) {
+  if (const auto who = links.who_has(headers.session)) return {Role::kOperator, *who, TransportKind::kTcp};
   return {Role::kViewer, "anonymous", TransportKind::kTcp};
 }
 

@@ -29,7 +29,9 @@ Caller caller_of_peer(const std::optional<PeerCredentials>& peer, unsigned own_u
 struct BrowserHeaders {
   std::string_view host;
   std::optional<std::string_view> origin;
-  std::string_view cookie;
+  std::string_view session;                                   // the secret of a console session
+  std::optional<std::string_view> fetch_site = std::nullopt;  // Sec-Fetch-Site, which no page can forge
+  bool opens_page = false;                                    // a person follows a link, or types the address
 };
 
 // Whether `host` names this machine's loopback and our port; anything else is a page of a foreign name that was pointed
@@ -39,10 +41,12 @@ bool host_is_ours(std::string_view host, int port);
 // No Origin (not a browser), or the page that was served under this very host.
 bool origin_is_ours(const BrowserHeaders& headers);
 
-// Viewer, or operator with an open console session. A session counts for a request that changes something only when
-// the browser says which page sent it.
-Caller caller_over_tcp(const BrowserHeaders& headers, bool changes_something, const ConsoleLinks& links);
+// No word of it (not a browser, or an old one), our own page, or a person's own doing. Another server of this machine
+// is "same-site", and is not ours.
+bool site_is_ours(const BrowserHeaders& headers);
 
-inline constexpr std::string_view kSessionCookie = "veneer_session";
+// Viewer, or operator with an open console session. The secret comes in a header that only the console's own script
+// sets: a browser sends cookies to every server of a host, whatever its port, and lets any of them see and replay them.
+Caller caller_over_tcp(const BrowserHeaders& headers, const ConsoleLinks& links);
 
 }  // namespace veneer::daemon

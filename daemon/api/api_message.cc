@@ -1,7 +1,7 @@
 #include "daemon/api/api_message.h"
 
+#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdlib>
 
 namespace veneer::daemon {
@@ -32,34 +32,13 @@ Result<std::int64_t> ApiRequest::path_number(const std::string& name) const {
   return *number;
 }
 
-std::optional<std::string> ApiRequest::query_value(const std::string& name) const {
-  const auto found = query.find(name);
-  if (found == query.end()) return std::nullopt;
-  return found->second;
-}
-
-Result<std::optional<double>> ApiRequest::query_number(const std::string& name) const {
-  const auto text = query_value(name);
-  if (!text) return std::optional<double>();
-  const auto number = parse_whole<double>(*text);
-  if (!number || !std::isfinite(*number)) {
-    return Error{ErrorCode::kInvalidArgument, name + "=" + *text + " is not a number"};
-  }
-  return std::optional<double>(*number);
-}
-
-Result<nlohmann::json> ApiRequest::json_body() const {
-  if (body.empty()) return nlohmann::json::object();
-  // A body nested a thousand deep is parsed iteratively, but destroyed recursively: refuse it before.
-  int depth = 0;
-  for (const char c : body) {
-    if (c == '[' || c == '{') ++depth;
-    if (c == ']' || c == '}') --depth;
-    if (depth > 64) return Error{ErrorCode::kInvalidArgument, "the body is nested too deeply for JSON of this API"};
-  }
-  nlohmann::json parsed = nlohmann::json::parse(body, nullptr, /*allow_exceptions=*/false);
-  if (!parsed.is_object()) return Error{ErrorCode::kInvalidArgument, "the body is not a JSON object"};
-  return parsed;
+nlohmann::json error_json(std::string_view code, std::string_view message) {
+  constexpr std::string_view kBetween = ": ";
+  const std::size_t colon = message.rfind(kBetween);
+  nlohmann::json out = {
+      {"code", code}, {"sentence", message.substr(0, colon)}, {"remedy", nullptr}, {"message", message}};
+  if (colon != std::string_view::npos) out["remedy"] = message.substr(colon + kBetween.size());
+  return out;
 }
 
 ApiReply ApiReply::json(const nlohmann::json& value, int status) {
@@ -89,11 +68,37 @@ ApiReply ApiReply::bytes(std::string body, std::string content_type) {
 }
 
 ApiReply ApiReply::error(int status, std::string_view code, std::string_view message) {
-  return json({{"error", {{"code", code}, {"message", message}}}}, status);
+  return json({{"error", error_json(code, message)}}, status);
 }
 
 ApiReply ApiReply::error(const Error& error) {
   return ApiReply::error(http_status(error.code), to_string(error.code), error.message);
+}
+
+ApiReply ApiReply::busy(std::string_view what) {
+  ApiReply reply = error(503, "unavailable", std::string(what) + ": ask again in a second");
+  reply.headers.emplace_back("Retry-After", "1");
+  return reply;
+}
+
+ApiReply ApiReply::not_modified(std::string etag) {
+  ApiReply reply;
+  reply.status = 304;
+  reply.etag = std::move(etag);
+  return reply;
+}
+
+bool etag_matches(std::string_view if_none_match, std::string_view etag) {
+  while (!if_none_match.empty()) {
+    const std::size_t end = std::min(if_none_match.find(','), if_none_match.size());
+    std::string_view one = if_none_match.substr(0, end);
+    if_none_match.remove_prefix(std::min(end + 1, if_none_match.size()));
+    while (!one.empty() && one.front() == ' ') one.remove_prefix(1);
+    while (!one.empty() && one.back() == ' ') one.remove_suffix(1);
+    if (one.starts_with("W/")) one.remove_prefix(2);
+    if (one == "*" || one == etag) return true;
+  }
+  return false;
 }
 
 ApiReply ApiReply::task(std::int64_t id) { return json({{"task", id}}, 202); }

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -43,20 +44,19 @@ struct ApiRequest {
   std::string method;                              // "GET", "POST", "DELETE"
   std::string path;                                // "/api/v1/jobs/7/start", as sent, without the query
   std::map<std::string, std::string> path_params;  // decoded; names as in the route's pattern
-  std::map<std::string, std::string> query;        // decoded; of a repeated name the last one counts
-  std::string body;
+  std::map<std::string, std::string> query;        // decoded; read it with a RequestReader
+  std::optional<std::string> repeated_query;       // a name that stands twice in the query
+  std::string body;                                // read it with a RequestReader, unless it is a picture
   std::string content_type;
+  std::string if_none_match;    // ETags of what the client has already
+  std::string idempotency_key;  // empty: none
   Caller caller;
+  std::stop_token gone;  // stops when the client goes away: nobody needs the reply any more
 
   // A parameter of the route's own pattern; asking for another is a bug and aborts.
   const std::string& path_param(const std::string& name) const;
   // kInvalidArgument when it is not a whole number from 1.
   Result<std::int64_t> path_number(const std::string& name) const;
-  std::optional<std::string> query_value(const std::string& name) const;
-  // nullopt when absent, kInvalidArgument when it is not a finite number.
-  Result<std::optional<double>> query_number(const std::string& name) const;
-  // The body as a JSON object; an empty body is {}. kInvalidArgument when it is anything else.
-  Result<nlohmann::json> json_body() const;
 };
 
 struct ApiReply {
@@ -64,17 +64,29 @@ struct ApiReply {
   std::string content_type;
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
+  std::string etag;  // of the content, quoted; with one the client may keep it and ask whether it is still good
 
   // Objects get "schema_version": 1 when they have none.
   static ApiReply json(const nlohmann::json& value, int status = 200);
   static ApiReply bytes(std::string body, std::string content_type);
-  // {"error": {"code", "message"}} with http_status(error.code).
+  // {"error": error_json()} with http_status(error.code).
   static ApiReply error(const Error& error);
   // The same with a status of its own: what HTTP knows and ErrorCode does not (403, 405, 413, ...).
   static ApiReply error(int status, std::string_view code, std::string_view message);
+  // 503 with Retry-After. `what` says what there is too much of.
+  static ApiReply busy(std::string_view what);
+  // 304
+  static ApiReply not_modified(std::string etag);
   // 202 {"task": N}
   static ApiReply task(std::int64_t id);
 };
+
+// {"code", "sentence", "remedy", "message"}: what happened and what to do about it, apart and, for those who want one
+// sentence, together. By this program's custom a message says "what: remedy"; without a colon the remedy is null.
+nlohmann::json error_json(std::string_view code, std::string_view message);
+
+// Is `etag` among those of an If-None-Match header?
+bool etag_matches(std::string_view if_none_match, std::string_view etag);
 
 // Call it once, from any thread, while the reactor exists; later calls do nothing. Dropped without a call, the client
 // gets 500.

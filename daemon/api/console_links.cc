@@ -19,16 +19,16 @@ const ConsoleLinks::Secret* ConsoleLinks::find(const std::vector<Secret>& secret
   return found;
 }
 
-Result<std::string> ConsoleLinks::new_link() {
+Result<std::string> ConsoleLinks::new_link(const std::string& maker) {
   auto token = random_token();
   if (!token) return token.error();
   forget_expired(links_);
   if (links_.size() >= kMaxLinks) links_.erase(links_.begin());
-  links_.push_back({*token, clock_.now() + kLinkLife});
+  links_.push_back({*token, clock_.now() + kLinkLife, "console link " + std::to_string(++last_link_) + " of " + maker});
   return *token;
 }
 
-Result<std::string> ConsoleLinks::redeem(std::string_view token) {
+Result<ConsoleLinks::Session> ConsoleLinks::redeem(std::string_view token) {
   forget_expired(links_);
   const Secret* link = find(links_, token);
   if (!link) {
@@ -38,16 +38,18 @@ Result<std::string> ConsoleLinks::redeem(std::string_view token) {
   }
   auto secret = random_token();
   if (!secret) return secret.error();
+  const std::string who = link->who;
   links_.erase(links_.begin() + (link - links_.data()));
   forget_expired(sessions_);
   if (sessions_.size() >= kMaxSessions) sessions_.erase(sessions_.begin());
-  sessions_.push_back({*secret, clock_.now() + kSessionLife});
-  return *secret;
+  sessions_.push_back({*secret, clock_.now() + kSessionLife, who});
+  return Session{*secret, who};
 }
 
-bool ConsoleLinks::session_is_open(std::string_view secret) const {
+std::optional<std::string> ConsoleLinks::who_has(std::string_view secret) const {
   const Secret* session = find(sessions_, secret);
-  return session && session->expires > clock_.now();
+  if (!session || session->expires <= clock_.now()) return std::nullopt;
+  return session->who;
 }
 
 }  // namespace veneer::daemon

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,21 +25,27 @@ class ConsoleLinks {
   // `clock` is real time and outlives this.
   explicit ConsoleLinks(const Clock& clock) : clock_(clock) {}
 
-  // A token good for one visit within kLinkLife.
-  Result<std::string> new_link();
-  // Uses the token up and opens a session; kRefused when it is unknown, used or too old. -> the session's secret
-  Result<std::string> redeem(std::string_view token);
-  bool session_is_open(std::string_view secret) const;
+  // A token good for one visit within kLinkLife. `maker` is who asked for it.
+  Result<std::string> new_link(const std::string& maker);
+  struct Session {
+    std::string secret, who;
+  };
+  // Uses the token up and opens a session; kRefused when it is unknown, used or too old.
+  Result<Session> redeem(std::string_view token);
+  // "console link 3 of uid 1000", for the audit; nullopt when no open session has this secret.
+  std::optional<std::string> who_has(std::string_view secret) const;
 
  private:
   struct Secret {
     std::string value;
     TimePoint expires;
+    std::string who;
   };
   static const Secret* find(const std::vector<Secret>& secrets, std::string_view value);
   void forget_expired(std::vector<Secret>& secrets) const;
 
   const Clock& clock_;
+  int last_link_ = 0;
   std::vector<Secret> links_;
   std::vector<Secret> sessions_;
 };

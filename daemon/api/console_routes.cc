@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "console/console_page.h"
-#include "daemon/api/access.h"
+#include "daemon/api/request_reader.h"
 
 namespace veneer::daemon {
 namespace {
@@ -29,15 +29,15 @@ ApiReply page_file(const console::PageFile& file) {
   return reply;
 }
 
-// A visit with a token opens a session and drops the token from the address bar.
-ApiReply enter(ConsoleLinks& links, const std::string& token) {
-  const auto secret = links.redeem(token);
-  if (!secret) return ApiReply::error(403, "forbidden", secret.error().message);
-  ApiReply reply = redirect_to_console();
-  const auto life = std::chrono::duration_cast<std::chrono::seconds>(ConsoleLinks::kSessionLife).count();
-  reply.headers.emplace_back("Set-Cookie", std::string(kSessionCookie) + "=" + *secret +
-                                               "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(life));
-  return reply;
+// The token of a link becomes a session. Its secret stays in the tab that asked (docs/SAFETY.md).
+void open_session(const ApiRequest& request, ConsoleLinks& links, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto token = body.text("token");
+  body.require("token");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const auto session = links.redeem(*token);
+  if (!session) return reply(ApiReply::error(403, "forbidden", session.error().message));
+  reply(ApiReply::json({{"session", session->secret}, {"role", to_string(Role::kOperator)}, {"who", session->who}}));
 }
 
 void answer_new_link(const ApiRequest& request, ConsoleLinks& links, int port, const Reply& reply) {
@@ -49,9 +49,9 @@ void answer_new_link(const ApiRequest& request, ConsoleLinks& links, int port, c
     return reply(ApiReply::error(
         Error{ErrorCode::kConflict, "the console is off: set listen = \"127.0.0.1:8765\" under [api] and restart"}));
   }
-  const auto token = links.new_link();
+  const auto token = links.new_link(request.caller.who);
   if (!token) return reply(ApiReply::error(token.error()));
-  reply(ApiReply::json({{"url", "http://127.0.0.1:" + std::to_string(port) + "/console?token=" + *token}}));
+  reply(ApiReply::json({{"url", "http://127.0.0.1:" + std::to_string(port) + "/console#token=" + *token}}));
 }
 
 }  // namespace
@@ -59,15 +59,17 @@ void answer_new_link(const ApiRequest& request, ConsoleLinks& links, int port, c
 void bind_console_routes(Router& router, ConsoleLinks& links, std::function<int()> tcp_port) {
   router.add("GET", "/", Role::kViewer, [](const ApiRequest&, const Reply& reply) { reply(redirect_to_console()); });
   for (const console::PageFile& file : console::page_files()) {
-    const bool index = file.path == "/console";
-    router.add("GET", file.path, Role::kViewer, [&links, file, index](const ApiRequest& request, const Reply& reply) {
-      const auto token = request.query_value("token");
-      reply(index && token ? enter(links, *token) : page_file(file));
+    router.add("GET", file.path, Role::kViewer, [file](const ApiRequest& request, const Reply& reply) {
+      auto query = RequestReader::query_of(request);
+      if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+      reply(page_file(file));
     });
   }
   router.bind("getSession", [](const ApiRequest& request, const Reply& reply) {
     reply(ApiReply::json({{"role", to_string(request.caller.role)}, {"who", request.caller.who}}));
   });
+  router.bind("openSession",
+              [&links](const ApiRequest& request, const Reply& reply) { open_session(request, links, reply); });
   router.bind("newConsoleLink",
               [&links, tcp_port = std::move(tcp_port)](const ApiRequest& request, const Reply& reply) {
                 answer_new_link(request, links, tcp_port ? tcp_port() : 0, reply);

@@ -1,5 +1,5 @@
 // The operator's page and how a browser becomes an operator: GET /, /console, /console/console.js and .css,
-// GET /api/v1/session, POST /api/v1/console-links.
+// GET and POST /api/v1/session, POST /api/v1/console-links.
 #pragma once
 
 #include <filesystem>

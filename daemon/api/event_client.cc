@@ -9,10 +9,11 @@ namespace veneer::daemon {
 namespace websocket = boost::beast::websocket;
 using boost::system::error_code;
 
-EventClient::EventClient(ApiStream stream, EventHub& hub, Logger log)
+EventClient::EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger log)
     : socket_(std::move(stream)),
       cut_timer_(socket_.get_executor()),
       hub_(&hub),
+      caller_(std::move(caller)),
       close_time_(hub.options().close_seconds),
       log_(std::move(log)) {}
 
@@ -26,6 +27,13 @@ void EventClient::accept(Upgrade upgrade) {
   socket_.set_option(timeout);
   socket_.read_message_max(4096);
   socket_.text(true);
+  // A browser hangs up unless one of the protocols it offered is taken.
+  constexpr std::string_view kProtocol = "veneer.events";
+  const std::string_view offered = upgrade[boost::beast::http::field::sec_websocket_protocol];
+  if (offered.find(kProtocol) != std::string_view::npos)
+    socket_.set_option(websocket::stream_base::decorator([kProtocol](websocket::response_type& response) {
+      response.set(boost::beast::http::field::sec_websocket_protocol, kProtocol);
+    }));
   hub_->join(shared_from_this());
   auto request = std::make_shared<Upgrade>(std::move(upgrade));
   socket_.async_accept(*request, [self = shared_from_this(), request](error_code fault) {

@@ -21,11 +21,12 @@ class EventClient : public std::enable_shared_from_this<EventClient> {
   using Upgrade = boost::beast::http::request<boost::beast::http::string_body>;
 
   // `hub` outlives the client's membership: it says goodbye to its members before it goes.
-  EventClient(ApiStream stream, EventHub& hub, Logger log);
+  EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger log);
 
   // Answers the upgrade and joins the hub.
   void accept(Upgrade upgrade);
   void send(Message message);
+  const Caller& caller() const { return caller_; }
   // Leaves the hub at once; the reason goes out behind what is being written, and after close_seconds the link is cut.
   void drop(boost::beast::websocket::close_code code, std::string reason);
 
@@ -38,6 +39,7 @@ class EventClient : public std::enable_shared_from_this<EventClient> {
   boost::beast::websocket::stream<ApiStream> socket_;
   boost::asio::steady_timer cut_timer_;
   EventHub* hub_;  // null once it has left
+  const Caller caller_;
   std::chrono::seconds close_time_;
   Logger log_;
   boost::beast::flat_buffer received_;

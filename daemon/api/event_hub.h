@@ -12,11 +12,14 @@
 #include <string>
 
 #include "base/log.h"
+#include "daemon/api/api_message.h"
 
 namespace veneer::daemon {
 
 struct EventHubOptions {
   std::size_t max_clients = 32;
+  std::size_t max_viewers = 16;      // of them, all viewers together: the rest is kept for operators
+  std::size_t max_per_identity = 8;  // of them, for one user or one console link; anonymous ones are one
   std::size_t max_queued_messages = 256;
   std::size_t max_queued_bytes = 1024 * 1024;
   int ping_seconds = 15;  // silence after which a client is pinged; after twice that it is gone
@@ -39,7 +42,7 @@ class EventHub {
   void close();
 
   // For the server and the clients themselves.
-  bool full() const { return closed_ || clients_.size() >= options_.max_clients; }
+  bool has_room_for(const Caller& caller) const;
   void join(const std::shared_ptr<EventClient>& client);
   void leave(const std::shared_ptr<EventClient>& client) { clients_.erase(client); }
   const EventHubOptions& options() const { return options_; }

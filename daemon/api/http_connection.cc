@@ -1,11 +1,14 @@
 #include "daemon/api/http_connection.h"
 
+#include <sys/socket.h>
+
 #include <atomic>
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <cerrno>
 #include <limits>
 #include <utility>
 
@@ -25,6 +28,19 @@ constexpr std::chrono::seconds kLinger{2};
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
+// "Authorization: Bearer SECRET"; a page cannot give a WebSocket headers, so there it is the protocol "bearer.SECRET".
+template <class Fields>
+std::string_view session_secret(const Fields& fields) {
+  constexpr std::string_view kBearer = "Bearer ", kProtocol = "bearer.";
+  const std::string_view authorization = fields[http::field::authorization];
+  if (authorization.starts_with(kBearer)) return authorization.substr(kBearer.size());
+  const std::string_view protocols = fields[http::field::sec_websocket_protocol];
+  const std::size_t begin = protocols.find(kProtocol);
+  if (begin == std::string_view::npos) return {};
+  const std::string_view rest = protocols.substr(begin + kProtocol.size());
+  return rest.substr(0, rest.find_first_of(", "));
+}
+
 template <class Fields>
 BrowserHeaders browser_headers(const Fields& fields) {
   const auto once = [&fields](http::field name) -> std::optional<std::string_view> {
@@ -32,7 +48,10 @@ BrowserHeaders browser_headers(const Fields& fields) {
     if (fields.count(name) > 1) return "repeated";  // no host, no origin of ours
     return std::string_view(fields[name]);
   };
-  return {once(http::field::host).value_or(""), once(http::field::origin), once(http::field::cookie).value_or("")};
+  const auto fetched = fields.find("Sec-Fetch-Site");
+  return {once(http::field::host).value_or(""), once(http::field::origin), session_secret(fields),
+          fetched == fields.end() ? std::nullopt : std::optional<std::string_view>(fetched->value()),
+          fields["Sec-Fetch-Mode"] == "navigate" && fields["Sec-Fetch-Dest"] == "document"};
 }
 
 bool is_stop(const http::request<http::string_body>& request) {
@@ -87,6 +106,7 @@ void HttpConnection::step(Doing doing) {
 
 void HttpConnection::drop() {
   awaiting_reply_ = false;
+  gone_.request_stop();
   reply_timer_.cancel();
   stream_.close();
 }
@@ -125,29 +145,33 @@ void HttpConnection::on_header(error_code fault) {
   if (fault) return on_parse_fault(fault);
   step(Doing::kReading);
   const auto& request = parser_->get();
-  const bool changes_something = request.method() != http::verb::get;
   const BrowserHeaders headers = browser_headers(request);
   if (!peer_) {
-    if (auto refusal = refuse_foreign(headers, changes_something)) return answer(std::move(*refusal), true);
+    if (auto refusal = refuse_foreign(headers)) return answer(std::move(*refusal), true);
   }
-  caller_ = peer_ ? *peer_ : caller_over_tcp(headers, changes_something, shared_->links);
+  caller_ = peer_ ? *peer_ : caller_over_tcp(headers, shared_->links);
   if (is_stop(request)) {
+    // Before anything that may wait, a line of the log included.
+    answer(shared_->on_stop(caller_), !parser_->is_done());
     shared_->log->warn("STOP from {}", caller_.who);
-    return answer(shared_->on_stop(caller_), !parser_->is_done());
+    return;
   }
   if (request.method() == http::verb::get && path_of(request.target()) == kEventsPath) return upgrade();
   route();
 }
 
-std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& headers, bool changes_something) const {
+std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& headers) const {
   if (!host_is_ours(headers.host, shared_->tcp_port)) {
     return ApiReply::error(
         403, "forbidden",
         "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(shared_->tcp_port) + "/console");
   }
-  // The event stream is a GET that browsers let any page open.
-  const bool guarded = changes_something || path_of(parser_->get().target()) == kEventsPath;
-  if (guarded && !origin_is_ours(headers)) {
+  // Also of what only reads: a foreign page may not see the cell's pictures, count its jobs, or keep it busy. A link to
+  // the console may stand anywhere. Origin tells more than Sec-Fetch-Site, which browsers disagree about for
+  // WebSockets.
+  const bool page = !path_of(parser_->get().target()).starts_with("/api/");
+  const bool ours = headers.origin ? origin_is_ours(headers) : site_is_ours(headers) || (page && headers.opens_page);
+  if (!ours) {
     return ApiReply::error(403, "forbidden", "another web page sent this request: use the cell's own console");
   }
   return std::nullopt;
@@ -157,10 +181,10 @@ void HttpConnection::upgrade() {
   if (!boost::beast::websocket::is_upgrade(parser_->get())) {
     return answer(ApiReply::error(400, "invalid_argument", "this is the event stream: open it as a WebSocket"), true);
   }
-  if (shared_->hub.full()) {
-    return answer(ApiReply::error(503, "unavailable", "too many listen to the event stream already"), true);
+  if (!shared_->hub.has_room_for(caller_)) {
+    return answer(ApiReply::busy("too many of you listen to the event stream already"), true);
   }
-  const auto client = std::make_shared<EventClient>(std::move(stream_), shared_->hub, shared_->log);
+  const auto client = std::make_shared<EventClient>(std::move(stream_), shared_->hub, caller_, shared_->log);
   client->accept(parser_->release());
   if (shared_->on_gone) shared_->on_gone(*this);
 }
@@ -210,9 +234,14 @@ void HttpConnection::handle() {
   request.path = std::string(path_of(message.target()));
   request.path_params = std::move(match_.path_params);
   request.query = std::move(match_.query);
+  request.repeated_query = std::move(match_.repeated_query);
   request.content_type = std::string(message[http::field::content_type]);
   request.body = std::move(message.body());
+  request.idempotency_key = std::string(message["Idempotency-Key"]);
+  request.if_none_match = std::string(message[http::field::if_none_match]);
   request.caller = caller_;
+  gone_ = std::stop_source();
+  request.gone = gone_.get_token();
 
   awaiting_reply_ = true;
   reply_timer_.expires_after(shared_->options.reply_timeout);
@@ -220,10 +249,24 @@ void HttpConnection::handle() {
     if (fault) return;
     self->take_reply(number, ApiReply::error(Error{ErrorCode::kTimeout, "the daemon has no answer yet: ask again"}));
   });
+  if (message.method() == http::verb::get) notice_departure();
   // Copied: the handler may bind further routes.
   const Handler handler = match_.route->handler;
   const auto slot = std::make_shared<ReplySlot>(weak_from_this(), stream_.get_executor(), request_number_);
   handler(request, [slot](ApiReply reply) { slot->send(std::move(reply)); });
+}
+
+// A client that hangs up while its question waits is noticed, so that nobody works for it. What changes something is
+// done all the same.
+void HttpConnection::notice_departure() {
+  stream_.socket().async_wait(
+      ApiSocket::wait_read, [self = shared_from_this(), number = request_number_](error_code fault) {
+        if (fault || !self->awaiting_reply_ || number != self->request_number_) return;
+        char byte = 0;
+        const auto peeked = ::recv(self->stream_.socket().native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+        const bool idle = peeked < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
+        if (peeked == 0 || (peeked < 0 && !idle)) self->gone();
+      });
 }
 
 void HttpConnection::take_reply(std::uint64_t number, ApiReply reply) {
@@ -241,7 +284,8 @@ void HttpConnection::answer(ApiReply reply, bool close_after) {
   response_->version(known ? request.version() : 11);
   response_->result(static_cast<unsigned>(reply.status));
   response_->set(http::field::server, "veneerd");
-  response_->set(http::field::cache_control, "no-store");
+  response_->set(http::field::cache_control, reply.etag.empty() ? "no-store" : "private, no-cache");
+  if (!reply.etag.empty()) response_->set(http::field::etag, reply.etag);
   response_->set("X-Content-Type-Options", "nosniff");
   response_->set("Cross-Origin-Resource-Policy", "same-origin");
   if (!reply.content_type.empty()) response_->set(http::field::content_type, reply.content_type);

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 
 #include "daemon/api/access.h"
 #include "daemon/api/api_stream.h"
@@ -45,6 +46,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   Doing doing() const { return doing_; }
   std::uint64_t last_activity() const { return last_activity_; }
+  // Its last request came from an operator.
+  bool trusted() const { return caller_.role >= Role::kOperator; }
 
  private:
   using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
@@ -55,12 +58,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void read_header();
   void on_header(boost::system::error_code fault);
   void on_parse_fault(boost::system::error_code fault);
-  std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers, bool changes_something) const;
+  std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers) const;
   void upgrade();
   void route();
   void say_continue();
   void read_body();
   void handle();
+  void notice_departure();
   void take_reply(std::uint64_t number, ApiReply reply);
   void answer(ApiReply reply, bool close_after = false);
   void linger();
@@ -80,6 +84,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t last_activity_ = 0;
   std::uint64_t request_number_ = 0;
   bool awaiting_reply_ = false;
+  std::stop_source gone_;  // of the request that is being handled
 };
 
 }  // namespace veneer::daemon

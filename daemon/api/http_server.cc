@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/asio/steady_timer.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -107,11 +108,11 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     connection->start();
   }
 
-  // Whoever has been quiet for longest goes, requests in their handlers last: a crowd that holds connections open keeps
-  // nobody from pressing STOP.
+  // Whoever has been quiet for longest goes, operators and requests in their handlers last: a crowd that holds
+  // connections open keeps nobody from pressing STOP.
   static void make_room(Connections& door) {
     const auto rank = [](const std::shared_ptr<HttpConnection>& c) {
-      return std::pair(c->doing() == HttpConnection::Doing::kHandling, c->last_activity());
+      return std::tuple(c->trusted(), c->doing() == HttpConnection::Doing::kHandling, c->last_activity());
     };
     const auto quietest = std::ranges::min_element(door, {}, rank);
     (*quietest)->drop();

@@ -1,4 +1,4 @@
-// Every operation of the API: method, path, who may call it, how large its body may be. The one place that says who may
+// Every operation of the API: method, path, who may call it, what it takes. The one place that says who may
 // do what; docs/openapi.json describes the same operations, and a test keeps the two equal.
 #pragma once
 
@@ -13,12 +13,18 @@ namespace veneer::daemon {
 inline constexpr std::size_t kSmallBody = 64 * 1024;
 inline constexpr std::size_t kPictureBody = 64 * 1024 * 1024;
 
+// What a request of an operation may carry besides its path.
+enum class Takes { kNothing, kQuery, kJson, kLargeJson, kPictureAndQuery };
+constexpr std::size_t max_body(Takes takes) {
+  return takes == Takes::kPictureAndQuery || takes == Takes::kLargeJson ? kPictureBody : kSmallBody;
+}
+
 struct ApiOperation {
   std::string_view id;  // OpenAPI operationId
   std::string_view method;
   std::string_view pattern;  // "/api/v1/jobs/{id}/start"
   Role role = Role::kAdmin;
-  std::size_t max_body = kSmallBody;
+  Takes takes = Takes::kNothing;
 };
 
 std::span<const ApiOperation> api_operations();

@@ -1,8 +1,11 @@
 #include "daemon/api/router.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 
+#include "daemon/api/request_reader.h"
 #include "daemon/api/url.h"
 
 namespace veneer::daemon {
@@ -41,12 +44,63 @@ ApiReply not_allowed(const std::vector<std::string>& methods) {
   return reply;
 }
 
+// What an operation does not take must not be there: a reader that is asked for nothing refuses everything.
+Handler strict(const ApiOperation& operation, Handler handler) {
+  const bool query = operation.takes == Takes::kQuery || operation.takes == Takes::kPictureAndQuery;
+  const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kLargeJson ||
+                    operation.takes == Takes::kPictureAndQuery;
+  return [query, body, handler = std::move(handler)](const ApiRequest& request, Reply reply) {
+    for (const bool of_query : {true, false}) {
+      if (of_query ? query : body) continue;
+      auto reader = of_query ? RequestReader::query_of(request) : RequestReader::body_of(request);
+      if (const Status empty = reader.end(); !empty) return reply(ApiReply::error(empty.error()));
+    }
+    handler(request, std::move(reply));
+  };
+}
+
+constexpr std::size_t kLongestDetail = 1000;
+
+// "POST /api/v1/laser/jog {"dx_mm":5}"; a picture only by its size, a secret not at all.
+std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
+  std::string line = request.method + " " + request.path;
+  for (const auto& [name, value] : request.query)
+    line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
+  if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kLargeJson)
+    line += " (" + std::to_string(request.body.size()) + " bytes)";
+  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body;
+  if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";
+  return line;
+}
+
 }  // namespace
+
+Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Changes> changes, Handler handler) {
+  return
+      [&operation, changes = std::move(changes), handler = std::move(handler)](const ApiRequest& request, Reply reply) {
+        if (!request.idempotency_key.empty() && changes->keys != nullptr) {
+          if (!usable_key(request.idempotency_key))
+            return reply(
+                ApiReply::error(unusable("Idempotency-Key must be 1 to 200 visible ASCII characters: choose another")));
+          auto first = changes->keys->begin(request, std::move(reply));
+          if (!first) return;
+          reply = std::move(*first);
+        }
+        if (!changes->note) return handler(request, std::move(reply));
+        changes->note({request.caller, operation.id, line_of(operation, request)});
+        handler(request, [&operation, changes, caller = request.caller, reply = std::move(reply)](ApiReply made) {
+          if (made.status >= 400) changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
+          reply(std::move(made));
+        });
+      };
+}
 
 void Router::bind(std::string_view operation_id, Handler handler) {
   const ApiOperation* operation = find_operation(operation_id);
   if (!operation) std::abort();
-  add(operation->method, operation->pattern, operation->role, std::move(handler), operation->max_body);
+  if (operation->method != "GET") handler = noted(*operation, changes_, std::move(handler));
+  add(operation->method, operation->pattern, operation->role, strict(*operation, std::move(handler)),
+      max_body(operation->takes));
 }
 
 void Router::add(std::string_view method, std::string_view pattern, Role role, Handler handler, std::size_t max_body) {
@@ -86,6 +140,7 @@ Router::Match Router::match(std::string_view method, std::string_view target) co
     if (is_parameter(segment)) match.path_params[segment.substr(1, segment.size() - 2)] = parsed->segments[i];
   }
   match.query = std::move(parsed->query);
+  match.repeated_query = std::move(parsed->repeated);
   return match;
 }
 

@@ -1,11 +1,14 @@
 // Which handler answers which request. Bound to the reactor.
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "daemon/api/api_message.h"
+#include "daemon/api/idempotency.h"
 #include "daemon/api/route_table.h"
 
 namespace veneer::daemon {
@@ -24,12 +27,24 @@ class Router {
     const Route* route = nullptr;  // nullptr: see `refusal`
     std::map<std::string, std::string> path_params;
     std::map<std::string, std::string> query;
+    std::optional<std::string> repeated_query;
     ApiReply refusal;  // 400, 404 or 405
   };
 
-  // The usual way: an operation of route_table.h by its id, which brings method, path, role and body limit.
+  // The usual way: an operation of route_table.h by its id, which brings method, path, role and body limit. A query or
+  // body that the operation does not take is refused before the handler sees it.
   // An unknown id, or one bound twice, is a bug and aborts.
   void bind(std::string_view operation_id, Handler handler);
+  // Told of every operation that changes something before its handler runs, and again when it was refused.
+  struct Change {
+    const Caller& caller;
+    std::string_view operation;  // its id
+    std::string detail;          // the request in one line, or why it was refused
+    bool refused = false;
+  };
+  void on_change(std::function<void(const Change&)> note) { changes_->note = std::move(note); }
+  // Requests with an Idempotency-Key are done once. `keys` outlives the router.
+  void remember_in(IdempotencyKeys& keys) { changes_->keys = &keys; }
   // A route outside the table (the console's page).
   void add(std::string_view method, std::string_view pattern, Role role, Handler handler,
            std::size_t max_body = kSmallBody);
@@ -43,7 +58,14 @@ class Router {
   const std::vector<Route>& routes() const { return routes_; }
 
  private:
+  struct Changes {
+    std::function<void(const Change&)> note;
+    IdempotencyKeys* keys = nullptr;
+  };
+  static Handler noted(const ApiOperation& operation, std::shared_ptr<const Changes> changes, Handler handler);
+
   std::vector<Route> routes_;
+  std::shared_ptr<Changes> changes_ = std::make_shared<Changes>();  // handlers hold it too
 };
 
 }  // namespace veneer::daemon

@@ -1,5 +1,7 @@
 #include "daemon/api/tasks.h"
 
+#include "daemon/api/api_message.h"
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <mutex>
@@ -27,7 +29,7 @@ nlohmann::json to_json(const TaskView& task) {
                          {"progress", task.progress},
                          {"text", task.text}};
   if (task.state == TaskState::kDone) json["result"] = task.result;
-  if (task.error) json["error"] = {{"code", to_string(task.error->code)}, {"message", task.error->message}};
+  if (task.error) json["error"] = error_json(to_string(task.error->code), task.error->message);
   return json;
 }
 

@@ -33,7 +33,7 @@ struct TaskView {
   std::optional<Error> error;  // of a failed or cancelled one
 };
 
-// {"id", "kind", "state", "progress", "text", "result" | "error": {"code", "message"}}
+// {"id", "kind", "state", "progress", "text", "result" | "error": error_json()}
 nlohmann::json to_json(const TaskView& task);
 
 // The worker's end of a task. Copies speak of the same task. Thread-safe; does nothing once the registry is gone.

@@ -19,14 +19,14 @@ std::string_view take_until(std::string_view& rest, char separator) {
   return head;
 }
 
-bool parse_query(std::string_view text, std::map<std::string, std::string>& query) {
+bool parse_query(std::string_view text, Target& target) {
   while (!text.empty()) {
     std::string_view pair = take_until(text, '&');
     if (pair.empty()) continue;
     const auto name = percent_decode(take_until(pair, '='), true);
     const auto value = percent_decode(pair, true);
     if (!name || !value) return false;
-    query[*name] = *value;
+    if (!target.query.emplace(*name, *value).second) target.repeated = *name;
   }
   return true;
 }
@@ -59,7 +59,7 @@ std::optional<Target> parse_target(std::string_view target) {
   Target parsed;
   const std::size_t question = target.find('?');
   std::string_view path = target.substr(1, question == std::string_view::npos ? question : question - 1);
-  if (question != std::string_view::npos && !parse_query(target.substr(question + 1), parsed.query)) {
+  if (question != std::string_view::npos && !parse_query(target.substr(question + 1), parsed)) {
     return std::nullopt;
   }
   const bool root = path.empty();

@@ -12,6 +12,7 @@ namespace veneer::daemon {
 struct Target {
   std::vector<std::string> segments;  // decoded; "/" has none
   std::map<std::string, std::string> query;
+  std::optional<std::string> repeated;  // a name that stands twice in the query
 };
 
 // nullopt for a target that is not a path ("http://...", "*"), has an empty, "." or ".." segment, a broken escape, a

@@ -40,8 +40,18 @@ std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reacto
   return std::make_unique<ReactorTimer>(reactor);
 }
 
-Watchdog::Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer, std::function<bool()> healthy)
-    : notifier_(notifier), timer_(std::move(timer)), healthy_(std::move(healthy)) {}
+Repeater::Repeater(std::unique_ptr<OneShotTimer> timer, Duration period, std::function<void()> act)
+    : timer_(std::move(timer)), period_(period), act_(std::move(act)) {}
+
+void Repeater::begin() {
+  timer_->after(period_, [this] {
+    act_();
+    begin();
+  });
+}
+
+Watchdog::Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer)
+    : notifier_(notifier), timer_(std::move(timer)) {}
 
 void Watchdog::ready() {
   notifier_.notify("READY=1");
@@ -51,7 +61,7 @@ void Watchdog::ready() {
 void Watchdog::feed() {
   const Duration period = notifier_.watchdog_period();
   if (period <= Duration::zero()) return;
-  if (!healthy_ || healthy_()) notifier_.notify("WATCHDOG=1");
+  notifier_.notify("WATCHDOG=1");
   timer_->after(period / 4, [this] { feed(); });
 }
 

@@ -1,6 +1,6 @@
 // Readiness and the watchdog towards systemd. It is fed by a timer on the reactor, the loop that owns the laser, and by
-// nothing else: a stuck reactor starves it and systemd ends the process (the beam dies with the bytes). `healthy` says
-// whether the rest answers too (cell_health.h).
+// nothing else: a stuck reactor starves it and systemd ends the process (the guardian darkens the machine then).
+// Whether the rest answers is no business of systemd's: daemon/unit/cell_health.h sees to that.
 //
 // Bound to the reactor.
 #pragma once
@@ -42,10 +42,22 @@ class OneShotTimer {
 };
 std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reactor);
 
+// Does the same again and again, a period after each time it was done.
+class Repeater {
+ public:
+  Repeater(std::unique_ptr<OneShotTimer> timer, Duration period, std::function<void()> act);
+  void begin();  // for the first time after one period
+
+ private:
+  std::unique_ptr<OneShotTimer> timer_;
+  Duration period_;
+  std::function<void()> act_;
+};
+
 class Watchdog {
  public:
-  // `healthy` is asked before each feeding; while it says no, nothing is fed. `notifier` outlives this.
-  Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer, std::function<bool()> healthy);
+  // `notifier` outlives this.
+  Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer);
 
   void ready();                          // READY=1 and the first feeding; then one every quarter of the period
   void status(const std::string& text);  // one line; told only when it changed
@@ -56,7 +68,6 @@ class Watchdog {
 
   ServiceNotifier& notifier_;
   std::unique_ptr<OneShotTimer> timer_;
-  std::function<bool()> healthy_;
   std::string status_;
 };
 

@@ -1,0 +1,97 @@
+#include "daemon/api/idempotency.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+#include "base/hash.h"
+
+namespace veneer::daemon {
+
+// Of a picture its ends do: hashing it all would hold up the reactor.
+std::string fingerprint_of(const ApiRequest& request) {
+  constexpr std::size_t kEnd = 16 * 1024;
+  std::string text = request.method + " " + request.path + "?";
+  for (const auto& [name, value] : request.query) text += fmt::format("{}={}&", name, value);
+  text += "\n" + std::to_string(request.body.size()) + "\n" + request.body.substr(0, kEnd);
+  if (request.body.size() > kEnd) text += request.body.substr(std::max(kEnd, request.body.size() - kEnd));
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+bool usable_key(std::string_view key) {
+  return !key.empty() && key.size() <= 200 && std::ranges::all_of(key, [](char c) { return c > 0x20 && c < 0x7f; });
+}
+
+// The first request's way back. Dropped without a reply, the key is free again.
+class IdempotencyKeys::Pending {
+ public:
+  Pending(std::shared_ptr<State> state, std::shared_ptr<Record> record, Reply reply)
+      : state_(std::move(state)), record_(std::move(record)), reply_(std::move(reply)) {}
+  Pending(const Pending&) = delete;
+  Pending& operator=(const Pending&) = delete;
+  ~Pending() { forget(); }
+
+  void send(const ApiReply& reply) {
+    std::vector<Reply> waiting;
+    {
+      const std::lock_guard lock(state_->mutex);
+      if (!reply_) return;
+      waiting = std::exchange(record_->waiting, {});
+      waiting.push_back(std::exchange(reply_, nullptr));
+      if (reply.status < 400 && reply.body.size() <= kLargestReply)
+        record_->reply = reply;
+      else
+        std::erase(state_->records, record_);
+    }
+    for (const Reply& one : waiting) one(reply);
+  }
+
+ private:
+  void forget() {
+    std::vector<Reply> dropped;
+    const std::lock_guard lock(state_->mutex);
+    if (!reply_) return;
+    dropped = std::exchange(record_->waiting, {});
+    std::erase(state_->records, record_);
+  }
+
+  std::shared_ptr<State> state_;
+  std::shared_ptr<Record> record_;
+  Reply reply_;
+};
+
+std::optional<Reply> IdempotencyKeys::begin(const ApiRequest& request, Reply reply) {
+  const std::string fingerprint = fingerprint_of(request);
+  ApiReply known;
+  {
+    const std::lock_guard lock(state_->mutex);
+    auto& records = state_->records;
+    const TimePoint now = state_->clock.now();
+    while (!records.empty() && (records.size() >= kMost || now - records.front()->at > kLife)) records.pop_front();
+    const auto found = std::ranges::find_if(records, [&](const auto& record) {
+      return record->who == request.caller.who && record->key == request.idempotency_key;
+    });
+    if (found == records.end()) {
+      auto record = std::make_shared<Record>(
+          Record{request.caller.who, request.idempotency_key, fingerprint, now, std::nullopt, {}});
+      records.push_back(record);
+      const auto pending = std::make_shared<Pending>(state_, std::move(record), std::move(reply));
+      return [pending](const ApiReply& made) { pending->send(made); };
+    }
+    if ((*found)->fingerprint == fingerprint && !(*found)->reply) {
+      (*found)->waiting.push_back(std::move(reply));
+      return std::nullopt;
+    }
+    known = (*found)->fingerprint == fingerprint
+                ? *(*found)->reply
+                : ApiReply::error(Error{ErrorCode::kConflict,
+                                        "this Idempotency-Key was used for another request: give each its own"});
+  }
+  if (known.status < 400) known.headers.emplace_back("Idempotency-Replayed", "true");
+  reply(std::move(known));
+  return std::nullopt;
+}
+
+}  // namespace veneer::daemon

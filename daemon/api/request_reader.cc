@@ -1,0 +1,204 @@
+#include "daemon/api/request_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kDeepest = 64;
+constexpr double kLargestWhole = 9e15;  // below it every whole number has a double of its own
+constexpr std::size_t kShownText = 60;  // of a value, in a sentence
+
+Error given_twice(std::string_view name) { return unusable(fmt::format("\"{}\" is given twice: give it once", name)); }
+
+// A body nested a thousand deep is parsed iteratively, but destroyed recursively: it is refused before.
+bool too_deep(std::string_view body) {
+  int depth = 0;
+  for (const char c : body) {
+    if (c == '[' || c == '{') ++depth;
+    if (c == ']' || c == '}') --depth;
+    if (depth > kDeepest) return true;
+  }
+  return false;
+}
+
+// The library keeps the last of two equal keys, in silence.
+Result<json> parse_object(const std::string& body) {
+  if (too_deep(body)) return unusable("the body is nested too deeply: this API's bodies are flat");
+  std::vector<std::set<std::string>> open;
+  std::optional<std::string> twice;
+  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) open.emplace_back();
+    if (event == json::parse_event_t::object_end) open.pop_back();
+    if (event == json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
+      twice = parsed.get<std::string>();
+    return true;
+  };
+  json parsed = json::parse(body, watch, /*allow_exceptions=*/false);
+  if (!parsed.is_object()) return unusable("the body is not a JSON object: send one, as in {}");
+  if (twice) return given_twice(*twice);
+  return parsed;
+}
+
+std::string shown(const json& value) {
+  std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  if (text.size() > kShownText) {
+    text.resize(kShownText);
+    while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0x80U) != 0) text.pop_back();  // half a letter
+    text += "...";
+  }
+  return text;
+}
+
+std::string words_of(NumberRange range) {
+  const bool from = std::isfinite(range.least), to = std::isfinite(range.most);
+  if (from && to) return fmt::format(" from {} to {}", range.least, range.most);
+  if (from) return fmt::format(" from {}", range.least);
+  if (to) return fmt::format(" up to {}", range.most);
+  return "";
+}
+
+}  // namespace
+
+std::optional<double> parse_number(std::string_view text) {
+  double value = 0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (fault != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+RequestReader RequestReader::body_of(const ApiRequest& request) {
+  RequestReader reader(false);
+  if (request.body.empty()) return reader;
+  auto parsed = parse_object(request.body);
+  if (parsed)
+    reader.values_ = std::move(*parsed);
+  else
+    reader.error_ = parsed.error();
+  return reader;
+}
+
+RequestReader RequestReader::query_of(const ApiRequest& request) {
+  RequestReader reader(true);
+  for (const auto& [name, value] : request.query) reader.values_[name] = value;
+  if (request.repeated_query) reader.error_ = given_twice(*request.repeated_query);
+  return reader;
+}
+
+const json* RequestReader::find(std::string_view name) {
+  known_.emplace_back(name);
+  const auto it = values_.find(known_.back());
+  return it == values_.end() ? nullptr : &*it;
+}
+
+void RequestReader::refuse(Error error) {
+  if (!refusal_) refusal_ = std::move(error);
+}
+
+void RequestReader::refuse_value(std::string_view name, const json& value, const std::string& must_be) {
+  if (!error_) error_ = unusable(fmt::format("{} is {}: it must be {}", name, shown(value), must_be));
+}
+
+void RequestReader::require(std::string_view name) {
+  if (!error_ && !values_.contains(std::string(name))) error_ = unusable(fmt::format("{} is missing: give it", name));
+}
+
+std::optional<bool> RequestReader::flag(std::string_view name) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_boolean()) return value->get<bool>();
+  if (from_query_ && (*value == "1" || *value == "true")) return true;
+  if (from_query_ && (*value == "0" || *value == "false")) return false;
+  refuse_value(name, *value, "true or false");
+  return std::nullopt;
+}
+
+std::optional<double> RequestReader::number_in(const json& value) const {
+  if (from_query_) return parse_number(value.get_ref<const std::string&>());
+  if (!value.is_number() || !std::isfinite(value.get<double>())) return std::nullopt;
+  return value.get<double>();
+}
+
+std::optional<double> RequestReader::number(std::string_view name, NumberRange range) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  const auto number = number_in(*value);
+  if (number && *number >= range.least && *number <= range.most) return number;
+  refuse_value(name, *value, "a number" + words_of(range));
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> RequestReader::whole(std::string_view name, NumberRange range) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  const auto number = number_in(*value);
+  if (number && *number == std::floor(*number) && std::abs(*number) < kLargestWhole && *number >= range.least &&
+      *number <= range.most)
+    return static_cast<std::int64_t>(*number);
+  refuse_value(name, *value, "a whole number" + words_of(range));
+  return std::nullopt;
+}
+
+std::optional<std::string> RequestReader::text(std::string_view name) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_string()) return value->get<std::string>();
+  refuse_value(name, *value, "a text");
+  return std::nullopt;
+}
+
+std::optional<std::string> RequestReader::word(std::string_view name, std::initializer_list<std::string_view> choices) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_string() && std::ranges::count(choices, value->get_ref<const std::string&>()) > 0)
+    return value->get<std::string>();
+  refuse_value(name, *value, fmt::format("{}", fmt::join(choices, " or ")));
+  return std::nullopt;
+}
+
+std::optional<std::vector<std::string>> RequestReader::texts(std::string_view name) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  if (value->is_array() && std::ranges::all_of(*value, [](const json& item) { return item.is_string(); }))
+    return value->get<std::vector<std::string>>();
+  refuse_value(name, *value, "a list of texts");
+  return std::nullopt;
+}
+
+std::optional<std::vector<double>> RequestReader::numbers(std::string_view name, NumberRange range) {
+  const json* value = find(name);
+  if (value == nullptr) return std::nullopt;
+  std::vector<double> out;
+  bool good = value->is_array();
+  if (good) {
+    for (const json& item : *value) {
+      const auto number = number_in(item);
+      good = good && number && *number >= range.least && *number <= range.most;
+      out.push_back(number.value_or(0));
+    }
+  }
+  if (good) return out;
+  refuse_value(name, *value, "a list of numbers" + words_of(range));
+  return std::nullopt;
+}
+
+Status RequestReader::end() {
+  if (error_) return *error_;
+  for (const auto& [name, value] : values_.items()) {
+    if (std::ranges::count(known_, name) > 0) continue;
+    return unusable(fmt::format("{} is not known here: {} {}", shown(name),
+                                from_query_ ? "the query of this request" : "the body of this request",
+                                known_.empty() ? "is empty" : fmt::format("takes {}", fmt::join(known_, ", "))));
+  }
+  return refusal_ ? Status(*refusal_) : Ok();
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,35 @@
+#include "daemon/routes/bind_routes.h"
+
+#include <boost/asio/post.hpp>
+#include <nlohmann/json.hpp>
+
+#include "daemon/api/task_routes.h"
+#include "daemon/routes/cell_routes.h"
+
+namespace veneer::daemon {
+
+void bind_routes(Router& router, Cell& cell) {
+  Cell& c = cell;
+  const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
+  bind_unit_routes(router, {*c.runner, *c.bed, *c.cuts, [&c] { return c.status(); }});
+  bind_stock_routes(router, {*c.scans, *c.scanner_worker, c.tasks, *c.queries, *c.pictures, c.panel_library,
+                             c.panel_figures, [&c, on_reactor](const std::optional<PanelId>& panel) {
+                               on_reactor([&c, panel] {
+                                 c.refresh_counts();
+                                 if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
+                               });
+                             }});
+  bind_calibration_routes(router,
+                          {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
+                           c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }});
+  bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner_threads, c.tasks, *c.runner, *c.database,
+                           *c.queries, *c.pictures, c.panel_library, [&c, on_reactor](JobId job) {
+                             on_reactor([&c, job] { c.hub.broadcast({{"type", "job"}, {"job", job.value}}); });
+                           }});
+  bind_laser_routes(router, {*c.runner, *c.devices.laser, c.tasks, c.config.recipe, *c.pictures, on_reactor,
+                             [&c](const LaserOverrides& wanted) { return c.set_overrides(wanted); }});
+  bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
+  bind_task_routes(router, c.tasks);
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,92 @@
+// Calibrations and the certificates they leave.
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/post_work.h"
+#include "daemon/routes/request_ranges.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+void finish_calibration(const CalibrationServices& s, const TaskReporter& task,
+                        const Result<CalibrationOutcome>& outcome) {
+  s.on_calibrated();
+  task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+}
+
+// The bare board on the bed, as the operator measured it; width and height 0 = not said.
+struct Board {
+  Millimetres thickness, width, height;
+};
+
+// Burns on the reactor, then photographs and fits on the camera's worker.
+void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
+                     std::vector<std::string> confirmed) {
+  const auto& travel = s.unit.limits().travel;
+  if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
+  const Millimetres full(30);  // without a word about the board it nearly fills the bed
+  auto strokes = s.calibrations.pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
+                                            board.height > Millimetres(0) ? board.height : travel.height() - full);
+  if (!strokes) return task.fail(strokes.error());
+  task.progress(0.05, "burning the pattern");
+  const auto photograph = [s, task, thickness = board.thickness](const Status& burnt) {
+    if (!burnt) return task.fail(burnt.error());
+    post_task(s.camera, task, [s, task, thickness] {
+      finish_calibration(
+          s, task, s.calibrations.axes(thickness, [&](double f, const std::string& text) { task.progress(f, text); }));
+    });
+  };
+  s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
+}
+
+void calibrate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
+  const std::string& device = request.path_param("device");
+  auto body = RequestReader::body_of(request);
+  const bool more = body.flag("more").value_or(false);
+  const Millimetres height(
+      body.number("height_mm", ranges::kHeightAboveBed).value_or(device == "laser" ? s.thickness.count() : 0.0));
+  const Board board{height, Millimetres(body.number("board_width_mm", ranges::kBoardSide).value_or(0)),
+                    Millimetres(body.number("board_height_mm", ranges::kBoardSide).value_or(0))};
+  auto confirmed = body.texts("confirmed").value_or(std::vector<std::string>());
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (device != "scanner" && device != "camera" && device != "laser" && device != "kerf")
+    return reply(ApiReply::error(
+        {ErrorCode::kNotFound,
+         fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
+  auto task = s.tasks.start("calibrate " + device, "waiting for the device");
+  reply(ApiReply::task(task.id()));
+  if (device == "laser") return calibrate_laser(s, task, board, request.caller.who, std::move(confirmed));
+  Worker& worker = device == "camera" ? s.camera : s.scanner;
+  post_task(worker, task, [s, task, device, more, height] {
+    const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
+    finish_calibration(s, task,
+                       device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())
+                       : device == "camera" ? s.calibrations.camera(more, height, progress)
+                                            : s.calibrations.kerf(progress, task.stop_token()));
+  });
+}
+
+Result<json> certificates_json(Repositories& r) {
+  auto list = r.certificates.list();
+  if (!list) return list.error();
+  json out = {{"certificates", json::array()}};
+  const std::string now = utc_timestamp();
+  for (const auto& c : *list) out["certificates"].push_back(to_json(c, now));
+  return out;
+}
+
+}  // namespace
+
+void bind_calibration_routes(Router& router, const CalibrationServices& s) {
+  router.bind("calibrate", [s](const ApiRequest& request, const Reply& reply) { calibrate(s, request, reply); });
+  router.bind("listCertificates", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(s.queries, request, certificates_json, reply);
+  });
+}
+
+}  // namespace veneer::daemon

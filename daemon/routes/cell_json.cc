@@ -1,0 +1,157 @@
+#include "daemon/routes/cell_json.h"
+
+namespace veneer::daemon {
+
+using nlohmann::json;
+
+json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures) {
+  json faces = json::array({"show"});
+  if (figures.back_known) faces.push_back("back");
+  return {{"id", panel.id.value},
+          {"name", panel.name},
+          {"width_mm", panel.width.count()},
+          {"height_mm", panel.height.count()},
+          {"usable_mm2", figures.usable},
+          {"free_mm2", std::max(0.0, figures.usable - figures.reserved)},
+          {"reserved_mm2", figures.reserved},
+          {"cut_mm2", figures.cut},
+          {"faces", faces},
+          {"parent", panel.parent ? json(panel.parent->value) : json()},
+          {"root", panel.root.value},
+          {"rms_mm", figures.rms ? json(figures.rms->count()) : json()},
+          {"created", panel.created_at},
+          {"pieces", figures.pieces}};
+}
+
+json to_json(const std::vector<db::ZoneRecord>& zones) {
+  json out = json::array();
+  for (const auto& zone : zones)
+    out.push_back({{"zone", zone.number},
+                   {"material", zone.material.empty() ? json() : json(zone.material)},
+                   {"area_mm2", std::abs(signed_area(zone.outline))},
+                   {"outline_mm", points_json(zone.outline)}});
+  return out;
+}
+
+json to_json(const db::AllocationRecord& a, const std::string& mark) {
+  json rings = json::array();
+  for (const auto& ring : a.area.rings()) rings.push_back(points_json(ring));
+  return {{"piece", a.piece.value},
+          {"job", a.job.value},
+          {"mark", mark},
+          {"state", db::to_string(a.state)},
+          {"area_mm2", a.area.area().count()},
+          {"outline_mm", points_json(a.outline)},
+          {"allocation_mm", rings}};
+}
+
+json to_json(const db::JobRecord& job) {
+  int planned = 0;
+  for (const auto& [state, count] : job.pieces)
+    if (state != db::PieceState::kUnfilled) planned += count;
+  json out = {{"id", job.id.value},
+              {"name", job.name},
+              {"state", db::to_string(job.state)},
+              {"pieces", planned},
+              {"cut", job.count(db::PieceState::kCut)},
+              {"suspect", job.count(db::PieceState::kSuspect)},
+              {"created", job.created_at}};
+  const json options = json::parse(job.options_json, nullptr, false);
+  if (options.is_object()) out["options"] = options;
+  return out;
+}
+
+json to_json(const db::PieceRecord& piece) {
+  json out = {{"id", piece.id.value},
+              {"mark", piece.mark},
+              {"state", db::to_string(piece.state)},
+              {"artwork_outline_mm", points_json(piece.artwork_outline)},
+              {"panel", nullptr}};
+  if (piece.panel) {
+    out["panel"] = piece.panel->value;
+    out["panel_outline_mm"] = points_json(piece.panel_outline);
+    if (piece.lead_in) out["lead_in_mm"] = {piece.lead_in->x.count(), piece.lead_in->y.count()};
+    out["rotation_deg"] = to_degrees(piece.panel_from_artwork.angle());
+  }
+  return out;
+}
+
+json to_json(const db::RunRecord& run) {
+  const auto m = run.bed_from_panel.affine();
+  return {{"id", run.id.value},
+          {"panel", run.panel.value},
+          {"bed_from_panel",
+           {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
+          {"pose_rms_mm", run.pose_rms.count()},
+          {"started", run.started_at},
+          {"ended", run.ended_at ? json(*run.ended_at) : json()},
+          {"result", run.result}};
+}
+
+json to_json(const db::CertificateRecord& c, const std::string& now) {
+  const json payload = json::parse(c.payload, nullptr, false);
+  json out = {{"id", c.id.value},
+              {"device", db::to_string(c.kind)},
+              {"kind", db::to_string(c.kind)},
+              {"state", c.expires_at > now ? "valid" : "expired"},
+              {"issued", c.issued_at},
+              {"expires", c.expires_at},
+              {"rms_mm", c.rms.count()}};
+  for (const char* key : {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans"})
+    if (payload.contains(key)) out[key] = payload[key];
+  return out;
+}
+
+json to_json(const ScanOutcome& o) {
+  json out = {{"tiles", o.tiles}, {"face", to_string(o.face)}};
+  if (!o.panel) return out;
+  out["panel"] = o.panel->value;
+  out["new"] = o.is_new;
+  out["registration"] = {{"rms_mm", o.rms ? json(o.rms->count()) : json()},
+                         {"max_mm", o.max ? json(o.max->count()) : json()}};
+  if (o.face == Face::kShow) {
+    out["usable_mm2"] = o.usable.count();
+    out["zones"] = o.zones;
+  }
+  if (o.differences) {
+    json list = json::array();
+    for (const auto& d : *o.differences)
+      list.push_back({{"kind", calib::to_string(d.kind)},
+                      {"place_mm", {d.place.x.count(), d.place.y.count()}},
+                      {"area_mm2", d.area.count()}});
+    out["differences"] = list;
+  }
+  return out;
+}
+
+json to_json(const JobOutcome& o) {
+  json panels = json::array();
+  json global, fine;
+  if (o.global)
+    global = {{"greedy_cost", o.global->greedy_cost},
+              {"greedy_unfilled", o.global->greedy_unfilled},
+              {"cost", o.global->cost},
+              {"iterations", o.global->iterations},
+              {"budget", o.global->budget},
+              {"stopped", o.global->stopped}};
+  if (o.fine) fine = {{"cost_before", o.fine->cost_before}, {"cost", o.fine->cost}, {"moved", o.fine->moved}};
+  for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
+  return {{"job", o.job.value},
+          {"pieces", o.pieces},
+          {"without_lead_in", o.without_lead},
+          {"cost_per_pixel", o.cost_per_pixel},
+          {"panels", panels},
+          {"warnings", o.warnings},
+          {"global", global},
+          {"fine_rotation", fine}};
+}
+
+json to_json(const CalibrationOutcome& o) {
+  return {{"device", o.device},
+          {"views", o.views},
+          {"certificate", o.certificate.value},
+          {"rms_mm", o.rms.count()},
+          {"figures", json::parse(o.payload, nullptr, false)}};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,34 @@
+// Records as the API tells them (docs/openapi.json). Pure.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "daemon/database_thread.h"
+#include "daemon/services/calibration_service.h"
+#include "daemon/services/panel_figures.h"
+#include "daemon/services/plan_service.h"
+#include "daemon/services/scan_service.h"
+#include "daemon/unit/job_runner.h"
+
+namespace veneer::daemon {
+
+template <class Frame>
+nlohmann::json points_json(const std::vector<Point<Frame>>& points) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const auto& p : points) out.push_back({p.x.count(), p.y.count()});
+  return out;
+}
+
+nlohmann::json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures);
+nlohmann::json to_json(const std::vector<db::ZoneRecord>& zones);
+nlohmann::json to_json(const db::AllocationRecord& allocation, const std::string& mark);
+nlohmann::json to_json(const db::JobRecord& job);
+nlohmann::json to_json(const db::PieceRecord& piece);
+nlohmann::json to_json(const db::RunRecord& run);
+nlohmann::json to_json(const db::CertificateRecord& certificate, const std::string& now);
+nlohmann::json to_json(const ScanOutcome& outcome);
+nlohmann::json to_json(const JobOutcome& outcome);
+nlohmann::json to_json(const CalibrationOutcome& outcome);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,107 @@
+// The API's operations, group by group, each with the services it needs and no others. The handlers run on the reactor
+// and hand slow work to the workers and the pools.
+//
+// What a group's services refer to outlives the router. Their on_...() may be called from any thread.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+
+#include "base/log.h"
+#include "daemon/api/router.h"
+#include "daemon/api/tasks.h"
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/query_pool.h"
+#include "daemon/services/bed_watcher.h"
+#include "daemon/services/calibration_service.h"
+#include "daemon/services/cut_planner.h"
+#include "daemon/services/panel_figures.h"
+#include "daemon/services/panel_library.h"
+#include "daemon/services/plan_service.h"
+#include "daemon/services/scan_service.h"
+#include "daemon/unit/job_runner.h"
+#include "drivers/laser_driver.h"
+
+namespace veneer::daemon {
+
+// Status, commands, the bed's picture.
+struct UnitServices {
+  JobRunner& unit;
+  BedWatcher& bed;
+  CutPlanner& cuts;
+  std::function<nlohmann::json()> status;
+};
+void bind_unit_routes(Router& router, const UnitServices& services);
+// STOP: the reset byte goes out before the reply is made.
+ApiReply stop_at_once(JobRunner& unit, const Caller& caller);
+
+// Scans and panels.
+struct StockServices {
+  ScanService& scans;
+  Worker& scanner;
+  TaskRegistry& tasks;
+  QueryPool& queries;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+  PanelFigures& figures;
+  std::function<void(const std::optional<PanelId>& panel)> on_scanned;
+};
+void bind_stock_routes(Router& router, const StockServices& services);
+
+struct CalibrationServices {
+  CalibrationService& calibrations;
+  JobRunner& unit;
+  Worker& scanner;
+  Worker& camera;
+  TaskRegistry& tasks;
+  QueryPool& queries;
+  Millimetres thickness;  // of a panel
+  std::function<void()> on_calibrated;
+};
+void bind_calibration_routes(Router& router, const CalibrationServices& services);
+
+struct JobServices {
+  PlanService& plans;
+  Worker& planner;
+  int planner_threads;
+  TaskRegistry& tasks;
+  JobRunner& unit;
+  DatabaseThread& database;
+  QueryPool& queries;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+  std::function<void(JobId)> on_planned;
+};
+void bind_job_routes(Router& router, const JobServices& services);
+
+// Test pattern, drawings, jog, overrides.
+struct LaserServices {
+  JobRunner& unit;
+  LaserDriver& laser;
+  TaskRegistry& tasks;
+  const RecipeConfig& recipe;
+  QueryPool& pictures;  // large drawings are read there
+  std::function<void(std::function<void()>)> on_reactor;
+  std::function<Status(const LaserOverrides&)> set_overrides;  // within what was stated
+};
+// The laser on its own: homes it first unless the cell is Idle, then goes on. Refused at once where a Reset is not
+// possible; an operator's command must stand behind it.
+Status may_home(const JobRunner& unit);
+void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then);
+void bind_laser_routes(Router& router, const LaserServices& services);
+
+// Recipes, the wood of zones, test cards, cut files.
+struct RecipeServices {
+  JobRunner& unit;
+  TaskRegistry& tasks;
+  DatabaseThread& database;
+  QueryPool& queries;
+  QueryPool& pictures;
+  const Config& config;
+  Logger log;
+};
+void bind_recipe_routes(Router& router, const RecipeServices& services);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,222 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "base/clock.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
+#include "daemon/routes/picture_reply.h"
+#include "daemon/routes/post_work.h"
+#include "daemon/routes/request_ranges.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+// The job that this very request made before, perhaps in another life of the daemon; null when it is to be made now.
+Result<json> made_before(Repositories& r, const std::optional<db::KeyedRequest>& request) {
+  if (!request) return json();
+  auto known = r.request_keys.begin(*request, utc_timestamp());
+  if (!known) return known.error();
+  if (!*known || !(*known)->result) return json();
+  const JobId id{json::parse(*(*known)->result, nullptr, false).value("job", std::int64_t{0})};
+  auto job = r.jobs.find(id);
+  if (!job) return job.error();
+  return json{{"job", id.value},
+              {"pieces", to_json(*job)["pieces"]},
+              {"repeated", true},
+              {"warnings", {fmt::format("this request was taken before: it is job {}", id.value)}}};
+}
+
+void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto job = read_job_request(request);
+  if (!job) return reply(ApiReply::error(job.error()));
+  job->options.threads = s.planner_threads;
+  auto task = s.tasks.start("plan", "waiting for the planner");
+  reply(ApiReply::task(task.id()));
+  const auto work = [s, task, job = std::move(*job)] {
+    auto before = s.database.call([&](Repositories& r) { return made_before(r, job.keyed); });
+    if (!before || !before->is_null()) return task.finish(std::move(before));
+    auto outcome = s.plans.make_job(
+        job, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+    if (outcome) s.on_planned(outcome->job);
+    if (!outcome && job.keyed)  // nothing was reserved: the same request may try again
+      static_cast<void>(s.database.call([&](Repositories& r) { return r.request_keys.forget(*job.keyed); }));
+    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+  };
+  post_task(s.planner, task, work);
+}
+
+Result<json> job_json(Repositories& r, JobId id) {
+  auto job = r.jobs.find(id);
+  if (!job) return job.error();
+  auto pieces = r.jobs.pieces(id);
+  if (!pieces) return pieces.error();
+  auto runs = r.jobs.runs(id);
+  if (!runs) return runs.error();
+  json out = to_json(*job);
+  std::map<std::string, std::pair<int, int>> panels;
+  Box<ArtworkFrame> box;
+  for (const auto& piece : *pieces) {
+    for (const auto& p : piece.artwork_outline) box.add(p);
+    if (!piece.panel) continue;
+    ++panels[piece.panel->value].first;
+    if (piece.state == db::PieceState::kCut) ++panels[piece.panel->value].second;
+  }
+  out["width_mm"] = box.empty() ? 0 : box.max.x.count();
+  out["height_mm"] = box.empty() ? 0 : box.max.y.count();
+  out["panels"] = json::array();
+  for (const auto& [panel, count] : panels)
+    out["panels"].push_back({{"panel", panel}, {"pieces", count.first}, {"cut", count.second}});
+  out["runs"] = json::array();
+  for (const auto& run : *runs) out["runs"].push_back(to_json(run));
+  return out;
+}
+
+ApiReply state_reply(const JobServices& s, const Status& done) {
+  if (!done) return ApiReply::error(done.error());
+  return ApiReply::json({{"state", to_string(s.unit.view().state)}, {"reason", s.unit.view().reason}});
+}
+
+// Asks about the job named in the path.
+template <class F>
+void about_job(const JobServices& s, const ApiRequest& request, const Reply& reply, F work) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  s.queries.ask(request, reply, [work, job = JobId{*id}](Repositories& r) -> ApiReply { return work(r, job); });
+}
+
+// Changes the job named in the path, and tells what it is then.
+template <class F>
+void change_job(const JobServices& s, const ApiRequest& request, const Reply& reply, F work) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  s.database.async([work, job = JobId{*id}](Repositories& r) -> Status { return work(r, job); },
+                   [s, request, reply, job = JobId{*id}](const Status& changed) {
+                     if (!changed) return reply(ApiReply::error(changed.error()));
+                     reply_from_query(
+                         s.queries, request, [job](Repositories& r) { return job_json(r, job); }, reply);
+                   });
+}
+
+void reply_preview(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto query = RequestReader::query_of(request);
+  const auto width = query.whole("width", ranges::kShownWidth);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  s.pictures.ask(request, reply, [s, job = JobId{*id}, width](Repositories& r) {
+    auto record = r.jobs.find(job);
+    if (!record) return ApiReply::error(record.error());
+    if (!width) {
+      auto bytes = s.panel_library.load_bytes(record->preview_file);
+      return bytes ? ApiReply::bytes(std::move(*bytes), "image/png") : ApiReply::error(bytes.error());
+    }
+    auto small = s.panel_library.load_small(record->preview_file, static_cast<int>(*width));
+    return small ? png_reply(small->pixels) : ApiReply::error(small.error());
+  });
+}
+
+void recut(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = RequestReader::body_of(request);
+  auto pieces = body.texts("pieces"), confirmed = body.texts("confirmed");
+  body.require("pieces");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const auto& job = s.unit.view().job;
+  if (!job || job->id.value != *id)
+    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("job {} is not the one on the bed", *id)}));
+  s.unit.recut(std::move(*pieces), std::move(confirmed).value_or(std::vector<std::string>()), request.caller.who,
+               [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
+}
+
+// What an operator saw of a suspect piece: it is good, lost, or its wood is whole.
+void settle(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const std::string word = body.word("verdict", {"cut", "scrap", "released"}).value_or("");
+  body.require("verdict");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const std::map<std::string, db::AllocationState> verdicts{{"cut", db::AllocationState::kCut},
+                                                            {"scrap", db::AllocationState::kScrap},
+                                                            {"released", db::AllocationState::kReleased}};
+  const std::string mark = request.path_param("mark");
+  change_job(s, request, reply, [mark, state = verdicts.at(word)](Repositories& r, JobId id) -> Status {
+    auto pieces = r.jobs.pieces(id);
+    if (!pieces) return pieces.error();
+    const auto piece = std::find_if(pieces->begin(), pieces->end(), [&](const auto& p) { return p.mark == mark; });
+    if (piece == pieces->end())
+      return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", id.value, mark)};
+    return r.jobs.settle(piece->id, state, utc_timestamp());
+  });
+}
+
+Result<json> jobs_json(Repositories& r, const Page& page) {
+  auto list = r.jobs.list({page.after}, page.limit + 1);
+  if (!list) return list.error();
+  json out = {{"jobs", json::array()}};
+  out["next"] = cut_to_page(*list, page, [](const db::JobRecord& job) { return job.id.value; });
+  for (const auto& job : *list) out["jobs"].push_back(to_json(job));
+  return out;
+}
+
+Result<json> pieces_json(Repositories& r, JobId id, const Page& page) {
+  if (auto job = r.jobs.find(id); !job) return job.error();
+  auto pieces = r.jobs.pieces(id, {page.after}, page.limit + 1);
+  if (!pieces) return pieces.error();
+  json out = {{"job", id.value}, {"pieces", json::array()}};
+  out["next"] = cut_to_page(*pieces, page, [](const db::PieceRecord& piece) { return piece.id.value; });
+  for (const auto& piece : *pieces) out["pieces"].push_back(to_json(piece));
+  return out;
+}
+
+}  // namespace
+
+void bind_job_routes(Router& router, const JobServices& s) {
+  router.bind("newJob", [s](const ApiRequest& request, const Reply& reply) { new_job(s, request, reply); });
+  router.bind("listJobs", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request, [page](Repositories& r) { return jobs_json(r, page); }, reply);
+  });
+  router.bind("getJob", [s](const ApiRequest& request, const Reply& reply) {
+    about_job(s, request, reply, [](Repositories& r, JobId id) { return reply_of(job_json(r, id)); });
+  });
+  router.bind("getJobPieces", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    about_job(s, request, reply, [page](Repositories& r, JobId id) { return reply_of(pieces_json(r, id, page)); });
+  });
+  router.bind("getJobPlan", [s](const ApiRequest& request, const Reply& reply) {
+    about_job(s, request, reply, [](Repositories& r, JobId id) {
+      auto plan = r.jobs.plan_json(id);
+      return plan ? ApiReply::bytes(std::move(*plan), "application/json") : ApiReply::error(plan.error());
+    });
+  });
+  router.bind("getJobPreview",
+              [s](const ApiRequest& request, const Reply& reply) { reply_preview(s, request, reply); });
+  router.bind("startJob", [s](const ApiRequest& request, const Reply& reply) {
+    auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    s.unit.start_job(JobId{*id}, request.caller.who,
+                     [s, reply](const Status& started) { reply(state_reply(s, started)); });
+  });
+  router.bind("recut", [s](const ApiRequest& request, const Reply& reply) { recut(s, request, reply); });
+  router.bind("settlePiece", [s](const ApiRequest& request, const Reply& reply) { settle(s, request, reply); });
+  router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
+    const CellView& view = s.unit.view();
+    if (view.job && std::to_string(view.job->id.value) == request.path_param("id") &&
+        view.state != CellState::kStopped && view.state != CellState::kAborted && view.state != CellState::kComplete)
+      return reply(ApiReply::error({ErrorCode::kConflict, "the job is under way: stop it first"}));
+    change_job(s, request, reply, [](Repositories& r, JobId id) { return r.jobs.cancel(id, utc_timestamp()); });
+  });
+}
+
+}  // namespace veneer::daemon

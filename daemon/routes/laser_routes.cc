@@ -1,0 +1,214 @@
+// The laser on its own: test pattern, drawings, jog, overrides. What an operator needs before there is a cell around
+// it.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/request_ranges.h"
+#include "daemon/services/run_strokes.h"
+#include "daemon/services/test_pattern.h"
+
+namespace veneer::daemon {
+namespace {
+
+ApiReply answer(const Status& status) {
+  return status ? ApiReply::json({{"taken", true}}) : ApiReply::error(status.error());
+}
+
+struct PatternRequest {
+  TestPatternOptions options;
+  bool check = false;
+  std::vector<std::string> confirmed;
+};
+
+Result<PatternRequest> read_pattern(const ApiRequest& asked) {
+  PatternRequest request;
+  auto body = RequestReader::body_of(asked);
+  if (const auto size = body.number("size_mm", ranges::kPatternSide)) request.options.size = Millimetres(*size);
+  const auto x = body.number("x_mm", ranges::kPlace), y = body.number("y_mm", ranges::kPlace);
+  request.options.dark = body.flag("dry").value_or(false);
+  request.check = body.flag("check").value_or(false);
+  request.confirmed = body.texts("confirmed").value_or(std::vector<std::string>());
+  if (x.has_value() != y.has_value())
+    body.refuse({ErrorCode::kInvalidArgument,
+                 "x_mm and y_mm are given together: give both of the pattern's lower left corner"});
+  if (x && y) request.options.corner = point<MachineFrame>(*x, *y);
+  if (const Status read = body.end(); !read) return read.error();
+  return request;
+}
+
+void burn(const LaserServices& s, const PatternRequest& request, const TaskReporter& task, const std::string& who) {
+  auto strokes = make_test_pattern(s.unit.limits(), s.recipe, request.options);
+  if (!strokes) return task.fail(strokes.error());
+  const std::size_t count = strokes->strokes.size();
+  const auto done = [task, count, request](const Status& ended) {
+    if (!ended) return task.fail(ended.error());
+    task.done({{"strokes", count}, {"dry", request.options.dark}, {"check", request.check}});
+  };
+  if (request.check) {
+    task.progress(0.3, "the controller reads the pattern, nothing moves");
+    return s.unit.check_pattern(std::move(*strokes), who, done);
+  }
+  task.progress(0.3, request.options.dark ? "running the pattern with the beam off" : "burning the pattern");
+  s.unit.burn_pattern(std::move(*strokes), who, done, request.confirmed);
+}
+
+// The command is an operator's word for all it takes: homing, then the pattern.
+void test_pattern(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
+  auto request = read_pattern(asked);
+  if (!request) return reply(ApiReply::error(request.error()));
+  // Before the machine homes for nothing.
+  const bool burns = !request->options.dark && !request->check;
+  if (const Status given = burns ? s.unit.require_confirmed(request->confirmed) : Ok(); !given)
+    return reply(ApiReply::error(given.error()));
+  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  auto task = s.tasks.start("laser test-pattern", "getting ready");
+  reply(ApiReply::task(task.id()));
+  const std::string who = asked.caller.who;
+  when_homed(s.unit, task, who, [s, request = *request, task, who] { burn(s, request, task, who); });
+}
+
+struct RunRequest {
+  LaserJob job;
+  std::size_t points = 0;
+  bool dry = false, check = false;
+  std::vector<std::string> confirmed;
+};
+
+Result<RunRequest> read_run(const ApiRequest& asked) {
+  auto body = RequestReader::body_of(asked);
+  const auto list = [&body](const char* name, NumberRange range, std::vector<double> otherwise) {
+    return body.numbers(name, range).value_or(std::move(otherwise));
+  };
+  DrawnStrokes drawn;
+  drawn.points_mm = list("points_mm", ranges::kPlace, {});
+  drawn.points_per_stroke = list("strokes", ranges::kPointsOfStroke, {});
+  drawn.speeds_mm_s = list("speeds_mm_s", ranges::kSpeed, {});
+  drawn.powers = list("powers", ranges::kPower, {});
+  drawn.passes = list("passes", ranges::kPasses, {1});
+  drawn.air = list("air", ranges::kSwitch, {0});
+  RunRequest run;
+  run.dry = body.flag("dry").value_or(false);
+  run.check = body.flag("check").value_or(false);
+  run.confirmed = body.texts("confirmed").value_or(std::vector<std::string>());
+  for (const char* needed : {"points_mm", "strokes", "speeds_mm_s", "powers"}) body.require(needed);
+  if (const Status read = body.end(); !read) return read.error();
+  auto job = job_of_strokes(drawn, run.dry);
+  if (!job) return job.error();
+  run.job = std::move(*job);
+  run.points = drawn.points_mm.size() / 2;
+  return run;
+}
+
+void burn_run(const LaserServices& s, RunRequest run, const TaskReporter& task, const std::string& who) {
+  if (const Status fits = check_fits(run.job, s.unit.limits()); !fits) return task.fail(fits.error());
+  nlohmann::json result = {
+      {"points", run.points}, {"length_mm", length_of(run.job).count()}, {"dry", run.dry}, {"check", run.check}};
+  return_to_corner(run.job, s.unit.limits(), s.recipe.engrave_speed);
+  const auto done = [task, result = std::move(result), begin = SteadyClock().now()](const Status& ended) {
+    if (!ended) return task.fail(ended.error());
+    nlohmann::json timed = result;
+    timed["seconds"] = std::chrono::duration<double>(SteadyClock().now() - begin).count();
+    task.done(timed);
+  };
+  if (run.check) {
+    task.progress(0.3, "the controller reads it, nothing moves");
+    return s.unit.check_pattern(std::move(run.job), who, done);
+  }
+  task.progress(0.3, run.dry ? "running it with the beam off" : "burning it");
+  s.unit.burn_pattern(std::move(run.job), who, done, run.confirmed);
+}
+
+void begin_run(const LaserServices& s, RunRequest run, const std::string& who, const Reply& reply) {
+  const bool burns = !run.dry && !run.check;
+  if (const Status given = burns ? s.unit.require_confirmed(run.confirmed) : Ok(); !given)
+    return reply(ApiReply::error(given.error()));
+  // Before the machine homes for nothing.
+  const LaserLimits& limits = s.unit.limits();
+  if (const Status fits = limits.travel.empty() ? Ok() : check_fits(run.job, limits); !fits)
+    return reply(ApiReply::error(fits.error()));
+  if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+  auto task = s.tasks.start("laser run", "getting ready");
+  reply(ApiReply::task(task.id()));
+  when_homed(s.unit, task, who,
+             [s, run = std::move(run), task, who]() mutable { burn_run(s, std::move(run), task, who); });
+}
+
+// A dense drawing is megabytes: only a small one is read here.
+void run_strokes(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
+  const auto go_on = [s, who = asked.caller.who, reply](Result<RunRequest> run) {
+    if (!run) return reply(ApiReply::error(run.error()));
+    begin_run(s, std::move(*run), who, reply);
+  };
+  if (asked.body.size() <= kSmallBody) return go_on(read_run(asked));
+  const auto no_room = [reply](ApiReply made) {
+    if (made.status >= 400) reply(std::move(made));
+  };
+  s.pictures.ask(asked, no_room, [s, asked, go_on](Repositories&) {
+    auto run = std::make_shared<Result<RunRequest>>(read_run(asked));
+    s.on_reactor([run, go_on] { go_on(std::move(*run)); });
+    return ApiReply::json(nlohmann::json::object());
+  });
+}
+
+void jog(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
+  auto body = RequestReader::body_of(asked);
+  const auto dx = body.number("dx_mm", ranges::kPlace), dy = body.number("dy_mm", ranges::kPlace);
+  const auto speed = body.number("speed_mm_s", ranges::kJogSpeed);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  reply(answer(s.unit.jog(Millimetres(dx.value_or(0)), Millimetres(dy.value_or(0)), MmPerSecond(speed.value_or(50)),
+                          asked.caller.who)));
+}
+
+void set_overrides(const LaserServices& s, const ApiRequest& asked, const Reply& reply) {
+  auto body = RequestReader::body_of(asked);
+  const auto feed = body.whole("feed", ranges::kFeedOverride), rapid = body.whole("rapid", ranges::kRapidOverride),
+             power = body.whole("power", ranges::kPowerOverride);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  // What is not named stays as it was asked for last: the machine may still be on its way there.
+  LaserOverrides wanted = s.laser.status().overrides_wanted;
+  if (feed) wanted.feed = static_cast<int>(*feed);
+  if (rapid) wanted.rapid = static_cast<int>(*rapid);
+  if (power) wanted.power = static_cast<int>(*power);
+  if (const Status set = s.set_overrides(wanted); !set) return reply(ApiReply::error(set.error()));
+  reply(ApiReply::json(
+      {{"taken", true},
+       {"overrides_wanted", {{"feed", wanted.feed}, {"rapid", wanted.rapid}, {"power", wanted.power}}}}));
+}
+
+}  // namespace
+
+Status may_home(const JobRunner& unit) {
+  const CellState state = unit.view().state;
+  if (state == CellState::kIdle || after(state, CellCommand::kReset)) return Ok();
+  return Error{ErrorCode::kConflict,
+               fmt::format("the cell is {}, so the laser cannot be homed: {}", to_string(state),
+                           state == CellState::kAborted ? "Clear it first" : "end what it is about first")};
+}
+
+void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then) {
+  if (unit.view().state == CellState::kIdle) return then();
+  task.progress(0.1, "homing the laser");
+  unit.command(CellCommand::kReset, who,
+               [task, then = std::move(then)](const Status& homed) { homed ? then() : task.fail(homed.error()); });
+}
+
+void bind_laser_routes(Router& router, const LaserServices& s) {
+  router.bind("laserTestPattern",
+              [s](const ApiRequest& request, const Reply& reply) { test_pattern(s, request, reply); });
+  router.bind("laserRun", [s](const ApiRequest& request, const Reply& reply) { run_strokes(s, request, reply); });
+  router.bind("laserCorner", [s](const ApiRequest&, const Reply& reply) { reply(answer(s.laser.corner_is_here())); });
+  router.bind("laserJog", [s](const ApiRequest& request, const Reply& reply) { jog(s, request, reply); });
+  router.bind("laserJogStop", [s](const ApiRequest&, const Reply& reply) {
+    s.laser.stop_jog();
+    reply(answer(Ok()));
+  });
+  router.bind("laserOverrides",
+              [s](const ApiRequest& request, const Reply& reply) { set_overrides(s, request, reply); });
+}
+
+}  // namespace veneer::daemon

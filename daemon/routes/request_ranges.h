@@ -1,0 +1,24 @@
+// What numbers in requests may be; docs/openapi.json says the same, and a test holds the two together.
+#pragma once
+
+#include "daemon/api/request_reader.h"
+
+namespace veneer::daemon::ranges {
+
+inline constexpr NumberRange kPower{0, 1};              // of the rated power
+inline constexpr NumberRange kSpeed{0.01, 1000};        // mm/s, of the beam
+inline constexpr NumberRange kJogSpeed{0.1, 10'000};    // mm/s, dark
+inline constexpr NumberRange kKerf{0, 5};               // mm
+inline constexpr NumberRange kPlace{-10'000, 10'000};   // mm, anywhere a machine may reach
+inline constexpr NumberRange kPatternSide{1, 10'000};   // mm
+inline constexpr NumberRange kFieldSide{1, 200};        // mm, of a test card's field
+inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
+inline constexpr NumberRange kBoardSide{1, 10'000};     // mm
+inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people
+inline constexpr NumberRange kPasses{1, 20};
+inline constexpr NumberRange kZone{1, 1000};
+inline constexpr NumberRange kPointsOfStroke{2, 500'000};
+inline constexpr NumberRange kSwitch{0, 1};                                                             // off, on
+inline constexpr NumberRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 200};  // per cent
+
+}  // namespace veneer::daemon::ranges

@@ -1,0 +1,209 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "base/hash.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
+#include "daemon/routes/picture_reply.h"
+#include "daemon/routes/post_work.h"
+#include "daemon/routes/request_ranges.h"
+#include "daemon/services/panel_wood.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+Result<json> panel_json(Repositories& r, PanelFigures& known, const PanelId& id) {
+  auto panel = r.panels.find(id);
+  if (!panel) return panel.error();
+  auto figures = known.of(r, *panel);
+  if (!figures) return figures.error();
+  json out = to_json(*panel, *figures);
+  auto fiducials = r.panels.fiducials(id);
+  if (!fiducials) return fiducials.error();
+  auto zones = r.materials.zones(id);
+  if (!zones) return zones.error();
+  out["zones"] = to_json(*zones);
+  out["fiducials"] = json::array();
+  for (const auto& f : *fiducials) {
+    json centre = {0.0, 0.0};
+    for (const auto& corner : f.corners) {
+      const double n = static_cast<double>(f.corners.size());
+      centre[0] = centre[0].get<double>() + corner.x.count() / n;
+      centre[1] = centre[1].get<double>() + corner.y.count() / n;
+    }
+    out["fiducials"].push_back({{"kind", db::to_string(f.kind)},
+                                {"tag_id", f.kind == db::FiducialKind::kTag ? json(f.tag_id) : json()},
+                                {"face", to_string(f.face)},
+                                {"centre_mm", centre},
+                                {"corners_mm", points_json(f.corners)}});
+  }
+  return out;
+}
+
+Result<json> registration_json(Repositories& r, const PanelId& id) {
+  if (auto panel = r.panels.find(id); !panel) return panel.error();
+  auto scans = r.panels.scans(id);
+  if (!scans) return scans.error();
+  json out = {{"panel", id.value}, {"rms_mm", nullptr}, {"max_mm", nullptr}, {"scans", json::array()}};
+  for (const auto& scan : *scans) {
+    const json rms = scan.rms ? json(scan.rms->count()) : json(), max = scan.max ? json(scan.max->count()) : json();
+    if (scan.face == Face::kShow) out["rms_mm"] = rms, out["max_mm"] = max;
+    out["scans"].push_back({{"id", scan.id.value},
+                            {"face", to_string(scan.face)},
+                            {"device", scan.device},
+                            {"sha256", scan.sha256},
+                            {"dpi", scan.dpi},
+                            {"taken", scan.taken_at},
+                            {"rms_mm", rms},
+                            {"max_mm", max},
+                            {"lattice", json::parse(scan.lattice, nullptr, false)}});
+  }
+  return out;
+}
+
+Result<json> ledger_json(Repositories& r, const PanelId& id, const Page& page) {
+  if (auto panel = r.panels.find(id); !panel) return panel.error();
+  auto rows = r.ledger.allocations(id, {page.after}, page.limit + 1);
+  if (!rows) return rows.error();
+  json out = {{"panel", id.value}, {"allocations", json::array()}};
+  out["next"] = cut_to_page(*rows, page, [](const db::AllocationRecord& a) { return a.id.value; });
+  for (const auto& a : *rows) {
+    std::string mark;
+    if (a.piece.value != 0) {
+      auto piece = r.jobs.find_piece(a.piece);
+      if (!piece) return piece.error();
+      mark = std::move(piece->mark);
+    }
+    out["allocations"].push_back(to_json(a, mark));
+  }
+  return out;
+}
+
+Result<json> panels_json(Repositories& r, PanelFigures& known, const Page& page) {
+  auto list = r.panels.list();
+  if (!list) return list.error();
+  // Panels are few and never deleted: their place in the list is their number.
+  list->erase(list->begin(), list->begin() + std::min(page.after, static_cast<std::int64_t>(list->size())));
+  json out = {{"panels", json::array()}};
+  out["next"] = cut_to_page(*list, page, [&](const db::PanelRecord&) { return page.after + page.limit; });
+  for (const auto& panel : *list) {
+    auto figures = known.of(r, panel);
+    if (!figures) return figures.error();
+    out["panels"].push_back(to_json(panel, *figures));
+  }
+  return out;
+}
+
+struct PictureWanted {
+  PanelId panel;
+  int width;   // in pixels, at most
+  bool stock;  // with what is reserved and cut drawn in; else the map alone
+  std::string if_none_match;
+};
+
+// Of what a picture is drawn from, so that one the client has need not be drawn to find out.
+Result<std::string> etag_of(Repositories& r, const db::PanelRecord& panel, const PictureWanted& wanted) {
+  std::string text = fmt::format("{} {}", panel.map_file, wanted.width);
+  if (wanted.stock) {
+    const auto live = r.ledger.live_states(panel.id);
+    if (!live) return live.error();
+    text += " " + panel.mask_file;
+    for (const auto& [id, state] : *live) text += fmt::format(" {}{}", id.value, static_cast<int>(state));
+  }
+  return "\"" + sha256_hex(std::as_bytes(std::span(text))).substr(0, 32) + "\"";
+}
+
+ApiReply draw_panel(Repositories& r, const PanelLibrary& library, const PictureWanted& wanted) {
+  const auto panel = r.panels.find(wanted.panel);
+  if (!panel) return ApiReply::error(panel.error());
+  auto etag = etag_of(r, *panel, wanted);
+  if (!etag) return ApiReply::error(etag.error());
+  if (etag_matches(wanted.if_none_match, *etag)) return ApiReply::not_modified(std::move(*etag));
+  const auto map = library.load_small(panel->map_file, wanted.width);
+  if (!map) return ApiReply::error(map.error());
+  ApiReply reply;
+  if (wanted.stock) {
+    const auto live = r.ledger.live_allocations(wanted.panel);
+    if (!live) return ApiReply::error(live.error());
+    const auto mask = library.load_small(panel->mask_file, wanted.width);
+    if (!mask) return ApiReply::error(mask.error());
+    const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
+    reply = png_reply(draw_stock(wood, mask->pixels, *live));
+  } else {
+    reply = png_reply(map->pixels);
+  }
+  if (reply.status == 200) reply.etag = std::move(*etag);
+  return reply;
+}
+
+void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply, bool stock) {
+  auto query = RequestReader::query_of(request);
+  const auto width = query.whole("width", ranges::kShownWidth);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  PictureWanted wanted{PanelId{request.path_param("id")},
+                       static_cast<int>(width.value_or(stock ? 1600 : std::numeric_limits<int>::max())), stock,
+                       request.if_none_match};
+  s.pictures.ask(request, reply,
+                 [s, wanted = std::move(wanted)](Repositories& r) { return draw_panel(r, s.panel_library, wanted); });
+}
+
+void scan(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  ScanRequest wanted;
+  wanted.face = body.word("face", {"show", "back"}).value_or("show") == "show" ? Face::kShow : Face::kBack;
+  if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
+  wanted.more = body.flag("more").value_or(false);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  auto task = s.tasks.start("scan", "waiting for the scanner");
+  post_task(s.scanner, task, [s, task, wanted] {
+    auto outcome = s.scans.add_tile(
+        wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+    s.on_scanned(outcome ? outcome->panel : std::nullopt);
+    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+  });
+  reply(ApiReply::task(task.id()));
+}
+
+}  // namespace
+
+void bind_stock_routes(Router& router, const StockServices& s) {
+  router.bind("scan", [s](const ApiRequest& request, const Reply& reply) { scan(s, request, reply); });
+  router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request, [s, page](Repositories& r) { return panels_json(r, s.figures, page); }, reply);
+  });
+  router.bind("getPanelLedger", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}, page](Repositories& r) { return ledger_json(r, id, page); }, reply);
+  });
+  router.bind("getPanel", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request,
+        [s, id = PanelId{request.path_param("id")}](Repositories& r) { return panel_json(r, s.figures, id); }, reply);
+  });
+  router.bind("getPanelRegistration", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}](Repositories& r) { return registration_json(r, id); }, reply);
+  });
+  router.bind("getPanelMap",
+              [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, false); });
+  router.bind("getPanelStock",
+              [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, true); });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,76 @@
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/request_ranges.h"
+
+namespace veneer::daemon {
+namespace {
+
+ApiReply taken(const JobRunner& unit) {
+  return ApiReply::json({{"state", to_string(unit.view().state)}, {"reason", unit.view().reason}});
+}
+
+JobRunner::Reply reply_with_state(const JobRunner& unit, Reply reply) {
+  return [&unit, reply = std::move(reply)](const Status& done) {
+    reply(done ? taken(unit) : ApiReply::error(done.error()));
+  };
+}
+
+Error no_such_command(const std::string& word) {
+  return {ErrorCode::kNotFound, fmt::format("there is no command {}: use hold, unhold, unsuspend, frame, stop, abort, "
+                                            "clear, reset or stop-after-piece",
+                                            word)};
+}
+
+// What the operator confirms belongs to unsuspend, the power to the frame.
+void run_command(const UnitServices& s, const ApiRequest& request, const Reply& reply) {
+  const std::string& word = request.path_param("command");
+  auto body = RequestReader::body_of(request);
+  auto confirmed = body.texts("confirmed");
+  const auto power = body.number("power", ranges::kPower);
+  if (confirmed && word != "unsuspend")
+    body.refuse({ErrorCode::kInvalidArgument, fmt::format("confirmed is not for {}: leave it out", word)});
+  if (power && word != "frame")
+    body.refuse({ErrorCode::kInvalidArgument, fmt::format("power is not for {}: leave it out", word)});
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  auto with_state = reply_with_state(s.unit, reply);
+  const std::string& who = request.caller.who;
+  if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
+  if (word == "frame") return s.unit.frame(PowerFraction(power.value_or(0)), who, std::move(with_state));
+  const auto command = command_from_string(word);
+  if (!command || *command == CellCommand::kStart || *command == CellCommand::kSuspend ||
+      *command == CellCommand::kComplete || *command == CellCommand::kRecut)
+    return reply(ApiReply::error(no_such_command(word)));
+  s.unit.command(*command, who, std::move(with_state), std::move(confirmed).value_or(std::vector<std::string>()));
+}
+
+}  // namespace
+
+ApiReply stop_at_once(JobRunner& unit, const Caller& caller) {
+  unit.command(CellCommand::kAbort, caller.who, [](const Status&) {});
+  return taken(unit);
+}
+
+void bind_unit_routes(Router& router, const UnitServices& s) {
+  router.bind("getStatus", [s](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(s.status())); });
+  router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
+  router.bind("stop",
+              [s](const ApiRequest& request, const Reply& reply) { reply(stop_at_once(s.unit, request.caller)); });
+  router.bind("getBedPicture", [s](const ApiRequest&, const Reply& reply) {
+    std::string picture = s.bed.picture();
+    if (picture.empty())
+      return reply(
+          ApiReply::error({ErrorCode::kNotFound, "the bed has not been photographed since the daemon started"}));
+    reply(ApiReply::bytes(std::move(picture), "image/jpeg"));
+  });
+  router.bind("getBedToolpath", [s](const ApiRequest&, const Reply& reply) {
+    std::string drawn = s.cuts.toolpath();
+    if (drawn.empty())
+      return reply(ApiReply::error({ErrorCode::kNotFound, "no toolpath was drawn yet: start a job and lay its panel"}));
+    reply(ApiReply::bytes(std::move(drawn), "application/json"));
+  });
+}
+
+}  // namespace veneer::daemon

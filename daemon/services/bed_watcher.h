@@ -1,0 +1,53 @@
+// Looks at the bed: which panel lies there, and how.
+//
+// The camera and all fitting run on the camera's worker; replies come on the reactor. Bound to the reactor, except
+// picture(), which is thread-safe.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/unit/bed_view.h"
+#include "daemon/workers/worker.h"
+#include "drivers/camera_driver.h"
+
+namespace veneer::daemon {
+
+class BedWatcher final : public BedView {
+ public:
+  // `on_picture` is called on the reactor when picture() has changed. All references outlive this.
+  BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker, DatabaseThread& database,
+             const Config& config, std::function<void()> on_picture);
+
+  void look(std::function<void(Result<ProvenPose>)> reply) override;
+  void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
+  void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) override;
+
+  // The last look as JPEG, with what was found drawn in; empty before the first.
+  std::string picture() const;
+
+ private:
+  using WallTime = std::chrono::system_clock::time_point;
+  Result<ProvenPose> look_now(WallTime hands_in);
+  Result<std::vector<PanelId>> stock_in_sight_now(WallTime hands_in);
+  // A fresh picture; kRefused when it is older than `hands_in`.
+  Result<cv::Mat> photograph(WallTime hands_in);
+  void keep(const cv::Mat& shown);
+
+  boost::asio::io_context& reactor_;
+  CameraDriver& camera_;
+  Worker& worker_;
+  DatabaseThread& database_;
+  const Config& config_;
+  WallTime hands_in_{};  // of the reactor; looks get a copy
+  std::function<void()> on_picture_;
+  mutable std::mutex picture_mutex_;
+  std::string picture_;  // guarded by picture_mutex_
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,247 @@
+#include "daemon/services/calibration.h"
+
+#include <fmt/format.h>
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+json camera_json(const calib::CameraParameters& c) {
+  return {{"width_px", c.width_px},
+          {"height_px", c.height_px},
+          {"fx", c.fx},
+          {"fy", c.fy},
+          {"cx", c.cx},
+          {"cy", c.cy},
+          {"k1", c.k1},
+          {"k2", c.k2},
+          {"p1", c.p1},
+          {"p2", c.p2},
+          {"k3", c.k3},
+          {"rotation", c.camera_from_bed_rotation},
+          {"translation_mm", c.camera_from_bed_translation}};
+}
+
+// The readers throw json exceptions on a payload that is not ours; load_calibration turns them into one sentence.
+calib::CameraModel camera_from_json(const json& j) {
+  calib::CameraParameters c;
+  j.at("width_px").get_to(c.width_px);
+  j.at("height_px").get_to(c.height_px);
+  j.at("fx").get_to(c.fx);
+  j.at("fy").get_to(c.fy);
+  j.at("cx").get_to(c.cx);
+  j.at("cy").get_to(c.cy);
+  j.at("k1").get_to(c.k1);
+  j.at("k2").get_to(c.k2);
+  j.at("p1").get_to(c.p1);
+  j.at("p2").get_to(c.p2);
+  j.at("k3").get_to(c.k3);
+  j.at("rotation").get_to(c.camera_from_bed_rotation);
+  j.at("translation_mm").get_to(c.camera_from_bed_translation);
+  return calib::CameraModel(c);
+}
+
+calib::ScannerModel scanner_from_json(const json& j) {
+  calib::ScannerModelData d;
+  j.at("columns").get_to(d.columns);
+  j.at("rows").get_to(d.rows);
+  j.at("spacing_x_mm").get_to(d.spacing_x_mm);
+  j.at("spacing_y_mm").get_to(d.spacing_y_mm);
+  j.at("shift_x_mm").get_to(d.shift_x_mm);
+  j.at("shift_y_mm").get_to(d.shift_y_mm);
+  const auto covered = j.at("covered_mm").get<std::array<double, 4>>();
+  d.covered_from_x_mm = covered[0], d.covered_from_y_mm = covered[1];
+  d.covered_to_x_mm = covered[2], d.covered_to_y_mm = covered[3];
+  return calib::ScannerModel(std::move(d));
+}
+
+Affine2<MachineFrame, BedFrame> affine_from_json(const json& j) {
+  const auto m = j.get<std::array<std::array<double, 3>, 2>>();
+  Eigen::Matrix2d linear;
+  linear << m[0][0], m[0][1], m[1][0], m[1][1];
+  return {linear, Eigen::Vector2d(m[0][2], m[1][2])};
+}
+
+// The payload of the latest valid certificate; nothing when there is none.
+Result<std::optional<std::pair<CertificateId, json>>> payload_of(Repositories& r, db::CertificateKind kind,
+                                                                 const std::string& now) {
+  using Found = std::optional<std::pair<CertificateId, json>>;
+  auto record = r.certificates.latest_valid(kind, now);
+  if (!record) {
+    if (record.error().code == ErrorCode::kNotFound) return Found{};
+    return record.error();
+  }
+  json payload = json::parse(record->payload, nullptr, false);
+  if (payload.is_discarded())
+    return Error{ErrorCode::kStorage, fmt::format("certificate {} is damaged: calibrate again", record->id.value)};
+  const std::string device = device_name(kind, r.devices);
+  const auto made_on = payload.find("device");
+  if (!device.empty() && (made_on == payload.end() || *made_on != device)) return Found{};
+  return Found{std::pair(record->id, std::move(payload))};
+}
+
+Status require_size(const char* device, const char* command, int width, int height, int wanted_width,
+                    int wanted_height) {
+  if (width == wanted_width && height == wanted_height) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("the {} gave {} x {} pixels, its certificate was made from {} x {}: set it as it was, or run "
+                  "veneerctl calibrate {}",
+                  device, width, height, wanted_width, wanted_height, command)};
+}
+
+}  // namespace
+
+std::string device_name(db::CertificateKind kind, const CellDevices& devices) {
+  const auto both = [](const std::string& a, const std::string& b) {
+    return a.empty() || b.empty() ? "" : a + ", " + b;
+  };
+  switch (kind) {
+    case db::CertificateKind::kScanner:
+      return devices.scanner;
+    case db::CertificateKind::kCamera:
+      return devices.camera;
+    case db::CertificateKind::kAxes:
+      return both(devices.camera, devices.laser);
+    case db::CertificateKind::kKerf:
+      return both(devices.scanner, devices.laser);
+  }
+  return "";
+}
+
+Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
+  auto scanner = payload_of(r, db::CertificateKind::kScanner, now);
+  if (!scanner) return scanner.error();
+  auto camera = payload_of(r, db::CertificateKind::kCamera, now);
+  if (!camera) return camera.error();
+  auto axes = payload_of(r, db::CertificateKind::kAxes, now);
+  if (!axes) return axes.error();
+  auto kerf = payload_of(r, db::CertificateKind::kKerf, now);
+  if (!kerf) return kerf.error();
+  try {
+    Calibration out;
+    if (*scanner) {
+      out.scanner = scanner_from_json((*scanner)->second);
+      if (const auto size = (*scanner)->second.find("scan_px"); size != (*scanner)->second.end())
+        out.scan_size = size->get<std::array<int, 2>>();
+    }
+    if (*camera) {
+      out.camera = camera_from_json((*camera)->second);
+      out.camera_certificate = (*camera)->first;
+    }
+    // Axes measured with another lens certificate say nothing about this one's bed frame.
+    if (*axes && *camera &&
+        (*axes)->second.at("camera_certificate").get<std::int64_t>() == out.camera_certificate.value)
+      out.bed = BedCalibration{camera_from_json((*axes)->second.at("camera")),
+                               affine_from_json((*axes)->second.at("machine_from_bed"))};
+    // The board was burnt by the machine, whatever has become of the camera since.
+    if (*axes)
+      if (const auto area = (*axes)->second.find("pattern_area_mm"); area != (*axes)->second.end()) {
+        const auto corners = area->get<std::array<double, 4>>();
+        out.pattern_area.emplace();
+        out.pattern_area->add(point<MachineFrame>(corners[0], corners[1]));
+        out.pattern_area->add(point<MachineFrame>(corners[2], corners[3]));
+      }
+    if (*kerf) out.kerf = Millimetres((*kerf)->second.at("kerf_mm").get<double>());
+    return out;
+  } catch (const json::exception& e) {
+    return Error{ErrorCode::kStorage, fmt::format("a certificate cannot be read ({}): calibrate again", e.what())};
+  }
+}
+
+Status require_scanner(const Calibration& calibration) {
+  if (calibration.scanner) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      "the scanner has no valid certificate: lay the AprilGrid sheet on it and run veneerctl calibrate scanner"};
+}
+
+Status require_cutting(const Calibration& calibration) {
+  if (!calibration.camera)
+    return Error{
+        ErrorCode::kRefused,
+        "the bed camera has no valid certificate: lay the AprilGrid sheet on the bed and run veneerctl calibrate "
+        "camera"};
+  if (!calibration.bed)
+    return Error{
+        ErrorCode::kRefused,
+        "the machine's axes have no valid certificate: lay a bare board on the bed and run veneerctl calibrate "
+        "laser"};
+  if (!calibration.kerf)
+    return Error{
+        ErrorCode::kRefused,
+        "the kerf has no valid certificate: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
+  return Ok();
+}
+
+Status require_picture_size(const calib::CameraModel& camera, int width_px, int height_px) {
+  return require_size("bed camera", "camera", width_px, height_px, camera.parameters().width_px,
+                      camera.parameters().height_px);
+}
+
+Status require_scan_size(const Calibration& calibration, int columns, int rows) {
+  if (!calibration.scan_size) return Ok();
+  return require_size("scanner", "scanner", columns, rows, (*calibration.scan_size)[0], (*calibration.scan_size)[1]);
+}
+
+json to_payload(const calib::ScannerCertificateData& s) {
+  const auto& d = s.model;
+  return {{"columns", d.columns},
+          {"rows", d.rows},
+          {"spacing_x_mm", d.spacing_x_mm},
+          {"spacing_y_mm", d.spacing_y_mm},
+          {"shift_x_mm", d.shift_x_mm},
+          {"shift_y_mm", d.shift_y_mm},
+          {"covered_mm", {d.covered_from_x_mm, d.covered_from_y_mm, d.covered_to_x_mm, d.covered_to_y_mm}},
+          {"scans", s.scans},
+          {"tags", s.tags},
+          {"dropped", s.dropped},
+          {"rms_mm", s.rms.count()},
+          {"max_mm", s.max.count()},
+          {"left_out_rms_mm", s.left_out_rms.count()},
+          {"left_out_max_mm", s.left_out_max.count()},
+          {"scale_x", s.scale_x},
+          {"scale_y", s.scale_y},
+          {"covered_fraction", s.covered_fraction}};
+}
+
+json to_payload(const calib::CameraFit& fit) {
+  json payload = camera_json(fit.model.parameters());
+  payload["rms_px"] = fit.rms_px;
+  payload["rms_mm"] = fit.rms.count();
+  payload["max_mm"] = fit.max.count();
+  payload["left_out_rms_mm"] = fit.leave_out_rms.count();
+  payload["views"] = fit.views;
+  payload["corners"] = fit.corners;
+  return payload;
+}
+
+json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area) {
+  const auto& m = axes.machine_from_bed;
+  return {{"camera_certificate", camera.value},
+          {"camera", camera_json(axes.model.parameters())},
+          {"machine_from_bed",
+           {{m.linear()(0, 0), m.linear()(0, 1), m.shift()(0)}, {m.linear()(1, 0), m.linear()(1, 1), m.shift()(1)}}},
+          {"pattern_area_mm",
+           {pattern_area.min.x.count(), pattern_area.min.y.count(), pattern_area.max.x.count(),
+            pattern_area.max.y.count()}},
+          {"scale_x", axes.scale_x},
+          {"scale_y", axes.scale_y},
+          {"skew_deg", to_degrees(axes.skew)},
+          {"rms_mm", axes.rms.count()},
+          {"max_mm", axes.max.count()},
+          {"left_out_rms_mm", axes.leave_out_rms.count()},
+          {"rings", axes.rings}};
+}
+
+json to_payload(const calib::KerfMeasurement& kerf) {
+  return {{"kerf_mm", kerf.mean.count()},
+          {"spread_mm", kerf.spread.count()},
+          {"x_lines_mm", kerf.mean_x_lines.count()},
+          {"y_lines_mm", kerf.mean_y_lines.count()},
+          {"rms_mm", kerf.spread.count()},
+          {"lines", kerf.readings.size()}};
+}
+
+}  // namespace veneer::daemon

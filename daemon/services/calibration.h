@@ -1,0 +1,59 @@
+// What the cell's certificates say at this moment, and how they are written as certificate payloads (JSON).
+//
+// Four certificates: scanner (its metric map), camera (lens and place over the bed), axes (machine_from_bed, and the
+// camera re-anchored to that bed frame; bound to the camera certificate it was made with), kerf. Each carries the name
+// of the device, or devices, it was made on, and is void on another.
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "base/frames.h"
+#include "base/result.h"
+#include "calib/camera_fit.h"
+#include "calib/camera_model.h"
+#include "calib/kerf_meter.h"
+#include "calib/machine_axes.h"
+#include "calib/scanner_model.h"
+#include "daemon/database_thread.h"
+
+namespace veneer::daemon {
+
+// Lens and axes together: what finds a panel on the bed and tells the machine where to go.
+struct BedCalibration {
+  calib::CameraModel camera;  // over the BedFrame that machine_from_bed starts from
+  Affine2<MachineFrame, BedFrame> machine_from_bed;
+};
+
+struct Calibration {
+  std::optional<calib::ScannerModel> scanner;
+  std::optional<std::array<int, 2>> scan_size;  // columns and rows of the scans it was made from, pixels
+  std::optional<calib::CameraModel> camera;     // provisional bed frame; for burning the pattern only
+  CertificateId camera_certificate;
+  std::optional<BedCalibration> bed;
+  std::optional<Millimetres> kerf;
+  std::optional<Box<MachineFrame>> pattern_area;  // of the pattern the axes were measured with
+};
+
+// The devices that a certificate of this kind is bound to, as one name; "" when one of them has none.
+std::string device_name(db::CertificateKind kind, const CellDevices& devices);
+
+// Certificates in force at `now` on the devices of the repositories; those that are missing, expired or made on others
+// stay empty.
+Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
+
+// kRefused with the command that makes the missing certificate.
+Status require_scanner(const Calibration& calibration);
+Status require_cutting(const Calibration& calibration);
+// kRefused when a picture has another size than those its device's certificate was made from.
+Status require_picture_size(const calib::CameraModel& camera, int width_px, int height_px);
+Status require_scan_size(const Calibration& calibration, int columns, int rows);
+
+nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);
+nlohmann::json to_payload(const calib::CameraFit& camera);
+nlohmann::json to_payload(const calib::MachineAxes& axes, CertificateId camera, const Box<MachineFrame>& pattern_area);
+nlohmann::json to_payload(const calib::KerfMeasurement& kerf);
+
+}  // namespace veneer::daemon

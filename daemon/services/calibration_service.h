@@ -1,0 +1,79 @@
+// The cell calibrates itself from pictures and burns: each function looks at what the operator laid down, fits, and
+// issues a certificate, or says in one sentence why not.
+//
+// Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
+// on the reactor.
+#pragma once
+
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "calib/camera_fit.h"
+#include "calib/camera_model.h"
+#include "calib/scanner_model.h"
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/services/calibration.h"
+#include "daemon/services/scan_service.h"
+#include "drivers/camera_driver.h"
+#include "drivers/laser_job.h"
+#include "drivers/scanner_driver.h"
+#include "planner/cutting/calibration_pattern.h"
+
+namespace veneer::daemon {
+
+struct CalibrationOutcome {
+  std::string device;          // "scanner", "camera", "axes", "kerf"
+  std::size_t views = 0;       // collected so far
+  CertificateId certificate;   // {0} while further views follow
+  Millimetres rms{0};          // of the fit
+  std::string payload = "{}";  // JSON, as stored
+};
+
+// What certificates are bound to: the devices as they name themselves, and what of the configuration changes what they
+// measure.
+CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camera, const Config& config);
+
+class CalibrationService {
+ public:
+  CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database, const Config& config,
+                     Logger log);
+
+  // The AprilGrid sheet on the glass; two or three scans at different places cover more of it.
+  Result<CalibrationOutcome> scanner(bool more, const TaskProgress& progress, const std::stop_token& stop);
+  // The AprilGrid sheet on the bed, its printed face `height` above it; at least four views at two heights.
+  Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress);
+  // The burnt pattern on the bed, the board's upper face `height` above it.
+  Result<CalibrationOutcome> axes(Millimetres height, const TaskProgress& progress);
+  // The burnt board on the glass.
+  Result<CalibrationOutcome> kerf(const TaskProgress& progress, const std::stop_token& stop);
+
+  // What the laser burns for axes() and kerf() into a board of this size that lies in the middle of the bed, within
+  // 20 mm and 4 degrees.
+  Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, Millimetres board_width, Millimetres board_height);
+
+ private:
+  Box<MachineFrame> area() const;
+  // The pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when none.
+  Result<CalibrationPattern> pattern(const Calibration& calibration) const;
+  // Names the device in the payload; the outcome gets certificate, rms and payload.
+  Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
+
+  ScannerDriver& scanner_;
+  CameraDriver& camera_;
+  DatabaseThread& database_;
+  const Config& config_;
+  Logger log_;
+  std::vector<calib::GridScan> grid_scans_;  // scanner's worker
+  std::vector<calib::GridView> grid_views_;  // camera's worker
+  int picture_width_ = 0, picture_height_ = 0;
+  // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
+  mutable std::mutex area_mutex_;
+  Box<MachineFrame> area_;  // guarded by area_mutex_
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,53 @@
+// From pieces and a pose to strokes: how a panel is laid on the bed, and what the laser is to burn on it.
+//
+// The work runs on a worker; replies come on the reactor. Bound to the reactor, except toolpath(), which is
+// thread-safe.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "base/log.h"
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/services/calibration.h"
+#include "daemon/unit/run_planner.h"
+#include "daemon/workers/worker.h"
+
+namespace veneer::daemon {
+
+class CutPlanner final : public RunPlanner {
+ public:
+  // All references outlive this.
+  CutPlanner(boost::asio::io_context& reactor, Worker& worker, DatabaseThread& database, const Config& config,
+             Logger log);
+
+  void plan_setups(std::vector<db::PieceRecord> pieces, Box<MachineFrame> travel,
+                   std::function<void(Result<std::vector<RunSetup>>)> reply) override;
+  void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces, const std::optional<LaserMotion>& machine,
+               std::function<void(Result<std::vector<PieceBurn>>)> reply) override;
+
+  // The strokes that were drawn last, as JSON for the console: polylines in fractions of the picture's width and
+  // height, y down. Empty before the first.
+  std::string toolpath() const;
+
+ private:
+  Result<std::vector<RunSetup>> plan_setups_now(const std::vector<db::PieceRecord>& pieces,
+                                                const Box<MachineFrame>& travel);
+  Result<std::vector<PieceBurn>> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
+                                             const std::optional<LaserMotion>& machine);
+  void keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
+                     const BedCalibration& bed);
+
+  boost::asio::io_context& reactor_;
+  Worker& worker_;
+  DatabaseThread& database_;
+  const Config& config_;
+  Logger log_;
+  mutable std::mutex mutex_;
+  std::string toolpath_;  // guarded by mutex_
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,104 @@
+#include "daemon/services/job_request.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "daemon/api/idempotency.h"
+#include "daemon/api/request_reader.h"
+#include "planner/plan_options.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+constexpr NumberRange kSize{1, 1e5}, kPanels{1, 1e6};
+
+Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
+
+std::vector<std::string> parts_of(const std::string& text, char separator = ',') {
+  std::vector<std::string> out;
+  std::stringstream list(text);
+  for (std::string part; std::getline(list, part, separator);)
+    if (!part.empty()) out.push_back(part);
+  return out;
+}
+
+void read_wood_weights(RequestReader& query, JobRequest& job) {
+  for (const std::string& part : parts_of(query.text("wood_weight").value_or(""))) {
+    const std::size_t equals = std::min(part.rfind('='), part.size());
+    const auto weight = parse_number(std::string_view(part).substr(std::min(equals + 1, part.size())));
+    if (equals == 0 || !weight)
+      return query.refuse(
+          unusable(fmt::format("wood_weight must be WOOD=NUMBER, separated by commas, not \"{}\": correct it", part)));
+    job.wood_weights.emplace_back(part.substr(0, equals), *weight);
+  }
+}
+
+void read_forbidden(RequestReader& query, JobRequest& job) {
+  for (const std::string& part : parts_of(query.text("forbid").value_or(""), ';')) {
+    auto wood = planner::forbidden_wood(part);
+    if (!wood) return query.refuse(unusable("forbid: " + wood.error().message));
+    job.forbidden.push_back(std::move(*wood));
+  }
+}
+
+void read_planner_options(RequestReader& query, planner::PlanOptions& options) {
+  for (const planner::NamedOption& option : planner::kNamedOptions) {
+    const auto text = query.text(option.name);
+    if (!text) continue;
+    if (const Status set = planner::set_option(options, option.name, *text); !set) query.refuse(set.error());
+  }
+}
+
+}  // namespace
+
+Result<JobRequest> read_job_request(const ApiRequest& request) {
+  JobRequest job;
+  job.options.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
+  auto query = RequestReader::query_of(request);
+  job.name = query.text("name").value_or("picture");
+  if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
+  for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
+  if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
+  job.woods = parts_of(query.text("wood").value_or(""));
+  read_wood_weights(query, job);
+  read_forbidden(query, job);
+  read_planner_options(query, job.options);
+  if (const Status read = query.end(); !read) return read.error();
+  if (!request.idempotency_key.empty())
+    job.keyed = db::KeyedRequest{request.caller.who, "newJob", request.idempotency_key, fingerprint_of(request)};
+  job.picture = request.body;
+  if (job.picture.empty()) return unusable("the picture is missing: send the file as the request's body");
+  if (const Status usable = planner::check_options(job.options); !usable) return usable.error();
+  return job;
+}
+
+json options_json(const JobRequest& request) {
+  json out = {{"size_mm", request.size.count()}};
+  for (const planner::NamedOption& option : planner::kNamedOptions) {
+    const std::string text = planner::option_text(request.options, option.name);
+    json& value = out[std::string(option.name)];
+    if (option.kind == planner::OptionKind::kWord)
+      value = text;
+    else if (option.kind == planner::OptionKind::kSwitch)
+      value = text == "1";
+    else
+      value = json::parse(text);
+  }
+  out["panels"] = json::array();
+  for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);
+  out["max_panels"] = request.max_panels ? json(*request.max_panels) : json();
+  out["wood"] = request.woods;
+  out["wood_weight"] = json::object();
+  for (const auto& [wood, weight] : request.wood_weights) out["wood_weight"][wood] = weight;
+  out["forbid"] = json::array();
+  for (const auto& [panel, region] : request.forbidden)
+    out["forbid"].push_back(fmt::format("{},{},{},{},{}", panel.value, region.min.x.count(), region.min.y.count(),
+                                        region.width().count(), region.height().count()));
+  return out;
+}
+
+}  // namespace veneer::daemon

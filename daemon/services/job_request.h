@@ -1,0 +1,42 @@
+// What a job is to be planned with, as newJob (docs/openapi.json) is asked for it. Pure; thread-safe.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/ids.h"
+#include "base/result.h"
+#include "daemon/api/api_message.h"
+#include "db/request_keys.h"
+#include "planner/edits/plan_edits.h"
+#include "planner/plan.h"
+
+namespace veneer::daemon {
+
+struct JobRequest {
+  std::string name;
+  std::string picture;             // the file's bytes
+  Millimetres size{360};           // shorter side
+  planner::PlanOptions options;    // threads, kerf and position margin are the cell's own
+  std::vector<PanelId> panels;     // empty = all in stock
+  std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
+  std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
+  std::vector<planner::ForbiddenWood> forbidden;
+  // When the request has a key: it makes one job at most, also when it is sent again after a restart.
+  std::optional<db::KeyedRequest> keyed;
+  // No more panels than this: those with the most free wood of the kinds asked for.
+  std::optional<std::size_t> max_panels;
+};
+
+// kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, or the planner refuses
+// an option whatever the picture and the wood (planner::check_options).
+Result<JobRequest> read_job_request(const ApiRequest& request);
+
+// All but name and picture, under the names of the parameters: what is kept with the job, and shown.
+nlohmann::json options_json(const JobRequest& request);
+
+}  // namespace veneer::daemon

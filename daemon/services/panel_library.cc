@@ -1,0 +1,147 @@
+#include "daemon/services/panel_library.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <span>
+
+#include "base/files.h"
+#include "base/hash.h"
+#include "daemon/services/panel_wood.h"
+#include "planner/matching/index_cache.h"
+
+namespace veneer::daemon {
+namespace {
+
+// Of small pictures, all together: some 40 MB, the stock of a workshop as its page shows it.
+constexpr std::size_t kKeptPixels = 12'000'000;
+
+}  // namespace
+
+Result<PanelLibrary::Stored> PanelLibrary::store_picture(const cv::Mat& picture, const std::string& folder,
+                                                         const std::string& prefix) const {
+  std::vector<unsigned char> png;
+  // Level 1: a scan's noise hardly compresses, and the operator waits.
+  if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
+    return Error{ErrorCode::kInternal, "a picture could not be encoded as PNG"};
+  const std::string hash = sha256_hex(std::as_bytes(std::span(png)));
+  const std::string file = fmt::format("{}/{}-{}.png", folder, prefix, hash.substr(0, 16));
+  if (const Status written = write_whole(data_dir_ / file, std::as_bytes(std::span(png))); !written)
+    return written.error();
+  return Stored{file, hash};
+}
+
+Result<PanelLibrary::Stored> PanelLibrary::store_bytes(const std::string& bytes, const std::string& folder,
+                                                       const std::string& name) const {
+  const auto data = std::as_bytes(std::span(bytes));
+  const std::string file = folder + "/" + name;
+  if (const Status written = write_whole(data_dir_ / file, data); !written) return written.error();
+  return Stored{file, sha256_hex(data)};
+}
+
+Result<cv::Mat> PanelLibrary::load_picture(const std::string& file) const {
+  cv::Mat picture = cv::imread((data_dir_ / file).string(), cv::IMREAD_UNCHANGED);
+  if (picture.empty())
+    return Error{ErrorCode::kStorage, fmt::format("cannot read {}: restore it from a backup or scan the panel again",
+                                                  (data_dir_ / file).string())};
+  return picture;
+}
+
+Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
+  std::ifstream in(data_dir_ / file, std::ios::binary);
+  if (!in)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+void PanelLibrary::drop_index(const PanelId& panel) const {
+  if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
+}
+
+void PanelLibrary::keep_index_only(const std::vector<PanelId>& panels) const {
+  std::vector<std::string> names;
+  for (const PanelId& panel : panels) names.push_back(panel.value);
+  if (auto cache = planner::IndexCache::open(index_dir())) cache->keep_only(names);
+}
+
+Result<Raster<PanelFrame>> PanelLibrary::load_map(const db::PanelRecord& panel) const {
+  auto pixels = load_picture(panel.map_file);
+  if (!pixels) return pixels.error();
+  return Raster<PanelFrame>{*pixels, kMapResolution, {}};
+}
+
+Result<Raster<PanelFrame>> PanelLibrary::load_mask(const db::PanelRecord& panel) const {
+  auto pixels = load_picture(panel.mask_file);
+  if (!pixels) return pixels.error();
+  return Raster<PanelFrame>{*pixels, kMapResolution, {}};
+}
+
+Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& file, int width_px) const {
+  {
+    const std::lock_guard lock(kept_mutex_);
+    const auto known = std::find_if(kept_.begin(), kept_.end(),
+                                    [&](const auto& k) { return k.file == file && k.width_px == width_px; });
+    if (known != kept_.end()) {
+      kept_.splice(kept_.begin(), kept_, known);
+      return known->picture;
+    }
+  }
+  auto whole = load_picture(file);
+  if (!whole) return whole.error();
+  SmallPicture small{*whole, std::min(1.0, static_cast<double>(width_px) / whole->cols)};
+  if (small.scale < 1)
+    cv::resize(*whole, small.pixels, {width_px, std::max(1, cvRound(whole->rows * small.scale))}, 0, 0, cv::INTER_AREA);
+  if (small.pixels.total() > kKeptPixels / 4) return small;
+  const std::lock_guard lock(kept_mutex_);
+  kept_.push_front({file, width_px, small});
+  std::size_t pixels = 0;
+  for (auto kept = kept_.begin(); kept != kept_.end();) {
+    pixels += kept->picture.pixels.total();
+    kept = pixels > kKeptPixels ? kept_.erase(kept) : std::next(kept);
+  }
+  return small;
+}
+
+Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {
+  {
+    const std::lock_guard lock(areas_mutex_);
+    if (const auto known = areas_.find(panel.mask_file); known != areas_.end()) return known->second;
+  }
+  auto mask = load_mask(panel);
+  if (!mask) return mask.error();
+  const std::lock_guard lock(areas_mutex_);
+  return areas_[panel.mask_file] = wood_area(*mask);
+}
+
+calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records) {
+  calib::PanelFiducials out;
+  for (const auto& record : records) {
+    if (record.kind == db::FiducialKind::kHole && !record.corners.empty()) {
+      out.holes.push_back({record.corners.front()});
+    } else if (record.corners.size() == 4) {
+      calib::PanelTag& tag = out.tags.emplace_back();
+      tag.id = record.tag_id;
+      tag.face = record.face;
+      std::copy(record.corners.begin(), record.corners.end(), tag.corners.begin());
+    }
+  }
+  std::sort(out.tags.begin(), out.tags.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  return out;
+}
+
+std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducials, Face face) {
+  std::vector<db::FiducialRecord> out;
+  for (const auto& tag : fiducials.tags)
+    if (tag.face == face)
+      out.push_back({db::FiducialKind::kTag, tag.id, face, {tag.corners.begin(), tag.corners.end()}});
+  if (face == Face::kShow)
+    for (std::size_t i = 0; i < fiducials.holes.size(); ++i)
+      out.push_back({db::FiducialKind::kHole, static_cast<int>(i), face, {fiducials.holes[i].centre}});
+  return out;
+}
+
+}  // namespace veneer::daemon

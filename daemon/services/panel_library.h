@@ -1,0 +1,79 @@
+// Panels as files and records: raw scans, veneer maps and masks in the data folder, and the way between the database's
+// records and what calib and the planner speak of.
+//
+// Files are named by their content hash, written whole (base/files.h) and never changed. Any thread
+// but the reactor: these functions read and write megabytes.
+#pragma once
+
+#include <filesystem>
+#include <list>
+#include <map>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "base/raster.h"
+#include "base/result.h"
+#include "calib/fiducials.h"
+#include "calib/registration.h"
+#include "daemon/database_thread.h"
+#include "planner/stock.h"
+
+namespace veneer::daemon {
+
+class PanelLibrary {
+ public:
+  explicit PanelLibrary(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
+
+  struct Stored {
+    std::string file;  // relative to the data folder
+    std::string sha256;
+  };
+  // Lossless, below `folder` ("scans", "panels/P-0001").
+  Result<Stored> store_picture(const cv::Mat& picture, const std::string& folder, const std::string& prefix) const;
+  Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
+  Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
+  Result<std::string> load_bytes(const std::string& file) const;
+  // The same at most `width_px` wide, for people's eyes; its sides were multiplied with `scale` (1 at most). The last
+  // few are kept, because pages ask for them again and again and a map has a hundred million pixels: draw on a copy.
+  struct SmallPicture {
+    cv::Mat pixels;
+    double scale = 1;
+  };
+  Result<SmallPicture> load_small(const std::string& file, int width_px) const;
+  const std::filesystem::path& data_dir() const { return data_dir_; }
+  // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
+  std::filesystem::path index_dir() const { return data_dir_ / "index"; }
+  // Removes what is kept there for a panel whose map was replaced or whose wood is used up: it will never be read
+  // again, and may be gigabytes. What cannot be removed does no harm.
+  void drop_index(const PanelId& panel) const;
+  // The same for all panels but these.
+  void keep_index_only(const std::vector<PanelId>& panels) const;
+
+  Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
+  Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
+  // Of the mask; counted once for each mask file.
+  Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
+
+ private:
+  std::filesystem::path data_dir_;
+  mutable std::mutex areas_mutex_;
+  mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
+  struct KeptPicture {
+    std::string file;
+    int width_px = 0;
+    SmallPicture picture;
+  };
+  mutable std::mutex kept_mutex_;
+  mutable std::list<KeptPicture> kept_;  // the last one asked for first; guarded by kept_mutex_
+};
+
+// The resolution of every stored veneer map.
+inline constexpr ScanResolution kMapResolution = ScanResolution::from_dpi(300);
+
+calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records);
+// Those of one face; holes count to the show face.
+std::vector<db::FiducialRecord> to_records(const calib::PanelFiducials& fiducials, Face face);
+
+}  // namespace veneer::daemon

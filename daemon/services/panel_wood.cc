@@ -1,0 +1,114 @@
+#include "daemon/services/panel_wood.h"
+
+#include <opencv2/imgproc.hpp>
+
+#include "base/polygon_ops.h"
+
+namespace veneer::daemon {
+namespace {
+
+std::vector<cv::Point> to_pixels(const Ring<PanelFrame>& ring, const Raster<PanelFrame>& raster, int shift) {
+  std::vector<cv::Point> out;
+  out.reserve(ring.size());
+  for (const auto& p : ring) {
+    double column = 0, row = 0;
+    raster.to_pixels(p, column, row);
+    // OpenCV draws with pixel centres at whole numbers.
+    out.emplace_back(cvRound((column - 0.5) * (1 << shift)), cvRound((row - 0.5) * (1 << shift)));
+  }
+  return out;
+}
+
+std::vector<std::vector<cv::Point>> to_pixels(const Region<PanelFrame>& region, const Raster<PanelFrame>& raster,
+                                              int shift) {
+  std::vector<std::vector<cv::Point>> out;
+  for (const auto& ring : region.rings()) out.push_back(to_pixels(ring, raster, shift));
+  return out;
+}
+
+constexpr int kShift = 6;  // 1/64 pixel
+
+}  // namespace
+
+SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
+  const double pixel = 1 / mask.resolution.px_per_mm;
+  return SquareMillimetres(cv::countNonZero(mask.pixels) * pixel * pixel);
+}
+
+Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
+                             Millimetres margin) {
+  Raster<PanelFrame> out{mask.pixels.clone(), mask.resolution, mask.origin};
+  for (const auto& allocation : live) {
+    const auto rings = to_pixels(offset(allocation.area, margin), out, kShift);
+    if (rings.empty()) continue;
+    cv::fillPoly(out.pixels, rings, cv::Scalar(0), cv::LINE_8, kShift);
+    // The border pixels too: fillPoly goes by pixel centres.
+    cv::polylines(out.pixels, rings, true, cv::Scalar(0), 2, cv::LINE_8, kShift);
+  }
+  return out;
+}
+
+Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector<Ring<PanelFrame>>& wanted,
+                               const std::vector<Ring<PanelFrame>>& others) {
+  cv::Mat within(free.pixels.size(), CV_8UC1, cv::Scalar(0));
+  const auto draw = [&](const Ring<PanelFrame>& ring, int value) {
+    const std::vector<std::vector<cv::Point>> rings{to_pixels(ring, free, kShift)};
+    cv::fillPoly(within, rings, cv::Scalar(value), cv::LINE_8, kShift);
+    return rings;
+  };
+  for (const auto& ring : wanted) draw(ring, 255);
+  for (const auto& ring : others) cv::polylines(within, draw(ring, 0), true, cv::Scalar(0), 2, cv::LINE_8, kShift);
+  Raster<PanelFrame> out{{}, free.resolution, free.origin};
+  free.pixels.copyTo(out.pixels, within);
+  return out;
+}
+
+cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live) {
+  Raster<PanelFrame> small{map.pixels.clone(), map.resolution, map.origin};
+  // What cannot be used steps back: half grey, lighter.
+  cv::Mat pale;
+  cv::addWeighted(small.pixels, 0.35, cv::Mat(small.pixels.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.65, 0, pale);
+  pale.copyTo(small.pixels, mask < 128);
+
+  // Okabe-Ito: blue for reserved, orange for being cut or suspect; what is cut is gone and shows as white.
+  const cv::Scalar blue(178, 114, 0), orange(0, 159, 230), white(255, 255, 255), grey(120, 120, 120);
+  cv::Mat tint = small.pixels.clone();
+  for (const auto& allocation : live) {
+    const auto rings = to_pixels(allocation.area, small, kShift);
+    if (rings.empty()) continue;
+    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
+    const bool reserved = allocation.state == db::AllocationState::kReserved;
+    cv::fillPoly(tint, rings, gone ? white : reserved ? blue : orange, cv::LINE_AA, kShift);
+  }
+  cv::addWeighted(tint, 0.62, small.pixels, 0.38, 0, small.pixels);
+  for (const auto& allocation : live) {
+    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
+    const bool reserved = allocation.state == db::AllocationState::kReserved;
+    cv::polylines(small.pixels, to_pixels(allocation.area, small, kShift), true,
+                  gone       ? grey
+                  : reserved ? blue
+                             : orange,
+                  1, cv::LINE_AA, kShift);
+  }
+
+  constexpr int kLegend = 34;
+  cv::Mat out(small.pixels.rows + kLegend, small.pixels.cols, CV_8UC3, cv::Scalar(245, 245, 245));
+  small.pixels.copyTo(out(cv::Rect(0, 0, small.pixels.cols, small.pixels.rows)));
+  int x = 12;
+  const auto entry = [&](const cv::Scalar& colour, const char* word) {
+    const cv::Rect box(x, small.pixels.rows + 9, 16, 16);
+    cv::rectangle(out, box, colour, cv::FILLED);
+    cv::rectangle(out, box, grey, 1);
+    cv::putText(out, word, {x + 24, small.pixels.rows + 23}, cv::FONT_HERSHEY_SIMPLEX, 0.5, {40, 40, 40}, 1,
+                cv::LINE_AA);
+    x += 44 + static_cast<int>(cv::getTextSize(word, cv::FONT_HERSHEY_SIMPLEX, 0.5, 1, nullptr).width);
+  };
+  entry({120, 170, 205}, "free");
+  entry(blue, "reserved");
+  entry(orange, "being cut / suspect");
+  entry(white, "cut");
+  entry({225, 228, 230}, "not usable");
+  return out;
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,60 @@
+// From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
+// one transaction.
+//
+// Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/config.h"
+#include "daemon/database_thread.h"
+#include "daemon/services/job_request.h"
+#include "daemon/services/panel_library.h"
+#include "daemon/services/scan_service.h"
+#include "planner/plan.h"
+
+namespace veneer::daemon {
+
+struct JobOutcome {
+  JobId job;
+  std::size_t pieces = 0;
+  double cost_per_pixel = 0;
+  std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
+  std::size_t without_lead = 0;       // pieces whose cut begins on their own edge, for want of waste beside them
+  std::vector<std::string> warnings;  // the planner's, one sentence each
+  // What Optimize::kGlobal and fine_rotation gained, of a job that asked for them.
+  std::optional<planner::GlobalReport> global;
+  std::optional<planner::FineReport> fine;
+};
+
+class PlanService {
+ public:
+  // `recipe` is the configuration's and outlives this.
+  PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
+              Millimetres position_margin, Logger log);
+
+  // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says which tones are
+  // missing and which smaller patches would still fit. kCancelled once `stop` is requested, unless the wood is reserved
+  // already. Otherwise as planner::make_plan says.
+  Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+  // The job's assembled picture as it was planned, PNG; any worker. kNotFound, kStorage.
+  Result<std::string> preview_file(JobId job);
+
+ private:
+  // Books a lead-in for every piece that has waste beside it; how many have none.
+  Result<std::size_t> add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
+                                Millimetres kerf, std::vector<db::NewPiece>& pieces);
+
+  DatabaseThread& database_;
+  const PanelLibrary& library_;
+  const RecipeConfig& recipe_;
+  Millimetres position_margin_;
+  Logger log_;
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,49 @@
+#include "daemon/unit/broken_run.h"
+
+#include <algorithm>
+
+#include "daemon/unit/burnt_wood.h"
+
+namespace veneer::daemon {
+namespace {
+
+bool has_settled(ErrorCode code) {
+  // The store refuses what was done already or can never be done; any other error is of the moment.
+  return code == ErrorCode::kConflict || code == ErrorCode::kNotFound || code == ErrorCode::kInvalidArgument;
+}
+
+Result<std::vector<PieceId>> neighbours_of(Repositories& r, const BrokenRun& run, const std::string& at) {
+  std::vector<PieceId> out;
+  if (run.stray_path.empty()) return out;
+  auto live = r.ledger.live_allocations(run.pose.panel);
+  if (!live) return live.error();
+  const auto hit = wood_under(r, run.pose, run.stray_path, run.stray_reach, at);
+  for (const auto& allocation : *live) {
+    const bool may_suffer =
+        allocation.state == db::AllocationState::kReserved || allocation.state == db::AllocationState::kCut;
+    if (allocation.piece == PieceId{} || !may_suffer) continue;
+    // Without certificates nobody knows where on the panel the beam was.
+    if (!hit || overlaps(*hit, allocation.area)) out.push_back(allocation.piece);
+  }
+  return out;
+}
+
+}  // namespace
+
+Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string& at) {
+  if (run.verified)
+    if (const Status booked = r.jobs.book_piece(*run.verified, at); !booked && !has_settled(booked.error().code))
+      return booked.error();
+  auto neighbours = neighbours_of(r, run, at);
+  if (!neighbours) return neighbours.error();
+  std::erase_if(*neighbours, [&](PieceId piece) {
+    return std::find(run.suspects.begin(), run.suspects.end(), piece) != run.suspects.end();
+  });
+  if (const Status ended = r.jobs.abort_run(run.id, run.suspects, run.reason, at, *neighbours); !ended)
+    return ended.error();
+  return static_cast<int>(neighbours->size());
+}
+
+bool is_written(const Result<int>& written) { return written.ok() || has_settled(written.error().code); }
+
+}  // namespace veneer::daemon

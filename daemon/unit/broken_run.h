@@ -1,0 +1,35 @@
+// A run that was broken off, and how its end is written down.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/geometry.h"
+#include "base/ids.h"
+#include "base/result.h"
+#include "daemon/database_thread.h"
+#include "daemon/unit/proven_pose.h"
+#include "db/job_store.h"
+
+namespace veneer::daemon {
+
+struct BrokenRun {
+  db::RunId id;
+  ProvenPose pose;                    // of the panel that was being cut
+  std::vector<PieceId> suspects;      // begun and not verified, as the laser tells
+  std::optional<PieceId> verified;    // burnt and proven, but perhaps not booked
+  Polyline<MachineFrame> stray_path;  // where the beam may have been off its path, and how far from this line
+  Millimetres stray_reach{0};
+  std::string reason;
+};
+
+// In the database's thread, one piece of work: books what was proven, ends the run, and makes suspect what was begun
+// and every neighbour, reserved or cut, within reach of the stray path. Gives how many neighbours. Doing it twice
+// changes nothing.
+Result<int> write_down(Repositories& repositories, const BrokenRun& run, const std::string& at);
+
+// Is this the last word on it? Not while the disk is full or the database busy: then it has to be tried again.
+bool is_written(const Result<int>& written);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,43 @@
+// The unit as others see it: status, console, routes. Values.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/ids.h"
+#include "base/units.h"
+#include "daemon/unit/cell_state.h"
+#include "daemon/unit/run_planner.h"
+
+namespace veneer::daemon {
+
+// Which panel is to be loaded, and what the camera sees.
+struct LoadView {
+  PanelId panel;
+  std::string panel_name;
+  RunSetup setup;
+  bool found = false;  // panel, face and residual are proven and the job is checked whole: Unsuspend will be taken
+  Millimetres rms{0};
+  double seconds = 0;    // estimate of the run, device time; 0 until found
+  std::string sentence;  // what to do, or what is wrong
+};
+
+struct JobView {
+  JobId id;
+  std::string name;
+  int pieces = 0, cut = 0, suspect = 0;
+  std::string current_piece;  // mark; "" when none is being cut
+  double eta_seconds = 0;     // of the run that is on, device time
+};
+
+struct CellView {
+  CellState state = CellState::kStopped;
+  std::string reason;  // why it is in this state, when that needs saying
+  std::optional<JobView> job;
+  std::optional<LoadView> load;
+  bool framing = false;  // the frame is being traced: the head moves while Suspended
+  int can_recut = 0;     // pieces that were cut in the pose the camera last proved
+  PanelId recut_panel;   // on which
+};
+
+}  // namespace veneer::daemon

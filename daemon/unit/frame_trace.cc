@@ -1,0 +1,46 @@
+#include "daemon/unit/frame_trace.h"
+
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/unit/burnt_wood.h"
+#include "daemon/unit/pattern_burn.h"
+
+namespace veneer::daemon {
+
+FrameTrace::FrameTrace(ActivityHost& host, LaserJob hull, const ProvenPose& pose, std::vector<PieceId> own, Reply reply)
+    : host_(host),
+      hull_(std::move(hull)),
+      pose_(pose),
+      own_(std::move(own)),
+      reply_(std::move(reply)),
+      burns_(has_beam(hull_)) {}
+
+void FrameTrace::look(Reply reply) {
+  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](const Result<ProvenPose>& look) {
+    reply(require_unmoved(look, pose_, kMovedSinceShown, "since it was shown"));
+  }));
+}
+
+void FrameTrace::prepare(Reply ready) {
+  if (!burns_) return ready(Ok());
+  host_.commit(
+      [pose = pose_, path = hull_.strokes.front().path, own = own_](Repositories& r) {
+        return write_off_under(r, pose, path, own, "a frame was traced here with power", utc_timestamp());
+      },
+      [ready = std::move(ready)](const Status& written) { ready(written); });
+}
+
+std::optional<Point<MachineFrame>> FrameTrace::next_start() const {
+  if (begun_) return std::nullopt;
+  return hull_.strokes.front().path.front();
+}
+
+void FrameTrace::go_on() {
+  begun_ = true;
+  host_.burn(hull_);
+}
+
+void FrameTrace::burnt(const std::string&) { host_.ended(Afterwards::kBack, "the frame is traced"); }
+
+}  // namespace veneer::daemon

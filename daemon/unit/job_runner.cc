@@ -1,0 +1,417 @@
+// The runner's commands: what the operator asks for, and the states in which it is taken.
+#include "daemon/unit/job_runner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/services/calibration.h"
+#include "daemon/unit/frame_trace.h"
+#include "daemon/unit/panel_run.h"
+#include "daemon/unit/pattern_burn.h"
+#include "daemon/unit/recut.h"
+
+namespace veneer::daemon {
+
+JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, RunnerOptions options, Logger log,
+                     std::function<void()> on_change)
+    : ActivityHost(parts),
+      reactor_(reactor),
+      options_(std::move(options)),
+      log_(std::move(log)),
+      on_change_(std::move(on_change)),
+      wait_(
+          parts.bed, parts.planner, [this](std::span<const PieceBurn> burns) { return check(burns); },
+          [this] {
+            view_.load = wait_.view();
+            on_change_();
+          }) {}
+
+JobRunner::~JobRunner() {
+  alive_.reset();
+  if (laser_connected_) parts().laser.abort();
+}
+
+void JobRunner::begin(const db::Recovery& recovery) {
+  if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
+  view_.state = CellState::kAborted;
+  view_.reason = fmt::format(
+      "the cell stopped in the middle of job {}: {} piece(s) are suspect; look at the panel, then Clear and Reset",
+      recovery.aborted_jobs.empty() ? 0 : recovery.aborted_jobs.front().value, recovery.suspects.size());
+}
+
+void JobRunner::enter(CellState state, std::string reason) {
+  log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
+  view_.state = state;
+  view_.reason = std::move(reason);
+  // In these states an operator may reach in.
+  if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
+    parts().bed.hands_were_in();
+  if (state != CellState::kSuspended) wait_.end(), view_.load.reset();
+  on_change_();
+}
+
+Status JobRunner::refuse(CellCommand command) const {
+  return Error{ErrorCode::kConflict, fmt::format("{} is not possible while the cell is {}{}", to_string(command),
+                                                 to_string(view_.state), [&] {
+                                                   switch (view_.state) {
+                                                     case CellState::kAborted:
+                                                       return ": Clear it first, then Reset";
+                                                     case CellState::kStopped:
+                                                     case CellState::kComplete:
+                                                       return ": Reset it first";
+                                                     case CellState::kHeld:
+                                                       return ": Unhold, Stop or Abort";
+                                                     case CellState::kSuspended:
+                                                       return ": Unsuspend, Stop or Abort";
+                                                     default:
+                                                       return "";
+                                                   }
+                                                 }())};
+}
+
+void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
+  parts().database.async([entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](
+                             Repositories& r) { return r.audit.append(entry); },
+                         [log = log_](const Status& written) {
+                           if (!written) log->error("the audit log could not be written: {}", written.error().message);
+                         });
+}
+
+void JobRunner::answer(const Status& status) {
+  for (const Reply& reply : std::exchange(pending_, {}))
+    if (reply) reply(status);
+}
+
+Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) const {
+  std::vector<std::string> missing;
+  for (const auto* wanted : {&options_.confirm, &limits_.to_confirm})
+    for (const std::string& name : *wanted)
+      if (std::find(confirmed.begin(), confirmed.end(), name) == confirmed.end()) missing.push_back(name);
+  if (missing.empty()) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("see to it and confirm before the beam comes on: {} (veneerctl: --confirm "
+                           "\"{}\")",
+                           fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
+}
+
+void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
+  if (command == CellCommand::kAbort) {
+    abort(fmt::format("STOP by {}", who));
+    audit(who, "cell.abort");
+    return reply(Ok());
+  }
+  if (!after(view_.state, command)) return reply(refuse(command));
+  audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
+  switch (command) {
+    case CellCommand::kReset:
+      return reset(std::move(reply));
+    case CellCommand::kHold:
+      return hold(std::move(reply));
+    case CellCommand::kUnhold:
+      return unhold(std::move(reply));
+    case CellCommand::kUnsuspend:
+      return unsuspend(std::move(reply), confirmed);
+    case CellCommand::kStop:
+      return stop(reply);
+    case CellCommand::kClear:
+      return clear(std::move(reply));
+    default:
+      return reply(refuse(command));  // Start and Recut name things; Suspend and Complete come from the work
+  }
+}
+
+void JobRunner::reset(Reply reply) {
+  enter(CellState::kResetting, "homing the laser");
+  view_.job.reset();
+  forget_cuts();
+  pending_ = {std::move(reply)};
+  if (laser_connected_)
+    parts().laser.home();
+  else
+    parts().laser.connect([this, alive = std::weak_ptr<int>(alive_)](const LaserEvent& event) {
+      if (!alive.expired()) on_laser(event);
+    });
+}
+
+void JobRunner::clear(Reply reply) {
+  const std::string reason = view_.reason;
+  enter(CellState::kClearing);
+  pending_ = {std::move(reply)};
+  const auto cleared = [this] {
+    enter(CellState::kStopped, "Reset homes the laser");
+    answer(Ok());
+  };
+  if (!unwritten_) return cleared();
+  write_end(*unwritten_, [this, reason, cleared](const Result<int>& written) {
+    if (!unwritten_) return refresh_job(cleared);
+    enter(CellState::kAborted, reason);
+    answer(written.error());
+  });
+}
+
+void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
+  if (!after(view_.state, CellCommand::kStart) || check_reply_) return reply(refuse(CellCommand::kStart));
+  if (!options_.stock_refusal.empty()) return reply(Error{ErrorCode::kRefused, options_.stock_refusal});
+  if (!limits_.finds_home)
+    return reply(Error{ErrorCode::kRefused,
+                       "the laser does not find its corner by itself, so nothing says where the panel lies for it: fit "
+                       "homing switches and switch homing on ($22=1)"});
+  if (!limits_.burns)
+    return reply(Error{ErrorCode::kRefused,
+                       "the laser is a file that records its bytes: wood would be booked as cut that is whole. Put the "
+                       "laser's own port into the configuration"});
+  audit(who, "job.start", std::to_string(job.value));
+  enter(CellState::kStarting);
+  pending_ = {std::move(reply)};
+  struct Loaded {
+    db::JobRecord record;
+    std::vector<db::PieceRecord> pieces;
+  };
+  const auto load = [job](Repositories& r) -> Result<Loaded> {
+    auto calibration = load_calibration(r, utc_timestamp());
+    if (!calibration) return calibration.error();
+    if (const Status ready = require_cutting(*calibration); !ready) return ready.error();
+    auto record = r.jobs.find(job);
+    if (!record) return record.error();
+    auto pieces = r.jobs.pieces(job);
+    if (!pieces) return pieces.error();
+    return Loaded{std::move(*record), std::move(*pieces)};
+  };
+  const auto give_up = [this](const Error& error) {
+    enter(CellState::kIdle);
+    answer(error);
+  };
+  parts().database.async(
+      load, while_current([this, job, give_up](Result<Loaded> loaded) {
+        if (!loaded) return give_up(loaded.error());
+        std::vector<db::PieceRecord> to_cut;
+        for (auto& piece : loaded->pieces)
+          if (piece.state == db::PieceState::kReserved) to_cut.push_back(std::move(piece));
+        if (to_cut.empty())
+          return give_up({ErrorCode::kConflict, fmt::format("job {} has no piece left to cut", job.value)});
+        std::stable_sort(to_cut.begin(), to_cut.end(),
+                         [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
+        view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
+        parts().planner.plan_setups(to_cut, limits_.travel,
+                                    while_current([this, to_cut, give_up](Result<std::vector<RunSetup>> setups) {
+                                      if (!setups) return give_up(setups.error());
+                                      wait_.take_job(std::move(*setups), to_cut);
+                                      refresh_job([this] {
+                                        enter(CellState::kSuspending);
+                                        await_panel();
+                                        answer(Ok());
+                                      });
+                                    }));
+      }));
+}
+
+void JobRunner::await_panel() {
+  enter(CellState::kSuspended);
+  wait_.begin(limits_.motion);
+}
+
+void JobRunner::look_again() {
+  if (view_.state == CellState::kSuspended && !view_.framing) wait_.look_again();
+}
+
+// The state itself is the memory of it: next() lets nothing through until Unhold.
+void JobRunner::hold(Reply reply) {
+  if (!activity_) return reply(refuse(CellCommand::kHold));  // nothing will burn
+  switch (view_.state) {
+    case CellState::kHeld:
+      return reply(Ok());
+    case CellState::kHolding:
+      pending_.push_back(std::move(reply));
+      return;
+    case CellState::kStopping:
+      if (!at_laser_ && !activity_->next_start()) return reply(refuse(CellCommand::kHold));
+      break;
+    case CellState::kStarting:
+    case CellState::kUnsuspending:
+      if (parked_) parts().laser.stop_jog();
+      refused({ErrorCode::kCancelled, "held before anything was burnt"});
+      return reply(Ok());
+    case CellState::kUnholding:
+      answer(Error{ErrorCode::kCancelled, "held again"});
+      break;
+    default:
+      break;
+  }
+  enter(CellState::kHolding);
+  pending_.push_back(std::move(reply));
+  proving_ = 0;  // whatever the camera sees now, Unhold looks anew
+  if (std::exchange(parked_, nullptr)) return parts().laser.stop_jog();
+  if (at_laser_ && !laser_held_) return parts().laser.hold();
+  enter(CellState::kHeld, at_laser_ ? "held by the operator" : "held between two pieces");
+  answer(Ok());
+}
+
+void JobRunner::unhold(Reply reply) {
+  if (const Status ready = check_machine(parts().laser.status()); !ready)
+    return reply(Error{ready.error().code, ready.error().message + "; then Unhold"});
+  enter(CellState::kUnholding, activity_->needs_look() ? "looking whether all lies as it did" : "");
+  pending_ = {std::move(reply)};
+  prove([this](const Status& proven) {
+    if (!proven) {
+      enter(CellState::kHeld, proven.error().message);
+      return answer(proven);
+    }
+    if (at_laser_) {
+      laser_held_ = false;
+      return parts().laser.resume();
+    }
+    enter(CellState::kExecute);
+    answer(Ok());
+    next();
+  });
+}
+
+void JobRunner::stop(const Reply& reply) {
+  const CellState from = view_.state;
+  if (from == CellState::kExecute && activity_->end_early(false)) {
+    enter(CellState::kStopping, "finishing the piece that is being cut");
+    reply(Ok());
+    return next();
+  }
+  if (from == CellState::kHeld && !at_laser_ && activity_->end_early(true)) {
+    enter(CellState::kStopping);
+    reply(Ok());
+    return next();
+  }
+  // What was begun cannot be finished without motion, and a run that is being prepared may be in the database already:
+  // both end as an abort.
+  if (activity_ || from == CellState::kResetting) {
+    abort("stopped by the operator");
+    return reply(Ok());
+  }
+  enter(CellState::kStopping);
+  answer(Error{ErrorCode::kCancelled, "stopped by the operator"});
+  end_epoch();
+  stop_waiting_job();
+  enter(CellState::kStopped);
+  reply(Ok());
+}
+
+void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
+  const bool cutting = view_.state == CellState::kExecute || view_.state == CellState::kHolding ||
+                       view_.state == CellState::kHeld || view_.state == CellState::kUnholding;
+  if (!cutting || !activity_->end_early(false))
+    return reply(Error{ErrorCode::kConflict, "no piece is being cut: nothing to stop after"});
+  audit(who, "cell.stop-after-piece");
+  if (view_.state == CellState::kExecute) view_.reason = "stopping after this piece";
+  on_change_();
+  reply(Ok());
+  next();
+}
+
+void JobRunner::unsuspend(Reply reply, const std::vector<std::string>& confirmed) {
+  if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced: wait until the head stands"});
+  if (wait_.found() == nullptr)
+    return reply(Error{ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"});
+  if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  auto run = std::make_unique<PanelRun>(host(), view_.job->id, *wait_.found(), wait_.setup_pieces(),
+                                        !wait_.is_last_setup(), kept_);
+  from_ = CellState::kSuspended;
+  enter(CellState::kUnsuspending, "proving the pose once more");
+  undertake(std::move(run), {}, std::move(reply));
+}
+
+void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who,
+                      Reply reply) {
+  if (!after(view_.state, CellCommand::kRecut) || view_.framing) return reply(refuse(CellCommand::kRecut));
+  if (kept_.empty())
+    return reply(Error{ErrorCode::kConflict,
+                       "nothing can be cut again: only pieces of the last panel, until it moves or the cell is reset"});
+  std::vector<PieceBurn> burns;
+  for (const auto& mark : marks) {
+    const PieceBurn* cut = kept_.find(mark);
+    if (cut == nullptr)
+      return reply(Error{ErrorCode::kNotFound, fmt::format("piece {} was not cut from panel {} as it lies now", mark,
+                                                           kept_.pose().panel.value)});
+    burns.push_back(*cut);
+  }
+  if (burns.empty()) return reply(Error{ErrorCode::kInvalidArgument, "name the pieces that are not through"});
+  if (const Status given = require_confirmed(confirmed); !given) return reply(given);
+  if (const Status checked = check(burns); !checked) return reply(checked);
+  audit(who, "job.recut", fmt::format("{}; confirmed: {}", fmt::join(marks, ", "), fmt::join(confirmed, ", ")));
+  from_ = view_.state;
+  reason_from_ = view_.reason;
+  enter(CellState::kUnsuspending, "proving that the panel has not moved");
+  undertake(std::make_unique<Recut>(host(), kept_.pose(), std::move(burns)), "cutting again what was not through",
+            std::move(reply));
+}
+
+void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply) {
+  if (view_.state != CellState::kSuspended || wait_.found() == nullptr)
+    return reply(Error{ErrorCode::kConflict,
+                       "the frame is traced while the cell is Suspended and the panel is found: start a job and lay "
+                       "its panel"});
+  if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced already"});
+  if (!(power.count() >= 0) || power > options_.frame_max_power)
+    return reply(Error{ErrorCode::kInvalidArgument,
+                       fmt::format("the frame is traced dark or with at most {:.1f} % power (framing.max_power)",
+                                   100 * options_.frame_max_power.count())});
+  const PieceBurn hull{{}, {}, frame_of(wait_.burns(), options_.frame_speed, power), 0};
+  if (const Status checked = check({&hull, 1}); !checked) return reply(checked);
+  audit(who, "cell.frame", fmt::format("{:.3f}", power.count()));
+  std::vector<PieceId> own;
+  for (const auto& burn : wait_.burns()) own.push_back(burn.piece);
+  auto frame = std::make_unique<FrameTrace>(host(), hull.strokes, *wait_.found(), std::move(own), std::move(reply));
+  from_ = view_.state;
+  view_.framing = true;
+  view_.reason = power.count() > 0 ? fmt::format("tracing the frame at {:.1f} % power", 100 * power.count())
+                                   : "tracing the frame, dark";
+  wait_.pause(true);
+  on_change_();
+  undertake(std::move(frame), {}, nullptr);
+}
+
+void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply,
+                             std::vector<std::string> confirmed) {
+  if (view_.state != CellState::kIdle || check_reply_) return reply(refuse(CellCommand::kStart));
+  const bool burning = has_beam(strokes);
+  if (const Status given = burning ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
+  PieceBurn all{{}, {}, std::move(strokes), 0};
+  if (const Status checked = check({&all, 1}); !checked) return reply(checked);
+  audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
+  from_ = view_.state;
+  enter(CellState::kStarting, burning ? "looking whether a panel of the stock lies on the bed" : "");
+  undertake(std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply)),
+            burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
+}
+
+void JobRunner::check_pattern(LaserJob strokes, const std::string& who, Reply reply) {
+  if (view_.state != CellState::kIdle || check_reply_) return reply(refuse(CellCommand::kStart));
+  audit(who, "laser.check");
+  if (const Status taken = parts().laser.check(std::move(strokes)); !taken) return reply(taken);
+  check_reply_ = std::move(reply);
+}
+
+Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who) {
+  if (view_.state != CellState::kIdle && view_.state != CellState::kComplete)
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
+  audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
+  return parts().laser.jog(dx, dy, speed);
+}
+
+void JobRunner::stop_waiting_job() {
+  if (!view_.job) return;
+  parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.stop_job(job, utc_timestamp()); },
+                         // A job that never ran stays planned, which the store says by refusing; that is no fault.
+                         [log = log_](const Status& ended) {
+                           if (!ended) log->debug("{}", ended.error().message);
+                         });
+}
+
+void JobRunner::forget_cuts() {
+  kept_.forget();
+  view_.can_recut = 0;
+  view_.recut_panel = {};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,160 @@
+// The unit: one PackML state machine that owns the laser. It decides whether the machine may move; what it does then is
+// an activity's business (activity.h): a panel's run, a recut, a pattern, a frame, one at a time.
+//
+// Consent: the machine moves only after an operator's Reset (homing), Unsuspend (cutting on a proven pose, once per
+// panel loaded), Recut (on the same pose, proven unchanged), Unhold, frame or pattern. Before each of these the whole
+// of it is checked in machine space (preflight.h). Nothing here starts, resumes or reconnects by itself. Abort reaches
+// the wire before this object does anything else.
+//
+// One door stands before every stroke: next(). It opens only while the state says that the operator's word holds, no
+// write and no look is under way, the lid was not opened since the bed was proven, and the camera has looked within the
+// last RunnerOptions::look_every pieces. Hold is a state, so that it is remembered whatever the laser, the database or
+// the camera do meanwhile; Unhold proves the bed anew.
+//
+// Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "daemon/unit/activity.h"
+#include "daemon/unit/broken_run.h"
+#include "daemon/unit/cell_state.h"
+#include "daemon/unit/cell_view.h"
+#include "daemon/unit/kept_cuts.h"
+#include "daemon/unit/panel_wait.h"
+#include "daemon/unit/runner_options.h"
+
+namespace veneer::daemon {
+
+class JobRunner : private ActivityHost {
+ public:
+  using Reply = std::function<void(Status)>;
+
+  // `on_change` is called on the reactor after every change of view().
+  JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, RunnerOptions options, Logger log,
+            std::function<void()> on_change);
+  ~JobRunner() override;
+
+  // After a crash: the state the recovery left behind. To be called once, before any command.
+  void begin(const db::Recovery& recovery);
+
+  // Refused with a sentence when the state does not allow it. The reply comes when the command is accepted and its
+  // acting state has begun; Hold's when the machine rests, Unhold's and Unsuspend's when the pose is proven again and
+  // motion goes on. `confirmed` is what the operator confirms by name before the beam comes on (Unsuspend).
+  void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  void start_job(JobId job, const std::string& who, Reply reply);
+  void stop_after_piece(const std::string& who, const Reply& reply);
+  // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
+  // sight. The reply comes when it is burnt. Strokes that are all dark need no confirmation and no look.
+  void burn_pattern(LaserJob strokes, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0; else
+  // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
+  // again.
+  void frame(PowerFraction power, const std::string& who, Reply reply);
+  // Cuts these pieces again (marks), their cut strokes only, after proving that the panel has not moved since they were
+  // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
+  void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
+  // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
+  void check_pattern(LaserJob strokes, const std::string& who, Reply reply);
+  // Moves the head dark; only when Idle or Complete. The reply is at once, the way takes its time.
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
+  // STOP. The reset byte is on the wire when this returns; the rest follows.
+  void abort(const std::string& reason) noexcept override;
+
+  // kRefused, naming what is missing, unless everything of RunnerOptions::confirm and LaserLimits::to_confirm is among
+  // them.
+  Status require_confirmed(const std::vector<std::string>& confirmed) const;
+
+  const CellView& view() const { return view_; }
+  const RunnerOptions& options() const { return options_; }
+  // Of the laser, since it was connected last; empty travel before.
+  const LaserLimits& limits() const override { return limits_; }
+  // Looks at the bed once more while Suspended; called by a timer of the owner, does nothing in other states.
+  void look_again();
+
+ private:
+  ActivityHost& host() { return *this; }
+  void enter(CellState state, std::string reason = {});
+  Status refuse(CellCommand command) const;
+  void audit(const std::string& who, const std::string& what, const std::string& detail = {});
+  void answer(const Status& status);
+
+  // job_runner.cc: commands
+  void reset(Reply reply);
+  void stop(const Reply& reply);
+  void clear(Reply reply);
+  void hold(Reply reply);
+  void unhold(Reply reply);
+  void unsuspend(Reply reply, const std::vector<std::string>& confirmed);
+  void await_panel();
+
+  // job_runner_activity.cc: an activity from its beginning to its end, and the door before every stroke
+  void undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun);
+  void begun(const std::string& doing);
+  void next() override;
+  void burn(const LaserJob& strokes) override;
+  void prove(Reply then);
+  bool park(std::function<void()> then);
+  void prove_again();
+  bool lid_was_opened() const;
+  void rest(const std::string& reason);
+  void ending(Afterwards afterwards) override;
+  void ended(Afterwards afterwards, const std::string& reason) override;
+  void refused(const Error& error) override;
+  void go_back(const std::string& reason);
+  std::unique_ptr<Activity> retire();
+  void bury(std::unique_ptr<Activity> activity);
+  Status check(std::span<const PieceBurn> burns) const override;
+  void show_piece(const std::string& mark, double eta_seconds) override;
+  void piece_booked(const PieceBurn& burn) override;
+  void break_off(const std::string& reason, const laser_event::Aborted* told);
+  void write_end(BrokenRun run, std::function<void(Result<int>)> then);
+  void stop_waiting_job();
+  void forget_cuts();
+  void refresh_job(std::function<void()> then);
+
+  // job_runner_laser.cc: what the laser says
+  void on_laser(const LaserEvent& event);
+  void on_failed(const Error& error);
+  void on_held();
+  void on_resumed();
+  void on_done(const std::string& remark);
+  void on_jog_ended(const laser_event::JogEnded& jog);
+
+  boost::asio::io_context& reactor_;
+  const RunnerOptions options_;
+  Logger log_;
+  std::function<void()> on_change_;
+
+  CellView view_;
+  bool laser_connected_ = false;
+  LaserLimits limits_;
+  std::optional<Point<MachineFrame>> home_;  // where the head stood after homing: out of the picture
+  PanelWait wait_;
+  KeptCuts kept_;
+
+  std::unique_ptr<Activity> activity_;
+  CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
+  std::string reason_from_;
+  bool at_laser_ = false;         // the laser has strokes of it and has not told their end
+  bool laser_held_ = false;       // in the middle of them
+  int proofs_ = 0;                // looks begun
+  int proving_ = 0;               // the one under way; 0 = none
+  std::function<void()> parked_;  // while the head is on its way out of the picture
+  int lid_at_proof_ = 0;          // LaserStatus::lid_openings when the bed was proven last
+  int pieces_since_proof_ = 0;
+
+  std::vector<Reply> pending_;          // the command whose acting state is on
+  Reply check_reply_;                   // while the controller reads a pattern
+  std::optional<BrokenRun> unwritten_;  // broken off, and the database could not take it; Clear tries again
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // the laser's events hold it weakly
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,308 @@
+// An activity from the operator's word to its end, and the door before every stroke.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/unit/job_runner.h"
+#include "daemon/unit/preflight.h"
+
+namespace veneer::daemon {
+
+void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun) {
+  activity_ = std::move(activity);
+  if (begun) pending_ = {std::move(begun)};
+  prove([this, doing](const Status& proven) {
+    if (!proven) return refused(proven.error());
+    // The bed was proven, and the strokes are made for what was seen: a lid that opens from here on undoes that.
+    activity_->prepare(while_current([this, doing](const Status& ready) {
+      if (!ready) return refused(ready.error());
+      this->begun(doing);
+    }));
+  });
+}
+
+void JobRunner::begun(const std::string& doing) {
+  if (!view_.framing) enter(CellState::kExecute, doing);
+  answer(Ok());
+  next();
+}
+
+// ---- The door ----------------------------------------------------------------------------------------------------
+
+void JobRunner::next() {
+  if (!activity_ || at_laser_ || proving_ != 0 || committing()) return;
+  const bool word_holds = view_.state == CellState::kExecute || view_.state == CellState::kStopping || view_.framing;
+  if (!word_holds) return;
+  if (activity_->next_start()) {
+    if (lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
+    if (activity_->proves_pose() && options_.look_every > 0 && pieces_since_proof_ >= options_.look_every)
+      return prove_again();
+  }
+  activity_->go_on();
+}
+
+void JobRunner::burn(const LaserJob& strokes) {
+  at_laser_ = true;
+  laser_held_ = false;
+  parts().laser.start(strokes);
+}
+
+bool JobRunner::lid_was_opened() const { return parts().laser.status().lid_openings != lid_at_proof_; }
+
+// Nothing more is begun until the operator says so.
+void JobRunner::rest(const std::string& reason) {
+  if (view_.framing) return refused({ErrorCode::kRefused, reason});
+  enter(CellState::kHolding);
+  enter(CellState::kHeld, reason);
+}
+
+void JobRunner::prove(Reply then) {
+  const int proof = proving_ = ++proofs_;
+  const auto look = [this, proof, then = std::move(then)] {
+    if (proving_ != proof) return;
+    const LaserStatus laser = parts().laser.status();
+    if (lid_is_open(laser)) {  // hands may be in until it is closed, which nobody counts
+      proving_ = 0;
+      return then(Error{ErrorCode::kRefused, "the lid is open: close it"});
+    }
+    // Counted before the picture is taken: a lid that opens later spoils it.
+    const int openings = laser.lid_openings;
+    const auto seen = [this, proof, openings, then](const Status& as_it_must_be) {
+      if (proving_ != proof) return;
+      proving_ = 0;
+      if (!as_it_must_be) return then(as_it_must_be);
+      lid_at_proof_ = openings;
+      pieces_since_proof_ = 0;
+      if (lid_was_opened())
+        return then(Error{ErrorCode::kRefused, "the lid was opened while the camera looked: close it and try again"});
+      then(Ok());
+    };
+    if (!activity_->needs_look()) return seen(Ok());
+    activity_->look(while_current(seen));
+  };
+  if (!park(look)) look();
+}
+
+// Every now and then, while a run goes on: a panel creeps, or is bumped into.
+void JobRunner::prove_again() {
+  view_.reason = "looking whether the panel lies as it did";
+  on_change_();
+  prove([this](const Status& proven) {
+    if (!proven) return rest(proven.error().message);
+    view_.reason.clear();
+    on_change_();
+    next();
+  });
+}
+
+// Sends the head back to where it stood after homing, if the machine can and the way there and on is free. False when
+// it stays.
+bool JobRunner::park(std::function<void()> then) {
+  if (at_laser_ || !activity_->proves_pose() || !home_) return false;
+  const LaserStatus laser = parts().laser.status();
+  const Millimetres dx = home_->x - laser.position.x, dy = home_->y - laser.position.y;
+  if (std::max(std::abs(dx.count()), std::abs(dy.count())) < 1) return false;
+  const auto on = activity_->next_start();
+  for (const KeepOut& zone : options_.keep_out)
+    if (crosses(zone.area, laser.position, *home_) || (on && crosses(zone.area, *home_, *on))) return false;
+  MmPerSecond speed = options_.frame_speed;
+  if (limits_.fastest > MmPerSecond(0)) speed = std::min(speed, limits_.fastest);
+  if (const Status moves = parts().laser.jog(dx, dy, speed); !moves) {
+    log_->debug("the head stays in the picture: {}", moves.error().message);
+    return false;
+  }
+  parked_ = std::move(then);
+  return true;
+}
+
+Status JobRunner::check(std::span<const PieceBurn> burns) const {
+  const LaserStatus laser = parts().laser.status();
+  if (const Status ready = check_machine(laser); !ready) return ready;
+  return check_strokes(burns, limits_, options_.keep_out, laser.position);
+}
+
+void JobRunner::show_piece(const std::string& mark, double eta_seconds) {
+  if (!view_.job) return;
+  view_.job->current_piece = mark;
+  view_.job->eta_seconds = eta_seconds;
+  on_change_();
+}
+
+void JobRunner::piece_booked(const PieceBurn& burn) {
+  wait_.piece_done(burn.piece);
+  view_.can_recut = kept_.count();
+  view_.recut_panel = kept_.pose().panel;
+  ++view_.job->cut;
+  view_.job->current_piece.clear();
+  on_change_();
+}
+
+// ---- The end -----------------------------------------------------------------------------------------------------
+
+void JobRunner::ending(Afterwards afterwards) {
+  switch (afterwards) {
+    case Afterwards::kBack:
+      return;
+    case Afterwards::kStopped:
+      if (view_.state != CellState::kStopping) enter(CellState::kStopping);
+      return;
+    case Afterwards::kNextPanel:
+      wait_.setup_done();
+      return enter(CellState::kSuspending);
+    case Afterwards::kComplete:
+      wait_.setup_done();
+      return enter(CellState::kCompleting);
+  }
+}
+
+void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
+  auto activity = retire();
+  switch (afterwards) {
+    case Afterwards::kBack:
+      go_back(reason);
+      break;
+    case Afterwards::kStopped:
+      refresh_job([this, reason] { enter(CellState::kStopped, reason); });
+      break;
+    case Afterwards::kNextPanel:
+      refresh_job([this] { await_panel(); });
+      break;
+    case Afterwards::kComplete:
+      refresh_job([this, reason] { enter(CellState::kComplete, reason); });
+      break;
+  }
+  activity->over(Ok());
+  bury(std::move(activity));
+}
+
+void JobRunner::refused(const Error& error) {
+  auto activity = retire();
+  go_back(error.message);
+  answer(error);
+  activity->over(error);
+  bury(std::move(activity));
+}
+
+void JobRunner::go_back(const std::string& reason) {
+  switch (from_) {
+    case CellState::kSuspended:
+      if (std::exchange(view_.framing, false)) {
+        wait_.pause(false);
+        view_.reason = reason;
+        return on_change_();
+      }
+      enter(CellState::kSuspending);
+      return await_panel();
+    case CellState::kComplete:
+      enter(CellState::kCompleting);
+      return enter(CellState::kComplete, reason_from_);
+    case CellState::kStopped:
+      enter(CellState::kStopping);
+      return enter(CellState::kStopped, reason_from_);
+    default:
+      return enter(CellState::kIdle, reason);
+  }
+}
+
+// From here on nothing that was meant for it arrives.
+std::unique_ptr<Activity> JobRunner::retire() {
+  end_epoch();
+  at_laser_ = laser_held_ = false;
+  proving_ = 0;
+  parked_ = nullptr;
+  return std::move(activity_);
+}
+
+// It may be its own call that ended it.
+void JobRunner::bury(std::unique_ptr<Activity> activity) {
+  boost::asio::post(reactor_, [dead = std::shared_ptr<Activity>(std::move(activity))] {});
+}
+
+void JobRunner::abort(const std::string& reason) noexcept {
+  parts().laser.abort();
+  break_off(reason, nullptr);
+}
+
+// Everything that was going on ends here, with the beam already off.
+void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told) {
+  if (!after(view_.state, CellCommand::kAbort)) return;
+  auto activity = retire();
+  std::string remark;
+  std::optional<BrokenRun> broken;
+  if (activity) broken = activity->broken_off(remark);
+  const std::string why_aborted = reason + remark;
+  enter(CellState::kAborting, why_aborted);
+  const Error why{ErrorCode::kCancelled, why_aborted};
+  answer(why);
+  if (check_reply_) std::exchange(check_reply_, nullptr)(why);
+  view_.framing = false;
+  forget_cuts();
+  const auto finish = [this, reason = why_aborted](int neighbours) {
+    refresh_job([this, reason, neighbours] {
+      std::string words = reason;
+      if (neighbours > 0)
+        words += fmt::format("; {} piece(s) beside it may have been hit and are suspect as well", neighbours);
+      if (unwritten_) words += "; the end of the run is not written yet: make room on the disk, then Clear";
+      enter(CellState::kAborted, words);
+    });
+  };
+  if (broken) {
+    broken->reason = reason;
+    if (told != nullptr) {
+      broken->suspects = told->suspect;
+      broken->stray_path = told->stray_path;
+      broken->stray_reach = told->stray_reach;
+    }
+    write_end(std::move(*broken), [finish](const Result<int>& written) { finish(written ? *written : 0); });
+  } else if (view_.job && wait_.has_pieces()) {
+    parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
+                           while_current([finish](const Status&) { finish(0); }));  // a planned job stays planned
+  } else {
+    finish(0);
+  }
+  if (!activity) return;
+  activity->over(why);
+  bury(std::move(activity));
+}
+
+// A piece that was proven is booked all the same. What the database does not take is kept for the next Clear: without
+// its end no run could begin after this one until the daemon is restarted. It is kept until it is known to be written,
+// for a STOP may come between (writing it twice changes nothing).
+void JobRunner::write_end(BrokenRun run, std::function<void(Result<int>)> then) {
+  unwritten_ = run;
+  parts().database.async([run = std::move(run)](Repositories& r) { return write_down(r, run, utc_timestamp()); },
+                         while_current([this, then = std::move(then)](const Result<int>& written) {
+                           if (!written)
+                             log_->error("the end of the run could not be written: {}", written.error().message);
+                           if (is_written(written)) {
+                             unwritten_.reset();
+                             return then(written);
+                           }
+                           then(Error{written.error().code, fmt::format("the end of the run is not written yet: {}",
+                                                                        written.error().message)});
+                         }));
+}
+
+void JobRunner::refresh_job(std::function<void()> then) {
+  if (!view_.job) return then();
+  parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.find(job); },
+                         while_current([this, then = std::move(then)](const Result<db::JobRecord>& record) {
+                           if (record && view_.job) {
+                             JobView& job = *view_.job;
+                             job.pieces = 0;
+                             for (const auto& [state, count] : record->pieces)
+                               if (state != db::PieceState::kUnfilled && state != db::PieceState::kReleased)
+                                 job.pieces += count;
+                             job.cut = record->count(db::PieceState::kCut);
+                             job.suspect = record->count(db::PieceState::kSuspect);
+                             job.current_piece.clear();
+                             job.eta_seconds = 0;
+                           }
+                           then();
+                         }));
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,106 @@
+// What the laser says, and what the unit makes of it.
+#include <utility>
+
+#include "daemon/unit/job_runner.h"
+
+namespace veneer::daemon {
+
+void JobRunner::on_laser(const LaserEvent& event) {
+  using namespace laser_event;
+  if (const auto* connected = std::get_if<Connected>(&event)) {
+    laser_connected_ = true;
+    limits_ = connected->limits;
+    if (view_.state == CellState::kResetting) parts().laser.home();
+  } else if (const auto* failed = std::get_if<Failed>(&event)) {
+    on_failed(failed->error);
+  } else if (std::holds_alternative<Homed>(event)) {
+    if (view_.state != CellState::kResetting) return;
+    home_ = parts().laser.status().position;
+    enter(CellState::kIdle);
+    answer(Ok());
+  } else if (std::holds_alternative<Held>(event)) {
+    on_held();
+  } else if (std::holds_alternative<Resumed>(event)) {
+    on_resumed();
+  } else if (const auto* done = std::get_if<Done>(&event)) {
+    on_done(done->remark);
+  } else if (std::holds_alternative<Checked>(event)) {
+    if (check_reply_) std::exchange(check_reply_, nullptr)(Ok());
+  } else if (const auto* jogged = std::get_if<JogEnded>(&event)) {
+    on_jog_ended(*jogged);
+  } else if (const auto* fault = std::get_if<Fault>(&event)) {
+    laser_connected_ = fault->connected;
+    break_off(fault->error.message, nullptr);
+  } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
+    if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
+    break_off(aborted->error.message, aborted);
+  }
+}
+
+void JobRunner::on_failed(const Error& error) {
+  if (error.code == ErrorCode::kUnavailable || error.code == ErrorCode::kDisconnected ||
+      error.code == ErrorCode::kTimeout)
+    laser_connected_ = false;
+  if (check_reply_ && laser_connected_) return std::exchange(check_reply_, nullptr)(error);
+  if (at_laser_ && laser_connected_) {
+    at_laser_ = laser_held_ = false;
+    if (!activity_->not_begun()) return refused(error);
+    // A curable fault, or the operator's Hold before it had begun.
+    const bool by_operator = view_.state == CellState::kHolding;
+    rest(by_operator ? "held before the next piece" : error.message);
+    return answer(by_operator ? Ok() : Status(error));
+  }
+  answer(error);
+  break_off(error.message, nullptr);
+}
+
+void JobRunner::on_held() {
+  if (!at_laser_) return;  // it has told the end of its strokes before: the unit rests by itself
+  if (view_.framing) return abort("the lid was opened while the frame was traced: close it, then Clear and Reset");
+  const bool told_before = std::exchange(laser_held_, true);
+  switch (view_.state) {
+    case CellState::kHolding:
+      enter(CellState::kHeld, "held by the operator");
+      return answer(Ok());
+    case CellState::kUnholding:
+      if (told_before) return;
+      enter(CellState::kHeld, "the machine stays held: close the lid, then Unhold");
+      return answer(Error{ErrorCode::kRefused, view_.reason});
+    case CellState::kExecute:
+    case CellState::kStopping:
+      return enter(CellState::kHeld, "held by the machine: check the lid, then Unhold");
+    default:
+      return;
+  }
+}
+
+void JobRunner::on_resumed() {
+  if (view_.state != CellState::kUnholding || !at_laser_) return;
+  enter(CellState::kExecute);
+  answer(Ok());
+}
+
+void JobRunner::on_done(const std::string& remark) {
+  if (!at_laser_) return;
+  at_laser_ = laser_held_ = false;
+  ++pieces_since_proof_;
+  if (view_.state == CellState::kHolding) {
+    enter(CellState::kHeld, "held between two pieces");
+    answer(Ok());
+  } else if (view_.state == CellState::kUnholding && proving_ == 0) {
+    enter(CellState::kExecute);
+    answer(Ok());
+  }
+  activity_->burnt(remark);
+}
+
+void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
+  // A jog that ended in a reset has lost the position.
+  if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
+  if (parked_) return std::exchange(parked_, nullptr)();
+  if (view_.state != CellState::kHolding || at_laser_) return;
+  enter(CellState::kHeld, "held between two pieces");
+  answer(Ok());
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,57 @@
+// One panel of a job being cut, from the proven pose to the last booked piece.
+//
+// The way of one piece: `cutting` is on the disk before its first stroke is sent; the laser burns engraving and cut,
+// ends dark, drains and compares its own position with the expected one; only then the piece is booked `cut`. A kill at
+// any moment therefore leaves at most one piece in doubt, and recovery calls that one suspect. One piece is one
+// LaserJob, so nothing of the next piece can be burning while this one is in doubt.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "daemon/unit/activity.h"
+#include "daemon/unit/kept_cuts.h"
+
+namespace veneer::daemon {
+
+class PanelRun final : public Activity {
+ public:
+  // `shown` is what the operator saw when he gave his word; `more`: another panel is to be loaded after this one.
+  PanelRun(ActivityHost& host, JobId job, const ProvenPose& shown, std::vector<db::PieceRecord> pieces, bool more,
+           KeptCuts& kept);
+
+  bool needs_look() const override { return true; }
+  void look(Reply reply) override;
+  bool proves_pose() const override { return true; }
+  void prepare(Reply ready) override;
+  std::optional<Point<MachineFrame>> next_start() const override;
+  void go_on() override;
+  void burnt(const std::string& remark) override;
+  bool not_begun() override;
+  bool end_early(bool at_rest) override;
+  std::optional<BrokenRun> broken_off(std::string& remark) override;
+
+ private:
+  enum class Noted { kNo, kUnderWay, kYes };
+
+  void start_run(Reply ready);
+  void note();
+  void end();
+  bool ends() const { return stop_ || next_ == burns_.size(); }
+  double seconds_left() const;
+
+  ActivityHost& host_;
+  JobId job_;
+  ProvenPose pose_;
+  std::vector<db::PieceRecord> pieces_;
+  const bool more_;
+  KeptCuts& kept_;
+  std::optional<db::RunId> run_;  // in the database
+  std::vector<PieceBurn> burns_;
+  std::size_t next_ = 0;             // index of the piece to burn next
+  Noted noted_ = Noted::kNo;         // is it `cutting` in the database? No stroke of it was sent yet
+  std::optional<PieceId> unbooked_;  // burnt and proven, not booked yet
+  bool stop_ = false;                // asked by the operator: end after the piece under way
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,146 @@
+#include "daemon/unit/preflight.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace veneer::daemon {
+namespace {
+
+Error refuse(const PieceBurn& burn, const std::string& what) {
+  return {ErrorCode::kRefused, burn.mark.empty() ? what : fmt::format("piece {}: {}", burn.mark, what)};
+}
+
+// How far `p` lies beyond the travel, and where the panel must go to cure it.
+std::string beyond(const Box<MachineFrame>& travel, const Point<MachineFrame>& p) {
+  const std::array<std::pair<double, const char*>, 4> sides{
+      {{(travel.min.x - p.x).count(), "left side: move the panel to the right"},
+       {(p.x - travel.max.x).count(), "right side: move the panel to the left"},
+       {(travel.min.y - p.y).count(), "front: move the panel back"},
+       {(p.y - travel.max.y).count(), "back: move the panel forward"}}};
+  const auto worst = std::max_element(sides.begin(), sides.end());
+  return fmt::format("its cut would leave the machine's travel by {:.1f} mm at the {}", worst->first, worst->second);
+}
+
+Status check_recipe(const PieceBurn& burn, const Stroke& stroke, const LaserLimits& limits) {
+  if (!(stroke.speed.count() > 0) || !(stroke.power.count() >= 0 && stroke.power.count() <= 1) || stroke.passes < 1)
+    return refuse(burn, "its recipe has no possible speed, power or number of passes: correct the recipe");
+  if (limits.fastest.count() > 0 && stroke.speed > limits.fastest)
+    return refuse(burn, fmt::format("its recipe asks for {:.0f} mm/s, the machine can {:.0f}: lower the recipe's speed",
+                                    stroke.speed.count(), limits.fastest.count()));
+  return Ok();
+}
+
+// Where the head goes for a stroke: its path, with the run-up and the run-out of a fill's line.
+Polyline<MachineFrame> way_of(const Stroke& stroke) {
+  Polyline<MachineFrame> way = stroke.path;
+  const auto lengthen = [&](const Point<MachineFrame>& from, Point<MachineFrame>& end) {
+    const double length = distance(from, end).count();
+    if (!(length > 0)) return;
+    const double share = stroke.overscan.count() / length;
+    end = {end.x + (end.x - from.x) * share, end.y + (end.y - from.y) * share};
+  };
+  if (stroke.overscan > Millimetres(0)) {
+    lengthen(stroke.path[1], way.front());
+    lengthen(stroke.path[stroke.path.size() - 2], way.back());
+  }
+  return way;
+}
+
+double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
+  return (a.x - o.x).count() * (b.y - o.y).count() - (a.y - o.y).count() * (b.x - o.x).count();
+}
+
+}  // namespace
+
+bool lid_is_open(const LaserStatus& laser) { return laser.state.starts_with("Door") && laser.state != "Door:0"; }
+
+Status check_machine(const LaserStatus& laser) {
+  if (!laser.connected)
+    return Error{ErrorCode::kRefused, "the laser is not connected: switch it on, then Stop and Reset"};
+  if (lid_is_open(laser)) return Error{ErrorCode::kRefused, "the lid is open: close it"};
+  if (laser.state.rfind("Alarm", 0) == 0)
+    return Error{ErrorCode::kRefused, "the laser is in alarm: clear what stopped it, then Stop and Reset"};
+  if (!laser.homed) return Error{ErrorCode::kRefused, "the laser does not know where it is: Stop, then Reset homes it"};
+  if (!laser.refusal.empty()) return Error{ErrorCode::kRefused, laser.refusal};
+  return Ok();
+}
+
+bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
+  if (box.empty()) return false;
+  // Liang and Barsky: the part of the way that lies between the box's four lines.
+  double begin = 0, end = 1;
+  const auto clip = [&](double from, double step, double low, double high) {
+    if (step == 0) return from >= low && from <= high;
+    const double t0 = (low - from) / step, t1 = (high - from) / step;
+    begin = std::max(begin, std::min(t0, t1));
+    end = std::min(end, std::max(t0, t1));
+    return begin <= end;
+  };
+  return clip(a.x.count(), (b.x - a.x).count(), box.min.x.count(), box.max.x.count()) &&
+         clip(a.y.count(), (b.y - a.y).count(), box.min.y.count(), box.max.y.count());
+}
+
+Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits, std::span<const KeepOut> keep_out,
+                     const Point<MachineFrame>& from) {
+  if (burns.empty()) return Error{ErrorCode::kRefused, "there is nothing to burn"};
+  Point<MachineFrame> at = from;
+  for (const PieceBurn& burn : burns) {
+    if (burn.strokes.strokes.empty()) return refuse(burn, "it has no strokes: plan the job again");
+    for (const Stroke& stroke : burn.strokes.strokes) {
+      if (stroke.path.size() < 2) return refuse(burn, "it has a stroke without length: plan the job again");
+      if (Status good = check_recipe(burn, stroke, limits); !good) return good;
+      for (const auto& p : way_of(stroke)) {
+        if (!std::isfinite(p.x.count()) || !std::isfinite(p.y.count()))
+          return refuse(burn, "its place on the bed cannot be computed: calibrate the laser again");
+        if (!limits.travel.contains(p)) return refuse(burn, beyond(limits.travel, p));
+        for (const KeepOut& zone : keep_out)
+          if (crosses(zone.area, at, p))
+            return refuse(burn, fmt::format("the head would cross the zone \"{}\" on its way: move the panel, or the "
+                                            "thing and its zone in the configuration",
+                                            zone.name));
+        at = p;
+      }
+    }
+  }
+  return Ok();
+}
+
+std::vector<Point<MachineFrame>> convex_hull(std::vector<Point<MachineFrame>> points) {
+  const auto left_first = [](const auto& a, const auto& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; };
+  std::sort(points.begin(), points.end(), left_first);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (points.size() < 3) return points;
+  // Andrew's monotone chain: the lower side, then the upper one.
+  std::vector<Point<MachineFrame>> hull;
+  const auto take = [&hull](const Point<MachineFrame>& p, std::size_t kept) {
+    while (hull.size() > kept && cross(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
+    hull.push_back(p);
+  };
+  for (const auto& p : points) take(p, 1);
+  const std::size_t lower = hull.size();
+  for (auto p = points.rbegin() + 1; p != points.rend(); ++p) take(*p, lower);
+  hull.pop_back();
+  return hull;
+}
+
+LaserJob frame_of(std::span<const PieceBurn> burns, MmPerSecond speed, PowerFraction power) {
+  std::vector<Point<MachineFrame>> points;
+  for (const auto& burn : burns)
+    for (const auto& stroke : burn.strokes.strokes) points.insert(points.end(), stroke.path.begin(), stroke.path.end());
+  LaserJob job;
+  auto hull = convex_hull(std::move(points));
+  if (hull.size() < 2) return job;
+  hull.push_back(hull.front());
+  Stroke& stroke = job.strokes.emplace_back();
+  stroke.role = StrokeRole::kPattern;
+  stroke.path = std::move(hull);
+  stroke.speed = speed;
+  stroke.power = power;
+  return job;
+}
+
+}  // namespace veneer::daemon

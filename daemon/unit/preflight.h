@@ -1,0 +1,46 @@
+// The whole-job check before the first motion, in machine space: every stroke and every dark way between them, against
+// the travel, the zones where the head must not go, the recipe's limits, the lid. One sentence for each refusal: it
+// names the piece and says what to do. Pure; thread-safe.
+//
+// The pose, the panel's face and the certificates are proven before strokes exist at all (bed_view.h). The driver
+// checks once more what it is sent.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "daemon/unit/piece_burn.h"
+#include "drivers/laser_driver.h"
+
+namespace veneer::daemon {
+
+// Where the head must not go: a clamp, a camera's foot. From the configuration; machine millimetres.
+struct KeepOut {
+  std::string name;
+  Box<MachineFrame> area;
+};
+
+// As far as the machine tells; closed again and waiting for the operator ("Door:0") is not open.
+bool lid_is_open(const LaserStatus& laser);
+
+// kRefused when the laser cannot move as it is: not there, not homed, lid open, alarm; or must not burn.
+Status check_machine(const LaserStatus& laser);
+
+// kRefused (kInvalidArgument for strokes nobody could burn) with the first thing that is wrong. The head starts from
+// `from`.
+Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits, std::span<const KeepOut> keep_out,
+                     const Point<MachineFrame>& from);
+
+// Does the straight way from `a` to `b` touch the box?
+bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const Point<MachineFrame>& b);
+
+// The frame that shows where a job will be: the convex hull of all its strokes, closed, one stroke of a job of its own.
+// `power` 0 is dark. Empty when there are no strokes.
+LaserJob frame_of(std::span<const PieceBurn> burns, MmPerSecond speed, PowerFraction power);
+
+// The convex hull, counter-clockwise, without its first point repeated; fewer than three points when all lie on a line.
+std::vector<Point<MachineFrame>> convex_hull(std::vector<Point<MachineFrame>> points);
+
+}  // namespace veneer::daemon

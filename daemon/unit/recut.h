@@ -1,0 +1,33 @@
+// Pieces that were not through, cut again while the panel lies as it did. Nothing of it is booked: they are cut
+// already.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "daemon/unit/activity.h"
+
+namespace veneer::daemon {
+
+class Recut final : public Activity {
+ public:
+  // `burns`, not empty, were cut in `pose`.
+  Recut(ActivityHost& host, const ProvenPose& pose, std::vector<PieceBurn> burns);
+
+  bool needs_look() const override { return true; }
+  void look(Reply reply) override;
+  bool proves_pose() const override { return true; }
+  std::optional<Point<MachineFrame>> next_start() const override;
+  void go_on() override;
+  void burnt(const std::string&) override { host_.next(); }
+  bool not_begun() override;
+  std::optional<BrokenRun> broken_off(std::string& remark) override;
+
+ private:
+  ActivityHost& host_;
+  ProvenPose pose_;
+  std::vector<PieceBurn> burns_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,44 @@
+#include "daemon/workers/work_folder.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <system_error>
+
+namespace veneer::daemon {
+namespace {
+
+std::filesystem::path work_dir(const std::filesystem::path& data_dir) { return data_dir / "work"; }
+
+void remove_whole(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!path.empty()) std::filesystem::remove_all(path, ignored);
+}
+
+}  // namespace
+
+Result<WorkFolder> WorkFolder::make(const std::filesystem::path& data_dir) {
+  std::error_code failed;
+  std::filesystem::create_directories(work_dir(data_dir), failed);
+  std::string name = (std::filesystem::absolute(work_dir(data_dir), failed) / "XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("cannot make a folder in {}: make room on the disk or give the daemon access, then try "
+                             "again",
+                             work_dir(data_dir).string())};
+  return WorkFolder(name);
+}
+
+WorkFolder& WorkFolder::operator=(WorkFolder&& o) noexcept {
+  if (this != &o) {
+    remove_whole(path_);
+    path_ = std::exchange(o.path_, {});
+  }
+  return *this;
+}
+
+WorkFolder::~WorkFolder() { remove_whole(path_); }
+
+void remove_left_work(const std::filesystem::path& data_dir) { remove_whole(work_dir(data_dir)); }
+
+}  // namespace veneer::daemon

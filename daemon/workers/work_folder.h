@@ -1,0 +1,32 @@
+// A folder for the files of one piece of work, gone when the work is over. Whatever a kill leaves behind is removed at
+// the next start.
+//
+// Any thread but the reactor. A value; moves only.
+#pragma once
+
+#include <filesystem>
+#include <utility>
+
+#include "base/result.h"
+
+namespace veneer::daemon {
+
+class WorkFolder {
+ public:
+  // A new folder in `data_dir`/work. kStorage.
+  static Result<WorkFolder> make(const std::filesystem::path& data_dir);
+  WorkFolder(WorkFolder&& o) noexcept : path_(std::exchange(o.path_, {})) {}
+  WorkFolder& operator=(WorkFolder&& o) noexcept;
+  ~WorkFolder();
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  explicit WorkFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  std::filesystem::path path_;
+};
+
+// At start-up, before any work: what an earlier life of the daemon has left.
+void remove_left_work(const std::filesystem::path& data_dir);
+
+}  // namespace veneer::daemon

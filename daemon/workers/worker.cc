@@ -1,0 +1,97 @@
+#include "daemon/workers/worker.h"
+
+#include <pthread.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <exception>
+#include <limits>
+#include <new>
+
+namespace veneer::daemon {
+namespace {
+
+constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+// Without memory even a sentence may not fit; then the code must do.
+Error sentence(ErrorCode code, const char* before, const char* what, const char* after) noexcept {
+  try {
+    return {code, std::string(before) + what + after};
+  } catch (...) {
+    return {code, {}};
+  }
+}
+
+void do_posted(const std::function<void()>& work, const std::function<void(const Error&)>& failed) noexcept {
+  try {
+    try {
+      work();
+    } catch (...) {
+      if (failed) failed(error_of_exception());
+    }
+  } catch (...) {
+    // Telling it failed too. Whoever waits is told by the work's end.
+  }
+}
+
+}  // namespace
+
+Error error_of_exception() noexcept {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    return sentence(ErrorCode::kUnavailable, "there was not enough memory for this", "",
+                    ": wait until other work is done, or ask for something smaller, then try again");
+  } catch (const std::exception& e) {
+    return sentence(ErrorCode::kInternal, "the work ended with an error of the program (", e.what(),
+                    "): try again, and report it when it comes back");
+  } catch (...) {
+    return sentence(ErrorCode::kInternal, "the work ended with an error of the program", "",
+                    ": try again, and report it when it comes back");
+  }
+}
+
+Worker::Worker(std::string name, int nice) : thread_([this, name = std::move(name), nice] { run(name, nice); }) {}
+
+Worker::~Worker() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void Worker::post(std::function<void()> work, std::function<void(const Error&)> failed) {
+  static_cast<void>(try_post(kNoLimit, std::move(work), std::move(failed)));
+}
+
+bool Worker::try_post(std::size_t most, std::function<void()> work, std::function<void(const Error&)> failed) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (queue_.size() >= most) return false;
+    queue_.push_back({std::move(work), std::move(failed)});
+  }
+  wake_.notify_one();
+  return true;
+}
+
+void Worker::run(const std::string& name, int nice) {
+  pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
+  // Linux keeps the priority per thread; without the right to change it the work is merely less polite.
+  if (nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+  for (;;) {
+    Posted next;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return stopping_ || !queue_.empty(); });
+      if (queue_.empty()) return;
+      next = std::move(queue_.front());
+      queue_.pop_front();
+    }
+    do_posted(next.work, next.failed);
+  }
+}
+
+}  // namespace veneer::daemon

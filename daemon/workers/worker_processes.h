@@ -1,0 +1,49 @@
+// Has work done by processes of the program veneer-worker: one for each piece of work, ended with it.
+//
+// The order goes down a pipe as one line of JSON; the process answers with lines on another: {"progress": 0.3, "text":
+// "..."} any number of times, then {"done": ...}, {"error": {"code", "message"}} or {"out_of_memory": true}. It
+// inherits no other descriptor, confines itself before it looks at anything foreign (confinement.h), and dies with this
+// process (work_server.h). When it says anything else, dies, or does not end in time, its work has failed and nothing
+// else.
+//
+// Started by posix_spawn: Boost.Process 1.74 forks (a copy of the page tables of a process that must answer a laser),
+// closes descriptors by opendir() between fork and exec, where a child of many threads may not allocate, and waits with
+// a deadline by taking over the whole process's SIGCHLD.
+//
+// Thread-safe; run() must not be called on the reactor (it waits).
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "base/log.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::daemon {
+
+struct WorkerProcessOptions {
+  std::filesystem::path program;
+  std::uint64_t memory_bytes = 0;  // of each process; 0: not limited
+  // Called with each process that has begun. For tests.
+  std::function<void(pid_t)> on_start;
+};
+
+class WorkerProcesses final : public WorkRunner {
+ public:
+  WorkerProcesses(WorkerProcessOptions options, Logger log);
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress& progress, std::stop_token stop) override;
+
+ private:
+  WorkerProcessOptions options_;
+  Logger log_;
+};
+
+// veneer-worker, beside this program.
+std::filesystem::path worker_program();
+// Three quarters of the machine's memory.
+std::uint64_t usual_worker_memory();
+
+}  // namespace veneer::daemon
