@@ -1,5 +1,7 @@
 #include "cli/api_client.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/generic/stream_protocol.hpp>
@@ -13,6 +15,7 @@
 #include <boost/beast/http/write.hpp>
 #include <limits>
 #include <optional>
+#include <random>
 #include <thread>
 
 #include "cli/json_read.h"
@@ -43,6 +46,13 @@ ErrorCode code_from(std::string_view name) {
 Error error_from(const nlohmann::json& body, const std::string& otherwise) {
   const nlohmann::json& error = member(body, "error");
   return Error{code_from(text_or(error, "code", "internal")), text_or(error, "message", otherwise)};
+}
+
+std::string fresh_key() {
+  std::random_device draw;
+  std::string key;
+  for (int i = 0; i < 4; ++i) key += fmt::format("{:08x}", draw());
+  return key;
 }
 
 // One request on a connection of its own, run to its end or its deadline.
@@ -137,7 +147,12 @@ Result<ApiResponse> ApiClient::raw(const std::string& method, const std::string&
 
 Result<nlohmann::json> ApiClient::request(const std::string& method, const std::string& target, const std::string& body,
                                           const std::string& content_type) const {
-  const auto response = raw(method, kPrefix + target, body, content_type);
+  std::vector<std::pair<std::string, std::string>> headers;
+  const bool keyed = method != "GET" && target != "/stop";
+  if (keyed) headers.emplace_back("Idempotency-Key", fresh_key());
+  auto response = raw(method, kPrefix + target, body, content_type, headers);
+  if (!response && keyed && response.error().code == ErrorCode::kDisconnected)
+    response = raw(method, kPrefix + target, body, content_type, headers);
   if (!response) return response.error();
   nlohmann::json parsed = nlohmann::json::parse(response->body, nullptr, /*allow_exceptions=*/false);
   if (response->status >= 400) {
@@ -145,6 +160,21 @@ Result<nlohmann::json> ApiClient::request(const std::string& method, const std::
   }
   if (parsed.is_discarded()) return Error{ErrorCode::kInternal, "veneerd's answer to " + target + " is not JSON"};
   return parsed;
+}
+
+Result<nlohmann::json> ApiClient::get_all(const std::string& target, const std::string& list) const {
+  const std::string pages = target + "?limit=1000";
+  auto whole = get(pages);
+  while (whole && member(*whole, "next").is_number()) {
+    const auto page = get(pages + "&cursor=" + std::to_string(whole_or(*whole, "next", 0)));
+    if (!page) return page.error();
+    const nlohmann::json& more = member(*page, list.c_str());
+    if (!more.is_array() || more.empty() || !member(*whole, list.c_str()).is_array())
+      return Error{ErrorCode::kInternal, "veneerd's answer to " + target + " breaks off"};
+    for (const nlohmann::json& item : more) (*whole)[list].push_back(item);
+    (*whole)["next"] = member(*page, "next");
+  }
+  return whole;
 }
 
 Result<nlohmann::json> ApiClient::post(const std::string& target, const nlohmann::json& body) const {

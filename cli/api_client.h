@@ -34,8 +34,11 @@ class ApiClient {
       : address_(std::move(address)), timeout_(timeout) {}
 
   // The daemon's errors come back as their own ErrorCode and message; kUnavailable when nobody listens.
-  // `target` is a path below /api/v1, with its query: "/jobs?name=Grace".
+  // `target` is a path below /api/v1, with its query: "/jobs?name=Grace". What changes something goes out with a key of
+  // its own (Idempotency-Key) and is sent once more when the daemon hung up over it: it is done once.
   Result<nlohmann::json> get(const std::string& target) const { return request("GET", target, "", ""); }
+  // A long list that comes in pages, whole: the first page's reply with all that follow in its `list`.
+  Result<nlohmann::json> get_all(const std::string& target, const std::string& list) const;
   Result<nlohmann::json> post(const std::string& target, const nlohmann::json& body = nlohmann::json::object()) const;
   Result<nlohmann::json> request(const std::string& method, const std::string& target, const std::string& body,
                                  const std::string& content_type) const;

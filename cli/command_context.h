@@ -51,7 +51,7 @@ void add_stop_command(CLI::App& app, CommandContext& context);
 void add_cell_commands(CLI::App& app, CommandContext& context);    // status, stop, hold, ..., console
 void add_panel_commands(CLI::App& app, CommandContext& context);   // panel scan|list|show, calibrate, certificates
 void add_job_commands(CLI::App& app, CommandContext& context);     // job new|list|show|start|hold|..., task
-void add_laser_commands(CLI::App& app, CommandContext& context);   // laser test-pattern|jog|override
+void add_laser_commands(CLI::App& app, CommandContext& context);   // laser test-pattern|run|jog|here|override
 void add_recipe_commands(CLI::App& app, CommandContext& context);  // recipe ..., panel material, job export
 void add_sim_commands(CLI::App& app, CommandContext& context);     // sim ...
 

@@ -94,7 +94,7 @@ CLI::App* add_with_number(CLI::App& parent, const char* name, const char* help, 
   return command;
 }
 
-void add_show(CLI::App& job, CommandContext& context) {
+void add_job_show(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
   const auto preview = std::make_shared<std::string>();
   const auto plan = std::make_shared<std::string>();
@@ -169,12 +169,12 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   job->require_subcommand(1);
   add_new(*job, context);
   job->add_subcommand("list", "All jobs")->callback([&context] {
-    context.finish(context.client().get("/jobs"), render_jobs);
+    context.finish(context.client().get_all("/jobs", "jobs"), render_jobs);
   });
-  add_show(*job, context);
+  add_job_show(*job, context);
   const auto id = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "pieces", "The job's pieces", "JOB", id)->callback([id, &context] {
-    context.finish(context.client().get("/jobs/" + std::to_string(*id) + "/pieces"), render_pieces);
+    context.finish(context.client().get_all("/jobs/" + std::to_string(*id) + "/pieces", "pieces"), render_pieces);
   });
   const auto to_start = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "start", "Start the job's remaining pieces", "JOB", to_start)->callback([to_start, &context] {

@@ -1,4 +1,4 @@
-// laser test-pattern|jog|override.
+// laser test-pattern|run|jog|here|override.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -10,6 +10,7 @@
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/run_command.h"
 
 namespace veneer::cli {
 namespace {
@@ -19,12 +20,20 @@ using nlohmann::json;
 std::string render_pattern(const json& result) {
   const bool check = result.value("check", false), dry = result.value("dry", false);
   return fmt::format("{}\n", check ? "The controller would take every line of the test pattern; nothing moved."
-                             : dry ? "The test pattern ran with the beam off."
+                             : dry ? "The test pattern was run with the beam off; nothing is burnt."
                                    : "The test pattern is burnt. Measure it: the square is as wide as it is high, its "
                                      "diagonals are equal, ticks stand every 5 mm.");
 }
 
-std::string render_taken(const json&) { return {}; }
+std::string render_jog(const json&) { return "The head is on its way, dark.\n"; }
+std::string render_stop(const json&) { return "The jog ends.\n"; }
+std::string render_corner(const json&) { return "The corner is where the head stands; Reset brings it back there.\n"; }
+
+std::string render_overrides(const json& reply) {
+  const json& wanted = member(reply, "overrides_wanted");
+  return fmt::format("Feed {} %, rapid {} %, power {} % of what is asked for, until the job or pattern ends.\n",
+                     whole_or(wanted, "feed", 100), whole_or(wanted, "rapid", 100), whole_or(wanted, "power", 100));
+}
 
 // What the cell asks by name before the beam comes on. A person at a terminal is asked for it; a script that runs this
 // command says with it that all of it was seen to.
@@ -52,19 +61,20 @@ void add_test_pattern(CLI::App& laser, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = laser.add_subcommand(
-      "test-pattern",
-      "Home the laser and burn a calibration pattern; needs nothing but the laser, and your word: this");
+      "test-pattern", "Home the laser and burn a calibration pattern; needs nothing of the cell but its laser");
   command->add_option("--size-mm", options->size_mm, "Side of its square")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   CLI::Option* x = command->add_option("--x-mm", options->x_mm,
-                                       "Its lower left corner [the middle of the bed; without homing switches where "
-                                       "the head stands]");
+                                       "Its lower left corner [the middle of the bed; without homing switches the "
+                                       "corner the laser was given]");
   CLI::Option* y = command->add_option("--y-mm", options->y_mm, "As --x-mm");
   x->needs(y);
   y->needs(x);
   command->add_flag("--dry", options->dry, "Run it with the beam off (S0)");
-  command->add_flag("--check", options->check, "Let the controller read it ($C); nothing moves after homing");
+  command->add_flag("--check", options->check,
+                    "Let the controller read it ($C); nothing moves after homing. Not with a "
+                    "Lihuiyu board: there, --dry");
   add_confirm_option(*command, options->confirmed);
   command->callback([options, &context] {
     if (!options->dry && !options->check && options->confirmed.empty()) {
@@ -94,10 +104,10 @@ void add_jog(CLI::App& laser, CommandContext& context) {
   jog->add_option("--speed-mm-s", options->speed, "How fast")->check(CLI::PositiveNumber)->capture_default_str();
   jog->add_flag("--stop", options->stop, "End the jog that is on");
   jog->callback([options, &context] {
-    if (options->stop) return context.finish(context.client().post("/laser/jog/stop"), render_taken);
+    if (options->stop) return context.finish(context.client().post("/laser/jog/stop"), render_stop);
     context.finish(context.client().post(
                        "/laser/jog", {{"dx_mm", options->x}, {"dy_mm", options->y}, {"speed_mm_s", options->speed}}),
-                   render_taken);
+                   render_jog);
   });
 }
 
@@ -106,7 +116,8 @@ void add_override(CLI::App& laser, CommandContext& context) {
     std::optional<int> feed, rapid, power;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = laser.add_subcommand("override", "Turn speed and power, in per cent of what the job asks for");
+  CLI::App* command = laser.add_subcommand(
+      "override", "Turn speed and power while a job runs, in per cent of what it asks for; what is not named stays");
   command->add_option("--feed", options->feed, "Of burning moves, 25 to 200");
   command->add_option("--rapid", options->rapid, "Of dark moves: 25, 50 or 100");
   command->add_option("--power", options->power, "Of the beam, 10 to 200");
@@ -115,8 +126,15 @@ void add_override(CLI::App& laser, CommandContext& context) {
     if (options->feed) body["feed"] = *options->feed;
     if (options->rapid) body["rapid"] = *options->rapid;
     if (options->power) body["power"] = *options->power;
-    context.finish(context.client().post("/laser/overrides", body), render_taken);
+    context.finish(context.client().post("/laser/overrides", body), render_overrides);
   });
+}
+
+void add_here(CLI::App& laser, CommandContext& context) {
+  laser
+      .add_subcommand(
+          "here", "The head stands at the lower left corner of the bed now: only for a laser without homing switches")
+      ->callback([&context] { context.finish(context.client().post("/laser/corner"), render_corner); });
 }
 
 }  // namespace
@@ -125,7 +143,9 @@ void add_laser_commands(CLI::App& app, CommandContext& context) {
   CLI::App* laser = app.add_subcommand("laser", "The laser on its own");
   laser->require_subcommand(1);
   add_test_pattern(*laser, context);
+  add_run_command(*laser, context);
   add_jog(*laser, context);
+  add_here(*laser, context);
   add_override(*laser, context);
 }
 

@@ -35,7 +35,7 @@ void save_picture(const CommandContext& context, const std::string& target, cons
   if (Status written = write_file(file, *picture); !written) fail(written.error());
 }
 
-void add_show(CLI::App& panel, CommandContext& context) {
+void add_panel_show(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, map, stock;
   };
@@ -93,17 +93,18 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
   panel->require_subcommand(1);
   add_scan(*panel, context);
   panel->add_subcommand("list", "All panels")->callback([&context] {
-    context.finish(context.client().get("/panels"), render_panels);
+    context.finish(context.client().get_all("/panels", "panels"), render_panels);
   });
-  add_show(*panel, context);
+  add_panel_show(*panel, context);
   for (const char* part : {"registration", "ledger"}) {
     const auto id = std::make_shared<std::string>();
     const bool ledger = std::string_view(part) == "ledger";
     CLI::App* command = panel->add_subcommand(part, ledger ? "Every allocation of its wood" : "How well its scans fit");
     command->add_option("PANEL", *id, "Its name")->required();
     command->callback([id, part, ledger, &context] {
-      context.finish(context.client().get("/panels/" + url_encode(*id) + "/" + part),
-                     ledger ? render_ledger : render_registration);
+      const std::string target = "/panels/" + url_encode(*id) + "/" + part;
+      if (ledger) return context.finish(context.client().get_all(target, "allocations"), render_ledger);
+      context.finish(context.client().get(target), render_registration);
     });
   }
   add_calibrate(app, context);

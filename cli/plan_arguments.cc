@@ -23,8 +23,6 @@ namespace fs = std::filesystem;
 using planner::Artwork;
 using planner::StockPanel;
 
-Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
-
 struct PanelArgument {
   std::string picture, mask, id, species, dpi_text;
   double dpi = 300;
@@ -142,21 +140,24 @@ void add_plan_option(CLI::App& command, const planner::NamedOption& option, plan
 }  // namespace
 
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
-  command.add_option("--target", arguments.targets, "A picture to rebuild (repeatable)")->required();
+  command.add_option("--target", arguments.targets, "A picture to rebuild in wood (repeatable)")->required();
   command.add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME] (repeatable)")
       ->required();
   command.add_option("--wood", arguments.woods, "Use only panels of this species (repeatable)");
   command.add_option("--wood-weight", arguments.wood_weights,
-                     "SPECIES=F: count its area F times when tones are mapped (repeatable)");
-  command.add_option("--size-mm", arguments.size_mm, "Shorter side of the picture")->capture_default_str();
+                     "SPECIES=F: count the area of this species F times when tones are mapped (repeatable)");
+  command.add_option("--size-mm", arguments.size_mm, "Length of the picture's shorter side, in millimetres")
+      ->capture_default_str();
   for (const planner::NamedOption& option : planner::kNamedOptions)
     if (!is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
   command.add_option("--importance", arguments.importances,
-                     "A picture, white where the target matters most; the n-th belongs to the n-th target");
-  command.add_option("--kerf-mm", arguments.kerf_mm, "Full width that the beam burns away")->capture_default_str();
+                     "A picture that is white where the target matters most; the n-th belongs to the n-th target");
+  command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
+      ->capture_default_str();
   command.add_option("--index-cache", arguments.options.index_cache,
-                     "Directory in which indexes of panels are kept from plan to plan; none unless given");
-  command.add_option("--threads", arguments.options.threads, "0: as many as the machine has")->capture_default_str();
+                     "Directory that keeps what was measured of panels for later plans (default: none)");
+  command.add_option("--threads", arguments.options.threads, "How many threads to use; 0: as many as the machine has")
+      ->capture_default_str();
 }
 
 void add_plan_only_arguments(CLI::App& command, PlanArguments& arguments) {

@@ -19,12 +19,12 @@
 #include "base/hash.h"
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
-#include "cli/plan_hand.h"
+#include "cli/plan_edits.h"
 #include "cli/plan_support.h"
 #include "planner/cutting/cut_drawing.h"
-#include "planner/plan_files.h"
-#include "planner/plan_journal.h"
-#include "planner/preview.h"
+#include "planner/files/plan_files.h"
+#include "planner/files/plan_journal.h"
+#include "planner/files/preview.h"
 
 namespace veneer::cli {
 namespace {
@@ -36,17 +36,17 @@ using planner::PlanOptions;
 using planner::StockPanel;
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
+struct PlanCommandArguments {
   PlanArguments plan;
-  HandArguments hand;
+  EditArguments edits;
   std::string layout = "grid", refine = "none", curves = "g0", formats = "svg,json";
   double overlap_mm = 0;
   std::string out;
   std::string segmentation;
 };
 
-// What CONTRACT.md promises for later versions is refused by name, so that a script never gets something else.
-void refuse_what_is_not_there(const Arguments& a) {
+// Options that are kept for later versions are refused by name, so that a script never gets something else.
+void refuse_what_is_not_there(const PlanCommandArguments& a) {
   const auto only = [](bool there, const std::string& option, const char* what_is_there) {
     if (!there) end(kUnusableArguments, fmt::format("{} is not available in this version: {}", option, what_is_there));
   };
@@ -155,7 +155,7 @@ void warn(const std::vector<std::string>& warnings) {
     std::cerr << fmt::format("veneerctl: {} more warnings are in report.json\n", warnings.size() - kShown);
 }
 
-// What the joint optimisation did, in a sentence.
+// What the global optimisation did, in a sentence.
 void tell_gain(const planner::GlobalReport& global) {
   const std::string stopped =
       global.stopped ? fmt::format(", stopped after {} of {} iterations", global.iterations, global.budget) : "";
@@ -175,7 +175,7 @@ void tell_gain(const planner::FineReport& fine) {
                            fine.cost_before > 0 ? 100 * (1 - fine.cost / fine.cost_before) : 0.0);
 }
 
-void run(const Arguments& arguments) {
+void run_plan(const PlanCommandArguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   refuse_what_is_not_there(arguments);
@@ -190,7 +190,7 @@ void run(const Arguments& arguments) {
   Result<std::vector<StockPanel>> wood = panels.get();
   const std::vector<Artwork> artworks = or_end(std::move(targets));
   std::vector<StockPanel> stock = or_end(std::move(wood));
-  if (const Status status = apply_hand(arguments.hand, stock, options); !status.ok()) end(status.error());
+  if (const Status status = apply_edits(arguments.edits, stock, options); !status.ok()) end(status.error());
   make_directory(arguments.out);
   planner::ReportSeconds spent;
   spent.load = seconds();
@@ -210,31 +210,33 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_plan_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PlanCommandArguments>();
   CLI::App* plan = app.add_subcommand("plan", "Plan pictures from panel pictures, without a cell");
   add_plan_arguments(*plan, arguments->plan);
-  plan->add_option("--repeat", arguments->plan.copies, "Plan each picture so many times")->capture_default_str();
-  plan->add_flag("--interleave", arguments->plan.options.interleave,
-                 "Let the most salient patches of all pictures choose first, instead of picture after picture");
-  plan->add_option("--reserve", arguments->plan.options.reserve,
-                   "Without --interleave: the share of every picture's patches, the most salient ones, that choose "
-                   "before all others")
+  plan->add_option("--repeat", arguments->plan.copies, "How many times to plan each picture")->capture_default_str();
+  plan->add_flag(
+      "--interleave", arguments->plan.options.interleave,
+      "Let the patches of all pictures choose together, the most salient first, instead of picture after picture");
+  plan->add_option(
+          "--reserve", arguments->plan.options.reserve,
+          "Without --interleave: the share of each picture's patches, its most salient, that choose before all "
+          "others")
       ->capture_default_str();
   // One value each so far; others are refused by name.
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")->capture_default_str();
   plan->add_option("--refine", arguments->refine, "How borders between patches are refined")->capture_default_str();
   plan->add_option("--curves", arguments->curves, "How smooth borders between patches are")->capture_default_str();
-  plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches reach over their borders")
+  plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches extend over their borders, in millimetres")
       ->capture_default_str();
   plan->add_option("--segmentation", arguments->segmentation)->group("");
   add_plan_only_arguments(*plan, arguments->plan);
-  add_hand_arguments(*plan, arguments->hand);
+  add_edit_arguments(*plan, arguments->edits);
   plan->add_option(
           "--format", arguments->formats,
-          "What to write, of " + known_formats() + "; dxf and eps are cut files like svg; plan.json is always there")
+          "What to write, of " + known_formats() + "; svg, dxf and eps are cut files; plan.json is always written")
       ->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
-  plan->callback([arguments] { run(*arguments); });
+  plan->callback([arguments] { run_plan(*arguments); });
 }
 
 }  // namespace veneer::cli

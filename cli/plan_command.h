@@ -1,4 +1,4 @@
-// `veneerctl plan`: planning on picture files, with no daemon and no hardware (CONTRACT.md, section 3).
+// `veneerctl plan`: planning on picture files, with no daemon and no hardware (docs/FILES.md).
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -8,8 +8,8 @@
 
 #include "cli/command_context.h"
 #include "cli/progress.h"
+#include "planner/files/plan_files.h"
 #include "planner/pictures/png_codec.h"
-#include "planner/plan_files.h"
 
 namespace veneer::cli {
 

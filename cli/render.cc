@@ -58,10 +58,27 @@ std::string names_of(const json& list) {
   return text;
 }
 
+// "feed 150 %, power 50 %"; "" when nothing is overridden.
+std::string overrides_words(const json& overrides) {
+  std::vector<std::string> parts;
+  for (const char* what : {"feed", "rapid", "power"})
+    if (const auto percent = whole_or(overrides, what, 100); percent != 100)
+      parts.push_back(fmt::format("{} {} %", what, percent));
+  return joined(parts, ", ");
+}
+
+std::string home_words(const json& laser) {
+  if (!flag_or(laser, "homed", false)) return "not homed";
+  return flag_or(laser, "finds_home", true) ? "homed" : "no homing switches: counts from the corner it was given";
+}
+
 std::string laser_words(const json& laser) {
-  if (!flag_or(laser, "connected", false)) return "NOT CONNECTED: check its power and its cable";
+  if (!flag_or(laser, "connected", false)) {
+    const std::string why = text_or(laser, "why_not_connected", "");
+    return why.empty() ? "not connected yet: `veneerctl reset` connects and homes it" : "NOT CONNECTED: " + why;
+  }
   std::vector<std::string> parts = {"connected", text_or(laser, "state", "")};
-  if (member(laser, "homed").is_boolean()) parts.emplace_back(flag_or(laser, "homed", false) ? "homed" : "not homed");
+  if (member(laser, "homed").is_boolean()) parts.push_back(home_words(laser));
   const json& position = member(laser, "position_mm");
   if (position.is_array() && position.size() == 2 && position[0].is_number() && position[1].is_number()) {
     parts.push_back(fmt::format("at {:.1f}, {:.1f} mm", position[0].get<double>(), position[1].get<double>()));
@@ -69,6 +86,7 @@ std::string laser_words(const json& laser) {
   if (member(laser, "beam_on").is_boolean())
     parts.emplace_back(flag_or(laser, "beam_on", false) ? "BEAM ON" : "beam off");
   parts.push_back(text_or(laser, "firmware", ""));
+  if (text_or(laser, "controller", "") == "test") parts.emplace_back("a test controller, no laser");
   return joined(parts, ", ");
 }
 
@@ -119,13 +137,18 @@ std::string calibration_words(const json& calibration) {
   return joined(parts, ", ");
 }
 
+std::string lid_words(const std::string& lid, bool connected) {
+  if (lid == "open") return "OPEN";
+  return lid == "unknown" && connected ? "not known: no lid switch is wired to the laser's controller" : lid;
+}
+
 // For states that explain themselves.
 std::string what_next(const std::string& state) {
   if (state == "Stopped") return "`veneerctl reset` homes the laser and makes the cell ready: hands off the machine.";
   if (state == "Idle") return "Ready: `veneerctl job start N` starts a job.";
   if (state == "Complete") return "The job is done: take the pieces out, then `veneerctl reset`.";
   if (state == "Aborted") return "When the cause is gone: `veneerctl clear`, then `veneerctl reset`.";
-  if (state == "Held") return "`veneerctl unhold` goes on where it stopped.";
+  if (state == "Held") return "`veneerctl unhold` looks whether the panel lies as it did and goes on where it stopped.";
   return "";
 }
 
@@ -163,9 +186,12 @@ std::string render_status(const json& status) {
   if (const json& recut = member(status, "recut"); recut.is_object())
     text += line("Recut", fmt::format("{} pieces of {} can be cut again while it lies unmoved",
                                       whole_or(recut, "pieces", 0), text_or(recut, "panel", "?")));
-  text += line("Laser", laser_words(member(status, "laser")));
-  const std::string lid = text_or(status, "lid", "");
-  text += line("Lid", lid == "open" ? "OPEN" : lid);
+  const json& laser = member(status, "laser");
+  text += line("Laser", laser_words(laser));
+  text += line("", text_or(laser, "refusal", ""));
+  const std::string turned = overrides_words(member(laser, "overrides_wanted"));
+  text += line("Overrides", turned.empty() ? "" : turned + " of what the job asks for");
+  text += line("Lid", lid_words(text_or(status, "lid", ""), flag_or(laser, "connected", false)));
   text += line("Stock",
                fmt::format("{} panel{}", whole_or(status, "panels", 0), whole_or(status, "panels", 0) == 1 ? "" : "s"));
   text += line("Calibration", calibration_words(member(status, "calibration")));

@@ -10,15 +10,15 @@
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
 #include "cli/plan_support.h"
-#include "planner/plan_files.h"
-#include "planner/series.h"
+#include "planner/files/plan_files.h"
+#include "planner/series/series.h"
 
 namespace veneer::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct SeriesArguments {
   PlanArguments plan;
   int pictures = 0;
   bool one_priority = false;
@@ -37,7 +37,7 @@ std::string table_of(const std::vector<planner::SeriesColumn>& columns) {
   return out;
 }
 
-void run(const Arguments& arguments) {
+void run_series(const SeriesArguments& arguments) {
   const planner::PlanOptions options = or_end(plan_options(arguments.plan));
   if (arguments.plan.targets.size() != 1) end(kUnusableArguments, "series plans one picture: give one --target");
   if (arguments.pictures < 0 || arguments.pictures > planner::kMostPictures)
@@ -64,19 +64,22 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_series_command(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SeriesArguments>();
   CLI::App* series = app.add_subcommand(
       "series", "Plan one picture again and again from the same wood: one after another, and all together");
   add_plan_arguments(*series, arguments->plan);
   CLI::Option* priority = series->get_option("--priority");
-  priority->description("Which patches choose first; by default center one after another, saliency all together")
+  priority
+      ->description(
+          "Which patches choose first: saliency or center (default: center where pictures are planned one after "
+          "another, saliency where they are planned together)")
       ->default_str("");
-  series->add_option("--pictures", arguments->pictures, "How many; 0: until one stays incomplete")
+  series->add_option("--pictures", arguments->pictures, "How many copies; 0: until one stays incomplete")
       ->capture_default_str();
   series->add_option("--out", arguments->out, "Directory for series.png, series.svg and series.json")->required();
   series->callback([arguments, priority] {
     arguments->one_priority = priority->count() > 0;
-    run(*arguments);
+    run_series(*arguments);
   });
 }
 

@@ -1,4 +1,4 @@
-// The maker's hand on the command line: which pieces of an earlier plan stay, move or change places.
+// Changes to an earlier plan on the command line: which of its pieces stay, move or change places.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,15 +10,15 @@
 
 namespace veneer::cli {
 
-struct HandArguments {
+struct EditArguments {
   std::string keep;
   std::vector<std::string> pins, replanned, swaps, takes, forbidden;
 };
 
-void add_hand_arguments(CLI::App& command, HandArguments& arguments);
+void add_edit_arguments(CLI::App& command, EditArguments& arguments);
 
 // Takes forbidden wood out of the stock and fills in PlanOptions::kept.
-Status apply_hand(const HandArguments& arguments, std::vector<planner::StockPanel>& stock,
-                  planner::PlanOptions& options);
+Status apply_edits(const EditArguments& arguments, std::vector<planner::StockPanel>& stock,
+                   planner::PlanOptions& options);
 
 }  // namespace veneer::cli

@@ -1,4 +1,4 @@
-#include "cli/plan_hand.h"
+#include "cli/plan_edits.h"
 
 #include <fmt/format.h>
 
@@ -8,16 +8,14 @@
 #include <exception>
 #include <optional>
 
-#include "planner/hand.h"
-#include "planner/plan_files.h"
+#include "planner/edits/plan_edits.h"
+#include "planner/files/plan_files.h"
 
 namespace veneer::cli {
 namespace {
 
 using planner::Plan;
 using planner::StockPanel;
-
-Error unusable(std::string message) { return {ErrorCode::kInvalidArgument, std::move(message)}; }
 
 std::optional<double> number(const std::string& text) {
   try {
@@ -35,8 +33,8 @@ Status forbid(const std::string& text, std::vector<StockPanel>& stock) {
   return planner::forbid(stock, wood->panel, wood->region);
 }
 
-// What was moved by hand, so that it stays there.
-Result<std::vector<std::string>> move_pieces(const HandArguments& arguments, Plan& plan) {
+// Moves pieces, and names those that were moved: they stay there.
+Result<std::vector<std::string>> move_pieces(const EditArguments& arguments, Plan& plan) {
   std::vector<std::string> moved;
   for (const std::string& swap : arguments.swaps) {
     const std::size_t comma = swap.find(',');
@@ -60,23 +58,25 @@ Result<std::vector<std::string>> move_pieces(const HandArguments& arguments, Pla
 
 }  // namespace
 
-void add_hand_arguments(CLI::App& command, HandArguments& arguments) {
+void add_edit_arguments(CLI::App& command, EditArguments& arguments) {
   CLI::Option* keep = command.add_option("--keep", arguments.keep,
-                                         "A plan.json of the same pictures in the same patches: its pieces stay where "
-                                         "they are, with their marks, where nothing below says otherwise");
+                                         "A plan.json of the same pictures in the same patches: its pieces keep their "
+                                         "marks, and their places unless an option below moves them");
   command
-      .add_option("--pin", arguments.pins, "MARK: only pinned pieces stay, all others are planned anew (repeatable)")
+      .add_option("--pin", arguments.pins,
+                  "MARK: keep only the pinned pieces in their places, plan all others anew (repeatable)")
       ->needs(keep);
-  command.add_option("--replan", arguments.replanned, "MARK: this piece is planned anew (repeatable)")->needs(keep);
-  command.add_option("--swap", arguments.swaps, "MARK,MARK: these two change places (repeatable)")->needs(keep);
-  command.add_option("--take", arguments.takes, "MARK=N: the piece goes to its N-th alternative (repeatable)")
+  command.add_option("--replan", arguments.replanned, "MARK: plan this piece anew (repeatable)")->needs(keep);
+  command.add_option("--swap", arguments.swaps, "MARK,MARK: let these two pieces change places (repeatable)")
+      ->needs(keep);
+  command.add_option("--take", arguments.takes, "MARK=N: move this piece to its N-th alternative (repeatable)")
       ->needs(keep);
   command.add_option(
       "--forbid", arguments.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
 }
 
-Status apply_hand(const HandArguments& arguments, std::vector<StockPanel>& stock, planner::PlanOptions& options) {
+Status apply_edits(const EditArguments& arguments, std::vector<StockPanel>& stock, planner::PlanOptions& options) {
   for (const std::string& text : arguments.forbidden)
     if (Status status = forbid(text, stock); !status.ok()) return status;
   if (arguments.keep.empty()) return Ok();

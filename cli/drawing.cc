@@ -1,0 +1,117 @@
+#include "cli/drawing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+Error in_stroke(std::size_t index, const std::string& what) {
+  return {ErrorCode::kInvalidArgument, fmt::format("stroke {}: {}", index, what)};
+}
+
+Result<DrawnLine> read_stroke(const json& stroke, std::size_t index) {
+  if (!stroke.is_object()) return in_stroke(index, "it is no object");
+  DrawnLine line;
+  const auto number = [&](const json& value, std::optional<double>& into) {
+    if (value.is_number()) into = value.get<double>();
+    return value.is_number();
+  };
+  for (const auto& [key, value] : stroke.items()) {
+    bool good = true;
+    if (key == "points_mm") {
+      good = value.is_array();
+      for (std::size_t i = 0; good && i < value.size(); ++i) {
+        good = value[i].is_array() && value[i].size() == 2 && value[i][0].is_number() && value[i][1].is_number();
+        if (good) line.points.push_back({value[i][0].get<double>(), value[i][1].get<double>()});
+      }
+    } else if (key == "speed_mm_s") {
+      good = number(value, line.speed_mm_s);
+    } else if (key == "power") {
+      good = number(value, line.power);
+    } else if (key == "passes") {
+      good = value.is_number_integer();
+      if (good) line.passes = value.get<int>();
+    } else if (key == "air") {
+      good = value.is_boolean();
+      if (good) line.air = value.get<bool>();
+    } else if (key == "layer") {
+      good = value.is_string();
+      if (good) line.layer = value.get<std::string>();
+    } else {
+      return in_stroke(
+          index, fmt::format("\"{}\" is not known: it has points_mm, speed_mm_s, power, passes, air, layer", key));
+    }
+    if (!good) return in_stroke(index, fmt::format("its {} does not read", key));
+  }
+  if (line.points.size() < 2) return in_stroke(index, "it has fewer than two points (points_mm)");
+  return line;
+}
+
+}  // namespace
+
+Result<Drawing> read_strokes(const std::string& text) {
+  const json file = json::parse(text, nullptr, false);
+  if (!file.is_object() || !file.contains("strokes") || !file["strokes"].is_array())
+    return Error{ErrorCode::kInvalidArgument,
+                 "it is neither an SVG (.svg) nor strokes as JSON: {\"schema_version\": 1, \"strokes\": [...]}"};
+  for (const auto& [key, value] : file.items())
+    if (key != "strokes" && key != "schema_version")
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("\"{}\" is not known: it has schema_version and strokes", key)};
+  if (file.value("schema_version", json(0)) != json(1))
+    return Error{ErrorCode::kInvalidArgument, "its schema_version is not 1"};
+  Drawing drawing;
+  for (std::size_t i = 0; i < file["strokes"].size(); ++i) {
+    auto line = read_stroke(file["strokes"][i], i);
+    if (!line.ok()) return line.error();
+    drawing.lines.push_back(std::move(*line));
+  }
+  if (drawing.lines.empty()) return Error{ErrorCode::kInvalidArgument, "it has no strokes"};
+  return drawing;
+}
+
+Result<Drawing> read_drawing(const std::string& name, const std::string& text) {
+  std::string ending = name.size() < 4 ? std::string() : name.substr(name.size() - 4);
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : static_cast<char>(c);
+  });
+  auto drawing = ending == ".svg" ? read_svg(text) : read_strokes(text);
+  if (!drawing.ok()) return Error{drawing.error().code, fmt::format("{}: {}", name, drawing.error().message)};
+  for (const DrawnLine& line : drawing->lines)
+    for (const DrawingPoint& p : line.points)
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1]))
+        return Error{ErrorCode::kInvalidArgument, fmt::format("{}: a point of it is no number", name)};
+  return drawing;
+}
+
+DrawingExtent extent_of(const Drawing& drawing) {
+  DrawingExtent e{1e300, 1e300, -1e300, -1e300};
+  for (const DrawnLine& line : drawing.lines)
+    for (const auto& [x, y] : line.points) {
+      e.min_x = std::min(e.min_x, x), e.max_x = std::max(e.max_x, x);
+      e.min_y = std::min(e.min_y, y), e.max_y = std::max(e.max_y, y);
+    }
+  return e;
+}
+
+std::size_t points_of(const Drawing& drawing) {
+  std::size_t count = 0;
+  for (const DrawnLine& line : drawing.lines) count += line.points.size();
+  return count;
+}
+
+double length_of(const Drawing& drawing) {
+  double length = 0;
+  for (const DrawnLine& line : drawing.lines)
+    for (std::size_t i = 1; i < line.points.size(); ++i)
+      length += std::hypot(line.points[i][0] - line.points[i - 1][0], line.points[i][1] - line.points[i - 1][1]);
+  return length;
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,270 @@
+// laser run FILE: burn a drawing as it is, on the laser alone.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cli/command_context.h"
+#include "cli/drawing.h"
+#include "cli/json_read.h"
+#include "cli/run_command.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+// How lines are burnt: what is not said is nothing.
+struct Setting {
+  std::optional<double> power, speed_mm_s;
+  std::optional<int> passes;
+  std::optional<bool> air;
+};
+
+struct RunOptions {
+  std::string file;
+  Setting all;
+  std::vector<std::string> layers;
+  std::optional<double> x_mm, y_mm;
+  bool dry = false, check = false, no_dry = false;
+  std::vector<std::string> confirmed;
+};
+
+Error bad_layer(const std::string& text) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("--layer \"{}\" does not read: write NAME:power=0.5,speed=20,passes=2,air=on, where NAME is a "
+                      "layer or a colour as #ff0000",
+                      text)};
+}
+
+std::optional<double> number_of(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// "engrave:power=0.2,speed=80".
+Result<std::pair<std::string, Setting>> parse_layer(const std::string& text) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return bad_layer(text);
+  Setting setting;
+  for (std::size_t at = colon + 1; at < text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::string entry = text.substr(at, end - at);
+    const auto equals = entry.find('=');
+    if (equals == std::string::npos) return bad_layer(text);
+    const std::string key = entry.substr(0, equals), value = entry.substr(equals + 1);
+    const auto number = number_of(value);
+    if (key == "power" && number)
+      setting.power = *number;
+    else if (key == "speed" && number)
+      setting.speed_mm_s = *number;
+    else if (key == "passes" && number && *number == static_cast<int>(*number))
+      setting.passes = static_cast<int>(*number);
+    else if (key == "air" && (value == "on" || value == "off"))
+      setting.air = value == "on";
+    else
+      return bad_layer(text);
+    at = end + 1;
+  }
+  return std::pair(text.substr(0, colon), setting);
+}
+
+// What `a` says, else what `b` says.
+Setting first_of(const Setting& a, const Setting& b) {
+  return {a.power ? a.power : b.power, a.speed_mm_s ? a.speed_mm_s : b.speed_mm_s, a.passes ? a.passes : b.passes,
+          a.air ? a.air : b.air};
+}
+
+// How each line is burnt: what its layer or colour says counts before what is said for all, and both before what the
+// file says.
+Result<std::vector<Setting>> settings_of(const Drawing& drawing, const RunOptions& options) {
+  std::map<std::string, Setting> layers;
+  for (const std::string& text : options.layers) {
+    auto layer = parse_layer(text);
+    if (!layer.ok()) return layer.error();
+    layers.insert(std::move(*layer));
+  }
+  std::set<std::string> used;
+  std::vector<Setting> settings;
+  for (const DrawnLine& line : drawing.lines) {
+    Setting its = options.all;
+    for (const std::string& name : {line.colour, line.layer}) {
+      const auto found = layers.find(name);
+      if (name.empty() || found == layers.end()) continue;
+      used.insert(name);
+      its = first_of(found->second, its);
+    }
+    settings.push_back(first_of(its, {line.power, line.speed_mm_s, line.passes, line.air}));
+  }
+  for (const auto& [name, setting] : layers)
+    if (!used.contains(name))
+      return Error{ErrorCode::kInvalidArgument, fmt::format("the drawing has no layer and no colour \"{}\"", name)};
+  return settings;
+}
+
+// Lines of layers called cut and engrave take the configuration's recipe for what nobody said; all others must be told.
+Status fill_from_recipe(const Drawing& drawing, const json& recipes, std::vector<Setting>& settings) {
+  std::set<std::string> unknown;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    Setting& its = settings[i];
+    const DrawnLine& line = drawing.lines[i];
+    const json& recipe = member(member(recipes, "otherwise"), line.layer.c_str());
+    if (recipe.is_object())
+      its = first_of(its,
+                     {number_or(recipe, "power", 0), number_or(recipe, "speed_mm_s", 1), std::nullopt, std::nullopt});
+    if (its.power && its.speed_mm_s) continue;
+    unknown.insert(line.layer.empty() && line.colour.empty() ? "lines without layer and colour"
+                   : line.layer.empty()                      ? line.colour
+                                                             : line.layer);
+  }
+  if (unknown.empty()) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("nothing says how to burn {}: give --power and --speed-mm-s, or --layer "
+                           "NAME:power=...,speed=... for each",
+                           fmt::join(unknown, ", "))};
+}
+
+// As the API takes it: flat lists, one number for each stroke.
+json body_of(const Drawing& drawing, const std::vector<Setting>& settings, DrawingPoint move) {
+  json points = json::array(), strokes = json::array(), speeds = json::array(), powers = json::array(),
+       passes = json::array(), air = json::array();
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    for (const auto& [x, y] : drawing.lines[i].points) {
+      points.push_back(std::round((x + move[0]) * 1e4) / 1e4);
+      points.push_back(std::round((y + move[1]) * 1e4) / 1e4);
+    }
+    strokes.push_back(drawing.lines[i].points.size());
+    speeds.push_back(settings[i].speed_mm_s.value_or(0));
+    powers.push_back(settings[i].power.value_or(0));
+    passes.push_back(settings[i].passes.value_or(1));
+    air.push_back(settings[i].air.value_or(false) ? 1 : 0);
+  }
+  return {{"points_mm", std::move(points)}, {"strokes", std::move(strokes)}, {"speeds_mm_s", std::move(speeds)},
+          {"powers", std::move(powers)},    {"passes", std::move(passes)},   {"air", std::move(air)}};
+}
+
+// Where it will be, before anything moves.
+void show(const Drawing& drawing, DrawingPoint move) {
+  const DrawingExtent e = extent_of(drawing);
+  std::cerr << fmt::format(
+      "{} lines of {} points, {:.0f} mm to burn; x {:.1f} to {:.1f} mm, y {:.1f} to {:.1f} mm on "
+      "the bed ({:.1f} x {:.1f} mm)\n",
+      drawing.lines.size(), points_of(drawing), length_of(drawing), e.min_x + move[0], e.max_x + move[0],
+      e.min_y + move[1], e.max_y + move[1], e.max_x - e.min_x, e.max_y - e.min_y);
+  for (const std::string& warning : drawing.warnings) std::cerr << "note: " << warning << '\n';
+}
+
+std::string render_run(const json& result) {
+  const bool check = flag_or(result, "check", false), dry = flag_or(result, "dry", false);
+  const std::string what = check ? "The controller would take every line of it; nothing moved."
+                           : dry ? "It was run with the beam off; nothing is burnt."
+                                 : "It is burnt.";
+  const double seconds = number_or(result, "seconds", 0);
+  if (!(seconds > 0) || check) return what + "\n";
+  const auto points = static_cast<double>(whole_or(result, "points", 0));
+  return fmt::format("{} {:.0f} points in {:.1f} s, {:.0f} a second.\n", what, points, seconds, points / seconds);
+}
+
+bool yes(const std::string& question) {
+  std::cerr << question << " [y/N] " << std::flush;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+void run_file(const RunOptions& options, const CommandContext& context) {
+  auto text = read_file(options.file);
+  if (!text) fail(text.error(), kUnusableArguments);
+  auto drawing = read_drawing(options.file, *text);
+  if (!drawing) fail(drawing.error(), kUnusableArguments);
+  const DrawingExtent extent = extent_of(*drawing);
+  const DrawingPoint move{options.x_mm ? *options.x_mm - extent.min_x : 0,
+                          options.y_mm ? *options.y_mm - extent.min_y : 0};
+  auto settings = settings_of(*drawing, options);
+  if (!settings) fail(settings.error(), kUnusableArguments);
+  const auto recipes = context.client().get("/recipes");
+  if (!recipes) fail(recipes.error());
+  if (const Status told = fill_from_recipe(*drawing, *recipes, *settings); !told)
+    fail(told.error(), kUnusableArguments);
+  show(*drawing, move);
+  json body = body_of(*drawing, *settings, move);
+  const auto run = [&](bool dry, bool check) {
+    body["dry"] = dry;
+    body["check"] = check;
+    return context.run_task(context.client().post("/laser/run", body));
+  };
+  const bool at_terminal = ::isatty(STDIN_FILENO) != 0;
+  if (options.dry || options.check) return context.finish(run(options.dry, options.check), render_run);
+  std::vector<std::string> confirmed = options.confirmed;
+  if (confirmed.empty() && !at_terminal)
+    fail({ErrorCode::kInvalidArgument,
+          "nobody is there to ask: run it with --dry first, then with --confirm for all that `veneerctl status` lists"},
+         kUnusableArguments);
+  if (!options.no_dry) {
+    std::cerr << "First with the beam off. Watch that the head stays over the material.\n";
+    if (const auto dry = run(true, false); !dry) return context.finish(dry, render_run);
+  }
+  if (at_terminal && options.confirmed.empty()) {
+    const auto status = context.client().get("/status");
+    if (!status) fail(status.error());
+    if (const json& asked = member(*status, "confirm"); asked.is_array())
+      for (const json& name : asked)
+        if (name.is_string()) confirmed.push_back(name.get<std::string>());
+    if (!yes(fmt::format("Now with the beam on. Seen to: {}?",
+                         confirmed.empty() ? "all" : fmt::format("{}", fmt::join(confirmed, ", ")))))
+      fail({ErrorCode::kCancelled, "nothing was burnt"});
+  }
+  body["confirmed"] = confirmed;
+  context.finish(run(false, false), render_run);
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& laser, CommandContext& context) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command = laser.add_subcommand(
+      "run",
+      "Burn a drawing as it is: an SVG's lines, or strokes as JSON. The whole file is checked, its bounds are shown, "
+      "and it is run with the beam off before it is burnt");
+  command->add_option("FILE", options->file, "The drawing: .svg, else JSON")->required();
+  command->add_option("--power", options->all.power, "Of the beam, 0 to 1")->check(CLI::Range(0.0, 1.0));
+  command->add_option("--speed-mm-s", options->all.speed_mm_s, "Of burning")->check(CLI::PositiveNumber);
+  command->add_option("--passes", options->all.passes, "How often each line is burnt")->check(CLI::Range(1, 20));
+  command->add_flag_callback(
+      "--air", [options] { options->all.air = true; }, "With air assist");
+  command
+      ->add_option("--layer", options->layers,
+                   "How the lines of a layer or a colour are burnt, as often as needed: "
+                   "NAME:power=0.5,speed=20,passes=2,air=on. Layers called cut and engrave have the configuration's "
+                   "recipe")
+      ->take_all();
+  CLI::Option* x =
+      command->add_option("--x-mm", options->x_mm,
+                          "Where the lines' lower left corner lies on the bed [the page's lower left corner "
+                          "is the bed's]");
+  CLI::Option* y = command->add_option("--y-mm", options->y_mm, "As --x-mm");
+  x->needs(y);
+  y->needs(x);
+  CLI::Option* dry = command->add_flag("--dry", options->dry, "Only with the beam off");
+  CLI::Option* check = command->add_flag("--check", options->check,
+                                         "Only let the controller read it ($C); nothing moves after homing. Not with a "
+                                         "Lihuiyu board");
+  CLI::Option* no_dry = command->add_flag("--no-dry", options->no_dry, "Burn it without the run before");
+  dry->excludes(check)->excludes(no_dry);
+  check->excludes(no_dry);
+  add_confirm_option(*command, options->confirmed);
+  command->callback([options, &context] { run_file(*options, context); });
+}
+
+}  // namespace veneer::cli

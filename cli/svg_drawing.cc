@@ -1,0 +1,242 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <pugixml.hpp>
+#include <set>
+#include <string>
+
+#include "cli/drawing.h"
+#include "cli/svg_path.h"
+
+namespace veneer::cli {
+namespace {
+
+constexpr double kMmPerPixel = 25.4 / 96;
+
+Error unreadable(const std::string& what) { return {ErrorCode::kInvalidArgument, what}; }
+
+// "12.5mm", "96", "100%". Nothing for per cent and what does not read.
+struct SvgLength {
+  double mm = 0;
+  bool has_unit = false;
+};
+std::optional<SvgLength> parse_length(std::string_view text) {
+  static const std::map<std::string_view, double> kMmPer = {
+      {"mm", 1}, {"cm", 10}, {"in", 25.4}, {"pt", 25.4 / 72}, {"pc", 25.4 / 6}, {"px", kMmPerPixel}, {"", kMmPerPixel}};
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc()) return std::nullopt;
+  std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  while (!unit.empty() && unit.back() == ' ') unit.remove_suffix(1);
+  const auto found = kMmPer.find(unit);
+  if (found == kMmPer.end()) return std::nullopt;
+  return SvgLength{value * found->second, !unit.empty() && unit != "px"};
+}
+
+// A property: as an attribute, or in style="...", which wins.
+std::string property(const pugi::xml_node& node, std::string_view name) {
+  const std::string_view style = node.attribute("style").value();
+  for (std::size_t at = 0; at < style.size();) {
+    const std::size_t end = std::min(style.find(';', at), style.size());
+    const std::string_view entry = style.substr(at, end - at);
+    const auto colon = entry.find(':');
+    if (colon != std::string_view::npos) {
+      const auto trimmed = [](std::string_view t) {
+        while (!t.empty() && t.front() == ' ') t.remove_prefix(1);
+        while (!t.empty() && t.back() == ' ') t.remove_suffix(1);
+        return t;
+      };
+      if (trimmed(entry.substr(0, colon)) == name) return std::string(trimmed(entry.substr(colon + 1)));
+    }
+    at = end + 1;
+  }
+  return node.attribute(std::string(name).c_str()).value();
+}
+
+// "#f00" and "red" as "#ff0000"; other words as they are.
+std::string colour_word(std::string word) {
+  static const std::map<std::string, std::string> kNames = {
+      {"black", "#000000"},   {"red", "#ff0000"},    {"green", "#008000"}, {"lime", "#00ff00"},
+      {"blue", "#0000ff"},    {"cyan", "#00ffff"},   {"aqua", "#00ffff"},  {"magenta", "#ff00ff"},
+      {"fuchsia", "#ff00ff"}, {"yellow", "#ffff00"}, {"white", "#ffffff"}, {"orange", "#ffa500"}};
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (word == "none" || word == "transparent") return {};
+  if (word.size() == 4 && word[0] == '#') return fmt::format("#{0}{0}{1}{1}{2}{2}", word[1], word[2], word[3]);
+  const auto named = kNames.find(word);
+  return named == kNames.end() ? word : named->second;
+}
+
+class SvgReader {
+ public:
+  Result<Drawing> read(const pugi::xml_node& svg);
+
+ private:
+  struct Inherited {
+    SvgMatrix mm_from_user;
+    std::string layer, colour;
+  };
+  Status page(const pugi::xml_node& svg, Inherited& into);
+  Status children(const pugi::xml_node& node, const Inherited& from);
+  Status element(const pugi::xml_node& node, Inherited from);
+  Status shape(const pugi::xml_node& node, const std::string& name, const Inherited& from);
+  double number(const pugi::xml_node& node, const char* name) const;
+
+  Drawing drawing_;
+  double mm_per_user_ = kMmPerPixel;
+};
+
+Result<Drawing> SvgReader::read(const pugi::xml_node& svg) {
+  Inherited from;
+  if (const Status good = page(svg, from); !good.ok()) return good.error();
+  if (const Status good = children(svg, from); !good.ok()) return good.error();
+  if (drawing_.lines.empty()) return unreadable("the drawing has no lines");
+  return std::move(drawing_);
+}
+
+// Its size and its viewBox, with y turned up.
+Status SvgReader::page(const pugi::xml_node& svg, Inherited& into) {
+  const auto width = parse_length(svg.attribute("width").value()),
+             height = parse_length(svg.attribute("height").value());
+  const auto box = parse_numbers(svg.attribute("viewBox").value());
+  const bool has_box = box && box->size() == 4 && (*box)[2] > 0 && (*box)[3] > 0;
+  if (!has_box && svg.attribute("viewBox")) return unreadable("the drawing's viewBox does not read");
+  if (!has_box && !height)
+    return unreadable("the drawing says no size: give its <svg> a width and a height in millimetres");
+  if (!width || !height || (!width->has_unit && !has_box))
+    drawing_.warnings.push_back("the drawing says no size in millimetres: it is taken at 96 pixels to the inch");
+  SvgMatrix page{kMmPerPixel, 0, 0, kMmPerPixel, 0, 0};
+  double height_mm = height ? height->mm : 0;
+  if (has_box) {
+    const double x = (*box)[0], y = (*box)[1], w = (*box)[2], h = (*box)[3];
+    const double width_mm = width ? width->mm : height ? height->mm * w / h : w * kMmPerPixel;
+    if (!height) height_mm = width_mm * h / w;
+    // As preserveAspectRatio has it unless told otherwise: whole, in the middle.
+    const double scale = std::min(width_mm / w, height_mm / h);
+    page = {scale, 0, 0, scale, (width_mm - w * scale) / 2 - x * scale, (height_mm - h * scale) / 2 - y * scale};
+    if (std::abs(width_mm / w - height_mm / h) > 1e-3 * scale)
+      drawing_.warnings.push_back(
+          "the drawing's page and its viewBox have different shapes: it is laid into the middle");
+  }
+  mm_per_user_ = page.a;
+  into.mm_from_user = SvgMatrix{1, 0, 0, -1, 0, height_mm} * page;
+  return Ok();
+}
+
+Status SvgReader::children(const pugi::xml_node& node, const Inherited& from) {
+  for (const pugi::xml_node& child : node.children())
+    if (child.type() == pugi::node_element)
+      if (Status good = element(child, from); !good.ok()) return good;
+  return Ok();
+}
+
+Status SvgReader::element(const pugi::xml_node& node, Inherited from) {
+  static const std::set<std::string> kSkipped = {"defs",           "metadata",       "title",    "desc",   "style",
+                                                 "symbol",         "script",         "marker",   "filter", "pattern",
+                                                 "linearGradient", "radialGradient", "clipPath", "mask"};
+  static const std::map<std::string, std::string> kRefused = {{"text", "text: turn it into paths"},
+                                                              {"flowRoot", "text: turn it into paths"},
+                                                              {"image", "a picture: trace it, or take it out"},
+                                                              {"use", "a clone: unlink it"},
+                                                              {"foreignObject", "a foreign object: take it out"},
+                                                              {"svg", "a drawing within the drawing: ungroup it"},
+                                                              {"switch", "a choice of drawings: keep one of them"}};
+  std::string name = node.name();
+  if (name.rfind("svg:", 0) == 0) name = name.substr(4);
+  if (name.find(':') != std::string::npos || kSkipped.contains(name)) return Ok();
+  if (property(node, "display") == "none" || property(node, "visibility") == "hidden") return Ok();
+  if (const auto refused = kRefused.find(name); refused != kRefused.end())
+    return unreadable("the drawing has " + refused->second + ", and save it again");
+  for (const char* cut : {"clip-path", "mask"})
+    if (const std::string how = property(node, cut); !how.empty() && how != "none")
+      return unreadable(
+          fmt::format("the drawing has a {}, and the laser would burn what it hides: release it and cut the "
+                      "lines, then save it again",
+                      cut));
+  const auto transform = parse_transform(node.attribute("transform").value());
+  if (!transform)
+    return unreadable(fmt::format("the transform \"{}\" does not read", node.attribute("transform").value()));
+  from.mm_from_user = from.mm_from_user * *transform;
+  if (const std::string colour = property(node, "stroke"); !colour.empty()) from.colour = colour_word(colour);
+  if (name != "g" && name != "a") return shape(node, name, from);
+  const std::string label = node.attribute("inkscape:label").value(), id = node.attribute("id").value();
+  const bool layer = std::string_view(node.attribute("inkscape:groupmode").value()) == "layer";
+  if (layer || from.layer.empty()) from.layer = label.empty() ? id : label;
+  return children(node, from);
+}
+
+double SvgReader::number(const pugi::xml_node& node, const char* name) const {
+  const auto length = parse_length(node.attribute(name).value());
+  if (!length) return 0;
+  // Lengths with a unit are millimetres of the page; the matrix is in user units.
+  return length->has_unit ? length->mm / mm_per_user_ : length->mm / kMmPerPixel;
+}
+
+Status SvgReader::shape(const pugi::xml_node& node, const std::string& name, const Inherited& from) {
+  LineDrawer draw(from.mm_from_user);
+  const auto n = [&](const char* attribute) { return number(node, attribute); };
+  if (name == "path") {
+    if (!draw.path(node.attribute("d").value()))
+      return unreadable(fmt::format("the path \"{}\" does not read", node.attribute("id").value()));
+  } else if (name == "line") {
+    draw.move_to({n("x1"), n("y1")});
+    draw.line_to({n("x2"), n("y2")});
+  } else if (name == "polyline" || name == "polygon") {
+    const auto numbers = parse_numbers(node.attribute("points").value());
+    if (!numbers || numbers->size() % 2 != 0) return unreadable("the points of a " + name + " do not read");
+    for (std::size_t i = 0; i < numbers->size(); i += 2)
+      i == 0 ? draw.move_to({(*numbers)[0], (*numbers)[1]}) : draw.line_to({(*numbers)[i], (*numbers)[i + 1]});
+    if (name == "polygon") draw.close();
+  } else if (name == "rect") {
+    const double x = n("x"), y = n("y"), w = n("width"), h = n("height");
+    double rx = n(node.attribute("rx") ? "rx" : "ry"), ry = n(node.attribute("ry") ? "ry" : "rx");
+    rx = std::clamp(rx, 0.0, w / 2), ry = std::clamp(ry, 0.0, h / 2);
+    if (w <= 0 || h <= 0) return Ok();
+    draw.move_to({x + rx, y});
+    draw.line_to({x + w - rx, y});
+    draw.arc_to(rx, ry, 0, false, true, {x + w, y + ry});
+    draw.line_to({x + w, y + h - ry});
+    draw.arc_to(rx, ry, 0, false, true, {x + w - rx, y + h});
+    draw.line_to({x + rx, y + h});
+    draw.arc_to(rx, ry, 0, false, true, {x, y + h - ry});
+    draw.line_to({x, y + ry});
+    draw.arc_to(rx, ry, 0, false, true, {x + rx, y});
+    draw.close();
+  } else if (name == "circle") {
+    if (n("r") > 0) draw.ellipse({n("cx"), n("cy")}, n("r"), n("r"));
+  } else if (name == "ellipse") {
+    if (n("rx") > 0 && n("ry") > 0) draw.ellipse({n("cx"), n("cy")}, n("rx"), n("ry"));
+  } else {
+    return unreadable(
+        fmt::format("the drawing has a <{}>, which is no line: take it out, or turn it into a path", name));
+  }
+  for (auto& points : draw.take()) {
+    DrawnLine line;
+    line.points = std::move(points);
+    line.layer = from.layer;
+    line.colour = from.colour;
+    drawing_.lines.push_back(std::move(line));
+  }
+  return Ok();
+}
+
+}  // namespace
+
+Result<Drawing> read_svg(const std::string& text) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
+  if (!parsed)
+    return unreadable(
+        fmt::format("it is no SVG: {} at byte {}", parsed.description(), static_cast<long>(parsed.offset)));
+  pugi::xml_node svg = document.child("svg");
+  if (!svg) svg = document.child("svg:svg");
+  if (!svg) return unreadable("it is no SVG: it has no <svg>");
+  return SvgReader().read(svg);
+}
+
+}  // namespace veneer::cli
