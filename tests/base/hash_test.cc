@@ -21,6 +21,16 @@ TEST(Sha256, AgreesWithThePublishedVectors) {
   EXPECT_EQ(hash_of(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
+TEST(Sha256, ThatIsStoppedIsNone) {
+  const std::string bytes(3 * (1 << 20), 'x');
+  std::stop_source stop;
+  EXPECT_EQ(*sha256_hex(std::as_bytes(std::span(bytes)), stop.get_token()), hash_of(bytes));
+  stop.request_stop();
+  const Result<std::string> hash = sha256_hex(std::as_bytes(std::span(bytes)), stop.get_token());
+  ASSERT_FALSE(hash.ok());
+  EXPECT_EQ(hash.error().code, ErrorCode::kCancelled);
+}
+
 TEST(Sha256, OfAFileIsThatOfItsBytes) {
   const testing::TempDirectory directory;
   const std::string bytes(3 * (1 << 20) + 17, 'x');

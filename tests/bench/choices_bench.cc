@@ -4,7 +4,7 @@
 // noisy/: first choices on whole wood by the shortlist against the certified search; Gaussian noise of the named
 // standard deviation (of 255) is added to the target at the working resolution, to the panel's picture, or to both.
 // irregular/: the same for triangles in four orientations, discs, uneven quadrilaterals, Ls, crescents, meanders and
-// random stars in the place of squares. fine_rotation/: a greedy run, then its pieces turned. VENEER_BENCH_PATCHES
+// random stars in the candidate of squares. fine_rotation/: a greedy run, then its pieces turned. VENEER_BENCH_PATCHES
 // compares only so many patches of each case.
 //
 // They need the developer's data set beside the sources (VENEER_DATA names another folder). Times are of processors.
@@ -23,14 +23,14 @@
 #include <random>
 #include <string>
 
-#include "planner/fine_rotation.h"
-#include "planner/joint/global_plan.h"
+#include "planner/global/global_plan.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/shortlist_matcher.h"
 #include "planner/parallel.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
-#include "planner/problem.h"
+#include "planner/poses/fine_rotation.h"
+#include "planner/problem/problem.h"
 #include "tests/support/patch_shapes.h"
 
 namespace veneer::planner {
@@ -121,19 +121,19 @@ std::optional<Problem> problem_of(const Scene& scene, benchmark::State& state) {
 std::unique_ptr<Matcher> shortlist_of(const Problem& problem, const PlanOptions& options) {
   auto matcher = std::make_unique<ShortlistMatcher>(problem.panels, turns(options.rotations), problem.classes,
                                                     largest_response(options));
-  matcher->build_index(kThreads, {});
+  if (!matcher->build_index(kThreads, {}).ok()) std::abort();
   return matcher;
 }
 
 std::unique_ptr<Matcher> certified_of(const Problem& problem, const PlanOptions& options) {
   auto matcher = std::make_unique<CertifiedMatcher>(problem.panels, turns(options.rotations), problem.classes,
                                                     problem.entries_per_unit);
-  matcher->build_index(kThreads, {});
+  if (!matcher->build_index(kThreads, {}).ok()) std::abort();
   return matcher;
 }
 
 struct Choices {
-  std::vector<std::optional<Candidate>> found;
+  std::vector<std::optional<LatticeCandidate>> found;
   double cpu = 0;  // a patch
 };
 
@@ -141,17 +141,18 @@ Choices first_choices(const Matcher& matcher, const Problem& problem, const std:
   Choices out;
   out.found.resize(patches.size());
   const double before = cpu_seconds();
-  run_parallel(patches.size(), kThreads, {},
-               [&](std::size_t i) { out.found[i] = matcher.best(problem.queue[patches[i]].match, {}); });
+  (void)run_parallel(patches.size(), kThreads, {},
+                     [&](std::size_t i) { out.found[i] = *matcher.best(problem.queue[patches[i]].match, {}); });
   out.cpu = (cpu_seconds() - before) / static_cast<double>(patches.size());
   return out;
 }
 
-void compare(benchmark::State& state, const Choices& shortlist, const std::vector<std::optional<Candidate>>& best) {
+void compare(benchmark::State& state, const Choices& shortlist,
+             const std::vector<std::optional<LatticeCandidate>>& best) {
   double found_cost = 0, best_cost = 0, misses = 0, worst = 1;
   for (std::size_t i = 0; i < best.size(); ++i) {
     if (shortlist.found[i].has_value() != best[i].has_value()) {
-      state.SkipWithError("one finds a place where the other finds none");
+      state.SkipWithError("one finds a candidate where the other finds none");
       return;
     }
     if (!best[i]) continue;
@@ -209,16 +210,16 @@ void turned_finely(benchmark::State& state, const Case& it) {
   const auto problem = scene ? problem_of(*scene, state) : std::nullopt;
   if (!problem) return;
   const std::unique_ptr<Matcher> matcher = shortlist_of(*problem, scene->options);
-  std::vector<std::optional<Candidate>> chosen;
+  std::vector<std::optional<LatticeCandidate>> chosen;
   const double before = cpu_seconds();
   for (const Problem::Task& task : problem->queue) {
-    chosen.push_back(matcher->best(task.match, {}));
+    chosen.push_back(*matcher->best(task.match, {}));
     if (chosen.back()) matcher->take(task.match, *chosen.back());
   }
   const double filled =
       static_cast<double>(chosen.size()) - static_cast<double>(std::count(chosen.begin(), chosen.end(), std::nullopt));
   state.counters["greedy_patch_ms"] = 1e3 * (cpu_seconds() - before) / filled;
-  const LaidPatches patches = laid(*problem, *matcher, chosen);
+  const PatchPlacements patches = placements_of(*problem, *matcher, chosen);
   FineReport report;
   double cpu = 0;
   for (auto _ : state) {

@@ -26,12 +26,13 @@ Database panel_database(const testing::TempDirectory& directory) {
 }
 
 // `count` square pieces side by side, 2k apart.
-NewJob grid_job(int count) {
-  NewJob job;
+NewPlan grid_job(int count) {
+  NewPlan job;
+  job.planned_on = {{kPanel, 1}};
   constexpr int kColumns = 40;
   constexpr double kSide = 9, kPitch = 10;
   for (int i = 0; i < count; ++i) {
-    NewPiece piece;
+    PlannedPatch piece;
     piece.mark = fmt::format("A{}", i);
     const double x = kPitch * (i % kColumns), y = kPitch * (i / kColumns);
     for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {kSide, 0.0}, {kSide, kSide}, {0.0, kSide}}) {
@@ -46,7 +47,7 @@ NewJob grid_job(int count) {
 }
 
 void BM_ReserveAWholePlan(benchmark::State& state) {
-  const NewJob job = grid_job(static_cast<int>(state.range(0)));
+  const NewPlan job = grid_job(static_cast<int>(state.range(0)));
   const testing::TempDirectory directory;
   Database database = panel_database(directory);
   JobStore jobs(database);

@@ -21,10 +21,10 @@
 #include <string>
 #include <vector>
 
-#include "planner/layout_grid.h"
-#include "planner/order.h"
+#include "planner/layout/grid.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan.h"
+#include "planner/problem/priority.h"
 
 namespace veneer::planner {
 namespace {

@@ -27,7 +27,7 @@
 #include "planner/matching/shortlist_matcher.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/pictures.h"
-#include "planner/problem.h"
+#include "planner/problem/problem.h"
 #include "tests/support/child_process.h"
 #include "tests/support/exhaustive_matching.h"
 #include "tests/support/temp_directory.h"
@@ -274,7 +274,7 @@ std::unique_ptr<Matcher> indexed_matcher(const Judged& judged, bool exact) {
   else
     matcher = std::make_unique<ShortlistMatcher>(problem.panels, all_turns, problem.classes,
                                                  largest_response(judged.options));
-  matcher->build_index(kThreads, {});
+  if (!matcher->build_index(kThreads, {}).ok()) std::abort();
   return matcher;
 }
 
@@ -292,7 +292,7 @@ struct Ratios {
 Ratios first_choices(const Judged& judged, const Matcher& matcher) {
   Ratios ratios;
   for (std::size_t i = 0; i < judged.sample.size(); ++i) {
-    const auto found = matcher.best(judged.problem.queue[judged.sample[i]].match, {});
+    const auto found = *matcher.best(judged.problem.queue[judged.sample[i]].match, {});
     const auto& best = judged.best[i].best;
     if (found.has_value() != best.has_value()) fail("one finds a place where the other finds none");
     if (found) ratios.add(found->cost, best->cost);
@@ -305,7 +305,7 @@ Ratios greedy_choices(const Judged& judged, Matcher& matcher) {
   Ratios ratios;
   const std::unique_ptr<Matcher> certified = indexed_matcher(judged, true);
   for (const Problem::Task& task : judged.problem.queue) {
-    const auto found = matcher.best(task.match, {}), best = certified->best(task.match, {});
+    const auto found = *matcher.best(task.match, {}), best = *certified->best(task.match, {});
     if (found.has_value() != best.has_value()) fail("one finds a place where the other finds none");
     if (!found) continue;
     ratios.add(found->cost, best->cost);

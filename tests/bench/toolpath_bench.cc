@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "tests/planner/scattered_pieces.h"
+#include "tests/planner/cutting/scattered_pieces.h"
 
 namespace veneer::planner {
 namespace {

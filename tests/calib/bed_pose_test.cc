@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "support/exact_camera.h"
-#include "support/rendered_bed.h"
+#include "tests/support/exact_camera.h"
+#include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
 namespace {

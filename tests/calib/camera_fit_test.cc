@@ -8,7 +8,7 @@
 #include <random>
 
 #include "calib/point_fit.h"
-#include "support/rendered_bed.h"
+#include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
 namespace {

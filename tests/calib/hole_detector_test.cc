@@ -10,7 +10,6 @@ namespace veneer {
 namespace {
 
 using calib::detect_holes;
-using calib::Face;
 using calib::Hole;
 
 struct Sheet {

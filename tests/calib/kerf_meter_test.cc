@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "support/rendered_bed.h"
+#include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
 namespace {

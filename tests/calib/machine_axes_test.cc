@@ -12,8 +12,8 @@
 
 #include "calib/burnt_pattern.h"
 #include "calib/point_fit.h"
-#include "support/exact_camera.h"
-#include "support/rendered_bed.h"
+#include "tests/support/exact_camera.h"
+#include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
 namespace {

@@ -11,7 +11,6 @@ namespace {
 
 using calib::Difference;
 using calib::DifferenceKind;
-using calib::Face;
 
 using Outline = std::vector<cv::Point2d>;
 

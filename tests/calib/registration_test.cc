@@ -8,7 +8,6 @@
 namespace veneer {
 namespace {
 
-using calib::Face;
 using calib::FitResidual;
 using calib::PanelFiducials;
 using calib::Registration;
@@ -75,7 +74,7 @@ const Cell& warped_cell() {
   return cell;
 }
 
-// Errors over a 10 mm lattice of true points, after the best isometry on the true fiducials: DESIGN.md, section 3.
+// Errors over a 10 mm lattice of true points, after the best isometry on the true fiducials: docs/FRAMES.md.
 FitResidual error_of(const Cell& cell, const calib::ScanMap& map, const GlassFromPanel& truth, Face face,
                      const PanelFiducials& found) {
   std::vector<Point<PanelFrame>> is, seems;

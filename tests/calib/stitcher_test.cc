@@ -10,7 +10,6 @@
 namespace veneer {
 namespace {
 
-using calib::Face;
 using calib::ScanMap;
 using calib::StitchTile;
 

@@ -10,7 +10,6 @@ namespace veneer {
 namespace {
 
 using calib::detect_tags;
-using calib::Face;
 using calib::Tag;
 using rendered::GluedTag;
 

@@ -10,7 +10,6 @@
 namespace veneer {
 namespace {
 
-using calib::Face;
 using calib::PanelFiducials;
 using calib::VeneerMask;
 

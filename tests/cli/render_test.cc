@@ -1,6 +1,6 @@
 #include "cli/render.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <sstream>
@@ -52,8 +52,24 @@ TEST(Render, WhatIsMissingIsLeftOut) {
             "Stopped\n"
             "  `veneerctl reset` homes the laser and makes the cell ready: hands off the machine.\n\n"
             "Job          none\n"
-            "Laser        NOT CONNECTED: check its power and its cable\n"
+            "Laser        not connected yet: `veneerctl reset` connects and homes it\n"
             "Stock        1 panel\n");
+}
+
+TEST(Render, StatusSaysOfALaserWhatIs) {
+  const auto status = [](const json& laser, const char* lid) {
+    return render_status({{"state", "Idle"}, {"laser", laser}, {"lid", lid}, {"panels", 0}});
+  };
+  EXPECT_THAT(status({{"connected", false}, {"why_not_connected", "laser mode is off; set $32=1"}}, "unknown"),
+              ::testing::HasSubstr("NOT CONNECTED: laser mode is off; set $32=1\n"));
+  const std::string bare = status({{"connected", true},
+                                   {"homed", true},
+                                   {"finds_home", false},
+                                   {"overrides_wanted", {{"feed", 150}, {"rapid", 100}, {"power", 50}}}},
+                                  "unknown");
+  EXPECT_THAT(bare, ::testing::HasSubstr("counts from the corner it was given"));
+  EXPECT_THAT(bare, ::testing::HasSubstr("feed 150 %, power 50 % of what the job asks for"));
+  EXPECT_THAT(bare, ::testing::HasSubstr("no lid switch is wired"));
 }
 
 TEST(Render, NothingOfAnotherTypeThrows) {

@@ -59,6 +59,31 @@ TEST_F(ConfigTest, ARealLaserAsksForExhaustAirCoolingAndFocusUnlessTold) {
   EXPECT_FALSE(told->before_motion.focus);
 }
 
+TEST_F(ConfigTest, WhateverIsNotKnownToBeSomethingElseIsARealLaser) {
+  const auto at = [&](const std::string& laser) {
+    const auto config = parse("[laser]\n" + laser);
+    return config ? std::string(controller_at(config->laser)) : config.error().message;
+  };
+  EXPECT_EQ(at("kind = \"sim\"\n"), "twin");
+  EXPECT_EQ(at("kind = \"lihuiyu\"\nport = \"twin:/run/laser\"\n"), "twin");
+  EXPECT_EQ(at("kind = \"grbl\"\nport = \"file:/tmp/x.nc\"\n"), "file");
+  EXPECT_EQ(at("kind = \"grbl\"\nport = \"serial:/dev/pts/3\"\n"), "real");
+  EXPECT_EQ(at("kind = \"grbl\"\nport = \"tcp:127.0.0.1:23\"\n"), "real");
+  EXPECT_EQ(at("kind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\n"), "real");
+  EXPECT_EQ(at("kind = \"grbl\"\nport = \"serial:/dev/ttyACM0\"\ntest_controller = true\n"), "test");
+}
+
+TEST_F(ConfigTest, ARealLaserCutsNoStockByASimulatedEye) {
+  const std::string real = "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0\"\n", eye = "kind = \"file\"\n";
+  const std::string scanner = "[scanner]\n" + eye, camera = "[camera]\n" + eye;
+  EXPECT_THAT(stock_refusal(*parse(real)), HasSubstr("the scanner and the camera are simulated"));
+  EXPECT_THAT(stock_refusal(*parse(real + scanner)), HasSubstr("the camera is simulated"));
+  EXPECT_THAT(stock_refusal(*parse(real + camera)), HasSubstr("the scanner is simulated"));
+  EXPECT_EQ(stock_refusal(*parse(real + scanner + camera)), "");
+  EXPECT_EQ(stock_refusal(*parse(real + "test_controller = true\n")), "");
+  EXPECT_EQ(stock_refusal(*parse("")), "");
+}
+
 TEST_F(ConfigTest, ReadsWhereTheHeadMustNotGo) {
   const auto config = parse(R"(
 [framing]
@@ -127,6 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Mistake{"[recipe]\ncut_order = \"long\"\n", ":2: recipe.cut_order"},
                       Mistake{"[laser]\nkind = \"grbl\"\nport = \"file:/x\"\n[sim]\ntime_scale = 40\n",
                               "sim.time_scale"},
+                      Mistake{"[laser]\ntest_controller = true\n", "laser.test_controller belongs to"},
                       Mistake{"laser = 3\n", "laser must be a table"}, Mistake{"[laser\n", ":1:"}));
 
 TEST_F(ConfigTest, AMissingFileIsNamed) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,8 +48,9 @@ inline Ring<PanelFrame> square(double x_mm, double y_mm, double side_mm) {
 inline constexpr double kKerf = 0.3;
 
 // A piece whose outline is a square; its wood is the outline grown by the kerf.
-inline NewPiece square_piece(const std::string& mark, const PanelId& panel, double x_mm, double y_mm, double side_mm) {
-  NewPiece piece;
+inline PlannedPatch square_piece(const std::string& mark, const PanelId& panel, double x_mm, double y_mm,
+                                 double side_mm) {
+  PlannedPatch piece;
   piece.mark = mark;
   for (const auto& p : square(0, 0, side_mm))
     piece.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
@@ -72,14 +74,20 @@ inline PanelRecord sheet(const PanelId& id) {
   return panel;
 }
 
-inline NewJob job_of(std::vector<NewPiece> pieces) {
-  NewJob job;
-  job.name = "portrait";
-  job.target_file = "target.png";
-  job.plan_json = "{\"schema_version\":1}";
-  job.options_json = "{}";
-  job.pieces = std::move(pieces);
-  return job;
+// A plan of these patches on the first version of each panel's mask.
+inline NewPlan job_of(std::vector<PlannedPatch> patches) {
+  NewPlan plan;
+  plan.name = "portrait";
+  plan.who = "local:1000";
+  plan.target_file = "target.png";
+  plan.plan_json = "{\"schema_version\":1}";
+  plan.options_json = "{}";
+  std::set<PanelId> panels;
+  for (const PlannedPatch& patch : patches)
+    if (patch.panel) panels.insert(*patch.panel);
+  for (const PanelId& panel : panels) plan.planned_on.push_back({panel, 1});
+  plan.pieces = std::move(patches);
+  return plan;
 }
 
 class CellDatabase {

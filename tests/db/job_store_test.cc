@@ -26,8 +26,8 @@ class JobStoreTest : public ::testing::Test {
       kNow));
   std::vector<PieceRecord> pieces = must(jobs.pieces(job));
 
-  static NewPiece unfilled(const std::string& mark) {
-    NewPiece piece = square_piece(mark, {}, 0, 0, 14);
+  static PlannedPatch unfilled(const std::string& mark) {
+    PlannedPatch piece = square_piece(mark, {}, 0, 0, 14);
     piece.panel.reset();
     piece.panel_outline.clear();
     piece.allocation = {};
@@ -70,7 +70,7 @@ TEST_F(JobStoreTest, RemembersThePlan) {
 }
 
 TEST_F(JobStoreTest, RemembersWhereACutBeginsInWaste) {
-  NewPiece led = square_piece("B1", panel, 100, 10, 14);
+  PlannedPatch led = square_piece("B1", panel, 100, 10, 14);
   led.lead_in = point<PanelFrame>(114.8, 24.8);
   led.allocation = unite(led.allocation, Region<PanelFrame>(square(114, 24, 1)));
   const JobId second = must(jobs.create(job_of({led}), kNow));
@@ -93,7 +93,7 @@ TEST_F(JobStoreTest, MarksAreUniqueWithinAJob) {
 }
 
 TEST_F(JobStoreTest, OutlinesHaveTheSameVertices) {
-  NewPiece piece = square_piece("B1", panel, 100, 10, 14);
+  PlannedPatch piece = square_piece("B1", panel, 100, 10, 14);
   piece.artwork_outline.pop_back();
   EXPECT_FALSE(jobs.create(job_of({piece}), kNow).ok());
 }
@@ -160,6 +160,39 @@ TEST_F(JobStoreTest, AnAbortWithAForeignPieceChangesNothing) {
   EXPECT_FALSE(jobs.abort_run(run, suspects, "?", kLater).ok());
   EXPECT_EQ(state(), JobState::kRunning);
   EXPECT_EQ(states()[0], PieceState::kCutting);
+}
+
+TEST_F(JobStoreTest, AnAbortMakesNeighboursSuspectWhoseverTheyAre) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 200, 10, 14)}), kNow));
+  const PieceId foreign = must(jobs.pieces(second))[0].id;
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  const std::vector<PieceId> neighbours = {pieces[0].id, pieces[2].id, foreign};
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "off its path", kLater, neighbours));
+  EXPECT_THAT(states(), ElementsAre(PieceState::kSuspect, PieceState::kSuspect, PieceState::kSuspect,
+                                    PieceState::kReserved, PieceState::kUnfilled));
+  EXPECT_EQ(must(jobs.pieces(second))[0].state, PieceState::kSuspect);
+  EXPECT_EQ(must(jobs.find(second)).state, JobState::kPlanned);
+  // A person looks, and the other job goes on with what is left of it.
+  VENEER_EXPECT_OK(jobs.settle(foreign, AllocationState::kReleased, kLater));
+  VENEER_EXPECT_OK(jobs.cancel(second, kLater));
+}
+
+TEST_F(JobStoreTest, APieceOfACompleteJobCanBecomeSuspectAndBeSettled) {
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 200, 10, 14)}), kNow));
+  const PieceId done = must(jobs.pieces(second))[0].id;
+  const RunId first_run = must(jobs.start_run(second, panel, kPose, 0.04_mm, kNow));
+  VENEER_ASSERT_OK(jobs.mark_cutting(done, kNow));
+  VENEER_ASSERT_OK(jobs.book_piece(done, kNow));
+  VENEER_ASSERT_OK(jobs.finish_run(first_run, false, kNow));
+  ASSERT_EQ(must(jobs.find(second)).state, JobState::kComplete);
+  const RunId run = start(panel);
+  const std::vector<PieceId> neighbours = {done};
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "off its path", kLater, neighbours));
+  EXPECT_EQ(must(jobs.pieces(second))[0].state, PieceState::kSuspect);
+  VENEER_EXPECT_OK(jobs.settle(done, AllocationState::kScrap, kLater));
+  EXPECT_EQ(must(jobs.find(second)).state, JobState::kComplete);
 }
 
 TEST_F(JobStoreTest, TheRemainingPiecesRunAfterAnAbort) {
@@ -283,6 +316,27 @@ TEST_F(JobStoreTest, RecoveryLeavesAQuietDatabaseAlone) {
   const Recovery found = must(jobs.recover(kLater));
   EXPECT_THAT(found.suspects, IsEmpty());
   EXPECT_EQ(state(), JobState::kPlanned);
+}
+
+TEST_F(JobStoreTest, RefusesAPlanOfAPanelThatWasScannedAgain) {
+  NewPlan planned = job_of({square_piece("B1", panel, 200, 10, 14), square_piece("B2", other, 200, 10, 14)});
+  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}));
+  const auto refused = jobs.create(planned, kLater);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(refused.error().message, "panel P-0002 was scanned again after this was planned: plan again");
+  EXPECT_EQ(must(jobs.list()).size(), 1U);
+  planned.planned_on = {{panel, 1}, {other, 2}};
+  VENEER_EXPECT_OK(jobs.create(planned, kLater));
+}
+
+TEST_F(JobStoreTest, RefusesAPlanThatDoesNotSayWhatItWasMadeOn) {
+  NewPlan planned = job_of({square_piece("B1", panel, 200, 10, 14)});
+  planned.planned_on.clear();
+  const auto refused = jobs.create(planned, kLater);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(refused.error().message, HasSubstr("B1"));
 }
 
 }  // namespace

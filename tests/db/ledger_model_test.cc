@@ -4,7 +4,10 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include <SQLiteCpp/SQLiteCpp.h>
+
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <set>
 #include <utility>
@@ -38,6 +41,12 @@ struct ModelJob {
   }
   JobState after(JobState otherwise) const { return any_open() ? otherwise : JobState::kComplete; }
 };
+struct ModelPlan {
+  PlanId id;
+  std::vector<ModelPiece> pieces;
+  std::array<int, 2> masks{};  // of the panels, when it was made
+  bool has_job = false;
+};
 struct ModelRun {
   RunId id;
   std::size_t job = 0;
@@ -68,10 +77,18 @@ class ModelledCell {
   ModelledCell() : panels_{cell_.new_panel(), cell_.new_panel()} {}
 
   void step() {
-    switch (*rc::gen::inRange(0, 10)) {
+    switch (*rc::gen::inRange(0, 15)) {
       case 0:
-      case 1:
         return create();
+      case 1:
+      case 10:
+        return create_from_plan();
+      case 11:
+        return store_plan();
+      case 12:
+        return remove_plan();
+      case 13:
+        return *rc::gen::inRange(0, 4) == 0 ? scan_again() : stray();
       case 2:
         return cancel();
       case 3:
@@ -99,6 +116,13 @@ class ModelledCell {
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
     }
     RC_ASSERT(must(cell_.jobs().list()).size() == jobs_.size());
+    for (const ModelPlan& plan : plans_) {
+      const PlanRecord found = must(Plans(cell_.database()).find(plan.id));
+      RC_ASSERT(found.placed == static_cast<int>(plan.pieces.size()));
+      RC_ASSERT(found.jobs.empty() == !plan.has_job);
+      const bool free = must(Plans(cell_.database()).taken(plan.id)).empty();
+      if (can_be_made(plan)) RC_ASSERT(free && found.outdated.empty());
+    }
     for (const int panel : {0, 1}) compare_wood(panel);
   }
   bool sound() { return cell_.database().check_integrity().ok(); }
@@ -119,6 +143,13 @@ class ModelledCell {
     RC_ASSERT(unite(areas).area().count() == sum);
   }
 
+  template <class T>
+  static std::vector<T*> pointers(std::vector<T>& all) {
+    std::vector<T*> out;
+    for (T& one : all) out.push_back(&one);
+    return out;
+  }
+
   bool taken(int panel, const std::set<Cell>& cells, const ModelJob& asking) const {
     const auto clash = [&](const ModelJob& job) {
       return std::any_of(job.pieces.begin(), job.pieces.end(), [&](const ModelPiece& other) {
@@ -129,28 +160,86 @@ class ModelledCell {
     return clash(asking) || std::any_of(jobs_.begin(), jobs_.end(), clash);
   }
 
-  void create() {
-    ModelJob job;
-    std::vector<NewPiece> plan;
-    bool fits = true;
+  // What a plan wants; its pieces' wood may be taken, even by each other.
+  ModelPlan compose() {
+    ModelPlan plan;
     for (int i = 0, n = *rc::gen::inRange(1, 5); i < n; ++i) {
-      ModelPiece piece;
+      ModelPiece& piece = plan.pieces.emplace_back();
       piece.panel = *rc::gen::inRange(0, 2);
       piece.cells = random_cells();
-      fits = fits && !taken(piece.panel, piece.cells, job);
+    }
+    plan.masks = masks_;
+    return plan;
+  }
+  NewPlan to_store(const ModelPlan& plan) const {
+    std::vector<PlannedPatch> patches;
+    for (const ModelPiece& piece : plan.pieces) {
       const auto& [x, y] = *piece.cells.begin();
-      plan.push_back(square_piece(fmt::format("A{}", i), panels_[piece.panel], x * kCell + kInset, y * kCell + kInset,
-                                  kCell - 2 * kInset));
-      plan.back().allocation = area_of(piece.cells);
+      patches.push_back(square_piece(fmt::format("A{}", patches.size()), panels_[piece.panel], x * kCell + kInset,
+                                     y * kCell + kInset, kCell - 2 * kInset));
+      patches.back().allocation = area_of(piece.cells);
+    }
+    NewPlan out = job_of(patches);
+    for (PlannedPanel& panel : out.planned_on) panel.mask_version = plan.masks[panel.panel == panels_[0] ? 0 : 1];
+    return out;
+  }
+  bool can_be_made(const ModelPlan& plan) const {
+    ModelJob job;
+    for (const ModelPiece& piece : plan.pieces) {
+      if (plan.masks[piece.panel] != masks_[piece.panel] || taken(piece.panel, piece.cells, job)) return false;
       job.pieces.push_back(piece);
     }
-    const auto created = cell_.jobs().create(job_of(plan), kNow);
-    RC_ASSERT(created.ok() == fits);
+    return true;
+  }
+  void made(ModelPlan& plan, const Result<JobId>& created) {
+    RC_ASSERT(created.ok() == can_be_made(plan));
     if (!created.ok()) return RC_ASSERT(created.error().code == ErrorCode::kConflict);
+    ModelJob job;
     job.id = *created;
+    job.pieces = plan.pieces;
     const auto records = must(cell_.jobs().pieces(job.id));
     for (std::size_t i = 0; i < records.size(); ++i) job.pieces[i].id = records[i].id;
     jobs_.push_back(job);
+    plan.has_job = true;
+  }
+
+  void create() {
+    ModelPlan plan = compose();
+    made(plan, cell_.jobs().create(to_store(plan), kNow));
+  }
+  void store_plan() {
+    ModelPlan plan = compose();
+    plan.id = must(Plans(cell_.database()).add(to_store(plan), kNow));
+    plans_.push_back(plan);
+  }
+  void create_from_plan() {
+    if (plans_.empty()) return store_plan();
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    made(plan, cell_.jobs().create(plan.id, kNow));
+  }
+  void remove_plan() {
+    if (plans_.empty()) return;
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, plans_.size());
+    RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == !plans_[index].has_job);
+    if (!plans_[index].has_job) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
+  }
+  void scan_again() {
+    const int panel = *rc::gen::inRange(0, 2);
+    RC_ASSERT(must(cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow})) == ++masks_[panel]);
+  }
+  // Statements that nobody should make: nothing may come of them.
+  void stray() {
+    const char* statement = *rc::gen::elementOf(std::vector<const char*>{
+        "DELETE FROM allocations", "DELETE FROM allocation_boxes", "UPDATE allocations SET state = 'released'",
+        "DELETE FROM jobs", "INSERT OR REPLACE INTO audit (id, at, who, what, detail) VALUES (1, '', '', '', '')",
+        "UPDATE runs SET ended_at = NULL", "DELETE FROM masks", "DROP TRIGGER allocations_are_kept"});
+    bool refused = false;
+    try {
+      cell_.database().connection().exec(statement);
+    } catch (const SQLite::Exception&) {
+      refused = true;
+    }
+    RC_ASSERT(refused);
   }
 
   void cancel() {
@@ -258,6 +347,8 @@ class ModelledCell {
 
   CellDatabase cell_;
   std::vector<PanelId> panels_;
+  std::array<int, 2> masks_ = {1, 1};
+  std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
   std::optional<ModelRun> run_;
 };

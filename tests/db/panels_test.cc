@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "db/certificates.h"
-#include "tests/db/cell_database.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -12,13 +12,13 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-FiducialRecord tag(int id, PanelFace face, double x_mm, double y_mm) {
+FiducialRecord tag(int id, Face face, double x_mm, double y_mm) {
   return {FiducialKind::kTag, id, face, square(x_mm, y_mm, 14)};
 }
-FiducialRecord hole(int number, PanelFace face, double x_mm, double y_mm) {
+FiducialRecord hole(int number, Face face, double x_mm, double y_mm) {
   return {FiducialKind::kHole, number, face, {point<PanelFrame>(x_mm, y_mm)}};
 }
-ScanRecord scan(const PanelId& panel, PanelFace face) {
+ScanRecord scan(const PanelId& panel, Face face) {
   ScanRecord record;
   record.panel = panel;
   record.face = face;
@@ -46,11 +46,11 @@ TEST_F(PanelsTest, IdsFollowEachOther) {
 }
 
 TEST_F(PanelsTest, RemembersAPanelItsScansAndItsFiducials) {
-  ScanRecord second = scan(id, PanelFace::kShow);
+  ScanRecord second = scan(id, Face::kShow);
   second.rms = 0.021_mm;
   second.max = 0.06_mm;
-  VENEER_ASSERT_OK(panels.add(sheet(id), {scan(id, PanelFace::kShow), second},
-                              {tag(201, PanelFace::kShow, 5, 5), hole(0, PanelFace::kShow, 12.345, 200.001)}));
+  VENEER_ASSERT_OK(panels.add(sheet(id), {scan(id, Face::kShow), second},
+                              {tag(201, Face::kShow, 5, 5), hole(0, Face::kShow, 12.345, 200.001)}));
   const PanelRecord found = must(panels.find(id));
   EXPECT_EQ(found.name, "walnut and maple");
   EXPECT_EQ(found.width, 420_mm);
@@ -71,44 +71,55 @@ TEST_F(PanelsTest, RemembersAPanelItsScansAndItsFiducials) {
 }
 
 TEST_F(PanelsTest, NothingEntersWhenOnePartIsRefused) {
-  const auto refused = panels.add(sheet(id), {scan({"P-0002"}, PanelFace::kShow)}, {});
+  const auto refused = panels.add(sheet(id), {scan({"P-0002"}, Face::kShow)}, {});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(panels.find(id).error().code, ErrorCode::kNotFound);
-  FiducialRecord crooked = tag(201, PanelFace::kShow, 5, 5);
+  FiducialRecord crooked = tag(201, Face::kShow, 5, 5);
   crooked.corners.pop_back();
   EXPECT_FALSE(panels.add(sheet(id), {}, {crooked}).ok());
   EXPECT_EQ(panels.find(id).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(PanelsTest, FiducialsOfAFaceAreFrozenOnce) {
-  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, PanelFace::kShow, 5, 5)}));
-  VENEER_EXPECT_OK(panels.add_scans(id, {scan(id, PanelFace::kBack)}, {tag(301, PanelFace::kBack, 5, 5)}));
-  const Status twice = panels.add_scans(id, {scan(id, PanelFace::kShow)}, {tag(202, PanelFace::kShow, 50, 5)});
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5)}));
+  VENEER_EXPECT_OK(panels.add_scans(id, {scan(id, Face::kBack)}, {tag(301, Face::kBack, 5, 5)}));
+  const Status twice = panels.add_scans(id, {scan(id, Face::kShow)}, {tag(202, Face::kShow, 50, 5)});
   ASSERT_FALSE(twice.ok());
   EXPECT_EQ(twice.error().code, ErrorCode::kConflict);
   EXPECT_THAT(twice.error().message, HasSubstr("frozen"));
   EXPECT_EQ(must(panels.scans(id)).size(), 1U);
-  auto& sql = cell.database().connection();
-  EXPECT_THROW(sql.exec("UPDATE fiducials SET corners_um = '[[0,0],[1,0],[1,1],[0,1]]'"), SQLite::Exception);
-  EXPECT_THROW(sql.exec("DELETE FROM fiducials"), SQLite::Exception);
-  EXPECT_THROW(sql.exec("UPDATE scans SET dpi = 600"), SQLite::Exception);
-  EXPECT_THROW(sql.exec("UPDATE panels SET width_um = 1"), SQLite::Exception);
+  EXPECT_FALSE(execute(cell.database(), "UPDATE fiducials SET corners_um = '[[0,0],[1,0],[1,1],[0,1]]'").ok());
+  EXPECT_FALSE(execute(cell.database(), "DELETE FROM fiducials").ok());
+  EXPECT_FALSE(execute(cell.database(), "UPDATE scans SET dpi = 600").ok());
+  EXPECT_FALSE(execute(cell.database(), "UPDATE panels SET width_um = 1").ok());
 }
 
 TEST_F(PanelsTest, ATagFindsItsPanelOnItsFaceOnly) {
-  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, PanelFace::kShow, 5, 5), tag(301, PanelFace::kBack, 5, 5)}));
-  EXPECT_EQ(must(panels.panel_with_tag(201, PanelFace::kShow)), id);
-  const auto wrong_face = panels.panel_with_tag(201, PanelFace::kBack);
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5), tag(301, Face::kBack, 5, 5)}));
+  EXPECT_EQ(must(panels.panel_with_tag(201, Face::kShow)), id);
+  const auto wrong_face = panels.panel_with_tag(201, Face::kBack);
   ASSERT_FALSE(wrong_face.ok());
   EXPECT_EQ(wrong_face.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(wrong_face.error().message, HasSubstr("tag 201"));
 }
 
-TEST_F(PanelsTest, ANewMapLeavesTheFrameAlone) {
+TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {
   cell.new_panel();
-  VENEER_ASSERT_OK(panels.set_map(id, "maps/2.png", "maps/2-mask.png", "4567"));
-  EXPECT_EQ(must(panels.find(id)).map_file, "maps/2.png");
-  EXPECT_EQ(panels.set_map({"P-0009"}, "", "", "").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(must(panels.find(id)).mask_version, 1);
+  EXPECT_EQ(must(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater})), 2);
+  const PanelRecord found = must(panels.find(id));
+  EXPECT_EQ(found.mask_version, 2);
+  EXPECT_EQ(found.map_file, "maps/2.png");
+  EXPECT_EQ(found.mask_file, "maps/2-mask.png");
+  EXPECT_EQ(found.map_hash, "4567");
+  EXPECT_EQ(must(panels.list()).at(0).mask_version, 2);
+  const auto masks = must(panels.masks(id));
+  ASSERT_EQ(masks.size(), 2U);
+  EXPECT_EQ(masks[0].made_at, kLater);
+  EXPECT_EQ(masks[1].version, 1);
+  EXPECT_EQ(masks[1].map_file, sheet(id).map_file);
+  EXPECT_EQ(masks[1].made_at, kNow);
+  EXPECT_EQ(panels.add_mask({"P-0009"}, {}).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(PanelsTest, ARemnantKnowsWhereItCameFrom) {
@@ -130,7 +141,7 @@ TEST_F(PanelsTest, RefusesNamesThatAreNoPanelIds) {
   EXPECT_EQ(panels.add(sheet(id), {}, {}).error().code, ErrorCode::kConflict);
 }
 
-TEST(Certificates, TheNewestInForceCounts) {
+TEST(Certificates, TheOneIssuedLastCounts) {
   CellDatabase cell;
   Certificates certificates(cell.database());
   const auto issue = [&](CertificateKind kind, const char* from, const char* to, const char* payload) {
@@ -143,13 +154,35 @@ TEST(Certificates, TheNewestInForceCounts) {
   EXPECT_EQ(valid.id, newest);
   EXPECT_EQ(valid.payload, "new");
   EXPECT_EQ(valid.rms, 0.02_mm);
-  EXPECT_EQ(must(certificates.latest_valid(CertificateKind::kScanner, "2026-07-01T00:00:00.000Z")).payload, "old");
+  const auto later = certificates.latest_valid(CertificateKind::kScanner, "2026-07-01T00:00:00.000Z");
+  ASSERT_FALSE(later.ok()) << "an older certificate never takes the place of one that expired";
+  EXPECT_THAT(later.error().message, HasSubstr("scanner certificate expired 2026-06-01"));
   const auto expired = certificates.latest_valid(CertificateKind::kCamera, "2026-06-01T00:00:00.000Z");
   ASSERT_FALSE(expired.ok());
   EXPECT_EQ(expired.error().code, ErrorCode::kNotFound);
   EXPECT_THAT(expired.error().message, HasSubstr("camera certificate"));
   EXPECT_EQ(must(certificates.list()).size(), 3U);
   EXPECT_EQ(must(certificates.list())[0].kind, CertificateKind::kCamera);
+}
+
+TEST(Certificates, AClockThatWasAheadDoesNotMakeAnOldOneNew) {
+  CellDatabase cell;
+  Certificates certificates(cell.database());
+  const auto issue = [&](const char* from, const char* payload) {
+    return must(certificates.issue({{}, CertificateKind::kCamera, from, "2099-01-01T00:00:00.000Z", 0.02_mm, payload}));
+  };
+  issue("2026-12-01T00:00:00.000Z", "the clock was ahead");
+  issue("2026-05-01T00:00:00.000Z", "the clock was set");
+  const auto latest = [&](const char* now) { return certificates.latest_valid(CertificateKind::kCamera, now); };
+  EXPECT_EQ(must(latest("2026-05-02T00:00:00.000Z")).payload, "the clock was set");
+  EXPECT_EQ(must(latest("2027-01-01T00:00:00.000Z")).payload, "the clock was set");
+  EXPECT_EQ(must(certificates.list())[0].payload, "the clock was set");
+  // Nor does an old one count while the last one lies ahead of the clock.
+  issue("2026-12-01T00:00:00.000Z", "ahead again");
+  const auto ahead = latest("2026-05-02T00:00:00.000Z");
+  ASSERT_FALSE(ahead.ok());
+  EXPECT_EQ(ahead.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(ahead.error().message, HasSubstr("set the clock"));
 }
 
 TEST(Certificates, CannotExpireBeforeTheyAreIssued) {

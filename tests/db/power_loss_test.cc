@@ -6,6 +6,7 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <csignal>
+#include <cstdlib>
 #include <functional>
 #include <random>
 
@@ -27,6 +28,7 @@ Status dropped(const Result<T>& result) {
 // Ids are what a fresh database hands out: job 1 has pieces 1 to 4, job 2 has piece 5.
 std::vector<Step> a_day() {
   const PanelId oak{"P-0001"}, ash{"P-0002"};
+  const KeyedRequest request{"local:1000", "newJob", "k-1", "hash"};
   const auto with_jobs = [](auto action) {
     return [action](Database& database) -> Status { return action(JobStore(database)); };
   };
@@ -67,6 +69,18 @@ std::vector<Step> a_day() {
       book(4),
       with_jobs([](JobStore jobs) { return jobs.finish_run({3}, true, kLater); }),
       with_jobs([](JobStore jobs) { return jobs.cancel({2}, kLater); }),
+      [=](Database& db) {
+        return dropped(Panels(db).add_mask(ash, {0, "map", "mask", "hash", kLater}));
+      },
+      [=](Database& db) {
+        NewPlan plan = job_of({square_piece("C1", ash, 200, 10, 14), square_piece("C2", ash, 230, 10, 14)});
+        plan.planned_on[0].mask_version = 2;
+        plan.parent = PlanId{2};
+        return dropped(Plans(db).add(plan, kLater));
+      },
+      [=](Database& db) { return dropped(RequestKeys(db).begin(request, kLater)); },
+      with_jobs([=](JobStore jobs) { return dropped(jobs.create(PlanId{3}, kLater, request)); }),
+      with_jobs([](JobStore jobs) { return jobs.cancel({3}, kLater); }),
       [](Database& db) {
         return Audit(db).append({0, kLater, "test", "day.end", ""});
       },
@@ -81,7 +95,11 @@ std::string digest(Database& database) {
           "coalesce((SELECT group_concat(state || changed_at) FROM jobs), '') || '/' || (SELECT count(*) FROM pieces) "
           "|| '/' || coalesce((SELECT group_concat(state || changed_at) FROM allocations), '') || '/' || "
           "coalesce((SELECT group_concat(result || coalesce(ended_at, '')) FROM runs), '') || '/' || "
-          "(SELECT count(*) FROM audit)")
+          "(SELECT count(*) FROM audit) || '/' || (SELECT count(*) FROM masks) || '/' || (SELECT count(*) FROM plans) "
+          "|| "
+          "'/' || (SELECT count(*) FROM placements) || '/' || coalesce((SELECT group_concat(coalesce(result, '-')) "
+          "FROM "
+          "request_keys), '')")
       .getString();
 }
 
@@ -95,6 +113,12 @@ std::vector<std::string> digests_of(const std::vector<Step>& day) {
     digests.push_back(digest(cell.database()));
   }
   return digests;
+}
+
+// What `./dev soak ledger` changes.
+std::uint32_t number_from(const char* variable, std::uint32_t otherwise) {
+  const char* text = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe)
+  return text == nullptr ? otherwise : static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10));
 }
 
 // Sanitizers make a day long; then every fourth step must do.
@@ -141,13 +165,14 @@ TEST(PowerLoss, LeavesTheDatabaseTrueAtEveryStepOfTheDisk) {
     total = disk.steps();
   }
   ASSERT_GT(total, 100);
+  const std::uint32_t seed = number_from("VENEER_SEED", 0);
   for (int step = 1; step <= total; step += kStride) {
     PowerLossVfs disk;
     const testing::TempDirectory directory;
     disk.cut_at(step);
     const std::size_t acknowledged = live_through(day, directory / "veneerd.db");
     ASSERT_TRUE(disk.is_cut());
-    disk.settle(static_cast<std::uint32_t>(step));
+    disk.settle(seed + static_cast<std::uint32_t>(step));
     SCOPED_TRACE(step);
     expect_true_after(directory / "veneerd.db", acknowledged, digests);
     if (HasFailure()) return;
@@ -166,8 +191,8 @@ TEST(PowerLoss, LeavesTheDatabaseTrueAtEveryStepOfTheDisk) {
 TEST(PowerLoss, AKilledDaemonLeavesTheDatabaseTrue) {
   const auto day = a_day();
   const auto digests = digests_of(day);
-  std::mt19937 random(20260501);
-  for (int round = 0; round < 60; ++round) {
+  std::mt19937 random(number_from("VENEER_SEED", 20260501));
+  for (std::uint32_t round = 0, rounds = number_from("VENEER_KILLS", 60); round < rounds; ++round) {
     const testing::TempDirectory directory;
     int ends[2];
     ASSERT_EQ(::pipe(ends), 0);

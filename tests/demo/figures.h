@@ -1,4 +1,4 @@
-// The figures the demo must show (CONTRACT.md section 4, issue's table), and which of them a report misses.
+// The figures the demo must show (docs/FILES.md), and which of them a report misses.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -313,7 +313,7 @@ Result<json> Story::claims() {
     if (!panel) return panel.error();
     auto registration = cell_.api().get("/panels/" + id + "/registration");
     if (!registration) return registration.error();
-    auto ledger = cell_.api().get("/panels/" + id + "/ledger");
+    auto ledger = cell_.api().get_all("/panels/" + id + "/ledger", "allocations");
     if (!ledger) return ledger.error();
     json claim = {{"id", id},
                   {"tags", json::array()},
@@ -347,7 +347,7 @@ Result<json> Story::claims() {
   for (const std::int64_t job : jobs_) {
     auto record = cell_.api().get(fmt::format("/jobs/{}", job));
     if (!record) return record.error();
-    auto pieces = cell_.api().get(fmt::format("/jobs/{}/pieces", job));
+    auto pieces = cell_.api().get_all(fmt::format("/jobs/{}/pieces", job), "pieces");
     if (!pieces) return pieces.error();
     auto preview = cell_.api().get_bytes(fmt::format("/jobs/{}/preview.png", job));
     if (!preview) return preview.error();

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 
@@ -52,6 +54,20 @@ TEST_F(FileDevicesTest, TakeAPatternOrOneFile) {
   EXPECT_EQ(grey(one.capture().value()), 2);
   EXPECT_EQ(grey(one.capture().value()), 2);
   EXPECT_EQ(one.device(), "file:" + bed_2);
+}
+
+TEST_F(FileDevicesTest, ACameraTellsHowOldItsPictureIs) {
+  const auto file = picture("bed.png", 5);
+  const auto an_hour_ago = std::chrono::system_clock::now() - std::chrono::hours(1);
+  std::filesystem::last_write_time(file, std::chrono::file_clock::from_sys(an_hour_ago));
+  FileCamera camera(file);
+  EXPECT_FALSE(camera.taken_at()) << "none was asked for yet";
+  ASSERT_TRUE(camera.capture().ok());
+  ASSERT_TRUE(camera.taken_at());
+  EXPECT_LT(std::chrono::abs(*camera.taken_at() - an_hour_ago), std::chrono::seconds(1));
+  picture("bed.png", 6);
+  ASSERT_TRUE(camera.capture().ok());
+  EXPECT_GT(*camera.taken_at(), an_hour_ago + std::chrono::minutes(59));
 }
 
 TEST_F(FileDevicesTest, SeeAPictureThatWasChangedMeanwhile) {

@@ -55,6 +55,25 @@ class FaultedJob {
     }
   }
 
+  // Whatever was burnt off the plan lies where the driver says that the beam may have strayed.
+  void expect_strays_told(const std::string& what) {
+    const auto aborted = cell.first<laser_event::Aborted>();
+    if (!aborted) return;
+    std::vector<tests::Leg> planned, told;
+    for (const Stroke& stroke : job_.strokes)
+      for (std::size_t i = 1; i < stroke.path.size(); ++i) planned.push_back(leg(stroke.path[i - 1], stroke.path[i]));
+    for (std::size_t i = 1; i < aborted->stray_path.size(); ++i)
+      told.push_back(leg(aborted->stray_path[i - 1], aborted->stray_path[i]));
+    for (const sim::BurnSegment& burn : std::span(cell.bench.burns).subspan(counted_)) {
+      const double x = burn.to.x_mm + 520, y = burn.to.y_mm + 380;
+      const double off = nearest(planned, x, y);
+      if (off < 0.06) continue;
+      worst_stray = std::max(worst_stray, off);
+      EXPECT_LE(nearest(told, x, y), aborted->stray_reach.count())
+          << what << ": burnt at (" << x << ", " << y << "), " << off << " mm off the plan; " << aborted->error.message;
+    }
+  }
+
   Error abort_error() const {
     const auto aborted = cell.first<laser_event::Aborted>();
     return aborted ? aborted->error : Error{ErrorCode::kInternal, "not aborted"};
@@ -62,8 +81,21 @@ class FaultedJob {
 
   GrblCell cell;
   std::string wrong;
+  double worst_stray = 0;  // mm off the plan
 
  private:
+  static tests::Leg leg(const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
+    return {a.x.count(), a.y.count(), b.x.count(), b.y.count(), 0};
+  }
+  static double nearest(const std::vector<tests::Leg>& legs, double x, double y) {
+    double least = 1e9;
+    for (const tests::Leg& l : legs) {
+      const double dx = l.bx - l.ax, dy = l.by - l.ay, square = dx * dx + dy * dy;
+      const double t = square > 0 ? std::clamp(((x - l.ax) * dx + (y - l.ay) * dy) / square, 0.0, 1.0) : 0;
+      least = std::min(least, std::hypot(x - l.ax - t * dx, y - l.ay - t * dy));
+    }
+    return least;
+  }
   void look() {
     for (; seen_ < cell.events.size(); ++seen_) {
       const auto* verified = std::get_if<laser_event::PieceVerified>(&cell.events[seen_]);
@@ -111,6 +143,7 @@ TEST_P(GrblFaultCase, EndsTheJobWithBeamOffAndThePieceSuspect) {
   FaultedJob run(3);
   run.with(GetParam().fault);
   run.expect_safe(GetParam().name);
+  run.expect_strays_told(GetParam().name);
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
   EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().word));
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
@@ -130,16 +163,20 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(GrblFault, ADigitLostFromAMoveIsFoundByThePosition) {
   // Somewhere in the second piece a digit goes missing and leaves a valid line.
   int found = 0;
+  double worst_stray = 0;
   for (std::uint64_t after = 700; after < 1100; ++after) {
     FaultedJob run(2);
     run.with({FaultKind::kDropByte, after});
     run.expect_safe("byte " + std::to_string(after));
+    run.expect_strays_told("byte " + std::to_string(after));
+    worst_stray = std::max(worst_stray, run.worst_stray);
     found += run.abort_error().message.find("off its path") != std::string::npos ||
                      run.abort_error().message.find("from where the piece ends") != std::string::npos
                  ? 1
                  : 0;
   }
   EXPECT_GT(found, 5);
+  EXPECT_GT(worst_stray, 0.3) << "nothing was burnt off the plan: this proves nothing";
 }
 
 TEST(GrblFault, ALidOpenedOverACutLeavesAGapSoThePieceIsFinishedButSuspect) {

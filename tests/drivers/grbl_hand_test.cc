@@ -235,7 +235,170 @@ TEST_F(GrblHandTest, KeepsOverridesFromJobToJobAndDropsThemWithAReset) {
   EXPECT_EQ(cell.core.status().overrides, LaserOverrides{});
 }
 
+TEST_F(GrblHandTest, OverridesAreTakenQuicklyAtRestAndTheLastRequestIsKnownAtOnce) {
+  home();
+  ASSERT_TRUE(turn({100, 100, 50}));
+  EXPECT_EQ(cell.core.status().overrides_wanted, (LaserOverrides{100, 100, 50})) << "for who adds to it";
+  ASSERT_TRUE(turn({150, 100, cell.core.status().overrides_wanted.power}));
+  cell.run(1.2);
+  EXPECT_EQ(cell.core.status().overrides, (LaserOverrides{150, 100, 50})) << "five steps, not half a second each";
+}
+
+TEST_F(GrblHandTest, AJobBeginsWhenItsOverridesAreReached) {
+  home();
+  ASSERT_TRUE(turn({100, 100, 50}));
+  std::optional<LaserOverrides> at_begin;
+  cell.on_wire = [&](const std::string& bytes) {
+    if (!at_begin && bytes.find("G17") != std::string::npos) at_begin = cell.core.status().overrides;
+  };
+  cell.start(square_job(1));
+  cell.run_job();
+  EXPECT_TRUE(cell.has<laser_event::Done>());
+  ASSERT_TRUE(at_begin);
+  EXPECT_EQ(at_begin->power, 50);
+}
+
+// ---- a lid over a pattern, which is nobody's piece
+
+TEST_F(GrblHandTest, ALidOpenedOverAPatternIsRemarkedAndNothingIsAborted) {
+  home();
+  LaserJob pattern = square_job(1, 40);
+  for (Stroke& stroke : pattern.strokes) stroke.piece = PieceId{};
+  cell.start(pattern);
+  cell.run(3);
+  cell.bench.controller.set_lid(true, cell.now());
+  cell.run(2);
+  EXPECT_TRUE(cell.core.status().lid_open.value_or(false));
+  cell.bench.controller.set_lid(false, cell.now());
+  cell.run(1);
+  EXPECT_EQ(cell.core.status().state, "Door:0");
+  EXPECT_FALSE(cell.core.status().lid_open.value_or(true)) << "it waits, but the lid is closed";
+  cell.core.resume(cell.now());
+  cell.exchange();
+  cell.run_job();
+  ASSERT_TRUE(cell.has<laser_event::Done>());
+  EXPECT_THAT(cell.first<laser_event::Done>()->remark, HasSubstr("there may be a gap before ("));
+}
+
+TEST_F(GrblHandTest, ALidOpenedOverADryRunLeavesNoGap) {
+  home();
+  LaserJob dry = square_job(1, 40);
+  for (Stroke& stroke : dry.strokes) stroke.power = PowerFraction(0);
+  cell.start(dry);
+  cell.run(3);
+  cell.bench.controller.set_lid(true, cell.now());
+  cell.run(2);
+  cell.bench.controller.set_lid(false, cell.now());
+  cell.run(1);
+  cell.core.resume(cell.now());
+  cell.exchange();
+  cell.run_job();
+  ASSERT_TRUE(cell.has<laser_event::Done>());
+  EXPECT_EQ(cell.first<laser_event::Done>()->remark, "");
+}
+
 // ---- a machine without switches
+
+class NoSwitches : public ::testing::Test {
+ protected:
+  static sim::GrblSettings settings() {
+    sim::GrblSettings settings = sim::GrblSettings::laser_cutter(300, 200);
+    settings.set(20, 0);
+    settings.set(22, 0);
+    return settings;
+  }
+  void home() {
+    cell.events.clear();
+    cell.core.home(cell.now());
+    cell.exchange();
+    cell.run(30, [this] { return cell.has<laser_event::Homed>() || cell.has<laser_event::Failed>(); });
+  }
+  void expect_at_corner() {
+    const auto at = cell.core.status().position;
+    EXPECT_NEAR(at.x.count(), 0, 0.02);
+    EXPECT_NEAR(at.y.count(), 0, 0.02);
+  }
+  GrblCell cell{settings()};
+};
+
+TEST_F(NoSwitches, TellNothingOfALidUntilOneIsSeen) {
+  sim::GrblOptions options;
+  options.door_pin = false;
+  GrblCell bare(settings(), options);
+  bare.connect();
+  EXPECT_EQ(bare.core.status().lid_open, std::nullopt);
+  cell.connect();
+  EXPECT_EQ(cell.core.status().lid_open, false);
+}
+
+TEST_F(NoSwitches, EachResetKeepsTheCornerAndBringsTheHeadBackToIt) {
+  cell.connect();
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Homed>());
+  for (int i = 0; i < 3; ++i) {
+    cell.start(square_job(1, 8, 5, 5));
+    cell.run_job();
+    ASSERT_TRUE(cell.has<laser_event::Done>());
+    home();
+    ASSERT_TRUE(cell.has<laser_event::Homed>());
+    expect_at_corner();
+  }
+}
+
+TEST_F(NoSwitches, StopsAndResetsDoNotWander) {
+  cell.connect();
+  home();
+  for (int i = 0; i < 8; ++i) {
+    cell.start(square_job(1, 40, 100, 120));
+    cell.run(2);
+    cell.core.abort(cell.now());
+    cell.exchange();
+    cell.run(3);
+    home();
+    ASSERT_TRUE(cell.has<laser_event::Homed>());
+    expect_at_corner();
+  }
+  cell.start(square_job(1, 40, 100, 180));
+  ASSERT_TRUE(cell.has<laser_event::Failed>());
+  EXPECT_THAT(cell.first<laser_event::Failed>()->error.message, HasSubstr("leaves the machine's travel"));
+}
+
+TEST_F(NoSwitches, AControllerThatForgotIsAskedAboutAndTheOperatorsWordCounts) {
+  cell.connect();
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Homed>());
+  cell.bench.controller.inject({sim::FaultKind::kBanner, 1});
+  ASSERT_TRUE(cell.core.jog(Millimetres(30), Millimetres(20), MmPerSecond(50), cell.now()));
+  cell.exchange();
+  cell.run(5);
+  EXPECT_FALSE(cell.core.status().homed);
+  cell.bench.controller.set_consent(false);
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Failed>());
+  EXPECT_THAT(cell.first<laser_event::Failed>()->error.message, HasSubstr("veneerctl laser here"));
+  EXPECT_EQ(cell.bench.controller.beam_log().moved_without_consent_mm, 0);
+  ASSERT_TRUE(cell.core.corner_is_here(cell.now()));
+  home();
+  ASSERT_TRUE(cell.has<laser_event::Homed>());
+  expect_at_corner();
+}
+
+TEST_F(NoSwitches, TheCornerIsWhereTheOperatorSaysAfterAJog) {
+  cell.connect();
+  home();
+  ASSERT_TRUE(cell.core.jog(Millimetres(30), Millimetres(20), MmPerSecond(50), cell.now()));
+  cell.exchange();
+  cell.run(20, [&] { return cell.has<laser_event::JogEnded>(); });
+  ASSERT_TRUE(cell.core.corner_is_here(cell.now()));
+  expect_at_corner();
+  home();
+  expect_at_corner();
+}
+
+TEST_F(GrblHandTest, AMachineWithSwitchesNeedsNobodyToNameItsCorner) {
+  home();
+  EXPECT_EQ(cell.core.corner_is_here(cell.now()).error().code, ErrorCode::kRefused);
+}
 
 TEST(GrblWithoutSwitches, TakesThePlaceOfItsHeadAsTheCornerWhenTheOperatorSaysSo) {
   sim::GrblSettings settings = sim::GrblSettings::laser_cutter(520, 380);

@@ -36,7 +36,7 @@ class ChangedLine {
 
 TEST(GrblPace, AFeedThatLostItsSizeIsNoticedBeforeTheBeamHasStoodForTwoSeconds) {
   ChangedLine run("X-2", "F2", 1);  // 2 mm/min from there on, at full power
-  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("slower than it was told"));
+  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("later than its settings allow"));
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   double crept_s = 0;
@@ -61,7 +61,7 @@ TEST(GrblPace, AnArcThatNoiseTurnedTheOtherWayIsNoticed) {
 // Its line is answered when its last chord is planned, so nothing else says that it was understood at all.
 TEST(GrblPace, AnArcWhoseFeedNoiseChangedIsNoticedBeforeTheBeamHasStoodForTwoSeconds) {
   ChangedLine run("G3X-1.552Y0.274I-0.8S200", "G3X-1.552Y0.274I-0.8F5S200");
-  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("slower than it was told"));
+  EXPECT_THAT(run.sentence(), ::testing::HasSubstr("later than its settings allow"));
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   double crept_s = 0;

@@ -210,6 +210,49 @@ TEST(Settings, RefuseAControllerSetWrongly) {
   }
 }
 
+void tell_likely(SettingsReader& reader) {
+  for (const auto& [number, value] : std::map<int, double>{{22, 1},
+                                                           {27, 1},
+                                                           {30, 1000},
+                                                           {32, 1},
+                                                           {100, 80},
+                                                           {101, 80},
+                                                           {110, 6000},
+                                                           {111, 6000},
+                                                           {120, 1500},
+                                                           {121, 1500},
+                                                           {130, 400},
+                                                           {131, 300}})
+    reader.setting({number, value});
+}
+
+TEST(Settings, AreBelievedWhenTheyWereToldTwiceAlike) {
+  SettingsReader reader;
+  tell_likely(reader);
+  reader.read_again();
+  EXPECT_FALSE(reader.finish().ok()) << "nothing was told the second time";
+  tell_likely(reader);
+  EXPECT_TRUE(reader.finish().ok());
+  reader.setting({30, 100});  // a digit was lost, now or the first time
+  const auto settings = reader.finish();
+  ASSERT_FALSE(settings.ok());
+  EXPECT_EQ(settings.error().code, ErrorCode::kDeviceFault);
+  EXPECT_THAT(settings.error().message, HasSubstr("$30 differently"));
+}
+
+TEST(Settings, ThatAreUnlikelyAreTheOperatorsToConfirm) {
+  const auto unlikely = [](int number, double value) {
+    SettingsReader reader;
+    tell_likely(reader);
+    reader.setting({number, value});
+    return reader.finish().value().unlikely;
+  };
+  EXPECT_THAT(unlikely(30, 255), testing::IsEmpty());
+  EXPECT_THAT(unlikely(30, 5), ::testing::ElementsAre("$30 = 5 (full power)"));
+  EXPECT_THAT(unlikely(110, 60), ::testing::ElementsAre("$110 = 60 (mm/min in x)"));
+  EXPECT_THAT(unlikely(131, 30000), ::testing::ElementsAre("$131 = 30000 (mm of travel in y)"));
+}
+
 // ---- G-code
 
 Stroke stroke_of(const std::vector<std::pair<double, double>>& points, double speed = 15, double power = 0.85) {

@@ -170,6 +170,20 @@ TEST(LihuiyuCore, AbortStopsTheBeamAndForgetsThePosition) {
   EXPECT_EQ(wrong_piece(job, PieceId{1}, cell.burns), "");
 }
 
+TEST(LihuiyuCore, AHomingThatWaitsForAResetDoesNotBeginBehindAStop) {
+  LihuiyuCell cell;
+  cell.connect_and_home();
+  cell.core.abort(cell.now());
+  cell.core.home(cell.now());
+  cell.core.abort(cell.now());
+  cell.exchange();
+  EXPECT_EQ(cell.failure().code, ErrorCode::kCancelled);
+  cell.board.set_consent(false);
+  cell.run(30);
+  EXPECT_EQ(cell.board.log().moved_without_consent_mm, 0);
+  EXPECT_FALSE(cell.core.status().homed);
+}
+
 TEST(LihuiyuCore, StopsAfterThePieceAndKeepsThePosition) {
   LihuiyuCell cell;
   cell.connect_and_home();

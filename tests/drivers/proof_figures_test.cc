@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/json_schema.h"
 #include "tests/support/proof_scene.h"
 
 namespace veneer::proof {
@@ -13,7 +14,7 @@ class ProofFigures : public ::testing::Test {
  protected:
   Proof judge(const SceneFaults& faults) {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    dir_ = std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / info->name();
+    dir_ = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / info->name();
     ProofScene scene(faults, dir_);
     auto proof = prove(scene.truth, scene.claims, 2);
     EXPECT_TRUE(proof.ok()) << (proof.ok() ? "" : proof.error().message);
@@ -27,15 +28,15 @@ class ProofFigures : public ::testing::Test {
     EXPECT_LT(p.jobs.at(0).edge.max, 0.10);
   }
   static void expect_green_marks(const Proof& p) {
-    EXPECT_EQ(p.jobs.at(0).unreadable_ids, 0U) << testing::PrintToString(p.jobs.at(0).notes);
-    EXPECT_EQ(p.jobs.at(0).mirrored_pieces, 0U) << testing::PrintToString(p.jobs.at(0).notes);
+    EXPECT_EQ(p.jobs.at(0).unreadable_ids, 0U) << ::testing::PrintToString(p.jobs.at(0).notes);
+    EXPECT_EQ(p.jobs.at(0).mirrored_pieces, 0U) << ::testing::PrintToString(p.jobs.at(0).notes);
   }
   static void expect_green_picture(const Proof& p) {
-    EXPECT_EQ(p.jobs.at(0).wrong_pieces, 0U) << testing::PrintToString(p.jobs.at(0).notes);
+    EXPECT_EQ(p.jobs.at(0).wrong_pieces, 0U) << ::testing::PrintToString(p.jobs.at(0).notes);
     EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.95);
   }
   static void expect_green_ledger(const Proof& p) {
-    EXPECT_TRUE(*p.ledger_matches.at(0)) << testing::PrintToString(p.notes);
+    EXPECT_TRUE(*p.ledger_matches.at(0)) << ::testing::PrintToString(p.notes);
   }
 
   std::filesystem::path dir_;
@@ -57,6 +58,7 @@ TEST_F(ProofFigures, AreGreenForAFaultlessCell) {
   const nlohmann::json json = to_json(proof);
   EXPECT_EQ(json["jobs"][0]["ledger_matches_burn"], true);
   EXPECT_EQ(json["jobs"][0]["wrong_pieces"], 0);
+  EXPECT_THAT(veneer::testing::schema_errors(json, "demo-report.schema.json"), ::testing::IsEmpty());
 }
 
 TEST_F(ProofFigures, SeeHalfAPixelOfShiftInAScan) {
@@ -139,7 +141,7 @@ TEST_F(ProofFigures, LayAPieceWhoseMarkHadToBeTurned) {
 }
 
 TEST_F(ProofFigures, AreNullForStagesThatWereNotRun) {
-  ProofScene scene({}, std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / "null");
+  ProofScene scene({}, std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / "null");
   scene.claims.ledger.reset();
   scene.claims.jobs->front().preview_file.clear();
   scene.claims.panels.front().registration.clear();

@@ -138,27 +138,25 @@ TEST(UsbPort, SaysThatNoBoardIsPluggedIn) {
   EXPECT_THAT(port.error().message, ::testing::HasSubstr("usb:1a86:5512@7-3 is plugged in"));
 }
 
-TEST(UsbFile, RecordsTheWireAndNeverFinishes) {
+TEST(UsbFile, RecordsAWholeJob) {
   testing::TempDirectory directory;
   const auto path = directory.path() / "wire.bin";
   boost::asio::io_context io;
   SteadyClock clock;
-  lihuiyu::LihuiyuOptions options;
-  options.homing_wait = std::chrono::milliseconds(1);
-  options.finish_timeout = std::chrono::milliseconds(1);
   lihuiyu::LihuiyuLaser laser(make_usb_transport("file:" + path.string(), io).value(), clock, io, make_null_logger(),
-                              options);
-  std::vector<LaserEvent> events;
-  laser.connect([&](const LaserEvent& event) { events.push_back(event); });
-  io.run_for(std::chrono::milliseconds(300));
-  laser.home();
-  io.restart();
-  io.run_for(std::chrono::milliseconds(300));
-  laser.start(tests::odd_job(1));
-  io.restart();
-  io.run_for(std::chrono::milliseconds(500));
-  laser.abort();
-  for (const LaserEvent& event : events) EXPECT_FALSE(std::holds_alternative<laser_event::PieceVerified>(event));
+                              lihuiyu::LihuiyuOptions::for_recording());
+  std::size_t verified = 0;
+  bool done = false;
+  laser.connect([&](const LaserEvent& event) {
+    if (std::holds_alternative<laser_event::Connected>(event)) laser.home();
+    if (std::holds_alternative<laser_event::Homed>(event)) laser.start(tests::odd_job(3));
+    verified += std::holds_alternative<laser_event::PieceVerified>(event) ? 1 : 0;
+    done = done || std::holds_alternative<laser_event::Done>(event);
+    if (done || std::holds_alternative<laser_event::Aborted>(event)) io.stop();
+  });
+  io.run_for(std::chrono::seconds(60));
+  EXPECT_TRUE(done);
+  EXPECT_EQ(verified, 3U);
   std::ifstream file(path, std::ios::binary);
   const std::string wire((std::istreambuf_iterator<char>(file)), {});
   ASSERT_GT(wire.size(), 5 * 34U);

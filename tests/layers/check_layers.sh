@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # usage: check_layers.sh ROOT     exits 1 with one line per broken rule
 #
-# Who may include whom (DESIGN.md, section 4) and the one door of each library (STYLE.md, section 3), read from the
-# #include lines of the sources.
+# Who may include whom (docs/ARCHITECTURE.md), read from the #include lines of the sources. Everything that may be
+# included is listed: a room under the rooms that may, a library under its doors, a header of the system by name.
 set -euo pipefail
 cd "$1"
 
 rooms=()
-for room in base drivers calib planner db daemon cli tests; do
+for room in base drivers calib planner db guardian daemon cli tests; do
   if [[ -d $room ]]; then rooms+=("$room"); fi
 done
 includes() { grep -rnE --include='*.h' --include='*.cc' '^[[:space:]]*#[[:space:]]*include[[:space:]]*[<"]' "$@" || true; }
@@ -25,20 +25,74 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       print where ": includes " name ": " why
       broken = 1
     }
-    # A library may be included only by files that match `door`.
-    function one_door(library, door) {
-      if (angled && name ~ library && file !~ door) complain("its door is " door)
+    # Headers that match `headers` may be included by the files that match `files`.
+    function door(headers, files) {
+      ++doors
+      door_headers[doors] = headers
+      door_files[doors] = files
     }
-    # Rooms that a room may include, apart from itself.
     BEGIN {
+      # Rooms that a room may include, apart from itself; and of the room in `only_of`, only these files.
       allowed["base"] = ""
       allowed["calib"] = allowed["planner"] = allowed["db"] = allowed["drivers"] = "base"
       allowed["drivers/transport"] = allowed["drivers/file"] = allowed["drivers/sim/client"] = "base drivers"
       allowed["drivers/grbl"] = allowed["drivers/lihuiyu"] = allowed["drivers/sane"] = allowed["drivers/v4l"] = "base drivers"
       allowed["drivers/sim"] = "base"
-      allowed["daemon"] = "*"
+      # So that errors cannot cancel, the twin shares no geometry with what it checks (docs/ARCHITECTURE.md).
+      only_of["drivers/sim"] = "base/clock.h base/ids.h base/log.h base/result.h base/units.h"
+      allowed["guardian"] = "base drivers drivers/transport drivers/lihuiyu drivers/sim/client"
+      allowed["daemon"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sane drivers/sim/client" \
+                          " drivers/transport drivers/v4l calib planner db guardian console"
       allowed["cli"] = "base planner"
-      allowed["tests"] = "*"
+      allowed["tests"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sane drivers/sim" \
+                         " drivers/sim/client drivers/transport drivers/v4l calib planner db guardian daemon cli console"
+
+      # The language, C, POSIX and Linux are open to all; a library has its doors.
+      open_to_all = "^([a-z_]+|(dlfcn|emmintrin|fcntl|fnmatch|grp|immintrin|malloc|netdb|poll|pthread|pwd|sched|signal|spawn|stdlib|termios|time|unistd)\\.h|(arpa|linux|net|netinet|sys)/[a-z_/]+\\.h)$"
+      door("^(Eigen|unsupported/Eigen)/", "^(base/frames\\.h|calib/|tests/)")
+      door("^(gtest|gmock|rapidcheck|benchmark)[/.]", "^tests/")
+      door("^CLI/", "^(daemon/main\\.cc|cli/|drivers/sim/|tests/)")
+      door("^(SQLiteCpp/|sqlite3)", "^(db|tests/(db|scenarios))/")
+      door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/|tests/drivers/sim_)")
+      door("^boost/beast", "^(daemon/api/|cli/|tests/)")
+      door("^boost/", "^(drivers/|guardian/|daemon/|cli/|tests/)")
+      door("^dl_[a-z]+\\.h", "^tests/")
+      door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
+      door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
+      door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
+      door("^libusb", "^drivers/transport/usb_port\\.cc$")
+      door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
+      door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/|cli/|drivers/|tests/)")
+      door("^openssl/", "^(base/hash\\.cc|daemon/)")
+      door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
+      door("^polyclipping/", "^base/polygon_ops\\.cc$")
+      door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
+      door("^seccomp", "^daemon/workers/confinement\\.cc$")
+      door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
+      door("^systemd/", "^daemon/")
+      door("^tesseract/", "^drivers/sim/proof/")
+      door("^tiffio", "^(planner/pictures/tiff_inks\\.cc|tests/planner/)")
+      door("^toml", "^(daemon|drivers/sim)/")
+      door("^umockdev", "^tests/support/board_file")
+      door("^zlib", "^(planner/pictures/(picture_metadata|png_codec)\\.cc|tests/planner/)")
+    }
+    function holds(list, word) { return index(" " list " ", " " word " ") > 0 }
+    function check_room() {
+      if (name !~ /\//) return complain("includes start at the root")
+      if (target == room) return
+      if (target == "tests" && room != "tests") return complain("nothing but a test includes tests")
+      if (!(room in allowed)) return complain("room " room " is not in the layer rule")
+      if (!holds(allowed[room], target)) return complain(room " may include: " allowed[room])
+      if (room in only_of && !holds(only_of[room], name)) complain(room " may include of " target ": " only_of[room])
+    }
+    function check_library(i) {
+      if (name ~ open_to_all) return
+      for (i = 1; i <= doors; ++i) {
+        if (name !~ door_headers[i]) continue
+        if (file !~ door_files[i]) complain("its door is " door_files[i])
+        return
+      }
+      complain("no library is listed for it, nor is it a header of the system that is")
     }
     {
       colon = index($0, ":")
@@ -47,44 +101,14 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       where = file ":" substr(rest, 1, index(rest, ":") - 1)
       match(rest, /[<"][^>"]*/)
       name = substr(rest, RSTART + 1, RLENGTH - 1)
-      angled = substr(rest, RSTART, 1) == "<"
       room = room_of(file)
       target = room_of(name)
-
-      if (!angled && name !~ /\//) complain("includes start at the root")
-      if (!angled && name ~ /^tests\// && room != "tests") complain("nothing but a test includes tests")
-      if (!angled && name !~ /^tests\// && target != room && allowed[room] != "*") {
-        if (!(room in allowed)) complain("room " room " is not in the layer rule")
-        else if (index(" " allowed[room] " ", " " target " ") == 0) complain(room " may include: " allowed[room])
-      }
-      # So that errors cannot cancel, the twin shares no geometry with what it checks (DESIGN.md, section 6).
-      if (room == "drivers/sim" && name ~ /^base\/(geometry|frames|raster|polygon_ops|point_fit)\.h$/)
-        complain("the twin shares no geometry with what it checks")
-
-      one_door("^(SQLiteCpp/|sqlite3)", "^(db|tests/(db|scenarios))/")
-      one_door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
-      one_door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/|tests/drivers/sim_)")
-      one_door("^polyclipping/", "^base/polygon_ops\\.cc$")
-      one_door("^openssl/", "^(base/hash\\.cc|daemon/)")
-      one_door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/|cli/|drivers/|tests/)")
-      one_door("^boost/", "^(drivers/|daemon/|cli/|tests/)")
-      one_door("^boost/beast", "^(daemon/api/|cli/|tests/)")
-      one_door("^(Eigen|unsupported/Eigen)/", "^(base/frames\\.h|calib/|tests/)")
-      one_door("^CLI/", "^(daemon/main\\.cc|cli/|drivers/sim/|tests/)")
-      one_door("^systemd/", "^daemon/")
-      one_door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
-      one_door("^libusb", "^drivers/transport/usb_port\\.cc$")
-      one_door("^umockdev", "^tests/support/board_file")
-      one_door("^tesseract/", "^drivers/sim/proof/")
-      one_door("^(gtest|gmock|rapidcheck|benchmark)[/.]", "^tests/")
-      one_door("^lcms2", "^(planner/pictures/picture_colours\\.cc|tests/planner/)")
-      one_door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
-      one_door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
-      one_door("^tiffio", "^(planner/pictures/tiff_inks\\.cc|tests/planner/)")
-      one_door("^zlib", "^(planner/pictures/(picture_metadata|png_codec)\\.cc|tests/planner/)")
-      one_door("^toml", "^(daemon|drivers/sim)/")
-      if (angled && name ~ /^toml/ && toml_door[room] != "" && toml_door[room] != file)
+      if (substr(rest, RSTART, 1) == "<")
+        check_library()
+      else
+        check_room()
+      if (name ~ /^toml/ && toml_door[room] != "" && toml_door[room] != file)
         complain("one file of " room " reads TOML, " toml_door[room])
-      if (angled && name ~ /^toml/) toml_door[room] = file
+      if (name ~ /^toml/) toml_door[room] = file
     }
     END { exit broken + 0 }'

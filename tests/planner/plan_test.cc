@@ -9,12 +9,12 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "base/polygon_ops.h"
-#include "planner/hand.h"
+#include "planner/edits/plan_edits.h"
+#include "planner/files/plan_files.h"
+#include "planner/files/preview.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
-#include "planner/plan_files.h"
-#include "planner/preview.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -50,7 +50,7 @@ TEST(Plan, OutlinesAreRigidUnmirroredCopiesWithTheSameVertices) {
   for (const Piece& piece : plan.pieces) {
     ASSERT_TRUE(piece.placement) << piece.mark;
     const auto& a = piece.artwork_outline;
-    const auto& p = piece.placement->panel_outline;
+    const auto& p = piece.panel_outline();
     ASSERT_EQ(a.size(), p.size());
     EXPECT_NEAR(signed_area(a), signed_area(p), 1e-9);
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -75,7 +75,7 @@ RC_GTEST_PROP(Plan, NoWoodIsTakenTwiceAndNoneThatIsNotFree, ()) {
     std::vector<Region<PanelFrame>> allocations;
     for (const Piece& piece : plan.pieces)
       if (piece.placement && piece.placement->panel == panel.id)
-        allocations.push_back(offset(Region<PanelFrame>(piece.placement->panel_outline), options.kerf));
+        allocations.push_back(offset(Region<PanelFrame>(piece.panel_outline()), options.kerf));
     for (std::size_t i = 0; i < allocations.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) RC_ASSERT(intersect(allocations[i], allocations[j]).area().count() == 0.0);
     // Runs of pixels that are not free, as polygons.
@@ -290,7 +290,7 @@ TEST(Plan, FreeWoodMayLieInAnotherRasterThanThePicture) {
   const Plan plan = planned({blob_artwork("A", 40, 40, 14_mm, 62)}, {panel}, small_options());
   for (const Piece& piece : plan.pieces) {
     if (!piece.placement) continue;
-    for (const auto& p : piece.placement->panel_outline) {
+    for (const auto& p : piece.panel_outline()) {
       EXPECT_GE(p.x.count(), 10.15);
       EXPECT_LE(p.x.count(), 29.85);
       EXPECT_GE(p.y.count(), 5.15);
@@ -316,7 +316,7 @@ TEST(Preview, ShowsTheWoodWhereItWillLieAndMagentaWhereThereIsNone) {
       continue;
     }
     // One rotation: the wood is copied pixel by pixel.
-    const Point<PanelFrame> corner = piece.placement->panel_outline[3];
+    const Point<PanelFrame> corner = piece.panel_outline()[3];
     double column = 0, row = 0;
     stock[0].picture.to_pixels(corner, column, row);
     const cv::Rect from(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)), 14, 14);

@@ -3,19 +3,27 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "planner/edits/kept_pieces.h"
+#include "planner/global/candidate_survey.h"
+#include "planner/global/packing.h"
+#include "planner/greedy/greedy.h"
 #include "planner/matching/certified_matcher.h"
 #include "planner/matching/coarse_map.h"
+#include "planner/matching/shortlist_matcher.h"
 #include "planner/matching/window_samples.h"
+#include "planner/parallel.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
 #include "planner/pictures/working_pictures.h"
-#include "planner/problem.h"
+#include "planner/problem/problem.h"
 #include "tests/support/stop_in_the_midst.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
@@ -39,6 +47,12 @@ double rest_of(const Work& work, double share, double whole) {
   const StopInTheMidst stop(whole * share);
   work(stop.token());
   return stop.spent() / whole;
+}
+
+// What was stopped says so; what was over before is whole.
+template <class Answer>
+void expect_whole_or_cancelled(const Answer& answer) {
+  EXPECT_TRUE(answer.ok() || answer.error().code == ErrorCode::kCancelled);
 }
 
 // Stages of a panel that is large enough for each to take some hundredths of a second.
@@ -88,12 +102,14 @@ TEST_F(Stopping, PicturesAreReadInRows) {
   options.w_colour = options.w_texture = 0.5, options.edge = 1_mm;
   GreyHistogram tones;
   tones.add(grey);
-  expect_soon("grey", [&](const auto& stop) { grey_of(picture, stop); });
-  expect_soon("tones", [&](const auto& stop) { tones.add(grey, panel().free.pixels, 1, stop); });
-  expect_soon("matched tones", [&](const auto& stop) { match_tones(grey, tones, 0.5, stop); });
-  expect_soon("resampling", [&](const auto& stop) { stretch(picture, 1700, 1300, stop); });
+  expect_soon("grey", [&](const auto& stop) { expect_whole_or_cancelled(grey_of(picture, stop)); });
+  expect_soon("tones",
+              [&](const auto& stop) { expect_whole_or_cancelled(tones.add(grey, panel().free.pixels, 1, stop)); });
+  expect_soon("matched tones",
+              [&](const auto& stop) { expect_whole_or_cancelled(match_tones(grey, tones, 0.5, stop)); });
+  expect_soon("resampling", [&](const auto& stop) { expect_whole_or_cancelled(stretch(picture, 1700, 1300, stop)); });
   expect_soon("filters", [&](const auto& stop) {
-    filter_bank({picture, grey, grey, panel().picture.resolution}, options, stop);
+    expect_whole_or_cancelled(filter_bank({picture, grey, grey, panel().picture.resolution}, options, stop));
   });
 }
 
@@ -107,24 +123,93 @@ TEST_F(Stopping, LatticesAreIndexedInRows) {
   const WindowClass& windows = problem->classes.front();
   const cv::Mat& features = wood.features.pixels;
   const Lattice lattice(features.cols, features.rows, degrees(24));
-  const BlockedPixels blocked = blocked_pixels(wood.wood.raster(), 4_mm);
-  const cv::Mat entries = rounded_entries(features, 1000);
-  const PlaceBits places(lattice, windows, wood.features, blocked, wood.wood.border());
+  const BlockedPixels blocked = *blocked_pixels(wood.wood.raster(), 4_mm, {});
+  const cv::Mat entries = *rounded_entries(features, 1000, {});
+  const PlaceBits places = *PlaceBits::make(lattice, windows, wood.features, blocked, wood.wood.border(), {});
   CoarseMap map(features.size(), 2, lattice, cell_grid(windows), true);
-  const auto nothing = [](const auto& /*index*/) {};
-  expect_soon("entries", [&](const auto& stop) { rounded_entries(features, 1000, stop); });
-  expect_soon("blocked pixels", [&](const auto& stop) { blocked_pixels(wood.wood.raster(), 4_mm, stop); });
-  expect_soon("places",
-              [&](const auto& stop) { nothing(PlaceBits(lattice, windows, wood.features, blocked, 0.2_mm, stop)); });
-  expect_soon("cells", [&](const auto& stop) { map.measure(entries, lattice, stop); });
-  expect_soon("cells alive", [&](const auto& stop) {
-    map.find_alive(places, {0, 0, lattice.width(), lattice.height()}, stop);
+  expect_soon("entries", [&](const auto& stop) { expect_whole_or_cancelled(rounded_entries(features, 1000, stop)); });
+  expect_soon("blocked pixels",
+              [&](const auto& stop) { expect_whole_or_cancelled(blocked_pixels(wood.wood.raster(), 4_mm, stop)); });
+  expect_soon("places", [&](const auto& stop) {
+    expect_whole_or_cancelled(PlaceBits::make(lattice, windows, wood.features, blocked, 0.2_mm, stop));
   });
-  expect_soon("bounds", [&](const auto& stop) { map.find_bounds(stop); });
-  expect_soon("turned panel", [&](const auto& stop) { nothing(RotatedPanel(features, lattice, 1000, stop)); });
-  const RotatedPanel turned(features, lattice, 1000, {});
-  expect_soon("certified cells",
-              [&](const auto& stop) { nothing(CellIndex(turned, windows, wood.features, blocked, 0.2_mm, stop)); });
+  expect_soon("cells", [&](const auto& stop) { expect_whole_or_cancelled(map.measure(entries, lattice, stop)); });
+  expect_soon("cells alive", [&](const auto& stop) {
+    expect_whole_or_cancelled(map.find_alive(places, {0, 0, lattice.width(), lattice.height()}, stop));
+  });
+  expect_soon("bounds", [&](const auto& stop) { expect_whole_or_cancelled(map.find_bounds(stop)); });
+  expect_soon("turned panel",
+              [&](const auto& stop) { expect_whole_or_cancelled(RotatedPanel::make(features, lattice, 1000, stop)); });
+  const RotatedPanel turned = *RotatedPanel::make(features, lattice, 1000, {});
+  expect_soon("certified cells", [&](const auto& stop) {
+    expect_whole_or_cancelled(CellIndex::make(turned, windows, wood.features, blocked, 0.2_mm, stop));
+  });
+}
+
+// An answer that was begun and not finished is an error, and nothing that could be taken for a result.
+TEST(Cancelled, IsWhatEveryStageAnswersOnceAStopIsRequested) {
+  std::stop_source source;
+  source.request_stop();
+  const std::stop_token stop = source.get_token();
+  const auto cancelled = [](const auto& answer) {
+    return !answer.ok() && answer.error().code == ErrorCode::kCancelled;
+  };
+  PlanOptions options;
+  options.patch = 4_mm, options.dpi = 50.8, options.rotations = 3, options.threads = 2;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 16_mm, 3)};
+  const std::vector<StockPanel> stock{test::wood_panel("P", 100, 90, 50.8, 1)};
+  const cv::Mat &picture = stock[0].picture.pixels, grey = grey_of(picture);
+  GreyHistogram tones;
+  tones.add(grey);
+  const double counted = tones.total();
+  EXPECT_TRUE(cancelled(grey_of(picture, stop)));
+  EXPECT_TRUE(cancelled(tones.add(grey, {}, 1, stop)));
+  EXPECT_EQ(tones.total(), counted) << "nothing of half a picture is counted";
+  EXPECT_TRUE(cancelled(match_tones(grey, tones, 0.5, stop)));
+  EXPECT_TRUE(cancelled(stretch(picture, 70, 60, stop)));
+  EXPECT_TRUE(cancelled(at_resolution(stock[0].picture, ScanResolution::from_dpi(30), stop)));
+  EXPECT_TRUE(cancelled(filter_bank({picture, grey, grey, stock[0].picture.resolution}, options, stop)));
+  EXPECT_TRUE(cancelled(make_problem(artworks, stock, options, stop)));
+  EXPECT_TRUE(cancelled(run_parallel(3, 2, stop, [](std::size_t) {})));
+
+  auto problem = make_problem(artworks, stock, options);
+  ASSERT_TRUE(problem.ok()) << problem.error().message;
+  for (const bool exact : {false, true}) {
+    std::unique_ptr<Matcher> matcher;
+    if (exact)
+      matcher =
+          std::make_unique<CertifiedMatcher>(problem->panels, turns(3), problem->classes, problem->entries_per_unit);
+    else
+      matcher =
+          std::make_unique<ShortlistMatcher>(problem->panels, turns(3), problem->classes, largest_response(options));
+    EXPECT_TRUE(cancelled(matcher->build_index(2, stop)));
+  }
+  ShortlistMatcher matcher(problem->panels, turns(3), problem->classes, largest_response(options));
+  ASSERT_TRUE(matcher.build_index(2, {}).ok());
+  const MatchPatch& patch = problem->queue.front().match;
+  EXPECT_TRUE(cancelled(matcher.best(patch, stop)));
+  EXPECT_TRUE(cancelled(matcher.candidates(patch, 3, stop)));
+  EXPECT_TRUE(cancelled(place_in_turn(*problem, matcher, 2, stop, [](std::size_t) {})));
+  std::vector<Footprint> footprints;
+  for (const auto& task : problem->queue) footprints.emplace_back(task.match.outline, options.kerf + FreeWood::kSlack);
+  EXPECT_TRUE(cancelled(survey_candidates(*problem, matcher, footprints, {}, {10, 2}, stop)));
+  EXPECT_TRUE(cancelled(pack_rectangles(matcher, 4_mm, 4_mm, 16, 2, stop)));
+  EXPECT_TRUE(cancelled(matcher.give_back(2, stop)));
+  options.kept = {{mark_of("A", problem->artworks[0].patches[0]), 1, {}, false}};
+  EXPECT_TRUE(cancelled(keep_pieces(artworks, stock, options, *problem, stop)));
+  EXPECT_TRUE(cancelled(make_plan(artworks, stock, options, {}, stop)));
+}
+
+TEST(RunParallel, AnswersTheFirstTaskThatFailsAndBeginsNoOther) {
+  std::atomic<int> begun{0};
+  const Status answer = run_parallel(100, 1, {}, [&](std::size_t i) -> Status {
+    ++begun;
+    if (i == 3) return Error{ErrorCode::kStorage, "the fourth cannot be done"};
+    return Ok();
+  });
+  ASSERT_FALSE(answer.ok());
+  EXPECT_EQ(answer.error().message, "the fourth cannot be done");
+  EXPECT_EQ(begun, 4);
 }
 
 // A plan that was stopped anywhere is no plan, and nothing much is done after the request.

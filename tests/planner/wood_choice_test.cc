@@ -5,9 +5,9 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "planner/files/preview.h"
 #include "planner/pictures/resample.h"
 #include "planner/plan.h"
-#include "planner/preview.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {

@@ -76,7 +76,7 @@ TEST(LargePanel, IsCutInSeveralSetUpsLaidAsTheCellSays) {
   std::set<std::string> cut_before;
   const auto cut_marks = [&] {
     std::set<std::string> out;
-    const auto pieces = cell.api().get("/jobs/1/pieces");
+    const auto pieces = cell.api().get_all("/jobs/1/pieces", "pieces");
     EXPECT_TRUE(pieces.ok());
     for (const auto& piece : (*pieces)["pieces"])
       if (piece["state"] == "cut") out.insert(piece["mark"]);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "tests/support/laser_only_cell.h"
 
@@ -75,9 +76,21 @@ TEST_F(LaserOnly, BurnsWhereTheHeadStandsOnAMachineWithoutSwitches) {
   EXPECT_EQ(burnt.status, 0) << burnt.output;
   EXPECT_GT(cell->laser.burnt_mm(), 200);
   EXPECT_THAT(cell->laser.received(), Not(HasSubstr("$H")));
+  // It comes back to the corner, so the next run is where this one was.
+  for (int i = 0; i < 3; ++i) {
+    const Finished dry = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20", "--dry"});
+    EXPECT_EQ(dry.status, 0) << dry.output;
+    const auto status = cell->api().get("/status");
+    ASSERT_TRUE(status.ok());
+    EXPECT_NEAR((*status)["laser"]["position_mm"][0].get<double>(), 0, 0.02);
+    EXPECT_NEAR((*status)["laser"]["position_mm"][1].get<double>(), 0, 0.02);
+    EXPECT_NE((*status)["reason"], "the pattern is burnt") << "it was dry";
+  }
+  EXPECT_THAT(cell->veneerctl({"status"}).output, HasSubstr("counts from the corner it was given"));
+  EXPECT_EQ(cell->veneerctl({"laser", "here"}).status, 0);
 }
 
-TEST_F(LaserOnly, JogsAndTurnsOverrides) {
+TEST_F(LaserOnly, JogsOnlyAHomedHead) {
   start();
   EXPECT_EQ(cell->veneerctl({"laser", "jog", "--x-mm", "-10"}).status, 1) << "not before a Reset";
   ASSERT_EQ(cell->veneerctl({"reset"}).status, 0);
@@ -89,19 +102,78 @@ TEST_F(LaserOnly, JogsAndTurnsOverrides) {
            std::abs((*status)["laser"]["position_mm"][0].get<double>() - 509) < 0.02 &&
            (*status)["laser"]["state"] == "Idle";
   }));
-  const Finished turned = cell->veneerctl({"laser", "override", "--power", "90"});
+  EXPECT_THAT(cell->veneerctl({"laser", "override", "--power", "90"}).output, HasSubstr("for what runs"));
+}
+
+TEST_F(LaserOnly, TurnsOverridesWithinWhatWasStatedAndTheyEndWithThePattern) {
+  start();
+  ASSERT_TRUE(cell->begin_pattern(100).ok());
+  ASSERT_TRUE(cell->wait_for([&] { return cell->laser.beam_on(); }));
+  EXPECT_THAT(cell->veneerctl({"laser", "override", "--power", "110"}).output, HasSubstr("recipe"));
+  // Two at once: the second is meant beside the first, which the machine has not reached yet.
+  EXPECT_EQ(cell->veneerctl({"laser", "override", "--power", "50"}).status, 0);
+  const Finished turned = cell->veneerctl({"laser", "override", "--feed", "150"});
   EXPECT_EQ(turned.status, 0) << turned.output;
-  EXPECT_TRUE(cell->wait_for([&] { return cell->laser.received().find('\x9B') != std::string::npos; }));
+  EXPECT_THAT(turned.output, HasSubstr("Feed 150 %, rapid 100 %, power 50 %"));
+  EXPECT_TRUE(cell->wait_for([&] {
+    const auto status = cell->api().get("/status");
+    return status && (*status)["laser"]["overrides"] == nlohmann::json{{"feed", 150}, {"rapid", 100}, {"power", 50}};
+  }));
   EXPECT_EQ(cell->veneerctl({"laser", "override", "--power", "5"}).status, 1);
+  EXPECT_THAT(cell->veneerctl({"status"}).output, HasSubstr("feed 150 %, power 50 %"));
+  // They end with what ran.
+  ASSERT_TRUE(cell->wait_for([&] { return cell->state() == "Complete"; }));
+  EXPECT_EQ(cell->veneerctl({"laser", "jog", "--x-mm", "-5"}).status, 0) << "and the head may be moved aside";
+  EXPECT_TRUE(cell->wait_for([&] {
+    const auto status = cell->api().get("/status");
+    return status && (*status)["laser"]["overrides"] == nlohmann::json{{"feed", 100}, {"rapid", 100}, {"power", 100}};
+  }));
+}
+
+TEST_F(LaserOnly, RunsADrawingDryAndThenBurnsItWhereItSaid) {
+  start();
+  const std::string file = cell->socket() + ".svg";
+  std::ofstream(file) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
+      <g id="engrave"><circle cx="40" cy="30" r="10"/></g><g stroke="#f00"><path d="M10 10 h60 v40 h-60 z"/></g></svg>)";
+  const Finished unsaid = cell->veneerctl({"laser", "run", file, "--dry"});
+  EXPECT_EQ(unsaid.status, 2);
+  EXPECT_THAT(unsaid.output, HasSubstr("nothing says how to burn #ff0000"));
+  const std::vector<std::string> how = {"--layer", "#ff0000:power=0.5,speed=200", "--x-mm", "100", "--y-mm", "120"};
+  const auto run = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = {"laser", "run", file};
+    all.insert(all.end(), how.begin(), how.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return cell->veneerctl(all);
+  };
+  const Finished dry = run({"--dry"});
+  EXPECT_EQ(dry.status, 0) << dry.output;
+  EXPECT_THAT(dry.output, HasSubstr("x 100.0 to 160.0 mm, y 120.0 to 160.0 mm"));
+  EXPECT_THAT(dry.output, HasSubstr("nothing is burnt"));
+  EXPECT_EQ(cell->laser.beam_log().beam_on_s, 0);
+  EXPECT_THAT(run({"--confirm", "exhaust"}).output, HasSubstr("air assist"));
+  EXPECT_EQ(cell->laser.burnt_mm(), 0);
+  std::vector<std::string> all_seen_to;
+  const auto status = cell->api().get("/status");
+  ASSERT_TRUE(status.ok());
+  for (const auto& name : (*status)["confirm"])
+    all_seen_to.insert(all_seen_to.end(), {"--confirm", name.get<std::string>()});
+  const Finished burnt = run(all_seen_to);
+  EXPECT_EQ(burnt.status, 0) << burnt.output;
+  EXPECT_THAT(burnt.output, HasSubstr("It is burnt."));
+  EXPECT_NEAR(cell->laser.burnt_mm(), 200 + 2 * 3.14159 * 10, 0.5);
+  expect_clean();
+  const Finished beyond = cell->veneerctl(
+      {"laser", "run", file, "--dry", "--power", "0.1", "--speed-mm-s", "50", "--x-mm", "500", "--y-mm", "0"});
+  EXPECT_EQ(beyond.status, 1);
+  EXPECT_THAT(beyond.output, HasSubstr("leaves the laser's travel"));
 }
 
 TEST_F(LaserOnly, BurnsATestCardAndKeepsTheRecipeItGave) {
   start();
   std::vector<std::string> card = {"recipe",        "card",        "cut",       "--powers", "0.5,1",
                                    "--speeds-mm-s", "100,200,300", "--side-mm", "5",        "--burn"};
-  EXPECT_THAT(cell->veneerctl(card).output, HasSubstr("not connected")) << "not before a Reset";
-  ASSERT_EQ(cell->veneerctl({"reset"}).status, 0);
   EXPECT_THAT(cell->veneerctl(card).output, HasSubstr("exhaust"));
+  EXPECT_EQ(cell->state(), "Stopped") << "and nothing was homed";
   EXPECT_EQ(cell->laser.burnt_mm(), 0);
   const auto status = cell->api().get("/status");
   ASSERT_TRUE(status.ok());

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "daemon/test_pattern.h"
+#include "daemon/services/test_pattern.h"
 #include "tests/support/board_file.h"
 #include "tests/support/lihuiyu_job.h"
 #include "tests/support/lone_daemon.h"
@@ -146,6 +146,18 @@ TEST_F(LihuiyuBoardCell, AKilledDaemonLeavesTheBoardDarkAndStoppedUntilAnOperato
   EXPECT_EQ(board.with_board([](sim::LihuiyuBoard& b) { return b.log().moved_without_consent_mm; }), 0);
   board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(true), 0; });
   EXPECT_EQ(daemon.veneerctl({"laser", "test-pattern", "--size-mm", "10", "--dry"}).status, 0);
+}
+
+TEST_F(LihuiyuBoardCell, TheGuardianResetsTheBoardOfAKilledDaemonWithinASecond) {
+  begin_large_pattern();
+  const auto killed = std::chrono::steady_clock::now();
+  daemon.kill();
+  // Only a reset in motion makes the board forget where it is: what it had queued would have ended at a known place.
+  EXPECT_TRUE(daemon.wait_for(
+      [&] { return board.with_board([](sim::LihuiyuBoard& b) { return !b.homed() && !b.moving(); }); }));
+  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(1));
+  EXPECT_TRUE(at_rest());
+  EXPECT_TRUE(daemon.wait_for([&] { return !fs::exists(daemon.data() / "guarded"); })) << "and the guardian knows it";
 }
 
 TEST_F(LihuiyuBoardCell, ABoardWithoutItsSupplyIsNamedByItsRemedy) {

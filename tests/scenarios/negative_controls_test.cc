@@ -52,8 +52,9 @@ TEST_F(NegativeControls, ALeadInThatIsNotBookedNoLongerMatchesTheBurn) {
 
 // Behind the daemon's back: it looks at what is booked before it burns, and says so.
 TEST_F(NegativeControls, ABeginningThatIsNotBookedIsNeverBurnt) {
-  tamper({"pieces_are_never_edited"}, R"(UPDATE pieces SET lead_in_um = json_array(json_array(
-    json_extract(lead_in_um, '$[0][0]') + 2000, json_extract(lead_in_um, '$[0][1]'))) WHERE mark = 'A2-2')");
+  tamper({"placements_are_never_edited"}, R"(UPDATE placements SET lead_in_um = json_array(json_array(
+    json_extract(lead_in_um, '$[0][0]') + 2000, json_extract(lead_in_um, '$[0][1]')))
+    WHERE patch IN (SELECT id FROM patches WHERE mark = 'A2-2'))");
   ASSERT_TRUE(cell_->api().post("/commands/reset").ok());
   ASSERT_TRUE(cell_->api().post(fmt::format("/jobs/{}/start", kJob)).ok());
   ASSERT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "control"}, {"on", "bed"}, {"face", "back"}}).ok());
@@ -72,7 +73,7 @@ TEST_F(NegativeControls, ABeginningThatIsNotBookedIsNeverBurnt) {
 
 // What mixing the two pixel conventions does at 300 dpi: fiducials lie 42 um beside the wood they belong to.
 TEST_F(NegativeControls, HalfAPixelOfOffsetTurnsTheRegistrationRed) {
-  tamper({"fiducials_are_frozen"}, R"(UPDATE fiducials SET corners_um = (
+  tamper({"fiducials_are_never_edited"}, R"(UPDATE fiducials SET corners_um = (
     SELECT json_group_array(json_array(json_extract(value, '$[0]') + 42, json_extract(value, '$[1]') + 42))
     FROM json_each(fiducials.corners_um)))");
   // No scan afterwards: it would be fitted to the fiducials as they lie now, and agree with them.
@@ -83,8 +84,8 @@ TEST_F(NegativeControls, HalfAPixelOfOffsetTurnsTheRegistrationRed) {
 
 TEST_F(NegativeControls, AKerfOfZeroTurnsTheEdgesRed) {
   tamper({}, R"(INSERT INTO certificates (kind, issued_at, expires_at, rms_mm, payload)
-                VALUES ('kerf', strftime('%Y-%m-%dT%H:%M:%S.000Z', 'now', '+1 second'), '2999-01-01T00:00:00.000Z', 0,
-                        '{"kerf_mm":0}'))");
+                VALUES ('kerf', strftime('%Y-%m-%dT%H:%M:%S.000Z', 'now'), '2999-01-01T00:00:00.000Z', 0,
+                        '{"kerf_mm":0,"device":"twin at 300 dpi, twin"}'))");
   cut_and_prove();
   EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/edge_rms_mm")));
 }
@@ -98,7 +99,7 @@ TEST_F(NegativeControls, AMachineThatIsThreePerMilleOffTurnsTheEdgesRed) {
 // A back that was tied to the show face without its reflection. The proof itself sees mirrored marks and pieces
 // (proof_figures_test); the cell never lets it come to that.
 TEST_F(NegativeControls, AMirroredFaceIsNeverCut) {
-  tamper({"fiducials_are_frozen"}, R"(UPDATE fiducials SET corners_um = (
+  tamper({"fiducials_are_never_edited"}, R"(UPDATE fiducials SET corners_um = (
     SELECT json_group_array(json_array(200000 - json_extract(value, '$[0]'), json_extract(value, '$[1]')))
     FROM json_each(fiducials.corners_um)) WHERE face = 'back')");
   ASSERT_TRUE(cell_->api().post("/commands/reset").ok());
@@ -118,10 +119,10 @@ TEST_F(NegativeControls, AMirroredFaceIsNeverCut) {
 
 TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
   const std::string swap = R"(
-    UPDATE pieces SET mark = 'swap' WHERE job = 1 AND mark = 'A1-1';
-    UPDATE pieces SET mark = 'A1-1' WHERE job = 1 AND mark = 'A4-3';
-    UPDATE pieces SET mark = 'A4-3' WHERE job = 1 AND mark = 'swap';)";
-  tamper({"pieces_are_never_edited"}, swap);
+    UPDATE patches SET mark = 'swap' WHERE plan = 1 AND mark = 'A1-1';
+    UPDATE patches SET mark = 'A1-1' WHERE plan = 1 AND mark = 'A4-3';
+    UPDATE patches SET mark = 'A4-3' WHERE plan = 1 AND mark = 'swap';)";
+  tamper({"patches_are_never_edited"}, swap);
   ASSERT_TRUE(story_->cut(kJob).ok());
   tamper({}, swap);
   ASSERT_TRUE(story_->reconcile(kJob).ok());
@@ -131,7 +132,8 @@ TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
 
 TEST_F(NegativeControls, ADeletedRowOfTheLedgerNoLongerMatchesTheBurn) {
   ASSERT_TRUE(story_->cut(kJob).ok());
-  tamper({}, "DELETE FROM allocations WHERE id = (SELECT max(id) FROM allocations WHERE state = 'cut')");
+  tamper({"allocations_are_kept"},
+         "DELETE FROM allocations WHERE id = (SELECT max(id) FROM allocations WHERE state = 'cut')");
   ASSERT_TRUE(story_->prove(bin_dir()).ok());
   EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/ledger_matches_burn = false")));
 }

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "db/sql.h"
+
 namespace veneer::tests {
 namespace {
 
@@ -35,6 +37,7 @@ std::optional<testing::TempDirectory> PreparedCell::base_;
 fs::path PreparedCell::bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
 
 void PreparedCell::SetUpTestSuite() {
+  if (base_) return;  // made for an earlier suite of this program
   base_.emplace(testing::TempDirectory::Place::kDisk);
   fs::create_directories(*base_ / "base");
   draw_target(*base_ / "target.png");
@@ -49,16 +52,23 @@ void PreparedCell::SetUpTestSuite() {
   ASSERT_EQ((*cell)->stop_twin(), 0);
 }
 
-void PreparedCell::TearDownTestSuite() { base_.reset(); }
-
 void PreparedCell::SetUp() {
   dir_ = *base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::copy(*base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
-  auto cell = SimulatedCell::start({dir_, bin_dir(), 7, 40});
+  auto cell = SimulatedCell::start({dir_, bin_dir(), 7, time_scale()});
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   cell_ = std::move(*cell);
   story_ = std::make_unique<Story>(*cell_, dir_, narrator_);
   story_->resume({{kPanel, kSheet}}, {kJob});
+}
+
+void PreparedCell::signal_at_burn(pid_t pid, int number, double more_mm) const {
+  const auto status = cell_->twin({{"cmd", "status"}});
+  ASSERT_TRUE(status.ok()) << status.error().message;
+  const double burnt_mm = (*status)["laser"]["watchdog"]["burnt_mm"];
+  const auto armed =
+      cell_->twin({{"cmd", "signal-at-burn"}, {"pid", pid}, {"signal", number}, {"burnt_mm", burnt_mm + more_mm}});
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
 }
 
 void PreparedCell::TearDown() {
@@ -83,6 +93,7 @@ nlohmann::json PreparedCell::get(const std::string& target) const {
 void PreparedCell::tamper(const std::vector<std::string>& without, const std::string& sql) const {
   SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
   database.setBusyTimeout(10000);
+  db::register_functions(database);  // without them nothing can be written
   for (const auto& trigger : without) database.exec("DROP TRIGGER " + trigger);
   database.exec(sql);
 }

@@ -25,9 +25,13 @@ class QuietNarrator final : public Narrator {
 class PreparedCell : public ::testing::Test {
  protected:
   static void SetUpTestSuite();
-  static void TearDownTestSuite();
   void SetUp() override;
   void TearDown() override;
+  // Device time per real time. The job takes 80 s of device time: a test that acts in the middle of it asks for less.
+  virtual double time_scale() const { return 40; }
+
+  // The twin signals `pid` in the middle of a stroke, once so much more was burnt. A piece burns 48 mm and its mark.
+  void signal_at_burn(pid_t pid, int number, double more_mm) const;
 
   // The rest of the story: cut, reconcile, prove. Failures of the first two are no failure of the test.
   void cut_and_prove();

@@ -17,9 +17,9 @@
 #include <thread>
 #include <tuple>
 
+#include "planner/files/plan_journal.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan.h"
-#include "planner/plan_journal.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 

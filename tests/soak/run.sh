@@ -3,9 +3,13 @@
 #
 # Campaigns longer than CI has time for, each with a fresh seed that is printed:
 #   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
-#   stop         200 STOPs by the API and 200 by veneerctl, from the request to the byte on the wire while planners run;
-#                also as stop.json
+#   holds        1,000 Holds, 250 on each machine, with and without lid; also written as holds.json
+#   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
+#                under each of seven loads; also as stop.json
+#   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
+#   ledger       the database: 2000 sequences of the model test, a day's work cut short at every write of the disk with
+#                five seeds and 1000 times by kill -9, 4000 single bits flipped
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
@@ -37,13 +41,29 @@ seed=$(fresh_seed)
 show_table=1 campaign "faults/lihuiyu" "$seed" "$build/bin/veneer-soak-lihuiyu" --runs 500 --seed "$seed" \
   --out "$(dirname "$out")/faults-lihuiyu.json"
 
-show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 200 --commands 200 --out "$(dirname "$out")/stop.json"
+seed=$(fresh_seed)
+show_table=1 campaign "holds/thousand" "$seed" "$build/bin/veneer-soak-holds" --runs 250 --seed "$seed" \
+  --out "$(dirname "$out")/holds.json"
+
+show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 100 --out "$(dirname "$out")/stop.json"
+
+show_table=1 campaign "guardian/kills" 0 "$build/bin/veneer-soak-guardian" --dir "$(dirname "$out")/soak-guardian" \
+  --out "$(dirname "$out")/guardian.json"
 
 seed=$(fresh_seed)
 show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \
   --out "$(dirname "$out")/plan-stop.json"
 show_table=1 campaign "plan-stop/together" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" --together \
   --stops 30 --out "$(dirname "$out")/plan-stop-together.json"
+
+seed=$(fresh_seed)
+campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=2000" "$build/tests/db_ledger_model_test"
+for ((i = 0; i < 5; ++i)); do
+  seed=$(fresh_seed)
+  campaign "ledger/power-loss/$i" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=200 "$build/tests/db_power_loss_test"
+done
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/bit-flips" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 "$build/tests/db_bit_flip_test"
 
 # Only what links rapidcheck draws its inputs.
 for test in "$build"/tests/*_test; do

@@ -32,7 +32,7 @@ class ApiServer {
   // `bind` gets the router before the server opens; tasks and console routes are bound, and every other operation
   // answers {"operation": its id, "bytes": of the body}.
   explicit ApiServer(daemon::HttpServerOptions options = {}, daemon::EventHubOptions hub_options = {},
-                     const std::function<void(daemon::Router&)>& bind = {})
+                     const std::function<void(daemon::Router&)>& bind = {}, const Logger& log = make_null_logger())
       : hub_(hub_options, make_null_logger()) {
     options.unix_path = folder_ / "api.sock";
     options.listen = "127.0.0.1:0";
@@ -50,7 +50,7 @@ class ApiServer {
           ++stops_;
           return daemon::ApiReply::json({{"state", "Aborting"}, {"by", caller.who}});
         },
-        make_null_logger());
+        log);
     if (!opened) std::abort();
     server_ = std::move(*opened);
     thread_ = std::thread([this] { reactor_.run(); });

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "calib/camera_model.h"
-#include "support/rendered_bed.h"
+#include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
 

@@ -77,7 +77,7 @@ ExhaustiveMatching::ExhaustiveMatching(std::span<const MatchPanel> panels, const
                          {},
                          {},
                          {}});
-  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) {
+  (void)run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) {
     Turned& it = turned_[i];
     const MatchPanel& panel = panels_[static_cast<std::size_t>(it.panel)];
     cv::split(turned_features(panel.features.pixels, it.lattice), it.channels);
@@ -100,7 +100,7 @@ void ExhaustiveMatching::erode(cv::Size window) {
 
 void ExhaustiveMatching::allow(const cv::Mat& counts) {
   window_ = {};
-  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) {
+  (void)run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) {
     Turned& it = turned_[i];
     it.allowed = cv::Mat();
     if (it.free.cols < counts.cols || it.free.rows < counts.rows) return;
@@ -138,7 +138,7 @@ ExhaustiveMatching::Answer ExhaustiveMatching::best(const MatchPatch& patch) {
   cv::setNumThreads(1);
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = process_seconds();
-  run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) { match(turned_[i], target, counts); });
+  (void)run_parallel(turned_.size(), threads_, {}, [&](std::size_t i) { match(turned_[i], target, counts); });
   Answer answer;
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   answer.cpu_seconds = process_seconds() - cpu_start;
@@ -151,7 +151,8 @@ ExhaustiveMatching::Answer ExhaustiveMatching::best(const MatchPatch& patch) {
   return answer;
 }
 
-std::optional<Candidate> ExhaustiveMatching::cheapest_that_may_be_taken(const MatchPatch& patch, double slack) const {
+std::optional<LatticeCandidate> ExhaustiveMatching::cheapest_that_may_be_taken(const MatchPatch& patch,
+                                                                               double slack) const {
   struct Place {
     float cost;
     const Turned* turned;
@@ -166,7 +167,7 @@ std::optional<Candidate> ExhaustiveMatching::cheapest_that_may_be_taken(const Ma
     least = std::min(least, value);
   }
   if (least == 1e300) return std::nullopt;
-  Candidate best;
+  LatticeCandidate best;
   double done = -1e300;
   for (limit = 1.01 * std::max(least, 0.0) + slack; done < best.cost + slack; limit = 2 * limit + slack) {
     std::vector<Place> places;
@@ -188,8 +189,8 @@ std::optional<Candidate> ExhaustiveMatching::cheapest_that_may_be_taken(const Ma
       const auto pose = planner::panel_from_artwork(place.turned->lattice, panel.features, patch.grid,
                                                     patch.pixels.left, patch.pixels.top, place.x, place.y);
       if (!panel.wood.admits(pose * patch.outline)) continue;
-      const Candidate candidate{placement_cost(*patch.features, patch.grid, patch.pixels, panel.features, pose),
-                                place.turned->panel, place.turned->rotation, place.y, place.x};
+      const LatticeCandidate candidate{placement_cost(*patch.features, patch.grid, patch.pixels, panel.features, pose),
+                                       place.turned->panel, place.turned->rotation, place.y, place.x};
       best = std::min(best, candidate);
     }
     if (!more) break;

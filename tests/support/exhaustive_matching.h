@@ -22,13 +22,13 @@ class ExhaustiveMatching {
   ExhaustiveMatching(std::span<const MatchPanel> panels, const std::vector<Radians>& turns, int threads);
 
   struct Answer {
-    std::optional<Candidate> best;
+    std::optional<LatticeCandidate> best;
     // For the template matching and the search of the smallest value, on `threads` threads; without what could be
     // prepared (turned maps, eroded masks) and without the planner's own test of the place.
     double seconds = 0;
     double cpu_seconds = 0;  // the same in processor time of all threads
   };
-  // The best place among all that may be taken; equal costs are decided as Candidate is ordered.
+  // The best place among all that may be taken; equal costs are decided as LatticeCandidate is ordered.
   Answer best(const MatchPatch& patch);
 
  private:
@@ -44,7 +44,7 @@ class ExhaustiveMatching {
   // `counts`: which pixels of the window count, CV_32FC1; empty: all of them.
   void match(Turned& turned, const std::vector<cv::Mat>& target, const cv::Mat& counts) const;
   void allow(const cv::Mat& counts);
-  std::optional<Candidate> cheapest_that_may_be_taken(const MatchPatch& patch, double slack) const;
+  std::optional<LatticeCandidate> cheapest_that_may_be_taken(const MatchPatch& patch, double slack) const;
 
   std::span<const MatchPanel> panels_;
   int threads_;

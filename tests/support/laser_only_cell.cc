@@ -13,10 +13,11 @@ sim::GrblSettings LaserOnlyCell::quick_laser() {
 }
 
 Result<std::unique_ptr<LaserOnlyCell>> LaserOnlyCell::start(const std::filesystem::path& bin_dir,
-                                                            const sim::GrblSettings& settings) {
+                                                            const sim::GrblSettings& settings,
+                                                            const LoneDaemonOptions& options) {
   auto cell = std::unique_ptr<LaserOnlyCell>(new LaserOnlyCell(settings));
   const std::string laser = fmt::format("kind = \"grbl\"\nport = \"serial:{}\"\n", cell->laser.port());
-  if (const Status started = cell->LoneDaemon::start(bin_dir, laser); !started) return started.error();
+  if (const Status started = cell->LoneDaemon::start(bin_dir, laser, options); !started) return started.error();
   return cell;
 }
 

@@ -14,7 +14,8 @@ class LaserOnlyCell : public LoneDaemon {
   static sim::GrblSettings quick_laser();
   // `bin_dir` holds veneerd and veneerctl.
   static Result<std::unique_ptr<LaserOnlyCell>> start(const std::filesystem::path& bin_dir,
-                                                      const sim::GrblSettings& settings = quick_laser());
+                                                      const sim::GrblSettings& settings = quick_laser(),
+                                                      const LoneDaemonOptions& options = {});
   ~LaserOnlyCell() { end(); }  // before its laser
   LaserOnlyCell(const LaserOnlyCell&) = delete;
   LaserOnlyCell& operator=(const LaserOnlyCell&) = delete;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <fstream>
 #include <thread>
 
@@ -10,18 +11,22 @@ namespace veneer::tests {
 
 namespace fs = std::filesystem;
 
-Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser) {
+Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser, const LoneDaemonOptions& options) {
   bin_dir_ = bin_dir;
+  log_ = options.log.empty() ? dir_ / "log" : options.log;
+  data_ = options.data.empty() ? dir_ / "data" : options.data;
+  guardian_ = options.guardian;
   std::ofstream(dir_ / "veneerd.toml") << fmt::format(
-      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"\"\n[store]\ndata_dir = \"{}\"\n", laser, socket(),
-      (dir_ / "data").string());
-  fs::create_directories(dir_ / "data");
+      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"{}\"\n[store]\ndata_dir = \"{}\"\n", laser, socket(), options.listen,
+      data_.string());
+  fs::create_directories(data_);
   return start_process();
 }
 
 Status LoneDaemon::start_process() {
-  auto daemon = ChildProcess::start({(bin_dir_ / "veneerd").string(), "--config", (dir_ / "veneerd.toml").string()},
-                                    dir_ / "log");
+  std::vector<std::string> command{(bin_dir_ / "veneerd").string(), "--config", (dir_ / "veneerd.toml").string()};
+  if (!guardian_.empty()) command.insert(command.end(), {"--guardian", guardian_});
+  auto daemon = ChildProcess::start(command, log_);
   if (!daemon) return daemon.error();
   process_.emplace(std::move(*daemon));
   api_.emplace(cli::ApiAddress{socket(), "", 0}, std::chrono::seconds(60));
@@ -39,6 +44,13 @@ void LoneDaemon::end() {
 }
 
 LoneDaemon::~LoneDaemon() { end(); }
+
+int LoneDaemon::tcp_port() const {
+  const auto link = api_->post("/console-links");
+  const std::string url = link ? link->value("url", "") : "";
+  const auto colon = url.find(':', url.find("//"));
+  return colon == std::string::npos ? 0 : std::atoi(url.c_str() + colon + 1);
+}
 
 Finished LoneDaemon::veneerctl(std::vector<std::string> arguments) const {
   arguments.insert(arguments.begin(), {(bin_dir_ / "veneerctl").string(), "--socket", socket()});

@@ -15,6 +15,13 @@
 
 namespace veneer::tests {
 
+struct LoneDaemonOptions {
+  std::string listen;          // of the API over TCP: "127.0.0.1:0" for any port; "" = none
+  std::filesystem::path log;   // where what it says goes; "" = a file of its own
+  std::filesystem::path data;  // its data folder, already there; "" = a new one
+  std::string guardian;        // socket of the guardian; "" = it starts one of its own
+};
+
 class LoneDaemon {
  public:
   LoneDaemon() = default;
@@ -23,13 +30,16 @@ class LoneDaemon {
   LoneDaemon& operator=(const LoneDaemon&) = delete;
 
   // `bin_dir` holds veneerd and veneerctl; `laser` is what follows [laser]. Returns when the daemon answers.
-  Status start(const std::filesystem::path& bin_dir, const std::string& laser);
+  Status start(const std::filesystem::path& bin_dir, const std::string& laser, const LoneDaemonOptions& options = {});
   void end();
+  void kill() { process_->kill(); }  // SIGKILL; returns when it is gone
   // SIGKILL, and the same daemon again.
   Status kill_and_start_again();
 
   const cli::ApiClient& api() const { return *api_; }
   std::string socket() const { return (dir_ / "d.sock").string(); }
+  const std::filesystem::path& data() const { return data_; }
+  int tcp_port() const;  // of the API; 0 when there is none
   // veneerctl with these arguments, to its end.
   Finished veneerctl(std::vector<std::string> arguments) const;
   std::string state() const;
@@ -43,7 +53,8 @@ class LoneDaemon {
  private:
   Status start_process();
 
-  std::filesystem::path bin_dir_;
+  std::filesystem::path bin_dir_, log_, data_;
+  std::string guardian_;
   testing::TempDirectory dir_{testing::TempDirectory::Place::kDisk};
   std::optional<ChildProcess> process_;
   std::optional<cli::ApiClient> api_;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/units.h"
-#include "planner/problem.h"
+#include "planner/problem/problem.h"
 
 namespace veneer::planner::test {
 

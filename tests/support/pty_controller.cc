@@ -58,10 +58,11 @@ void PtyController::run() {
       controller_.receive(got, now);
     }
     controller_.advance_to(now);
-    const std::string said = controller_.take_output();
-    if (!said.empty() && ::write(master_, said.data(), said.size()) < 0) return;
+    // Before it says anything, so that whoever hears it finds it so.
     beam_on_ = controller_.beam_on();
     moving_ = controller_.moving();
+    const std::string said = controller_.take_output();
+    if (!said.empty() && ::write(master_, said.data(), said.size()) < 0) return;
   }
 }
 

@@ -1,4 +1,4 @@
-#include "support/rendered_bed.h"
+#include "tests/support/rendered_bed.h"
 
 #include <apriltag/apriltag.h>
 #include <apriltag/common/image_u8.h>

@@ -19,7 +19,6 @@
 
 namespace veneer::rendered {
 
-using calib::Face;
 using Colour = cv::Vec3f;  // BGR, 0 to 255
 
 constexpr float kLid = 244;  // what a scanner sees where nothing lies

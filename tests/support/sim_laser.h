@@ -18,10 +18,16 @@ class SimLaser final : public LaserDriver {
   void connect(OnEvent on_event) override {
     calls.push_back("connect");
     on_event_ = std::move(on_event);
-    LaserLimits limits{{}, "SimLaser", finds_home, MmPerSecond(400), motion};
+    LaserLimits limits;
+    limits.firmware = "SimLaser";
+    limits.finds_home = finds_home;
+    limits.fastest = MmPerSecond(400);
+    limits.motion = motion;
     connected_ = present;
     limits.travel.add(point<MachineFrame>(0, 0));
     limits.travel.add(point<MachineFrame>(520, 380));
+    limits.to_confirm = to_confirm;
+    limits.burns = cuts;
     if (present)
       say(laser_event::Connected{limits});
     else
@@ -40,7 +46,9 @@ class SimLaser final : public LaserDriver {
   }
   void hold() override {
     calls.push_back("hold");
-    say(laser_event::Held{});
+    if (on_hold == OnHold::kHeld) say(laser_event::Held{});
+    if (on_hold == OnHold::kNotBegun && std::exchange(burning_, false))
+      say(laser_event::Failed{{ErrorCode::kCancelled, "held before it began"}});
   }
   void resume() override {
     calls.push_back("resume");
@@ -54,9 +62,42 @@ class SimLaser final : public LaserDriver {
     burning_ = false;
   }
   LaserStatus status() const override {
-    const char* word = lid_open ? "Door:1" : lid_was_open ? "Door:0" : "Idle";
-    return {connected_, word, {}, burning_, connected_, "SimLaser", {}};
+    LaserStatus status;
+    status.connected = status.homed = connected_;
+    status.state = lid_open ? "Door:1" : lid_was_open ? "Door:0" : "Idle";
+    status.position = position;
+    status.beam_on = burning_;
+    status.firmware = "SimLaser";
+    status.lid_open = lid_open;
+    status.lid_openings = lid_openings;
+    return status;
   }
+  // Stands where it was sent once end_jog() is called.
+  Status jog(Millimetres dx, Millimetres dy, MmPerSecond) override {
+    if (!can_jog) return Error{ErrorCode::kRefused, "this laser cannot be jogged"};
+    calls.push_back("jog");
+    jogged_to_ = {position.x + dx, position.y + dy};
+    return Ok();
+  }
+  void stop_jog() override {
+    calls.push_back("stop_jog");
+    say(laser_event::JogEnded{});
+  }
+  void end_jog() {
+    position = jogged_to_;
+    say(laser_event::JogEnded{});
+  }
+
+  void open_lid() {
+    lid_open = true;
+    ++lid_openings;
+  }
+  void close_lid() {
+    lid_open = false;
+    lid_was_open = true;
+  }
+  // As one who reaches in between two reports.
+  void open_and_close_lid() { open_lid(), close_lid(); }
 
   // Ends the piece that is being burnt, well.
   void finish() {
@@ -64,12 +105,12 @@ class SimLaser final : public LaserDriver {
     burnt.push_back(job_.strokes.empty() ? PieceId{} : job_.strokes.front().piece);
     jobs.push_back(job_);
     say(laser_event::PieceVerified{burnt.back()});
-    say(laser_event::Done{});
+    say(laser_event::Done{false, remark});
   }
   // Breaks it off.
-  void fail(const Error& error) {
+  void fail(const Error& error, Polyline<MachineFrame> stray_path = {}, Millimetres stray_reach = {}) {
     burning_ = false;
-    say(laser_event::Aborted{error, {job_.strokes.front().piece}, true});
+    say(laser_event::Aborted{error, {job_.strokes.front().piece}, true, std::move(stray_path), stray_reach});
   }
   void say(LaserEvent event) {
     boost::asio::post(io_, [this, event = std::move(event)] { on_event_(event); });
@@ -82,8 +123,16 @@ class SimLaser final : public LaserDriver {
   bool present = true;
   std::optional<LaserMotion> motion;  // as it tells when it is connected
   bool finds_home = true;
+  bool cuts = true;                     // not a file that records
+  std::vector<std::string> to_confirm;  // unlikely settings
+  std::string remark;                   // behind Done
   bool lid_open = false;
   bool lid_was_open = false;  // and is closed again, and nothing was begun since
+  int lid_openings = 0;
+  // What hold() is answered with; nothing by a driver whose strokes have ended in this very turn.
+  enum class OnHold { kHeld, kNothing, kNotBegun } on_hold = OnHold::kHeld;
+  bool can_jog = false;
+  Point<MachineFrame> position{};
   bool burn_at_once = true;
 
  private:
@@ -92,6 +141,7 @@ class SimLaser final : public LaserDriver {
   LaserJob job_;
   bool burning_ = false;
   bool connected_ = false;
+  Point<MachineFrame> jogged_to_{};
 };
 
 }  // namespace veneer::tests

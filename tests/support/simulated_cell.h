@@ -43,6 +43,9 @@ class SimulatedCell {
   void set_operator_group(const std::string& group) { operator_group_ = group; }
   Status start_daemon();  // after kill_daemon() or stop_daemon()
   void kill_daemon() { daemon_->kill(); }
+  // For the end of a daemon that something else kills: exit status, or 128 + signal.
+  int wait_daemon() { return daemon_->wait(); }
+  pid_t daemon_pid() const { return daemon_->pid(); }
   int stop_daemon() { return daemon_->terminate(); }
   bool daemon_running() { return daemon_ && daemon_->running(); }
   // From now on the daemon can write to no file, or can again.

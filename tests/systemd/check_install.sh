@@ -7,7 +7,8 @@ trap 'rm -rf "$prefix"' EXIT
 fail() { echo "install: $*" >&2; exit 1; }
 
 cmake --install "$build" --prefix "$prefix" >/dev/null
-for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-twin.service lib/sysusers.d/veneerd.conf \
+for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-guardian.service \
+  lib/systemd/system/veneer-twin.service lib/systemd/system/veneer-demo.target lib/sysusers.d/veneerd.conf \
   lib/udev/rules.d/70-veneerd.rules etc/veneerd/veneerd.toml share/doc/veneerd/LICENSE; do
   [[ -f $prefix/$file ]] || fail "$file is missing"
 done
@@ -27,9 +28,27 @@ for unit in veneerd veneer-twin; do
     "$prefix/lib/systemd/system/$unit.service" || fail "$unit.service starts something else"
 done
 
+# The real cell's unit must never start a machine that stands in for one; the demo's starts both.
+unit=$prefix/lib/systemd/system
+if grep -E '^(Wants|Requires|BindsTo|PartOf|Upholds)=.*veneer-twin' "$unit/veneerd.service" "$unit/veneer-guardian.service"; then
+  fail "veneerd.service starts the twin"
+fi
+if grep -q '^WantedBy=' "$unit/veneer-twin.service"; then fail "the twin starts with the machine"; fi
+for started in veneerd veneer-twin; do
+  grep -qE "^Wants=(.* )?$started.service( |$)" "$unit/veneer-demo.target" || fail "the demo does not start $started"
+done
+# The daemon and its guardian meet at one socket and speak of one record.
+grep -q '^Wants=veneer-guardian.service$' "$unit/veneerd.service" || fail "nobody guards the daemon"
+guardian=$(sed -n "s|^ExecStart=$prefix/bin/veneer-guardian ||p" "$unit/veneer-guardian.service")
+[[ $guardian =~ ^--record\ ([^ ]+)\ --listen\ ([^ ]+)$ ]] || fail "the guardian is started in another way: $guardian"
+grep -q -- " --guardian ${BASH_REMATCH[2]}\$" "$unit/veneerd.service" || fail "the guardian listens elsewhere"
+grep -q "^ExecStopPost=-$prefix/bin/veneer-guardian --record ${BASH_REMATCH[1]} --settle\$" "$unit/veneerd.service" ||
+  fail "what both leave behind is settled by nobody"
+
 # What the units and the configuration say of each other's folders.
 toml=$prefix/etc/veneerd/veneerd.toml
-for name in $(sed -n 's/^\(State\|Runtime\)Directory=//p' "$prefix"/lib/systemd/system/*.service | sort -u); do
+for name in $(sed -n 's/^\(State\|Runtime\)Directory=//p' "$unit"/veneerd.service "$unit"/veneer-twin.service |
+  sort -u); do
   grep -qE "\"/(run|var/lib)/$name[/\"]" "$toml" || fail "the configuration uses nothing of $name"
 done
 socket=$(sed -n 's/^socket = "\(.*\)"$/\1/p' "$toml")
@@ -43,7 +62,7 @@ tail -1 "$toml" | grep -q '# mine' || fail "the configuration was overwritten"
 # Packages stage below DESTDIR; with /usr the configuration is /etc's.
 DESTDIR="$prefix/stage" cmake --install "$build" --prefix /usr >/dev/null
 [[ -f $prefix/stage/etc/veneerd/veneerd.toml ]] || fail "with /usr the configuration belongs to /etc"
-grep -q '^ExecStart=/usr/bin/veneerd --config /etc/veneerd/veneerd.toml$' \
+grep -q '^ExecStart=/usr/bin/veneerd --config /etc/veneerd/veneerd.toml ' \
   "$prefix/stage/usr/lib/systemd/system/veneerd.service" || fail "with /usr the unit starts something else"
 
 if [[ -x $prefix/bin/veneerd ]]; then

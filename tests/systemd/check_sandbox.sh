@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# usage: check_sandbox.sh BUILD_DIR     exposure of each installed unit <= 2.0, and what the daemon needs is still there
+# usage: check_sandbox.sh BUILD_DIR     exposure of each installed unit <= 1.5, and what the daemon needs is still there
 set -euo pipefail
 command -v systemd-analyze >/dev/null || { echo "systemd-analyze is not here"; exit 77; }
 stage=$(mktemp -d)
@@ -8,9 +8,9 @@ fail() { echo "sandbox: $*" >&2; exit 1; }
 
 DESTDIR=$stage cmake --install "$1" --prefix /usr >/dev/null
 units=$stage/usr/lib/systemd/system
-for unit in veneerd veneer-twin; do
+for unit in veneerd veneer-guardian veneer-twin; do
   # The threshold is in tenths.
-  systemd-analyze security --offline=true --threshold=20 --no-pager "$units/$unit.service" >"$stage/report" ||
+  systemd-analyze security --offline=true --threshold=15 --no-pager "$units/$unit.service" >"$stage/report" ||
     fail "$(tail -1 "$stage/report")"
   tail -1 "$stage/report"
 done
@@ -18,9 +18,19 @@ done
 has() { grep -qE "^$1\$" "$units/veneerd.service" || fail "veneerd.service lost: $1"; }
 has 'Type=notify'
 has 'WatchdogSec=[0-9]+'
+# A core would keep the laser's port from the guardian.
+has 'LimitCORE=1'
 for device in char-ttyUSB char-ttyACM char-pts char-usb_device char-video4linux; do has "DeviceAllow=$device rw"; done
 # Without it libusb does not even begin.
 has 'RestrictAddressFamilies=.*AF_NETLINK.*'
+for device in char-ttyUSB char-ttyACM char-pts char-usb_device; do
+  grep -qx "DeviceAllow=$device rw" "$units/veneer-guardian.service" || fail "the guardian lost the device $device"
+done
+# Whatever ends the daemon's group or is short of memory must not end the guardian with it.
+if grep -qE '^(PartOf|BindsTo|Requires|StopWhenUnneeded|Slice)=' "$units/veneer-guardian.service"; then
+  fail "the guardian must not end with the daemon"
+fi
+grep -qE '^OOMScoreAdjust=-' "$units/veneer-guardian.service" || fail "the guardian is killed for memory as others are"
 if grep -qE '^Private(Devices|Network|Users)=yes' "$units/veneerd.service"; then
   fail "veneerd must reach its devices and the loopback"
 fi

@@ -30,42 +30,49 @@ std::string request_line(const ApiOperation& operation, const std::string& host,
          "\r\nContent-Length: 0\r\n" + more + "\r\n";
 }
 
-// Opens a console link as a browser would. -> the Cookie header
-std::string session_cookie(ApiServer& server) {
-  const std::string token = *server.on_reactor([&] { return server.links().new_link(); });
+HttpProbe::Answer open_session(ApiServer& server, const std::string& token, const std::string& headers = {}) {
+  const std::string body = nlohmann::json{{"token", token}}.dump();
   auto visit = HttpProbe::over_tcp(server.port());
-  const auto answer = visit.ask("GET /console?token=" + token + " HTTP/1.1\r\nHost: " + server.host() + "\r\n\r\n");
-  EXPECT_EQ(answer.status, 303);
-  EXPECT_EQ(answer.header("Location"), "/console");
-  const std::string set_cookie = answer.header("Set-Cookie");
-  EXPECT_NE(set_cookie.find("; HttpOnly; SameSite=Strict"), std::string::npos) << set_cookie;
-  return "Cookie: " + set_cookie.substr(0, set_cookie.find(';')) + "\r\n";
+  return visit.ask("POST /api/v1/session HTTP/1.1\r\nHost: " + server.host() + "\r\n" + headers +
+                   "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+}
+
+// Opens a console link as the page's script does. -> the header that goes with every request then
+std::string session_header(ApiServer& server) {
+  const std::string token = *server.on_reactor([&] { return server.links().new_link("uid 1000"); });
+  const auto answer = open_session(server, token);
+  EXPECT_EQ(answer.status, 200) << answer.body;
+  EXPECT_EQ(answer.header("Set-Cookie"), "") << "a cookie would go to every server of this host";
+  return "Authorization: Bearer " + nlohmann::json::parse(answer.body)["session"].get<std::string>() + "\r\n";
 }
 
 TEST(Access, EveryOperationByEveryCallerOverTcp) {
   ApiServer server;
-  const std::string cookie = session_cookie(server);
+  const std::string session = session_header(server);
   const std::string origin = "Origin: http://" + server.host() + "\r\n";
   struct Kind {
     const char* name;
     std::string headers;
-    Role reads, changes;
+    Role role;
   };
+  const std::string secret = session.substr(session.find("Bearer ") + 7, 43);
   const std::array kinds = {
-      Kind{"anonymous", "", Role::kViewer, Role::kViewer},
-      Kind{"page without a session", origin, Role::kViewer, Role::kViewer},
-      Kind{"forged session", "Cookie: veneer_session=AAAA\r\n" + origin, Role::kViewer, Role::kViewer},
-      Kind{"session, but no word of the page", cookie, Role::kOperator, Role::kViewer},
-      Kind{"console", cookie + origin, Role::kOperator, Role::kOperator},
+      Kind{"anonymous", "", Role::kViewer},
+      Kind{"page without a session", origin, Role::kViewer},
+      Kind{"forged session", "Authorization: Bearer AAAA\r\n" + origin, Role::kViewer},
+      Kind{"session as a cookie, as another server of this host could replay it",
+           "Cookie: veneer_session=" + secret + "\r\n" + origin, Role::kViewer},
+      Kind{"session in the query's place", "Authorization: Basic " + secret + "\r\n" + origin, Role::kViewer},
+      Kind{"console", session + origin, Role::kOperator},
   };
   for (const ApiOperation& operation : api_operations()) {
-    if (operation.id == "getEvents" || operation.id == "newConsoleLink") continue;  // have tests of their own
+    if (operation.id == "getEvents" || operation.id == "newConsoleLink" || operation.id == "openSession")
+      continue;  // have tests of their own
     for (const Kind& kind : kinds) {
       auto probe = HttpProbe::over_tcp(server.port());
       const auto answer = probe.ask(request_line(operation, server.host(), kind.headers));
-      const Role role = operation.method == "GET" ? kind.reads : kind.changes;
       const bool refused = answer.status == 403;
-      EXPECT_EQ(refused, role < operation.role) << operation.id << " by " << kind.name << ": " << answer.status;
+      EXPECT_EQ(refused, kind.role < operation.role) << operation.id << " by " << kind.name << ": " << answer.status;
       EXPECT_EQ(answer.code() == "forbidden", refused) << answer.body;
     }
   }
@@ -74,7 +81,7 @@ TEST(Access, EveryOperationByEveryCallerOverTcp) {
 
 TEST(Access, NothingButStopChangesAnythingForAViewer) {
   for (const ApiOperation& operation : api_operations()) {
-    if (operation.method == "GET" || operation.id == "stop") continue;
+    if (operation.method == "GET" || operation.id == "stop" || operation.id == "openSession") continue;
     EXPECT_GE(operation.role, Role::kOperator) << operation.id;
   }
 }
@@ -123,12 +130,12 @@ TEST(Access, ForeignHostNamesAreRefusedOverTcp) {
 
 TEST(Access, ForeignPagesCanNeitherStopNorOperateNorListen) {
   ApiServer server;
-  const std::string cookie = session_cookie(server);
+  const std::string session = session_header(server);
   const std::string port = ":" + std::to_string(server.port());
   for (const std::string& origin :
        {std::string("http://evil.example"), std::string("null"), "https://" + server.host(), "http://localhost" + port,
         std::string("http://127.0.0.1:1"), "http://" + server.host() + "\r\nOrigin: http://" + server.host()}) {
-    const std::string headers = "Host: " + server.host() + "\r\nOrigin: " + origin + "\r\n" + cookie;
+    const std::string headers = "Host: " + server.host() + "\r\nOrigin: " + origin + "\r\n" + session;
     for (const char* path : {"/api/v1/stop", "/api/v1/commands/reset", "/api/v1/jobs/1/start"}) {
       auto probe = HttpProbe::over_tcp(server.port());
       EXPECT_EQ(probe.ask("POST " + std::string(path) + " HTTP/1.1\r\n" + headers + "Content-Length: 0\r\n\r\n").status,
@@ -147,6 +154,31 @@ TEST(Access, ForeignPagesCanNeitherStopNorOperateNorListen) {
   EXPECT_EQ(server.stops(), 0);
 }
 
+TEST(Access, ForeignPagesReadNothingEither) {
+  ApiServer server;
+  const auto status = [&](const std::string& path, const std::string& headers) {
+    auto probe = HttpProbe::over_tcp(server.port());
+    return probe.ask("GET " + path + " HTTP/1.1\r\nHost: " + server.host() + "\r\n" + headers + "\r\n").status;
+  };
+  for (const char* path : {"/api/v1/status", "/api/v1/panels", "/api/v1/bed.jpg"}) {
+    EXPECT_EQ(status(path, "Origin: http://evil.example\r\n"), 403) << path;
+    // What a browser says of an <img> or <script> of another page. Another port of this machine is the same site.
+    for (const char* site : {"cross-site", "same-site", "other"})
+      EXPECT_EQ(status(path, "Sec-Fetch-Site: " + std::string(site) + "\r\nSec-Fetch-Mode: no-cors\r\n"), 403)
+          << path << site;
+    EXPECT_EQ(status(path, "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: document\r\n"),
+              403)
+        << path;
+    EXPECT_EQ(status(path, "Sec-Fetch-Site: same-origin\r\n"), 200) << path;
+    EXPECT_EQ(status(path, "Sec-Fetch-Site: none\r\n"), 200) << path;
+  }
+  // A person may follow a link to the page itself; a frame around it or a script of it is another matter.
+  const std::string followed = "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: navigate\r\nSec-Fetch-Dest: ";
+  EXPECT_EQ(status("/console", followed + "document\r\n"), 200);
+  EXPECT_EQ(status("/console", followed + "iframe\r\n"), 403);
+  EXPECT_EQ(status("/console/console.js", "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: no-cors\r\n"), 403);
+}
+
 TEST(Access, AConsoleLinkWorksOnce) {
   ApiServer server;
   auto maker = HttpProbe::over_unix(server.socket());
@@ -154,33 +186,56 @@ TEST(Access, AConsoleLinkWorksOnce) {
   ASSERT_EQ(made.status, 200) << made.body;
   const std::string url = nlohmann::json::parse(made.body)["url"];
   const std::string base = "http://" + server.host();
-  ASSERT_TRUE(url.starts_with(base + "/console?token=")) << url;
-  const std::string visit = "GET " + url.substr(base.size()) + " HTTP/1.1\r\nHost: " + server.host() + "\r\n\r\n";
-
-  auto first = HttpProbe::over_tcp(server.port());
-  EXPECT_EQ(first.ask(visit).status, 303);
-  auto second = HttpProbe::over_tcp(server.port());
-  const auto refused = second.ask(visit);
+  // Behind the #: neither a log nor a Referer ever sees it.
+  ASSERT_TRUE(url.starts_with(base + "/console#token=")) << url;
+  const std::string token = url.substr(url.find("token=") + 6);
+  const auto first = open_session(server, token);
+  EXPECT_EQ(first.status, 200) << first.body;
+  EXPECT_TRUE(nlohmann::json::parse(first.body)["who"].get<std::string>().starts_with("console link 1 of uid "));
+  const auto refused = open_session(server, token);
   EXPECT_EQ(refused.status, 403);
-  EXPECT_EQ(refused.header("Set-Cookie"), "");
+  EXPECT_FALSE(nlohmann::json::parse(refused.body).contains("session"));
+}
+
+TEST(Access, AForeignPageOpensNoSession) {
+  ApiServer server;
+  const std::string token = *server.on_reactor([&] { return server.links().new_link("uid 1000"); });
+  EXPECT_EQ(open_session(server, token, "Origin: http://127.0.0.1:3000\r\n").status, 403);
+  EXPECT_EQ(open_session(server, token, "Sec-Fetch-Site: same-site\r\n").status, 403);
+  EXPECT_EQ(open_session(server, token, "Origin: http://" + server.host() + "\r\n").status, 200);
+}
+
+TEST(Access, TheEventStreamKnowsItsConsole) {
+  ApiServer server;
+  const std::string session = session_header(server);
+  const std::string secret = session.substr(session.find("Bearer ") + 7, 43);
+  auto probe = HttpProbe::over_tcp(server.port());
+  const auto answer = probe.ask("GET /api/v1/events HTTP/1.1\r\nHost: " + server.host() +
+                                "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                                "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                                "Sec-WebSocket-Protocol: veneer.events, bearer." +
+                                secret + "\r\n\r\n");
+  EXPECT_EQ(answer.status, 101);
+  EXPECT_EQ(answer.header("Sec-WebSocket-Protocol"), "veneer.events");
 }
 
 TEST(Access, LinksAndSessionsGrowOld) {
   ManualClock clock;
   ConsoleLinks links(clock);
-  const std::string late = *links.new_link();
+  const std::string late = *links.new_link("uid 1000");
   clock.advance(ConsoleLinks::kLinkLife);
   EXPECT_FALSE(links.redeem(late).ok());
 
-  const std::string token = *links.new_link();
+  const std::string token = *links.new_link("uid 1000");
   EXPECT_GE(token.size(), 43U);
-  const std::string secret = *links.redeem(token);
-  EXPECT_TRUE(links.session_is_open(secret));
-  EXPECT_FALSE(links.session_is_open(secret.substr(1)));
-  EXPECT_FALSE(links.session_is_open(""));
-  EXPECT_FALSE(links.session_is_open(token));
+  const auto session = links.redeem(token);
+  ASSERT_TRUE(session.ok());
+  EXPECT_EQ(session->who, "console link 2 of uid 1000");
+  EXPECT_EQ(links.who_has(session->secret), session->who);
+  for (const std::string& other : {session->secret.substr(1), std::string(), token})
+    EXPECT_EQ(links.who_has(other), std::nullopt);
   clock.advance(ConsoleLinks::kSessionLife);
-  EXPECT_FALSE(links.session_is_open(secret));
+  EXPECT_EQ(links.who_has(session->secret), std::nullopt);
 }
 
 TEST(Access, ConsoleLinksAreMadeOnTheMachineOnly) {
@@ -188,7 +243,7 @@ TEST(Access, ConsoleLinksAreMadeOnTheMachineOnly) {
   auto probe = HttpProbe::over_tcp(server.port());
   EXPECT_EQ(probe
                 .ask("POST /api/v1/console-links HTTP/1.1\r\nHost: " + server.host() + "\r\nOrigin: http://" +
-                     server.host() + "\r\n" + session_cookie(server) + "Content-Length: 0\r\n\r\n")
+                     server.host() + "\r\n" + session_header(server) + "Content-Length: 0\r\n\r\n")
                 .status,
             403);
 }
@@ -199,7 +254,7 @@ TEST(Access, ASessionTellsThePageWhatItMayDo) {
   auto anonymous = HttpProbe::over_tcp(server.port());
   EXPECT_EQ(nlohmann::json::parse(anonymous.ask(ask + "\r\n").body)["role"], "viewer");
   auto console = HttpProbe::over_tcp(server.port());
-  EXPECT_EQ(nlohmann::json::parse(console.ask(ask + session_cookie(server) + "\r\n").body)["role"], "operator");
+  EXPECT_EQ(nlohmann::json::parse(console.ask(ask + session_header(server) + "\r\n").body)["role"], "operator");
 }
 
 }  // namespace

@@ -125,6 +125,40 @@ TEST(EventHub, TooManyListenersAreTurnedAway) {
             503);
 }
 
+std::string upgrade_on(const ApiServer& server) {
+  return "GET /api/v1/events HTTP/1.1\r\nHost: " + server.host() +
+         "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+}
+
+TEST(EventHub, ACrowdOfAnonymousListenersNeverShutsOutAnOperator) {
+  EventHubOptions options;
+  options.max_clients = 6;
+  options.max_viewers = 4;
+  options.max_per_identity = 3;
+  ApiServer server({}, options);
+  std::vector<HttpProbe> crowd;
+  int taken = 0;
+  for (int i = 0; i < 40; ++i) {
+    crowd.push_back(HttpProbe::over_tcp(server.port()));
+    const auto answer = crowd.back().ask(upgrade_on(server));
+    taken += answer.status == 101 ? 1 : 0;
+    if (answer.status != 101) {
+      EXPECT_EQ(answer.status, 503);
+      EXPECT_EQ(answer.header("Retry-After"), "1");
+    }
+  }
+  EXPECT_EQ(taken, 3);
+  // The daemon's own user, over the Unix socket: as many as one identity may have, and no more.
+  std::vector<HttpProbe> operators;
+  for (int i = 0; i < 3; ++i) {
+    operators.push_back(HttpProbe::over_unix(server.socket()));
+    EXPECT_EQ(operators.back().ask(upgrade_on(server)).status, 101);
+  }
+  auto more = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(more.ask(upgrade_on(server)).status, 503);
+}
+
 TEST(EventHub, ClosingSaysGoodbye) {
   ApiServer server;
   Listener listener(server);

@@ -2,9 +2,13 @@
 #include "daemon/api/http_server.h"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/base_sink.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
+#include <future>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -73,6 +77,33 @@ TEST(HttpServer, StopRunsWhileAHandlerHangsAndNobodyIsLoggedIn) {
   server.on_reactor([&] { hanging.front()(ApiReply::json({{"late", true}})); });
   EXPECT_EQ(nlohmann::json::parse(busy.read().body)["late"], true);
   server.on_reactor([&] { hanging.clear(); });
+}
+
+// A log whose writer waits for its reader, until it is let go.
+class StalledSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  void await_writer() { writer_.get_future().wait(); }
+  void let_go() { reader_.set_value(); }
+
+ private:
+  void sink_it_(const spdlog::details::log_msg&) override {
+    writer_.set_value();
+    reader_.get_future().wait();
+  }
+  void flush_() override {}
+
+  std::promise<void> writer_, reader_;
+};
+
+TEST(HttpServer, StopIsDoneBeforeALogThatStalls) {
+  const auto sink = std::make_shared<StalledSink>();
+  ApiServer server({}, {}, {}, std::make_shared<spdlog::logger>("stalled", sink));
+  auto stopper = HttpProbe::over_unix(server.socket());
+  stopper.send(post("/api/v1/stop", ""));
+  sink->await_writer();
+  EXPECT_EQ(server.stops(), 1);
+  EXPECT_EQ(stopper.read().status, 200) << "and its reply is out";
+  sink->let_go();
 }
 
 TEST(HttpServer, StopDoesNotWaitForItsOwnBody) {
@@ -231,6 +262,70 @@ TEST(HttpServer, ClientsThatGoAwayLeaveNothingBehind) {
   });
   while (server.on_reactor([&] { return server.server().connections(); }) != 0) {
   }
+}
+
+TEST(HttpServer, QuestionsOfClientsThatHangUpAreKnownToBeInVain) {
+  constexpr int kClients = 48;
+  std::vector<std::stop_token> asked;
+  std::vector<Reply> waiting;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("getPanelLedger", [&](const ApiRequest& request, Reply reply) {
+      asked.push_back(request.gone);
+      waiting.push_back(std::move(reply));
+    });
+  });
+  const auto number = [&](auto counted) {
+    return server.on_reactor([&] { return std::count_if(asked.begin(), asked.end(), counted); });
+  };
+  {
+    std::vector<HttpProbe> crowd;
+    for (int i = 0; i < kClients; ++i) {
+      crowd.push_back(HttpProbe::over_tcp(server.port()));
+      crowd.back().send("GET /api/v1/panels/P-0001/ledger HTTP/1.1\r\nHost: " + server.host() + "\r\n\r\n");
+    }
+    while (number([](const auto&) { return true; }) < kClients) {
+    }
+    EXPECT_EQ(number([](const auto& gone) { return gone.stop_requested(); }), 0);
+  }
+  while (number([](const auto& gone) { return gone.stop_requested(); }) < kClients) {
+  }
+  EXPECT_EQ(server.on_reactor([&] { return server.server().connections(); }), 0U);
+  server.on_reactor([&] { waiting.clear(); });
+}
+
+TEST(HttpServer, ARequestSentAheadIsNoDeparture) {
+  std::vector<Reply> waiting;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("listPanels", [&waiting](const ApiRequest&, Reply reply) { waiting.push_back(std::move(reply)); });
+  });
+  auto probe = HttpProbe::over_unix(server.socket());
+  probe.send("GET /api/v1/panels HTTP/1.1\r\nHost: x\r\n\r\n");
+  while (server.on_reactor([&] { return waiting.empty(); })) {
+  }
+  probe.send(kStatus);
+  server.on_reactor([&] {
+    waiting.front()(ApiReply::json({{"first", true}}));
+    waiting.clear();
+  });
+  EXPECT_TRUE(nlohmann::json::parse(probe.read().body).contains("first"));
+  EXPECT_EQ(nlohmann::json::parse(probe.read().body)["operation"], "getStatus");
+}
+
+TEST(HttpServer, TellsClientsHowToKeepWhatTheyHave) {
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("listJobs", [](const ApiRequest& request, const Reply& reply) {
+      if (etag_matches(request.if_none_match, "\"7\"")) return reply(ApiReply::not_modified("\"7\""));
+      auto made = ApiReply::json({{"jobs", 7}});
+      made.etag = "\"7\"";
+      reply(std::move(made));
+    });
+  });
+  auto probe = HttpProbe::over_unix(server.socket());
+  const auto first = probe.ask("GET /api/v1/jobs HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_EQ(first.header("ETag"), "\"7\"");
+  EXPECT_EQ(first.header("Cache-Control"), "private, no-cache");
+  EXPECT_EQ(probe.ask("GET /api/v1/jobs HTTP/1.1\r\nHost: x\r\nIf-None-Match: \"7\"\r\n\r\n").status, 304);
+  EXPECT_EQ(probe.ask(kStatus).header("Cache-Control"), "no-store");
 }
 
 TEST(HttpServer, SlowClientsAreShownTheDoor) {

@@ -56,28 +56,15 @@ TEST(Url, DecodesWhatItMayAndRefusesTheRest) {
   EXPECT_EQ(parse_target("/a?x&y=&&z=1=2")->query.at("z"), "1=2");
 }
 
-TEST(ApiMessage, ReadsBodiesAndNumbersOrSaysWhatIsWrong) {
-  ApiRequest request;
-  EXPECT_EQ(*request.json_body(), nlohmann::json::object());
-  request.body = R"({"more":true})";
-  EXPECT_EQ((*request.json_body())["more"], true);
-  for (const std::string& bad : {std::string("[1]"), std::string("{"), std::string("\xff"), std::string(1000, '[')}) {
-    request.body = bad;
-    EXPECT_EQ(request.json_body().error().code, ErrorCode::kInvalidArgument) << bad;
-  }
-  request.query = {{"size_mm", "120.5"}, {"patch_mm", "nan"}, {"seed", "12x"}};
-  EXPECT_EQ(*request.query_number("size_mm"), 120.5);
-  EXPECT_EQ(*request.query_number("absent"), std::nullopt);
-  EXPECT_FALSE(request.query_number("patch_mm").ok());
-  EXPECT_FALSE(request.query_number("seed").ok());
-}
-
 TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
   const ApiReply reply = ApiReply::error(Error{ErrorCode::kRefused, "wrong panel on the bed: load P-2"});
   EXPECT_EQ(reply.status, 422);
   const auto body = nlohmann::json::parse(reply.body);
   EXPECT_EQ(body["error"]["code"], "refused");
   EXPECT_EQ(body["error"]["message"], "wrong panel on the bed: load P-2");
+  EXPECT_EQ(body["error"]["sentence"], "wrong panel on the bed");
+  EXPECT_EQ(body["error"]["remedy"], "load P-2");
+  EXPECT_TRUE(error_json("conflict", "the job is over")["remedy"].is_null());
   EXPECT_EQ(body["schema_version"], 1);
 }
 

@@ -45,8 +45,7 @@ class WatchdogTest : public ::testing::Test {
  protected:
   NoteBook book_;
   HandTimer* timer_ = nullptr;
-  bool healthy_ = true;
-  Watchdog watchdog_{book_, std::make_unique<HandTimer>(&timer_), [this] { return healthy_; }};
+  Watchdog watchdog_{book_, std::make_unique<HandTimer>(&timer_)};
 };
 
 TEST_F(WatchdogTest, IsFedAtAQuarterOfItsPeriodFromReadyOn) {
@@ -57,15 +56,18 @@ TEST_F(WatchdogTest, IsFedAtAQuarterOfItsPeriodFromReadyOn) {
   EXPECT_THAT(book_.notes, ElementsAre("READY=1", "WATCHDOG=1", "WATCHDOG=1"));
 }
 
-TEST_F(WatchdogTest, StarvesWhileTheCellIsNotHealthy) {
-  watchdog_.ready();
-  healthy_ = false;
-  timer_->fire();
-  timer_->fire();
-  EXPECT_THAT(book_.notes, ElementsAre("READY=1", "WATCHDOG=1"));
-  healthy_ = true;
-  timer_->fire();
-  EXPECT_EQ(book_.notes.back(), "WATCHDOG=1");
+TEST(Repeater, DoesTheSameAPeriodAfterEachTime) {
+  HandTimer* timer = nullptr;
+  int done = 0;
+  Repeater repeater(std::make_unique<HandTimer>(&timer), seconds(1), [&] { ++done; });
+  EXPECT_FALSE(timer->pending);
+  repeater.begin();
+  EXPECT_EQ(timer->wait, seconds(1));
+  EXPECT_EQ(done, 0);
+  timer->fire();
+  timer->fire();
+  EXPECT_EQ(done, 2);
+  EXPECT_TRUE(timer->pending);
 }
 
 TEST_F(WatchdogTest, NothingIsFedWhenNobodyWatches) {

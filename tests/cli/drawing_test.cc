@@ -1,0 +1,172 @@
+// What becomes of drawings: SVG's lines with their transforms, and strokes as JSON.
+#include "cli/drawing.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "cli/svg_path.h"
+
+namespace veneer::cli {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Drawing svg(const std::string& inner, const std::string& head = R"(width="100mm" height="60mm" viewBox="0 0 100 60")") {
+  auto drawing = read_svg(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" "
+      "xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" " +
+      head + ">" + inner + "</svg>");
+  EXPECT_TRUE(drawing.ok()) << drawing.error().message;
+  return drawing.ok() ? std::move(*drawing) : Drawing{};
+}
+std::string refusal(const std::string& inner) {
+  const auto drawing = read_svg(R"(<svg width="100mm" height="60mm" viewBox="0 0 100 60">)" + inner + "</svg>");
+  return drawing.ok() ? "taken" : drawing.error().message;
+}
+void expect_at(const DrawingPoint& p, double x, double y, double tolerance = 1e-6) {
+  EXPECT_NEAR(p[0], x, tolerance);
+  EXPECT_NEAR(p[1], y, tolerance);
+}
+
+TEST(SvgDrawing, TurnsThePageUpAndTakesItsMillimetres) {
+  const Drawing d = svg(R"(<path d="M10,20 L40 20 l0,10 h-30 v-10 z"/>)");
+  ASSERT_EQ(d.lines.size(), 1U);
+  const auto& p = d.lines[0].points;
+  ASSERT_EQ(p.size(), 5U);
+  expect_at(p[0], 10, 40);
+  expect_at(p[1], 40, 40);
+  expect_at(p[2], 40, 30);
+  expect_at(p[3], 10, 30);
+  expect_at(p[4], 10, 40);
+  EXPECT_THAT(d.warnings, IsEmpty());
+}
+
+TEST(SvgDrawing, ScalesTheViewBoxToThePage) {
+  const Drawing d =
+      svg(R"(<line x1="0" y1="0" x2="1000" y2="600"/>)", R"(width="10cm" height="6cm" viewBox="0 0 1000 600")");
+  expect_at(d.lines[0].points[0], 0, 60);
+  expect_at(d.lines[0].points[1], 100, 0);
+  const Drawing inches = svg(R"(<line x1="0" y1="0" x2="96" y2="0"/>)", R"(width="192" height="96")");
+  expect_at(inches.lines[0].points[1], 25.4, 25.4);
+  EXPECT_THAT(inches.warnings, ::testing::ElementsAre(HasSubstr("96 pixels to the inch")));
+}
+
+TEST(SvgDrawing, AppliesTransformsFromTheInsideOut) {
+  const Drawing d = svg(R"svg(<g transform="translate(10 20)"><g transform="rotate(90) scale(2,3)">
+      <polyline points="1,0 2,0 2,1"/></g></g>)svg");
+  const auto& p = d.lines[0].points;
+  expect_at(p[0], 10, 60 - 22);
+  expect_at(p[1], 10, 60 - 24);
+  expect_at(p[2], 10 - 3, 60 - 24);
+  const Drawing skewed =
+      svg(R"svg(<line x1="0" y1="10" x2="0" y2="20" transform="matrix(1,0,0,1,5,0),skewX(45)"/>)svg");
+  expect_at(skewed.lines[0].points[0], 15, 50);
+}
+
+TEST(SvgDrawing, FlattensCurvesToAHundredthOfAMillimetre) {
+  const Drawing d = svg(R"(<circle cx="50" cy="30" r="20"/><path d="M10 10 A 8 8 0 0 1 26 10"/>
+      <path d="M0 30 C 0 14 28.87 1.34 50 30"/><path d="M0,0 q10,10 20,0 t20,0"/>)");
+  ASSERT_EQ(d.lines.size(), 4U);
+  for (const auto& p : d.lines[0].points) EXPECT_NEAR(std::hypot(p[0] - 50, p[1] - 30), 20, 1e-9);
+  const auto& circle = d.lines[0].points;
+  for (std::size_t i = 1; i < circle.size(); ++i) {
+    const double x = (circle[i][0] + circle[i - 1][0]) / 2 - 50, y = (circle[i][1] + circle[i - 1][1]) / 2 - 30;
+    EXPECT_GT(std::hypot(x, y), 20 - kFlatMm * 1.001);
+  }
+  expect_at(circle.front(), circle.back()[0], circle.back()[1]);
+  // The arc bulges upwards: sweep 1 is clockwise on a page whose y points down.
+  double top = 0;
+  for (const auto& p : d.lines[1].points) top = std::max(top, p[1]);
+  EXPECT_NEAR(top, 58, 0.01);
+  expect_at(d.lines[1].points.back(), 26, 50);
+  // The second of two smooth arcs mirrors the first.
+  double lowest = 100, highest = 0;
+  for (const auto& p : d.lines[3].points) lowest = std::min(lowest, p[1]), highest = std::max(highest, p[1]);
+  EXPECT_NEAR(lowest, 55, 0.01);
+  EXPECT_NEAR(highest, 65, 0.01);
+}
+
+TEST(SvgDrawing, ReadsNumbersThatStandWithoutAnythingBetween) {
+  const Drawing d = svg(R"(<path d="M1.5.5-3e0-2a1 1 0 01.5.5"/>)");
+  const auto& p = d.lines[0].points;
+  expect_at(p[0], 1.5, 59.5);
+  expect_at(p[1], -3, 62);
+  expect_at(p.back(), -2.5, 61.5);
+}
+
+TEST(SvgDrawing, DrawsRectanglesWithAndWithoutRoundCorners) {
+  const Drawing d =
+      svg(R"(<rect x="10" y="10" width="20" height="10"/><rect x="50" y="10" width="20" height="10" rx="3"/>)");
+  EXPECT_EQ(d.lines[0].points.size(), 5U);
+  EXPECT_NEAR(length_of({{d.lines[1]}, {}}), 2 * 14 + 2 * 4 + 2 * 3.14159265 * 3, 0.05);
+}
+
+TEST(SvgDrawing, KnowsLayersAndColours) {
+  const Drawing d = svg(R"(<g id="g1" inkscape:label="engrave" inkscape:groupmode="layer"><g id="g2">
+      <path d="M0 0 H5" style="fill:none; stroke:#F00"/></g></g>
+      <g id="cut" stroke="blue"><path d="M0 1 H5"/><path d="M0 2 H5" stroke="none"/></g>)");
+  ASSERT_EQ(d.lines.size(), 3U);
+  EXPECT_EQ(d.lines[0].layer, "engrave");
+  EXPECT_EQ(d.lines[0].colour, "#ff0000");
+  EXPECT_EQ(d.lines[1].layer, "cut");
+  EXPECT_EQ(d.lines[1].colour, "#0000ff");
+  EXPECT_EQ(d.lines[2].colour, "");
+}
+
+TEST(SvgDrawing, LeavesOutWhatIsHiddenOrNotDrawn) {
+  const Drawing d = svg(R"(<defs><path d="M0 0 H9"/></defs><g style="display:none"><path d="M0 0 H9"/></g>
+      <title>a title</title><path d="M0 0 H5"/><path d="M3 3"/>)");
+  EXPECT_EQ(d.lines.size(), 1U);
+}
+
+TEST(SvgDrawing, RefusesByNameWhatWouldBeBurntOtherwiseThanItLooks) {
+  EXPECT_THAT(refusal("<text>hello</text>"), HasSubstr("turn it into paths"));
+  EXPECT_THAT(refusal("<image href='x.png'/>"), HasSubstr("trace it"));
+  EXPECT_THAT(refusal("<use href='#a'/>"), HasSubstr("unlink it"));
+  EXPECT_THAT(refusal("<path d='M0 0 H5' clip-path='url(#c)'/>"), HasSubstr("clip-path"));
+  EXPECT_THAT(refusal("<path id='p' d='M0 0 X5'/>"), HasSubstr("\"p\" does not read"));
+  EXPECT_THAT(refusal("<path d='M0 0 H5' transform='turn(3)'/>"), HasSubstr("transform"));
+  EXPECT_THAT(refusal("<blob/>"), HasSubstr("<blob>"));
+  EXPECT_THAT(refusal(""), HasSubstr("no lines"));
+  EXPECT_THAT(read_svg("<svg><path d='M0 0 H5'/></svg>").error().message, HasSubstr("says no size"));
+  EXPECT_THAT(read_svg("<html/>").error().message, HasSubstr("no <svg>"));
+  EXPECT_THAT(read_svg("<svg").error().message, HasSubstr("no SVG"));
+}
+
+// Whatever is in a path's data, it is read or refused, and never long.
+TEST(SvgPath, SurvivesData) {
+  for (const char* data : {"", "M", "M1", "M1 2 L", "z", "L1 1", "M0 0 A1 1 0 2 0 3 3", "M0 0 A1e300 1e300 0 1 1 1 1",
+                           "M0 0 C1 1 1e308 1e308 1e308 1e308", "M0 0 H nan", "M0 0 z z z L1 1", "M1 1 1 1 1",
+                           "M0 0 Q1e9 1e9 2e9 0", "M-0-0-0-0", "M0 0 L\x80\xff"}) {
+    LineDrawer draw{SvgMatrix{}};
+    static_cast<void>(draw.path(data));
+    for (const auto& line : draw.take()) EXPECT_LT(line.size(), 200000U) << data;
+  }
+}
+
+TEST(Strokes, AreReadStrictly) {
+  const auto good = read_strokes(R"({"schema_version":1,"strokes":[
+      {"points_mm":[[0,0],[10,5]],"power":0.5,"speed_mm_s":20,"passes":2,"air":true,"layer":"cut"}]})");
+  ASSERT_TRUE(good.ok());
+  ASSERT_EQ(good->lines.size(), 1U);
+  EXPECT_EQ(good->lines[0].layer, "cut");
+  EXPECT_EQ(good->lines[0].power, 0.5);
+  EXPECT_EQ(good->lines[0].passes, 2);
+  EXPECT_NEAR(length_of(*good), std::hypot(10, 5), 1e-9);
+  const auto refused = [](const std::string& text) {
+    const auto drawing = read_strokes(text);
+    return drawing.ok() ? "taken" : drawing.error().message;
+  };
+  EXPECT_THAT(refused("[]"), HasSubstr("strokes as JSON"));
+  EXPECT_THAT(refused(R"({"schema_version":2,"strokes":[{"points_mm":[[0,0],[1,1]]}]})"), HasSubstr("schema_version"));
+  EXPECT_THAT(refused(R"({"schema_version":1,"strokes":[{"points_mm":[[0,0]]}]})"), HasSubstr("fewer than two points"));
+  EXPECT_THAT(refused(R"({"schema_version":1,"strokes":[{"points_mm":[[0,0],[1]]}]})"), HasSubstr("points_mm"));
+  EXPECT_THAT(refused(R"({"schema_version":1,"strokes":[{"points_mm":[[0,0],[1,1]],"speed":3}]})"),
+              HasSubstr("\"speed\" is not known"));
+  EXPECT_THAT(refused(R"({"schema_version":1,"strokes":[]})"), HasSubstr("no strokes"));
+}
+
+}  // namespace
+}  // namespace veneer::cli

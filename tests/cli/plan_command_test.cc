@@ -1,0 +1,489 @@
+// `veneerctl plan`, as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int status = -1;
+  std::string errors;
+};
+
+// A command whose standard error is read line by line. The socket between has hardly any room, so that a command that
+// tells its progress waits for its reader every few lines: it cannot be done before a signal is sent.
+class ReadAlong {
+ public:
+  explicit ReadAlong(const std::string& command) {
+    std::array<int, 2> ends{};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) throw std::runtime_error("no socket");
+    const int least = 1;
+    setsockopt(ends[1], SOL_SOCKET, SO_SNDBUF, &least, sizeof least);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      execl("/bin/sh", "sh", "-c", ("exec " + command).c_str(), nullptr);
+      _exit(127);
+    }
+    close(ends[1]);
+    end_ = ends[0];
+  }
+  ~ReadAlong() { finish(); }
+  ReadAlong(const ReadAlong&) = delete;
+  ReadAlong& operator=(const ReadAlong&) = delete;
+
+  // Reads until `words` have come; false when it ended without them.
+  bool until(const std::string& words) {
+    while (text_.find(words) == std::string::npos)
+      if (!read_some()) return false;
+    return true;
+  }
+  void interrupt() const { kill(pid_, SIGINT); }
+  Outcome finish() {
+    while (read_some()) continue;
+    if (end_ >= 0) {
+      close(std::exchange(end_, -1));
+      waitpid(pid_, &status_, 0);
+    }
+    return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, text_};
+  }
+
+ private:
+  bool read_some() {
+    std::array<char, 256> some{};
+    const ssize_t count = end_ < 0 ? 0 : read(end_, some.data(), some.size());
+    if (count > 0) text_.append(some.data(), static_cast<std::size_t>(count));
+    return count > 0;
+  }
+
+  pid_t pid_ = 0;
+  int end_ = -1, status_ = 0;
+  std::string text_;
+};
+
+class PlanCommand : public ::testing::Test {
+ protected:
+  PlanCommand() : folder_(fs::temp_directory_path() / ("plan_command_test_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+    const StockPanel panel = test::wood_panel("P", 150, 120, 50.8, 3);
+    cv::imwrite(path("panel.png"), panel.picture.pixels);
+    cv::imwrite(path("mask.png"), panel.free.pixels);
+    cv::imwrite(path("target.png"), test::blob_artwork("A", 60, 40, 20_mm, 4).picture);
+  }
+  ~PlanCommand() override {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string text(const std::string& name) const {
+    std::ifstream file(path(name), std::ios::binary);
+    std::ostringstream out;
+    out << file.rdbuf();
+    return out.str();
+  }
+  nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text(name)); }
+
+  Outcome plan(const std::string& arguments) const { return run("plan " + arguments); }
+  Outcome run(const std::string& arguments) const {
+    const std::string command =
+        std::string(VENEERCTL) + " " + arguments + " 2>" + path("stderr") + " >" + path("stdout");
+    const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("stderr")};
+  }
+  std::string usual() const {
+    return "--target " + path("target.png") + " --panel " + path("panel.png") + ",mask=" + path("mask.png") +
+           ",dpi=50.8,id=P --size-mm 21 --patch-mm 7 --dpi 50.8 --rotations 5 --out " + path("out");
+  }
+  void expect_unusable(const std::string& arguments, const std::string& sentence) const {
+    const Outcome outcome = plan(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_THAT(outcome.errors, HasSubstr(sentence)) << arguments;
+  }
+  std::string replaced(std::string what, const std::string& with) const {
+    std::string all = usual();
+    return all.replace(all.find(what), what.size(), with);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(PlanCommand, WritesPlanPreviewCutFileAndReport) {
+  const Outcome outcome = plan(usual() + " --threads 2");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  // Pieces of 7 mm have no room for their marks.
+  EXPECT_THAT(outcome.errors, HasSubstr("15 marks do not fit on their pieces"));
+  EXPECT_EQ(json("out/report.json")["warnings"].size(), 1U);
+  const auto plan_json = json("out/plan.json"), report = json("out/report.json");
+  EXPECT_EQ(plan_json["pieces"].size(), 3U * 5U);  // 31.5 mm / 7 mm = 4.5 columns, rounded up
+  EXPECT_EQ(plan_json["panels"][0]["id"], "P");
+  EXPECT_DOUBLE_EQ(plan_json["artworks"][0]["width_mm"], 31.5);
+  double cost = 0;
+  for (const auto& piece : plan_json["pieces"]) cost += piece["cost"].get<double>();
+  EXPECT_NEAR(report["cost_total"].get<double>(), cost, 1e-9);
+  EXPECT_EQ(report["threads"], 2);
+  EXPECT_GT(report["peak_rss_bytes"], 1000000);
+  EXPECT_THAT(text("out/cut-P.svg"), HasSubstr("id=\"engrave\""));
+  const cv::Mat preview = cv::imread(path("out/preview.png"));
+  EXPECT_EQ(preview.cols, 63);
+  EXPECT_EQ(preview.rows, 42);
+}
+
+// In a log or a pipe there is no bar, but a line for everything that begins.
+TEST_F(PlanCommand, TellsItsProgressOffATerminalToo) {
+  const Outcome outcome = plan(usual() + " --optimize global --optimize-iterations 4096 --fine-rotation");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  for (const char* line :
+       {"reading the wood\n", "\nindexing the wood\n", "\nplacing pieces: ", "\nsurveying the wood\n",
+        "\noptimising: ", "\nturning pieces finely\n", "\nplaced 15 of 15 pieces\n"})
+    EXPECT_THAT(outcome.errors, HasSubstr(line));
+  EXPECT_THAT(outcome.errors, Not(AnyOf(HasSubstr("\r"), HasSubstr("\033"))));
+  EXPECT_EQ(text("stdout"), "");
+  EXPECT_LT(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 40);
+
+  const Outcome series = run("series " + usual() + " --pictures 2");
+  ASSERT_EQ(series.status, 0) << series.errors;
+  EXPECT_THAT(series.errors, HasSubstr("in turn, placing pieces: "));
+  EXPECT_THAT(series.errors, HasSubstr("2 pictures together, placing pieces: "));
+}
+
+// Formats whose codecs are loaded when a file asks for them.
+TEST_F(PlanCommand, ReadsLosslessPicturesOfAnyFormatAlike) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string expected = text("out/plan.json");
+  for (const char* other : {"target.tiff", "target.bmp", "target.ppm"}) {
+    cv::imwrite(path(other), cv::imread(path("target.png")));
+    const Outcome outcome = plan(replaced("target.png", other));
+    ASSERT_EQ(outcome.status, 0) << outcome.errors;
+    EXPECT_EQ(text("out/plan.json"), std::string(expected).replace(expected.find("target.png"), 10, other)) << other;
+  }
+}
+
+TEST_F(PlanCommand, GivesTheSameBytesAgain) {
+  ASSERT_EQ(plan(usual() + " --alternatives 2 --threads 1").status, 0);
+  const std::string first = text("out/plan.json"), preview = text("out/preview.png"), cut = text("out/cut-P.svg");
+  ASSERT_EQ(plan(usual() + " --alternatives 2 --threads 3").status, 0);
+  EXPECT_EQ(text("out/plan.json"), first);
+  EXPECT_EQ(text("out/cut-P.svg"), cut);
+  EXPECT_EQ(text("out/preview.png"), preview);
+}
+
+TEST_F(PlanCommand, WarnsOfUnfilledPatchesAndStillSucceeds) {
+  const Outcome outcome = plan(replaced("--size-mm 21", "--size-mm 90"));
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.errors, HasSubstr("warning"));
+  EXPECT_GT(json("out/report.json")["unfilled"], 0);
+}
+
+TEST_F(PlanCommand, WritesOnlyTheFormatsAskedFor) {
+  ASSERT_EQ(plan(usual() + " --format json").status, 0);
+  EXPECT_FALSE(fs::exists(path("out/cut-P.svg")));
+  EXPECT_TRUE(fs::exists(path("out/plan.json")));
+}
+
+TEST_F(PlanCommand, TakesSpeciesImportanceAndSeveralPictures) {
+  cv::Mat importance(10, 10, CV_8UC1, cv::Scalar(255));
+  cv::imwrite(path("importance.png"), importance);
+  const std::string panels =
+      " --panel " + path("panel.png") + ",dpi=50.8,id=Q,species=oak --wood oak --wood-weight oak=2";
+  const Outcome outcome = plan(usual() + panels + " --importance " + path("importance.png") +
+                               " --repeat 2 --interleave --w-colour 0.2 --w-texture 0.1 --edge-mm 0.8");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto plan_json = json("out/plan.json");
+  ASSERT_EQ(plan_json["panels"].size(), 1U);
+  EXPECT_EQ(plan_json["panels"][0]["id"], "Q");
+  ASSERT_EQ(plan_json["artworks"].size(), 2U);
+  EXPECT_EQ(plan_json["artworks"][1]["letter"], "B");
+  EXPECT_TRUE(fs::exists(path("out/preview-B.png")));
+  EXPECT_TRUE(json("out/report.json")["warnings"].is_array());
+}
+
+// The n-th importance is that of the n-th target: what it marks is cheaper than when the other half is marked.
+TEST_F(PlanCommand, EachTargetHasItsOwnImportance) {
+  cv::imwrite(path("second.png"), test::blob_artwork("B", 60, 40, 20_mm, 9).picture);
+  cv::Mat half(40, 60, CV_8UC1, cv::Scalar(20));
+  half(cv::Rect(0, 0, 30, 40)).setTo(255);
+  cv::imwrite(path("left.png"), half);
+  cv::flip(half, half, 1);
+  cv::imwrite(path("right.png"), half);
+  // Of both pictures' left and right halves.
+  const auto costs = [&](const std::string& first, const std::string& second) {
+    const Outcome outcome =
+        plan(replaced("--patch-mm 7", "--patch-mm 5.25") + " --target " + path("second.png") + " --importance " +
+             path(first) + " --importance " + path(second) + " --optimize global --optimize-iterations 40000");
+    EXPECT_EQ(outcome.status, 0) << outcome.errors;
+    const auto made = json("out/plan.json");
+    EXPECT_EQ(made["artworks"][1]["target"], path("second.png"));
+    std::array<std::array<double, 2>, 2> out{};
+    for (const auto& piece : made["pieces"])
+      out[piece["artwork"].get<std::size_t>()][piece["col"].get<int>() < 3 ? 0 : 1] += piece["cost"].get<double>();
+    return out;
+  };
+  const auto outer = costs("left.png", "right.png"), inner = costs("right.png", "left.png");
+  EXPECT_LT(outer[0][0], inner[0][0]);
+  EXPECT_GT(outer[0][1], inner[0][1]);
+  EXPECT_GT(outer[1][0], inner[1][0]);
+  EXPECT_LT(outer[1][1], inner[1][1]);
+}
+
+TEST_F(PlanCommand, NamesThePanelWhoseMarksDoNotFit) {
+  // Two halves of the wood, of which neither is enough.
+  cv::Mat left = cv::imread(path("mask.png"), cv::IMREAD_GRAYSCALE), right = left.clone();
+  left.colRange(left.cols / 2, left.cols) = 0, right.colRange(0, right.cols / 2) = 0;
+  cv::imwrite(path("left.png"), left), cv::imwrite(path("right.png"), right);
+  const Outcome outcome = plan(replaced("mask.png", "left.png") + " --panel " + path("panel.png") +
+                               ",mask=" + path("right.png") + ",dpi=50.8,id=Q");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("warning: panel P: "));
+  EXPECT_THAT(outcome.errors, HasSubstr("warning: panel Q: "));
+}
+
+TEST_F(PlanCommand, ReportsWhatTheGlobalOptimisationGained) {
+  const Outcome outcome = plan(usual() + " --optimize global --optimize-iterations 4096");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("greedy"));
+  const auto report = json("out/report.json");
+  EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
+  EXPECT_NEAR(report["global"]["cost"], report["cost_total"], 1e-9 * report["cost_total"].get<double>());
+  EXPECT_LE(report["global"]["iterations"], 4096);
+  expect_unusable(usual() + " --optimize-seconds -1", "must lie between 0 and 1e9");
+}
+
+TEST_F(PlanCommand, AGlobalOptimisationThatTheClockStoppedIsRepeatedByItsIterations) {
+  ASSERT_EQ(plan(usual() + " --optimize global --optimize-seconds 0.000001").status, 0);
+  const auto report = json("out/report.json");
+  EXPECT_EQ(report["global"]["stopped"], true);
+  const auto iterations = report["global"]["iterations"].get<std::uint64_t>();
+  ASSERT_GT(iterations, 0U);
+  const std::string stopped = text("out/plan.json");
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(usual() + " --optimize global --optimize-iterations " + std::to_string(iterations)).status, 0);
+  EXPECT_EQ(text("out/plan.json"), stopped);
+}
+
+TEST_F(PlanCommand, PlansASeriesOfOnePicture) {
+  const Outcome outcome = run("series " + usual() + " --pictures 2");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/series.json")["columns"].size(), 2U);
+  EXPECT_THAT(text("stdout"), HasSubstr("all together"));
+  EXPECT_THAT(text("out/series.svg"), HasSubstr("<svg"));
+  EXPECT_FALSE(cv::imread(path("out/series.png")).empty());
+  const Outcome two = run("series " + usual() + " --target " + path("target.png"));
+  EXPECT_EQ(two.status, 2);
+  EXPECT_THAT(two.errors, HasSubstr("give one --target"));
+}
+
+TEST_F(PlanCommand, GoesOnAfterItWasKilled) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string whole = text("out/plan.json"), preview = text("out/preview.png");
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+  fs::remove_all(path("out"));
+  // Killed by the limit on the size of files: its journal is the first to reach it.
+  const std::string command =
+      "ulimit -c 0; ulimit -f 1; " + std::string(VENEERCTL) + " plan " + usual() + " 2>" + path("stderr");
+  EXPECT_NE(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+  EXPECT_TRUE(fs::exists(path("out/plan.journal")));
+  EXPECT_FALSE(fs::exists(path("out/plan.json")));
+  const Outcome outcome = plan(usual());
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_THAT(outcome.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_EQ(text("out/plan.json"), whole);
+  EXPECT_EQ(text("out/preview.png"), preview);
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+}
+
+TEST_F(PlanCommand, GoesOnAfterItWasInterrupted) {
+  const std::string many = replaced("--size-mm 21 --patch-mm 7", "--size-mm 35 --patch-mm 3.5") + " --threads 1";
+  ReadAlong command(std::string(VENEERCTL) + " plan " + many);
+  ASSERT_TRUE(command.until("placing pieces: "));
+  command.interrupt();
+  const Outcome stopped = command.finish();
+  EXPECT_EQ(stopped.status, 1) << stopped.errors;
+  EXPECT_THAT(stopped.errors,
+              EndsWith("veneerctl: planning was cancelled: the same command goes on where it stopped\n"));
+  EXPECT_FALSE(fs::exists(path("out/plan.json")));
+  ASSERT_TRUE(fs::exists(path("out/plan.journal")));
+
+  const Outcome gone_on = plan(many);
+  ASSERT_EQ(gone_on.status, 0) << gone_on.errors;
+  EXPECT_THAT(gone_on.errors, HasSubstr("going on where an earlier run stopped"));
+  EXPECT_FALSE(fs::exists(path("out/plan.journal")));
+  const std::string bytes = text("out/plan.json"), preview = text("out/preview.png");
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(many).status, 0);
+  EXPECT_EQ(text("out/plan.json"), bytes);
+  EXPECT_EQ(text("out/preview.png"), preview);
+}
+
+TEST_F(PlanCommand, AGlobalOptimisationThatIsInterruptedGivesTheBestSoFar) {
+  ReadAlong command(std::string(VENEERCTL) + " plan " +
+                    replaced("--size-mm 21 --patch-mm 7", "--size-mm 28 --patch-mm 3.5") +
+                    " --threads 1 --optimize global");
+  ASSERT_TRUE(command.until("optimising: "));
+  command.interrupt();
+  const Outcome stopped = command.finish();
+  ASSERT_EQ(stopped.status, 0) << stopped.errors;
+  EXPECT_THAT(stopped.errors, HasSubstr(", stopped after "));
+  const auto report = json("out/report.json");
+  EXPECT_EQ(report["global"]["stopped"], true);
+  EXPECT_LE(report["global"]["cost"], report["global"]["greedy_cost"]);
+  EXPECT_EQ(report["unfilled"], 0);
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 8U * 12U);
+  EXPECT_TRUE(fs::exists(path("out/preview.png")));
+}
+
+TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {
+  ASSERT_EQ(plan(usual() + " --alternatives 3").status, 0);
+  const auto before = json("out/plan.json");
+  fs::rename(path("out/plan.json"), path("kept.json"));
+  const std::string again = usual() + " --keep " + path("kept.json");
+  const auto piece = [](const nlohmann::json& plan, const std::string& mark) {
+    for (const auto& it : plan["pieces"])
+      if (it["id"] == mark) return it;
+    return nlohmann::json();
+  };
+  ASSERT_FALSE(piece(before, "A1-1")["alternatives"].empty());
+  const Outcome outcome = plan(again + " --take A1-1=1 --swap A1-2,A2-1 --replan A2-2 --forbid P,0,0,1,1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto after = json("out/plan.json");
+  EXPECT_EQ(piece(after, "A1-1")["panel_outline_mm"], piece(before, "A1-1")["alternatives"][0]["panel_outline_mm"]);
+  EXPECT_NE(piece(after, "A1-2")["panel_outline_mm"], piece(before, "A1-2")["panel_outline_mm"]);
+  EXPECT_EQ(piece(after, "A3-3")["panel_outline_mm"], piece(before, "A3-3")["panel_outline_mm"]);
+
+  expect_unusable(again + " --pin Z1-1", "no piece Z1-1");
+  expect_unusable(again + " --forbid P,1,2,3", "--forbid P,1,2,3 is not");
+  expect_unusable(again + " --swap A1-1", "--swap A1-1 is not");
+  expect_unusable(again + " --take A1-1=99", "A1-1");
+}
+
+TEST_F(PlanCommand, WritesEveryFormatThatIsAskedFor) {
+  ASSERT_EQ(plan(usual() + " --format svg,dxf,eps,json").status, 0);
+  EXPECT_THAT(text("out/cut-P.svg"), HasSubstr("<svg"));
+  EXPECT_THAT(text("out/cut-P.dxf"), HasSubstr("LWPOLYLINE"));
+  EXPECT_THAT(text("out/cut-P.eps"), HasSubstr("lineto\nstroke\n"));
+  fs::remove_all(path("out"));
+  ASSERT_EQ(plan(usual() + " --format dxf").status, 0);
+  EXPECT_TRUE(fs::exists(path("out/cut-P.dxf")) && fs::exists(path("out/plan.json")));
+  EXPECT_FALSE(fs::exists(path("out/cut-P.svg")) || fs::exists(path("out/cut-P.eps")));
+  for (const std::string name : {"pdf", "tiff", "DXF", ""})
+    expect_unusable(usual() + " --format svg," + name,
+                    "\"" + name + "\" is no format of --format: there are svg, dxf, eps, json");
+}
+
+TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string without = text("out/plan.json");
+  fs::remove_all(path("out"));
+  const Outcome outcome = plan(usual() + " --layout grid --refine none --curves g0 --overlap-mm 0.0");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(text("out/plan.json"), without);
+}
+
+TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
+  const auto expect_refused = [this](const std::string& option, const std::string& instead) {
+    const Outcome outcome = plan(usual() + " " + option);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.errors, StartsWith("veneerctl: " + option + " is not available in this version: "));
+    EXPECT_THAT(outcome.errors, EndsWith(instead + "\n"));
+  };
+  expect_refused("--layout morph", "--layout grid");
+  expect_refused("--layout gird", "--layout grid");
+  expect_refused("--refine dp", "--refine none");
+  expect_refused("--curves g1", "--curves g0");
+  expect_refused("--overlap-mm 1.5", "--overlap-mm 0");
+  expect_refused("--overlap-mm nan", "--overlap-mm 0");
+  expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available in this version: ");
+}
+
+TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
+  expect_unusable("", "--target");
+  expect_unusable(replaced(path("target.png"), path("none.png")), "there is no file");
+  expect_unusable(replaced(path("panel.png"), path("none.png")), "there is no file");
+  expect_unusable(replaced(path("mask.png"), path("target.png")), "the mask");
+  expect_unusable(replaced(path("mask.png"), folder_.string()), "is a directory");
+  std::ofstream(path("text.png")) << "no picture";
+  expect_unusable(replaced(path("target.png"), path("text.png")), "not a picture");
+  cv::imwrite(path("dot.png"), cv::Mat(1, 1, CV_8UC3, cv::Scalar(9, 9, 9)));
+  expect_unusable(replaced(path("target.png"), path("dot.png")), "1 x 1 pixels");
+  cv::imwrite(path("black.png"), cv::Mat(120, 150, CV_8UC1, cv::Scalar(0)));
+  expect_unusable(replaced(path("mask.png"), path("black.png")), "no usable wood");
+  expect_unusable(usual() + " --w-edge nan", "edge weight");
+  expect_unusable(usual() + " --w-intensity -1", "intensity weight");
+  expect_unusable(usual() + " --w-texture much", "w_texture must be a number, not \"much\"");
+  expect_unusable(replaced("--rotations 5", "--rotations 2.5"), "rotations must be a whole number");
+  expect_unusable(usual() + " --priority edge", "priority must be saliency or center");
+  expect_unusable(usual() + " --optimize best", "optimize must be greedy or global");
+  expect_unusable(usual() + " --w-hist 2", "histogram weight");
+  expect_unusable(replaced("mask=" + path("mask.png"), "mask="), "names no mask");
+  expect_unusable(replaced("dpi=50.8", "dpi=zero"), "not a number");
+  expect_unusable(usual() + " --size-mm 700", "--size-mm");
+  expect_unusable(usual() + " --threads -1", "the number of threads must not be negative");
+  expect_unusable(replaced(path("panel.png") + ",mask=" + path("mask.png"), path("dot.png")),
+                  "panel P has only 1 x 1 pixels");
+  expect_unusable(replaced("--size-mm 21 --patch-mm 7", "--size-mm 700 --patch-mm 700"), "larger than every panel");
+  expect_unusable(replaced("--size-mm 21", "--size-mm nan"), "--size-mm");
+  expect_unusable(usual() + " --panel " + path("panel.png") + ",id=P", "two panels have the id P");
+  expect_unusable(replaced("id=P", "id=a/b"), "cannot be the id");
+  expect_unusable(usual() + " --wood elm", "no panel is known to be elm");
+  expect_unusable(usual() + " --wood-weight elm", "not SPECIES=NUMBER");
+  expect_unusable(usual() + " --w-colour nan", "colour weight");
+  expect_unusable(usual() + " --edge-mm -1", "scale of edges");
+  expect_unusable(usual() + " --repeat 0", "--repeat");
+  expect_unusable(usual() + " --reserve 1.5", "reserved wood must lie between 0 and 1");
+  expect_unusable(usual() + " --adaptive-levels -1", "adaptive levels");
+  expect_unusable(usual() + " --adaptive-factor nan", "adaptive factor");
+  expect_unusable(usual() + " --importance " + path("target.png") + " --importance " + path("target.png"),
+                  "more --importance");
+}
+
+TEST_F(PlanCommand, AnImportanceOfOnePixelChangesNothing) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  const std::string without = text("out/plan.json");
+  cv::imwrite(path("dot.png"), cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(255)));
+  ASSERT_EQ(plan(usual() + " --importance " + path("dot.png")).status, 0);
+  EXPECT_EQ(text("out/plan.json"), without);
+}
+
+TEST_F(PlanCommand, FailsWithOneWhenTheResultsCannotBeWritten) {
+  std::ofstream(path("in_the_way")) << "a file";
+  const Outcome outcome = plan(replaced("--out " + path("out"), "--out " + path("in_the_way")));
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("in_the_way"));
+}
+
+TEST_F(PlanCommand, PlansTheDevelopersPicturesWhenTheyAreThere) {
+  const fs::path data = fs::path(VENEER_SOURCE) / ".." / "shared" / "data";
+  if (!fs::exists(data / "wood" / "panel_small.jpg")) GTEST_SKIP() << "no developer data beside the tree";
+  const Outcome outcome =
+      plan("--target " + (data / "targets/astronaut_head.png").string() + " --panel " +
+           (data / "wood/panel_small.jpg").string() + ",mask=" + (data / "wood/panel_small_mask.png").string() +
+           " --size-mm 40 --patch-mm 10 --dpi 75 --out " + path("out"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/report.json")["unfilled"], 0);
+}
+
+}  // namespace
+}  // namespace veneer::planner

@@ -1,0 +1,143 @@
+// What is asked twice with one key is done once.
+#include "daemon/api/idempotency.h"
+
+#include <gtest/gtest.h>
+
+#include "daemon/api/router.h"
+
+namespace veneer::daemon {
+namespace {
+
+class Idempotency : public ::testing::Test {
+ protected:
+  Idempotency() {
+    router.remember_in(keys);
+    router.on_change([this](const Router::Change& change) {
+      notes.push_back(change.caller.who + " " + std::string(change.operation) + (change.refused ? " refused" : "") +
+                      " " + change.detail);
+    });
+    router.bind("scan", [this](const ApiRequest&, Reply reply) {
+      ++scans;
+      if (hold) return held.push_back(std::move(reply));
+      reply(refuse ? ApiReply::error(Error{ErrorCode::kConflict, "the scanner is busy: wait"}) : ApiReply::task(scans));
+    });
+    router.bind("getStatus", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({{"state", "Idle"}})); });
+    router.bind("openSession", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({{"ok", true}})); });
+  }
+
+  void send(const std::string& key, const std::string& body = "{}", const std::string& who = "uid 1000",
+            const std::string& method = "POST", const std::string& path = "/api/v1/scans") {
+    const auto match = router.match(method, path);
+    ASSERT_NE(match.route, nullptr);
+    ApiRequest request;
+    request.method = method;
+    request.path = path;
+    request.body = body;
+    request.idempotency_key = key;
+    request.caller.who = who;
+    match.route->handler(request, [this](ApiReply reply) { replies.push_back(std::move(reply)); });
+  }
+  nlohmann::json last() const { return nlohmann::json::parse(replies.back().body); }
+
+  ManualClock clock;
+  IdempotencyKeys keys{clock};
+  Router router;
+  std::vector<std::string> notes;
+  std::vector<ApiReply> replies;
+  std::vector<Reply> held;
+  int scans = 0;
+  bool hold = false, refuse = false;
+};
+
+TEST_F(Idempotency, ARepetitionGetsTheFirstReplyAndDoesNothing) {
+  send("a");
+  EXPECT_EQ(last()["task"], 1);
+  send("a");
+  EXPECT_EQ(scans, 1);
+  EXPECT_EQ(replies.back().status, 202);
+  EXPECT_EQ(last()["task"], 1);
+  EXPECT_EQ(replies.back().headers.back().first, "Idempotency-Replayed");
+  send("b");
+  EXPECT_EQ(last()["task"], 2);
+  send("");
+  EXPECT_EQ(last()["task"], 3) << "without a key every request counts";
+}
+
+TEST_F(Idempotency, ARepetitionThatComesTooEarlyWaitsForTheFirstReply) {
+  hold = true;
+  send("a");
+  send("a");
+  EXPECT_TRUE(replies.empty());
+  held.front()(ApiReply::task(7));
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].body, replies[1].body);
+  EXPECT_EQ(scans, 1);
+}
+
+TEST_F(Idempotency, AnotherRequestWithTheSameKeyIsRefused) {
+  send("a", "{}");
+  send("a", R"({"more":true})");
+  EXPECT_EQ(replies.back().status, 409) << replies.back().body;
+  EXPECT_EQ(scans, 1);
+}
+
+TEST_F(Idempotency, KeysBelongToWhoSentThem) {
+  send("a", "{}", "uid 1000");
+  send("a", "{}", "console link 1 of uid 1000");
+  EXPECT_EQ(scans, 2);
+}
+
+TEST_F(Idempotency, WhatWasRefusedOrDroppedMayBeTriedAgain) {
+  refuse = true;
+  send("a");
+  EXPECT_EQ(replies.back().status, 409);
+  refuse = false;
+  send("a");
+  EXPECT_EQ(replies.back().status, 202);
+  hold = true;
+  send("b");
+  held.clear();  // the handler forgets to reply
+  hold = false;
+  send("b");
+  EXPECT_EQ(scans, 4);
+  EXPECT_EQ(last()["task"], 4);
+}
+
+TEST_F(Idempotency, KeysGrowOldAndTheirNumberIsBounded) {
+  send("a");
+  clock.advance(IdempotencyKeys::kLife + std::chrono::seconds(1));
+  send("a");
+  EXPECT_EQ(scans, 2);
+  for (std::size_t i = 0; i < IdempotencyKeys::kMost; ++i) send("many " + std::to_string(i));
+  EXPECT_EQ(replies.back().status, 400) << "a key has no spaces";
+  for (std::size_t i = 0; i < IdempotencyKeys::kMost; ++i) send("many-" + std::to_string(i));
+  const int before = scans;
+  send("many-1");
+  EXPECT_EQ(scans, before);
+  send("a");
+  EXPECT_EQ(scans, before + 1) << "the oldest is forgotten";
+}
+
+TEST_F(Idempotency, EveryChangeIsNotedWithWhoAskedAndEveryRefusalToo) {
+  send("", R"({"more":true})", "uid 1000");
+  refuse = true;
+  send("", "{}", "console link 3 of uid 0");
+  send("", "", "anonymous", "GET", "/api/v1/status");
+  ASSERT_EQ(notes.size(), 3U);
+  EXPECT_EQ(notes[0], R"(uid 1000 scan POST /api/v1/scans {"more":true})");
+  EXPECT_EQ(notes[1], "console link 3 of uid 0 scan POST /api/v1/scans {}");
+  EXPECT_EQ(notes[2].substr(0, 36), "console link 3 of uid 0 scan refused");
+  EXPECT_NE(notes[2].find("the scanner is busy"), std::string::npos);
+}
+
+TEST_F(Idempotency, ARepetitionIsNotNotedTwiceAndASecretNotAtAll) {
+  send("a");
+  send("a");
+  EXPECT_EQ(notes.size(), 1U);
+  send("", R"({"token":"very-secret"})", "anonymous", "POST", "/api/v1/session");
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_EQ(notes[1].find("very-secret"), std::string::npos) << notes[1];
+}
+
+}  // namespace
+}  // namespace veneer::daemon

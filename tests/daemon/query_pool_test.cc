@@ -1,0 +1,186 @@
+// Questions beside the thread that writes: what waits, who goes first, and what becomes of it when nobody listens.
+#include "daemon/query_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <vector>
+
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+// A question that holds its thread until it is let go.
+class Blocked {
+ public:
+  QueryPool::Work work() {
+    return [this](Repositories&) {
+      begun_.set_value();
+      released_.get_future().wait();
+      return ApiReply::json({{"late", true}});
+    };
+  }
+  void await() { begun_.get_future().wait(); }
+  void release() { released_.set_value(); }
+
+ private:
+  std::promise<void> begun_, released_;
+};
+
+class QueryPoolTest : public ::testing::Test {
+ protected:
+  QueryPoolTest() : database(*DatabaseThread::open(directory / "veneerd.db", reactor)) {}
+
+  std::unique_ptr<QueryPool> open(int threads, std::size_t max_waiting = 32) {
+    return *QueryPool::open(directory / "veneerd.db", {"test", threads, 0, max_waiting});
+  }
+  static ApiRequest from(Role role, const std::stop_token& gone = {}) {
+    ApiRequest request;
+    request.caller.role = role;
+    request.gone = gone;
+    return request;
+  }
+  Reply keep() {
+    return [this](ApiReply reply) {
+      const std::lock_guard lock(mutex);
+      replies.push_back(std::move(reply));
+    };
+  }
+  static ApiReply wait_for(QueryPool& pool, const ApiRequest& request, QueryPool::Work work) {
+    const auto reply = std::make_shared<std::promise<ApiReply>>();
+    auto came = reply->get_future();
+    pool.ask(
+        request, [reply](ApiReply made) { reply->set_value(std::move(made)); }, std::move(work));
+    return came.get();
+  }
+  static ApiReply count_jobs(Repositories& r) {
+    auto list = r.jobs.list();
+    return list ? ApiReply::json({{"jobs", list->size()}}) : ApiReply::error(list.error());
+  }
+
+  testing::TempDirectory directory;
+  boost::asio::io_context reactor;
+  std::unique_ptr<DatabaseThread> database;
+  std::mutex mutex;
+  std::vector<ApiReply> replies;
+};
+
+TEST_F(QueryPoolTest, ABlockedReaderDelaysNoWriteAndSeesOnlyWhatIsCommitted) {
+  Blocked blocked;  // outlives the pool, which may still be running it
+  auto pool = open(1);
+  pool->ask(from(Role::kViewer), keep(), blocked.work());
+  blocked.await();
+  // Returns although the only reader is held.
+  const Status written = database->call([](Repositories& r) {
+    return r.audit.append({0, "2026-05-01T07:30:00.000Z", "uid 1000", "test", ""});
+  });
+  EXPECT_TRUE(written.ok());
+  blocked.release();
+  const ApiReply seen = wait_for(*pool, from(Role::kViewer), [](Repositories& r) {
+    auto latest = r.audit.latest(10);
+    return ApiReply::json({{"entries", latest ? latest->size() : 0}});
+  });
+  EXPECT_EQ(nlohmann::json::parse(seen.body)["entries"], 1);
+}
+
+TEST_F(QueryPoolTest, AReaderCannotWrite) {
+  auto pool = open(1);
+  const ApiReply refused = wait_for(*pool, from(Role::kAdmin), [](Repositories& r) {
+    const Status written = r.audit.append({0, "2026-05-01T07:30:00.000Z", "uid 1000", "test", ""});
+    return written ? ApiReply::json({{"written", true}}) : ApiReply::error(written.error());
+  });
+  EXPECT_EQ(refused.status, 500) << refused.body;
+}
+
+TEST_F(QueryPoolTest, FortyEightClientsThatHangUpLeaveNoWork) {
+  Blocked blocked;  // outlives the pool, which may still be running it
+  auto pool = open(1, 64);
+  pool->ask(from(Role::kViewer), keep(), blocked.work());
+  blocked.await();
+  std::atomic<int> done{0};
+  std::vector<std::stop_source> clients(48);
+  for (const auto& client : clients)
+    pool->ask(from(Role::kViewer, client.get_token()), keep(), [&](Repositories& r) {
+      ++done;
+      return count_jobs(r);
+    });
+  EXPECT_EQ(pool->waiting(), 48U);
+  for (auto& client : clients) client.request_stop();
+  EXPECT_EQ(pool->waiting(), 0U);
+  blocked.release();
+  EXPECT_EQ(wait_for(*pool, from(Role::kViewer), count_jobs).status, 200);
+  EXPECT_EQ(done, 0);
+}
+
+TEST_F(QueryPoolTest, AFullQueueSaysWhenToAskAgainAndMakesRoomOfThoseWhoWent) {
+  Blocked blocked;  // outlives the pool, which may still be running it
+  auto pool = open(1, 4);
+  pool->ask(from(Role::kViewer), keep(), blocked.work());
+  blocked.await();
+  std::stop_source client;
+  for (int i = 0; i < 4; ++i) pool->ask(from(Role::kViewer, client.get_token()), keep(), count_jobs);
+  const ApiReply full = wait_for(*pool, from(Role::kViewer), count_jobs);
+  EXPECT_EQ(full.status, 503);
+  EXPECT_EQ(full.headers, (std::vector<std::pair<std::string, std::string>>{{"Retry-After", "1"}}));
+  client.request_stop();
+  pool->ask(from(Role::kViewer), keep(), count_jobs);
+  EXPECT_EQ(pool->waiting(), 1U);
+  blocked.release();
+}
+
+TEST_F(QueryPoolTest, ACrowdOfViewersNeverShutsOutAnOperator) {
+  Blocked blocked;  // outlives the pool, which may still be running it
+  auto pool = open(2, 8);
+  pool->ask(from(Role::kViewer), keep(), blocked.work());
+  blocked.await();
+  for (int i = 0; i < 100; ++i) pool->ask(from(Role::kViewer), keep(), count_jobs);
+  EXPECT_EQ(pool->waiting(), 8U) << "the second thread is not for viewers";
+  EXPECT_EQ(wait_for(*pool, from(Role::kOperator), count_jobs).status, 200);
+  EXPECT_EQ(pool->waiting(), 8U);
+  blocked.release();
+}
+
+TEST_F(QueryPoolTest, WhatTheClientHasAlreadyIsNotSentAgain) {
+  auto pool = open(1);
+  ApiRequest request = from(Role::kViewer);
+  const ApiReply first = wait_for(*pool, request, count_jobs);
+  ASSERT_FALSE(first.etag.empty());
+  request.if_none_match = "\"other\", W/" + first.etag;
+  const ApiReply again = wait_for(*pool, request, count_jobs);
+  EXPECT_EQ(again.status, 304);
+  EXPECT_EQ(again.etag, first.etag);
+  EXPECT_TRUE(again.body.empty());
+  request.if_none_match = "\"other\"";
+  EXPECT_EQ(wait_for(*pool, request, count_jobs).status, 200);
+}
+
+TEST_F(QueryPoolTest, AnAnswerThatCannotBeMadeCostsItselfOnly) {
+  auto pool = open(1);
+  const ApiReply failed =
+      wait_for(*pool, from(Role::kViewer), [](Repositories&) -> ApiReply { throw std::bad_alloc(); });
+  EXPECT_EQ(failed.status, 503) << failed.body;
+  EXPECT_EQ(wait_for(*pool, from(Role::kViewer), count_jobs).status, 200);
+}
+
+TEST_F(QueryPoolTest, ClosingDropsWhatWaits) {
+  Blocked blocked;  // outlives the pool, which may still be running it
+  auto pool = open(1);
+  pool->ask(from(Role::kViewer), keep(), blocked.work());
+  blocked.await();
+  std::atomic<int> done{0};
+  for (int i = 0; i < 20; ++i)
+    pool->ask(from(Role::kViewer), keep(), [&](Repositories& r) {
+      ++done;
+      return count_jobs(r);
+    });
+  auto closing = std::async(std::launch::async, [&] { pool->close(); });
+  while (pool->waiting() > 0) std::this_thread::yield();
+  blocked.release();
+  closing.get();
+  EXPECT_EQ(done, 0);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

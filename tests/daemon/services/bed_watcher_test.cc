@@ -1,0 +1,157 @@
+// What the camera over the bed tells of the stock, before anything is burnt there.
+#include "daemon/services/bed_watcher.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <optional>
+
+#include "tests/support/rendered_bed.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class StillCamera final : public CameraDriver {
+ public:
+  Result<cv::Mat> capture() override {
+    ++pictures;
+    return picture;
+  }
+  std::string device() const override { return "still"; }
+  std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken; }
+  std::optional<std::chrono::system_clock::time_point> taken;
+  Result<cv::Mat> picture = Error{ErrorCode::kUnavailable, "the camera does not answer"};
+  int pictures = 0;
+};
+
+// A board with this tag, somewhere on the bed.
+cv::Mat board_with_tag(int id) {
+  constexpr double kTag = 20;
+  return test::photograph(test::TrueCamera{}, {{{150, 100, 12, false}, 2.0, [id](double x, double y) {
+                                                  if (x < 0 || y < 0 || x > 120 || y > 80) return test::kNothingHere;
+                                                  const float tag =
+                                                      test::tag_shade(id, (x - 40) / kTag, (y - 30) / kTag);
+                                                  return tag == test::kNothingHere ? 170.0F : tag;
+                                                }}});
+}
+
+class BedWatcherTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = DatabaseThread::open(folder_.path() / "cell.db", io_);
+    ASSERT_TRUE(opened.ok());
+    database_ = std::move(*opened);
+    watcher_ = std::make_unique<BedWatcher>(io_, camera_, worker_, *database_, config_, [] {});
+  }
+  void stock_panel(int tag_id) {
+    const Status added = database_->call([tag_id](Repositories& r) {
+      db::PanelRecord panel;
+      panel.id = PanelId{"P-0001"};
+      panel.name = "walnut";
+      panel.width = Millimetres(120);
+      panel.height = Millimetres(80);
+      panel.created_at = "2026-01-01T00:00:00.000Z";
+      const db::FiducialRecord tag{
+          db::FiducialKind::kTag,
+          tag_id,
+          Face::kBack,
+          {point<PanelFrame>(80, 30), point<PanelFrame>(60, 30), point<PanelFrame>(60, 50), point<PanelFrame>(80, 50)}};
+      return r.panels.add(panel, {}, {tag});
+    });
+    ASSERT_TRUE(added.ok()) << added.error().message;
+  }
+  Result<std::vector<PanelId>> stock_in_sight() {
+    std::optional<Result<std::vector<PanelId>>> out;
+    watcher_->stock_in_sight([&](Result<std::vector<PanelId>> seen) { out = std::move(seen); });
+    worker_.call([] { return 0; });
+    io_.restart();
+    io_.poll();
+    return out ? *out : Error{ErrorCode::kInternal, "no reply"};
+  }
+
+  Result<ProvenPose> look() {
+    std::optional<Result<ProvenPose>> out;
+    watcher_->look([&](Result<ProvenPose> pose) { out = std::move(pose); });
+    worker_.call([] { return 0; });
+    io_.restart();
+    io_.poll();
+    return out ? *out : Error{ErrorCode::kInternal, "no reply"};
+  }
+
+  veneer::testing::TempDirectory folder_;
+  boost::asio::io_context io_;
+  Config config_;
+  StillCamera camera_;
+  std::unique_ptr<DatabaseThread> database_;
+  Worker worker_{"camera"};
+  std::unique_ptr<BedWatcher> watcher_;
+};
+
+TEST_F(BedWatcherTest, OneTagTellsAPanelOfTheStockWithoutAnyCalibration) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(*seen, ElementsAre(PanelId{"P-0001"}));
+  EXPECT_FALSE(watcher_->picture().empty()) << "people see what was looked at";
+}
+
+TEST_F(BedWatcherTest, AStrangersTagIsNoStock) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(300);
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(*seen, IsEmpty());
+}
+
+TEST_F(BedWatcherTest, WithoutACameraNobodyCanTell) {
+  stock_panel(215);
+  EXPECT_FALSE(stock_in_sight().ok());
+}
+
+TEST_F(BedWatcherTest, APictureFromBeforeHandsWereInProvesNothing) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  camera_.taken = std::chrono::system_clock::now() - std::chrono::hours(1);
+  ASSERT_TRUE(stock_in_sight().ok()) << "nobody has been at the bed since";
+  watcher_->hands_were_in();
+  const auto stale = stock_in_sight();
+  ASSERT_FALSE(stale.ok());
+  EXPECT_EQ(stale.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(stale.error().message, HasSubstr("take a new one"));
+  const auto pose = look();
+  ASSERT_FALSE(pose.ok());
+  EXPECT_THAT(pose.error().message, HasSubstr("take a new one"));
+  camera_.taken = std::chrono::system_clock::now() + std::chrono::hours(1);
+  EXPECT_TRUE(stock_in_sight().ok());
+  EXPECT_THAT(look().error().message, Not(HasSubstr("take a new one")));
+}
+
+TEST_F(BedWatcherTest, ASimulatedCameraTellsNothingOfARealLasersBed) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(300);
+  config_.laser.kind = "grbl";
+  config_.laser.port = "serial:/dev/ttyUSB0";
+  const auto seen = stock_in_sight();
+  ASSERT_FALSE(seen.ok());
+  EXPECT_THAT(seen.error().message, HasSubstr("the camera is simulated"));
+  config_.laser.test_controller = true;
+  EXPECT_TRUE(stock_in_sight().ok());
+}
+
+TEST_F(BedWatcherTest, WithoutStockNobodyNeedsToLook) {
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(*seen, IsEmpty());
+  EXPECT_EQ(camera_.pictures, 0);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,116 @@
+#include "daemon/services/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+constexpr const char* kNow = "2026-05-01T00:00:00.000Z";
+
+class CalibrationTest : public ::testing::Test {
+ protected:
+  void issue(db::CertificateKind kind, const nlohmann::json& payload) {
+    db::CertificateRecord certificate;
+    certificate.kind = kind;
+    certificate.issued_at = "2026-01-01T00:00:00.000Z";
+    certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    certificate.payload = payload.dump();
+    ASSERT_TRUE(database_
+                    ->call([&](Repositories& r) -> Status {
+                      auto issued = r.certificates.issue(certificate);
+                      return issued ? Ok() : Status(issued.error());
+                    })
+                    .ok());
+  }
+  Calibration load() {
+    auto loaded = database_->call([](Repositories& r) { return load_calibration(r, kNow); });
+    EXPECT_TRUE(loaded.ok()) << loaded.error().message;
+    return loaded ? *loaded : Calibration{};
+  }
+
+  testing::TempDirectory folder_;
+  boost::asio::io_context reactor_;
+  std::unique_ptr<DatabaseThread> database_ = std::move(*DatabaseThread::open(folder_ / "test.db", reactor_));
+};
+
+TEST_F(CalibrationTest, RemembersWhereThePatternWasBurnt) {
+  EXPECT_FALSE(load().pattern_area);
+  Box<MachineFrame> area;
+  area.add(point<MachineFrame>(12.5, 20));
+  area.add(point<MachineFrame>(480, 260));
+  issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
+  issue(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, area));
+  ASSERT_TRUE(load().bed);
+  ASSERT_TRUE(load().pattern_area);
+  EXPECT_EQ(load().pattern_area->min, area.min);
+  EXPECT_EQ(load().pattern_area->max, area.max);
+  // A new lens certificate makes the axes useless, but the board was burnt all the same.
+  issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
+  EXPECT_FALSE(load().bed);
+  EXPECT_TRUE(load().pattern_area);
+}
+
+TEST_F(CalibrationTest, CertificatesOfAnotherDeviceAreVoid) {
+  const CellDevices twin{"twin at 300 dpi", "twin:camera", "twin"};
+  const auto have = [&](const CellDevices& devices) {
+    database_->call([&](Repositories& r) {
+      r.devices = devices;
+      return 0;
+    });
+    const Calibration loaded = load();
+    return std::array{loaded.scanner.has_value(), loaded.camera.has_value(), loaded.bed.has_value(),
+                      loaded.kerf.has_value()};
+  };
+  const auto issue_on_twin = [&](db::CertificateKind kind, nlohmann::json payload) {
+    payload["device"] = device_name(kind, twin);
+    issue(kind, payload);
+  };
+  issue_on_twin(db::CertificateKind::kScanner, to_payload(calib::ScannerCertificateData{}));
+  issue_on_twin(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
+  Box<MachineFrame> area;
+  area.add(point<MachineFrame>(0, 0));
+  area.add(point<MachineFrame>(500, 300));
+  issue_on_twin(db::CertificateKind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{2}, area));
+  issue_on_twin(db::CertificateKind::kKerf, to_payload(calib::KerfMeasurement{}));
+
+  EXPECT_EQ(have(twin), (std::array{true, true, true, true}));
+  EXPECT_EQ(have({"twin at 600 dpi", "twin:camera", "twin"}), (std::array{false, true, true, false}));
+  EXPECT_EQ(have({"twin at 300 dpi", "file:/bed.jpg", "twin"}), (std::array{true, false, false, true}));
+  EXPECT_EQ(have({"twin at 300 dpi", "twin:camera", "grbl serial:/dev/ttyUSB0?baud=115200"}),
+            (std::array{true, true, false, false}));
+  EXPECT_EQ(have({}), (std::array{true, true, true, true})) << "where devices have no names";
+}
+
+TEST_F(CalibrationTest, ACertificateThatNamesNoDeviceIsVoidWhereDevicesHaveNames) {
+  issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
+  EXPECT_TRUE(load().camera);
+  database_->call([](Repositories& r) {
+    r.devices.camera = "file:/bed.jpg";
+    return 0;
+  });
+  EXPECT_FALSE(load().camera);
+}
+
+TEST_F(CalibrationTest, PicturesOfAnotherSizeAreRefused) {
+  calib::CameraParameters lens;
+  lens.width_px = 4000, lens.height_px = 3000;
+  EXPECT_TRUE(require_picture_size(calib::CameraModel(lens), 4000, 3000).ok());
+  const Status turned = require_picture_size(calib::CameraModel(lens), 3000, 4000);
+  ASSERT_FALSE(turned.ok());
+  EXPECT_EQ(turned.error().code, ErrorCode::kRefused);
+  EXPECT_NE(turned.error().message.find("3000 x 4000"), std::string::npos);
+
+  EXPECT_TRUE(require_scan_size(load(), 1, 1).ok()) << "no certificate, nothing to compare with";
+  nlohmann::json scanner = to_payload(calib::ScannerCertificateData{});
+  scanner["scan_px"] = {2480, 3508};
+  issue(db::CertificateKind::kScanner, scanner);
+  EXPECT_TRUE(require_scan_size(load(), 2480, 3508).ok());
+  EXPECT_FALSE(require_scan_size(load(), 2480, 3507).ok());
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,136 @@
+// What newJob is asked, against docs/openapi.json: every parameter there is read, and none that is not there.
+#include "daemon/services/job_request.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+
+#include "planner/plan_options.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+json described_parameters() {
+  std::ifstream file(VENEER_OPENAPI);
+  json out = json::array();
+  const json document = json::parse(file, nullptr, false);
+  for (const json& parameter : document["paths"]["/api/v1/jobs"]["post"]["parameters"])
+    if (parameter["in"] == "query") out.push_back(parameter);
+  return out;
+}
+
+std::string as_query(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+Result<JobRequest> read(const std::map<std::string, std::string>& query) {
+  ApiRequest request;
+  request.query = query;
+  request.body = "a picture";
+  return read_job_request(request);
+}
+
+std::string refusal_of(const std::string& name, const std::string& text) {
+  const auto job = read({{name, text}});
+  if (job.ok()) return "";
+  EXPECT_EQ(job.error().code, ErrorCode::kInvalidArgument);
+  return job.error().message;
+}
+
+TEST(JobRequest, EveryDescribedParameterChangesTheRequestAndNothingElseInIt) {
+  const json otherwise = options_json(*read({}));
+  const json parameters = described_parameters();
+  ASSERT_GT(parameters.size(), 20U);
+  for (const json& parameter : parameters) {
+    const std::string name = parameter["name"];
+    ASSERT_TRUE(parameter.contains("example")) << name;
+    const auto job = read({{name, as_query(parameter["example"])}});
+    ASSERT_TRUE(job.ok()) << job.error().message;
+    json changed = options_json(*job);
+    if (name == "name") {
+      EXPECT_EQ(job->name, parameter["example"]);
+    } else {
+      ASSERT_TRUE(otherwise.contains(name)) << name;
+      EXPECT_NE(changed[name], otherwise[name]) << name;
+      changed[name] = otherwise[name];
+    }
+    EXPECT_EQ(changed, otherwise) << name;
+  }
+}
+
+TEST(JobRequest, EveryParameterThatIsReadIsDescribedWithItsDefault) {
+  const json otherwise = options_json(*read({}));
+  std::set<std::string> described;
+  for (const json& parameter : described_parameters()) {
+    const std::string name = parameter["name"];
+    described.insert(name);
+    if (name == "name") continue;
+    const json said = parameter["schema"].value("default", json());
+    const json& meant = otherwise[name];
+    const json in_query = meant.is_structured() ? json("")
+                          : meant.is_boolean()  ? json(meant.get<bool>() ? 1 : 0)
+                                                : meant;
+    EXPECT_EQ(said, in_query) << name;
+  }
+  for (const auto& [name, value] : otherwise.items()) EXPECT_TRUE(described.count(name)) << name;
+  for (const planner::NamedOption& option : planner::kNamedOptions)
+    EXPECT_TRUE(described.count(std::string(option.name))) << option.name;
+}
+
+TEST(JobRequest, DescribedLimitsAreThoseThatHold) {
+  for (const json& parameter : described_parameters()) {
+    const std::string name = parameter["name"];
+    const json& schema = parameter["schema"];
+    for (const char* limit : {"minimum", "maximum"}) {
+      if (!schema.contains(limit)) continue;
+      const double value = schema[limit], beyond = std::string(limit) == "minimum" ? value - 1 : value + 1;
+      EXPECT_EQ(refusal_of(name, json(schema[limit]).dump()), "") << name;
+      EXPECT_NE(refusal_of(name, fmt::format("{}", beyond)), "") << name << "=" << beyond;
+    }
+    if (schema.contains("enum")) {
+      EXPECT_NE(refusal_of(name, "other"), "") << name;
+    }
+  }
+}
+
+TEST(JobRequest, ListsAreSeparatedByCommas) {
+  const auto job = read({{"panels", "P-0001,P-0003"},
+                         {"max_panels", "1"},
+                         {"wood", "oak,black walnut"},
+                         {"wood_weight", "oak=2,black walnut=0.5"},
+                         {"forbid", "P-0001,10,20,5.5,6;P-0003,1,2,3,4"},
+                         {"size_mm", "190.5"}});
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(job->panels, (std::vector<PanelId>{{"P-0001"}, {"P-0003"}}));
+  EXPECT_EQ(job->max_panels, std::optional<std::size_t>(1));
+  EXPECT_EQ(job->woods, (std::vector<std::string>{"oak", "black walnut"}));
+  EXPECT_EQ(job->wood_weights, (std::vector<std::pair<std::string, double>>{{"oak", 2}, {"black walnut", 0.5}}));
+  EXPECT_EQ(job->size.count(), 190.5);
+  ASSERT_EQ(job->forbidden.size(), 2U);
+  EXPECT_EQ(job->forbidden[1].panel, PanelId{"P-0003"});
+  EXPECT_EQ(options_json(*job)["forbid"], (json{"P-0001,10,20,5.5,6", "P-0003,1,2,3,4"}));
+}
+
+TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
+  ApiRequest empty;
+  EXPECT_THAT(read_job_request(empty).error().message, HasSubstr("the picture is missing"));
+  EXPECT_THAT(refusal_of("max_panel", "1"), HasSubstr("\"max_panel\" is not known here"));
+  EXPECT_THAT(refusal_of("max_panels", "0"), HasSubstr("max_panels is \"0\": it must be a whole number from 1"));
+  EXPECT_THAT(refusal_of("max_panels", "1.5"), HasSubstr("max_panels is \"1.5\": it must be a whole number from 1"));
+  EXPECT_THAT(refusal_of("size_mm", "0"), HasSubstr("size_mm is \"0\": it must be a number from 1 to 100000"));
+  EXPECT_THAT(refusal_of("size_mm", "wide"), HasSubstr("size_mm is \"wide\": it must be a number"));
+  for (const char* weight : {"oak", "=2", "oak=", "oak=much"})
+    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("WOOD=NUMBER")) << weight;
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,3"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
+  EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));
+  EXPECT_THAT(refusal_of("optimize", "best"), HasSubstr("optimize must be greedy or global"));
+  EXPECT_EQ(refusal_of("rotations", "0"), "the number of rotations must lie between 1 and 360");
+}
+
+}  // namespace
+}  // namespace veneer::daemon

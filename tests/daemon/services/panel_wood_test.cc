@@ -1,0 +1,70 @@
+#include "daemon/services/panel_wood.h"
+
+#include <gtest/gtest.h>
+
+namespace veneer::daemon {
+namespace {
+
+// 100 x 60 mm at one pixel a millimetre, all of one tone; its right half cannot be used.
+struct Scene {
+  Raster<PanelFrame> map{cv::Mat(60, 100, CV_8UC3, cv::Scalar(60, 90, 120)), {1.0}, {}};
+  cv::Mat mask = cv::Mat(60, 100, CV_8UC1, cv::Scalar(255));
+  std::vector<db::AllocationRecord> live;
+  Scene() { mask.colRange(50, 100) = 0; }
+
+  void allocate(double x, double y, db::AllocationState state) {
+    db::AllocationRecord record;
+    record.state = state;
+    record.area = Region<PanelFrame>(
+        Ring<PanelFrame>{corner(x, y), corner(x + 10, y), corner(x + 10, y + 10), corner(x, y + 10)});
+    live.push_back(record);
+  }
+  static Point<PanelFrame> corner(double x, double y) { return {Millimetres(x), Millimetres(y)}; }
+  // At a place in millimetres from the lower left corner.
+  static cv::Vec3b at(const cv::Mat& picture, double x, double y) {
+    return picture.at<cv::Vec3b>(static_cast<int>(60 - y), static_cast<int>(x));
+  }
+};
+
+TEST(DrawStock, TellsFreeReservedCutAndUnusableWoodApart) {
+  Scene scene;
+  scene.allocate(10, 10, db::AllocationState::kReserved);
+  scene.allocate(30, 10, db::AllocationState::kCut);
+  scene.allocate(10, 40, db::AllocationState::kSuspect);
+  const cv::Mat picture = draw_stock(scene.map, scene.mask, scene.live);
+  EXPECT_EQ(Scene::at(picture, 35, 45), cv::Vec3b(60, 90, 120)) << "free wood has its own colours";
+  const cv::Vec3b reserved = Scene::at(picture, 15, 15), cut = Scene::at(picture, 35, 15),
+                  suspect = Scene::at(picture, 15, 45), unusable = Scene::at(picture, 75, 30);
+  EXPECT_GT(reserved[0], reserved[2] + 50) << "blue";
+  EXPECT_GT(suspect[2], suspect[0] + 100) << "orange";
+  EXPECT_GT(std::min({cut[0], cut[1], cut[2]}), 175) << "white";
+  EXPECT_GT(unusable[0], 150) << "pale";
+  EXPECT_GT(picture.rows, 60) << "a legend below";
+}
+
+TEST(DrawStock, LeavesTheMapAsItIs) {
+  Scene scene;
+  scene.allocate(10, 10, db::AllocationState::kReserved);
+  draw_stock(scene.map, scene.mask, scene.live);
+  EXPECT_EQ(Scene::at(scene.map.pixels, 15, 15), cv::Vec3b(60, 90, 120));
+}
+
+TEST(FreeWood, GivesNoPixelThatAnAllocationOrItsMarginTouches) {
+  Scene scene;
+  scene.allocate(10, 10, db::AllocationState::kReserved);
+  const Raster<PanelFrame> free = free_wood({scene.mask, {1.0}, {}}, scene.live, Millimetres(2));
+  for (int x = 0; x < 50; ++x) {
+    for (int y = 1; y <= 60; ++y) {
+      const bool touched = x + 1 > 8 && x < 22 && y > 8 && y - 1 < 22;
+      const int found = free.pixels.at<std::uint8_t>(60 - y, x);
+      const bool far = x + 1 < 6 || x > 24 || y < 6 || y - 1 > 24;
+      if (touched || far) {
+        EXPECT_EQ(found, far ? 255 : 0) << x << ' ' << y;
+      }
+    }
+  }
+  EXPECT_DOUBLE_EQ(wood_area({scene.mask, {1.0}, {}}).count(), 50 * 60);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,333 @@
+// The plan service on a small stock: what it keeps and drops beside the plan.
+#include "daemon/services/plan_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "daemon/routes/cell_json.h"
+#include "daemon/services/calibration.h"
+#include "planner/files/plan_files.h"
+#include "tests/support/synthetic_wood.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+class PlanServiceTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
+    ASSERT_TRUE(opened.ok());
+    database_ = std::move(*opened);
+    db::CertificateRecord certificate;
+    certificate.kind = db::CertificateKind::kKerf;
+    certificate.issued_at = "2026-01-01T00:00:00.000Z";
+    certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    calib::KerfMeasurement kerf;
+    kerf.mean = Millimetres(0.1);
+    certificate.payload = to_payload(kerf).dump();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
+  }
+  // A panel of 17 x 17 mm; all of its wood is free, or none.
+  void add_panel(const std::string& id, int free) { add_panel(id, free, planner::test::wood_picture(200, 200, 7)); }
+  void add_panel(const std::string& id, int free, const cv::Mat& picture) {
+    const auto map = library_.store_picture(picture, "panels/" + id, "map");
+    const auto mask =
+        library_.store_picture(cv::Mat(picture.size(), CV_8UC1, cv::Scalar(free)), "panels/" + id, "mask");
+    ASSERT_TRUE(map.ok() && mask.ok());
+    db::PanelRecord panel;
+    panel.id = PanelId{id};
+    panel.name = id;
+    panel.width = ScanResolution::from_dpi(300).to_mm(Pixels(picture.cols));
+    panel.height = ScanResolution::from_dpi(300).to_mm(Pixels(picture.rows));
+    panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
+    panel.created_at = "2026-01-01T00:00:00.000Z";
+    const Status added = database_->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
+    ASSERT_TRUE(added.ok()) << added.error().message;
+  }
+  // A strip of the panel, over all its height, is of this wood.
+  void add_zone(const std::string& panel, Millimetres left, Millimetres right, const std::string& material) {
+    const Ring<PanelFrame> outline{{left, 0_mm}, {right, 0_mm}, {right, 30_mm}, {left, 30_mm}};
+    zones_[panel].push_back({static_cast<int>(zones_[panel].size()) + 1, outline, material});
+  }
+  void store_zones() {
+    for (const auto& [panel, zones] : zones_) {
+      ASSERT_TRUE(database_->call([&](Repositories& r) { return r.materials.add_zones(PanelId{panel}, zones); }).ok());
+      for (const auto& zone : zones)
+        ASSERT_TRUE(database_
+                        ->call([&](Repositories& r) {
+                          return r.materials.set_material(PanelId{panel}, zone.number, zone.material);
+                        })
+                        .ok());
+    }
+  }
+  // Half of it dark, half of it pale, and to be rebuilt by brightness alone.
+  static JobRequest two_tone_job() {
+    JobRequest request = small_job();
+    cv::Mat picture(20, 20, CV_8UC3, cv::Scalar::all(170));
+    picture(cv::Rect(0, 0, 10, 20)).setTo(cv::Scalar::all(80));
+    request.picture = png(picture);
+    request.options.w_intensity = 1, request.options.w_edge = 0, request.options.w_hist = 1;
+    return request;
+  }
+  std::filesystem::path leave_index(const std::string& panel) {
+    const std::filesystem::path file = library_.index_dir() / (panel + "-0-3.index");
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << "of an earlier plan";
+    return file;
+  }
+  // A picture of 6 x 6 mm in four patches.
+  static JobRequest small_job() {
+    JobRequest request;
+    request.name = "test";
+    request.picture = png(planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture);
+    request.size = Millimetres(6);
+    request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
+    return request;
+  }
+  static std::string png(const cv::Mat& picture) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", picture, bytes);
+    return {bytes.begin(), bytes.end()};
+  }
+  Result<JobOutcome> plan(
+      const JobRequest& request, const TaskProgress& progress = [](double, const std::string&) {},
+      const std::stop_token& stop = {}) {
+    const RecipeConfig recipe;
+    PlanService service(*database_, library_, recipe, Millimetres(0.2), make_null_logger());
+    return service.make_job(request, progress, stop);
+  }
+  std::size_t jobs() {
+    return database_->call([](Repositories& r) { return r.jobs.list(); })->size();
+  }
+
+  testing::TempDirectory folder_;
+  boost::asio::io_context reactor_;
+  std::unique_ptr<DatabaseThread> database_;
+  PanelLibrary library_{folder_.path()};
+  std::map<std::string, std::vector<db::ZoneRecord>> zones_;
+};
+
+TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
+  add_panel("P-0001", 0);
+  add_panel("P-0002", 255);
+  const auto used_up = leave_index("P-0001"), in_stock = leave_index("P-0002"), gone = leave_index("P-0000");
+  const auto job = plan(small_job());
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_FALSE(std::filesystem::exists(used_up));
+  EXPECT_FALSE(std::filesystem::exists(gone));
+  EXPECT_TRUE(std::filesystem::exists(in_stock));
+  EXPECT_TRUE(std::filesystem::exists(library_.index_dir() / "P-0002-0-1.index")) << "what this plan measured";
+}
+
+TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.fine_rotation = true;
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+  ASSERT_TRUE(pieces.ok());
+  EXPECT_GT(to_json(*job)["fine_rotation"]["moved"], 0);
+  EXPECT_TRUE(to_json(*job)["global"].is_null());
+  std::size_t between = 0;
+  for (const auto& piece : *pieces) {
+    ASSERT_TRUE(piece.panel);
+    between += std::abs(std::sin(piece.panel_from_artwork.angle().count())) > 1e-3 ? 1 : 0;
+    for (std::size_t i = 0; i < piece.artwork_outline.size(); ++i)
+      EXPECT_LT(distance(piece.panel_outline[i], piece.panel_from_artwork * piece.artwork_outline[i]).count(), 1e-3);
+  }
+  EXPECT_GT(between, 0U);
+}
+
+TEST_F(PlanServiceTest, OptionsArriveAtThePlanner) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.alternatives = 3, request.options.optimize = planner::Optimize::kGlobal;
+  request.options.patch = Millimetres(1.5), request.options.adaptive_levels = 1, request.options.adaptive_factor = 1e6;
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(job->pieces, 4U) << "so large a factor makes the largest patches there are";
+  const auto text = database_->call([&](Repositories& r) { return r.jobs.plan_json(job->job); });
+  ASSERT_TRUE(text.ok());
+  const auto read = planner::plan_from_json(*text);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  for (const auto& piece : read->pieces) EXPECT_EQ(piece.alternatives.size(), 3U) << piece.mark;
+  const auto record = database_->call([&](Repositories& r) { return r.jobs.find(job->job); });
+  const auto kept = nlohmann::json::parse(record->options_json);
+  EXPECT_EQ(kept["optimize"], "global");
+  EXPECT_EQ(kept["alternatives"], 3);
+  EXPECT_EQ(kept["kerf_mm"], 0.1);
+  const nlohmann::json told = to_json(*job);
+  ASSERT_TRUE(told["global"].is_object());
+  EXPECT_GT(told["global"]["greedy_cost"], 0);
+  EXPECT_LE(told["global"]["cost"], told["global"]["greedy_cost"]);
+  EXPECT_TRUE(told["fine_rotation"].is_null());
+}
+
+TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.size = Millimetres(20), request.options.patch = Millimetres(10);
+  const auto job = plan(request);
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(job.error().message,
+              ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
+                                      "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\); .* patches of [0-9.]+ mm would "
+                                      "still fit, .*: add a panel or choose smaller patches"));
+  EXPECT_EQ(jobs(), 0U);
+}
+
+TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
+  add_panel("P-0001", 255);
+  const auto detailed = plan(small_job());
+  ASSERT_TRUE(detailed.ok()) << detailed.error().message;
+  EXPECT_THAT(to_json(*detailed)["warnings"], ::testing::IsEmpty());
+  JobRequest request = small_job();
+  request.picture = png(cv::Mat(20, 20, CV_8UC3, cv::Scalar::all(120)));
+  const auto plain = plan(request);
+  ASSERT_TRUE(plain.ok()) << plain.error().message;
+  EXPECT_THAT(to_json(*plain)["warnings"], ::testing::ElementsAre("\"test\" is one plain tone, so there is nothing in "
+                                                                  "it to rebuild: is it the right picture?"));
+}
+
+TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {
+  add_panel("P-0001", 255, cv::Mat(160, 160, CV_8UC3, cv::Scalar::all(50)));
+  add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
+  JobRequest request = two_tone_job();
+  const auto both = plan(request);
+  ASSERT_TRUE(both.ok()) << both.error().message;
+  EXPECT_EQ(both->panels.size(), 2U);
+  request.max_panels = 1;
+  const auto one = plan(request);
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  EXPECT_THAT(one->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0002"}, std::size_t{4})));
+}
+
+TEST_F(PlanServiceTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
+  cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
+  wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
+  add_panel("P-0001", 255, wood);
+  add_zone("P-0001", 0_mm, Millimetres(10.2), "walnut");
+  add_zone("P-0001", Millimetres(10.1), Millimetres(20.4), "maple");  // outlines are hulls: they may reach into others
+  store_zones();
+  JobRequest request = two_tone_job();
+  request.woods = {"maple"};
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+  for (const auto& piece : *pieces) EXPECT_GT(bounds(piece.panel_outline).min.x.count(), 10.2) << piece.mark;
+  EXPECT_LT(job->cost_per_pixel, 1e-3) << "mapped to the tones of maple alone";
+  request.woods = {"maple", "oak"};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "no panel has oak: there is maple, walnut");
+}
+
+TEST_F(PlanServiceTest, ForbiddenWoodStaysWhole) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  for (const char* half : {"P-0001,0,0,8.5,17", "P-0001,8.5,0,8.5,17"}) {
+    const auto wood = planner::forbidden_wood(half);
+    ASSERT_TRUE(wood.ok()) << wood.error().message;
+    request.forbidden = {*wood};
+    const auto job = plan(request);
+    ASSERT_TRUE(job.ok()) << job.error().message;
+    const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job->job); });
+    for (const auto& piece : *pieces) {
+      const Box<PanelFrame> box = bounds(piece.panel_outline);
+      EXPECT_TRUE(box.min.x > wood->region.max.x || box.max.x < wood->region.min.x) << half << ": " << piece.mark;
+    }
+  }
+  request.forbidden.front().panel = PanelId{"P-0002"};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "there is no panel P-0002 to forbid wood on");
+}
+
+TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
+  add_panel("P-0001", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(50)));
+  add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
+  add_zone("P-0001", 0_mm, 20_mm, "walnut");
+  add_zone("P-0002", 0_mm, 20_mm, "maple");
+  store_zones();
+  JobRequest request = two_tone_job();
+  request.wood_weights = {{"walnut", 0}};
+  const auto job = plan(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_THAT(job->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0002"}, std::size_t{4})));
+  request.wood_weights = {{"oak", 2}};
+  const auto none = plan(request);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().message, "no panel is oak: there is maple, walnut");
+}
+
+// Half of the panel is dark, half of it pale, and so is the picture.
+TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesNorPieces) {
+  cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
+  wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
+  add_panel("P-0001", 255, wood);
+  JobRequest request = two_tone_job();
+  const Millimetres middle = ScanResolution::from_dpi(300).to_mm(Pixels(120));
+  const auto dark_pieces = [&](JobId job) {
+    const auto pieces = database_->call([&](Repositories& r) { return r.jobs.pieces(job); });
+    return std::count_if(pieces->begin(), pieces->end(), [&](const db::PieceRecord& piece) {
+      const Box<PanelFrame> box = bounds(piece.panel_outline);
+      return (box.min.x + box.max.x) / 2 < middle;
+    });
+  };
+  const auto before = plan(request);
+  ASSERT_TRUE(before.ok()) << before.error().message;
+  EXPECT_EQ(dark_pieces(before->job), 2);
+
+  db::NewPiece all_dark;
+  all_dark.mark = "A1-1";
+  all_dark.panel = PanelId{"P-0002"};
+  all_dark.artwork_outline = {point<ArtworkFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
+  all_dark.panel_outline = {point<PanelFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
+  all_dark.allocation = Region<PanelFrame>(all_dark.panel_outline);
+  db::NewJob booked;
+  booked.name = "all that is dark";
+  booked.pieces = {all_dark};
+  booked.planned_on = {{PanelId{"P-0002"}, 1}};
+  add_panel("P-0002", 255, wood);
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.jobs.create(booked, "2026-01-01T00:00:00.000Z"); }).ok());
+  request.panels = {PanelId{"P-0002"}};
+  const auto after = plan(request);
+  ASSERT_TRUE(after.ok()) << after.error().message;
+  EXPECT_EQ(dark_pieces(after->job), 0);
+  EXPECT_LT(after->cost_per_pixel, 1e-3) << "the picture's dark half is mapped to pale wood, the only wood there is";
+  request.options.w_hist = 0;
+  const auto unmapped = plan(request);
+  ASSERT_TRUE(unmapped.ok()) << unmapped.error().message;
+  EXPECT_GT(unmapped->cost_per_pixel, 0.05);
+}
+
+// make_plan gives the best so far of a global choice that is stopped; whoever cancels a job wants none.
+TEST_F(PlanServiceTest, ACancelledJobReservesNothingHoweverFarItIs) {
+  add_panel("P-0001", 255);
+  for (const std::string at : {"placed 4 of 4 pieces", "reserving the wood"}) {
+    std::stop_source stop;
+    bool reached = false;
+    const auto job = plan(
+        small_job(),
+        [&](double, const std::string& text) {
+          if (text == at) reached = stop.request_stop();
+        },
+        stop.get_token());
+    EXPECT_TRUE(reached);
+    ASSERT_FALSE(job.ok()) << at;
+    EXPECT_EQ(job.error().code, ErrorCode::kCancelled);
+    EXPECT_EQ(jobs(), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,92 @@
+// The scan service on rendered sheets: what becomes of a panel's mask when it is scanned again.
+#include "daemon/services/scan_service.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/support/rendered_panel.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+class OnePicture final : public ScannerDriver {
+ public:
+  Result<ScanImage> scan(ScanResolution, const std::function<void(double)>&, std::stop_token) override {
+    return ScanImage{picture, nominal, device()};
+  }
+  std::string device() const override { return "test:0"; }
+  cv::Mat picture;
+  ScanResolution nominal{};
+};
+
+class ScanServiceTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    rendered::Scanner glass;
+    glass.width_mm = 180, glass.height_mm = 140;
+    scanner_.nominal = glass.nominal();
+    scanner_.picture =
+        scan_panel(rendered::sample_panel(), Face::kShow, rendered::lay(75, 55, 90, 70, 1.5, Face::kShow), glass);
+    auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
+    ASSERT_TRUE(opened.ok());
+    database_ = std::move(*opened);
+    db::CertificateRecord certificate;
+    certificate.kind = db::CertificateKind::kScanner;
+    certificate.issued_at = "2026-01-01T00:00:00.000Z";
+    certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    certificate.payload = to_payload(calib::ScannerCertificateData{}).dump();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
+  }
+  Result<ScanOutcome> scan() {
+    ScanService service(scanner_, *database_, library_, 300, make_null_logger());
+    return service.add_tile({}, [](double, const std::string&) {}, {});
+  }
+  db::PanelRecord panel() {
+    return *database_->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
+  }
+
+  testing::TempDirectory folder_;
+  boost::asio::io_context reactor_;
+  std::unique_ptr<DatabaseThread> database_;
+  PanelLibrary library_{folder_.path()};
+  OnePicture scanner_;
+};
+
+// A screw hole that a cut has opened is hard to see in the new scan; what the mask knew before must count.
+TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
+  auto first = scan();
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  auto before = panel();
+  auto mask = library_.load_mask(before);
+  ASSERT_TRUE(mask.ok());
+  const cv::Rect taken(mask->pixels.cols / 3, mask->pixels.rows / 3, 150, 120);
+  ASSERT_GT(cv::countNonZero(mask->pixels(taken)), 1000);
+  mask->pixels(taken).setTo(0);
+  auto stored = library_.store_picture(mask->pixels, "panels/P-0001", "mask");
+  ASSERT_TRUE(stored.ok());
+  ASSERT_TRUE(
+      database_
+          ->call([&](Repositories& r) {
+            return r.panels.add_mask(before.id, {0, before.map_file, stored->file, before.map_hash, before.created_at});
+          })
+          .ok());
+  // What the planner measured of the replaced map goes with it.
+  const auto index = library_.index_dir() / "P-0001-0-3.index", other = library_.index_dir() / "P-0002-0-3.index";
+  std::filesystem::create_directories(library_.index_dir());
+  std::ofstream(index) << "x", std::ofstream(other) << "x";
+  auto again = scan();
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_FALSE(again->is_new);
+  EXPECT_FALSE(std::filesystem::exists(index));
+  EXPECT_TRUE(std::filesystem::exists(other));
+  auto after = library_.load_mask(panel());
+  ASSERT_TRUE(after.ok());
+  EXPECT_EQ(cv::countNonZero(after->pixels(taken)), 0);
+  EXPECT_GT(cv::countNonZero(after->pixels), 10000);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,355 @@
+// What is checked, confirmed and shown before the beam comes on; cutting again; several set-ups.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/daemon/unit/job_runner_fixture.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using P = db::PieceState;
+
+// ---- Before motion -----------------------------------------------------------------------------------------------
+
+TEST_F(JobRunnerTest, AJobThatLeavesTheTravelIsRefusedBeforeAnythingMoves) {
+  bed_.reach_x = 530;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  bed_.lay("P-0001");
+  look();
+  EXPECT_FALSE(runner_->view().load->found);
+  EXPECT_THAT(sentence(), HasSubstr("10.0 mm at the right side: move the panel to the left"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("right side"));
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(laser_.calls, Not(Contains("start")));
+}
+
+TEST_F(JobRunnerTest, AMachineThatFindsNoHomeCutsNoJob) {
+  laser_.finds_home = false;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_THAT(start().error().message, HasSubstr("homing switches"));
+  EXPECT_EQ(state(), CellState::kIdle);
+}
+
+TEST_F(JobRunnerTest, AZoneWhereTheHeadMustNotGoIsHeeded) {
+  Box<MachineFrame> clamp;
+  clamp.add(point<MachineFrame>(16, 0));
+  clamp.add(point<MachineFrame>(18, 40));
+  options_.keep_out = {{"clamp", clamp}};
+  make_runner();
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  bed_.lay("P-0001");
+  look();
+  EXPECT_THAT(sentence(), HasSubstr("\"clamp\""));
+  EXPECT_FALSE(command(CellCommand::kUnsuspend).ok());
+}
+
+TEST_F(JobRunnerTest, AnOpenLidIsARefusalAndNotAnAbort) {
+  load_first_panel();
+  laser_.lid_open = true;
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("lid is open"));
+  EXPECT_EQ(state(), CellState::kSuspended);
+  look();
+  EXPECT_THAT(sentence(), HasSubstr("close it"));
+  laser_.lid_open = false;
+  look();
+  EXPECT_TRUE(command(CellCommand::kUnsuspend).ok());
+}
+
+TEST_F(JobRunnerTest, WhatAnOperatorMustConfirmIsAskedByNameEachTime) {
+  options_.confirm = {"exhaust", "focus at 2.1 mm"};
+  make_runner();
+  load_first_panel();
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("exhaust, focus at 2.1 mm"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
+              HasSubstr("confirm before the beam comes on: focus"));
+  EXPECT_THAT(laser_.calls, Not(Contains("start")));
+  ASSERT_TRUE(command(CellCommand::kUnsuspend, {"focus at 2.1 mm", "exhaust"}).ok());
+  // The second panel: hands were in the machine again.
+  bed_.lay("P-0002");
+  look();
+  EXPECT_FALSE(command(CellCommand::kUnsuspend).ok());
+}
+
+TEST_F(JobRunnerTest, UnlikelySettingsOfTheControllerAreConfirmedAsWell) {
+  options_.confirm = {"exhaust"};
+  laser_.to_confirm = {"$30 = 5 (full power)"};
+  make_runner();
+  load_first_panel();
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
+              HasSubstr("before the beam comes on: $30"));
+  EXPECT_TRUE(command(CellCommand::kUnsuspend, {"$30 = 5 (full power)", "exhaust"}).ok());
+}
+
+TEST_F(JobRunnerTest, AFileThatRecordsCutsNoWoodOfTheStock) {
+  laser_.cuts = false;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_THAT(start().error().message, HasSubstr("a file that records"));
+  EXPECT_EQ(state(), CellState::kIdle);
+}
+
+TEST_F(JobRunnerTest, APatternIsCheckedAndConfirmedAsWell) {
+  options_.confirm = {"exhaust"};
+  make_runner();
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  Stroke stroke;
+  stroke.path = {point<MachineFrame>(10, 10), point<MachineFrame>(900, 10)};
+  stroke.speed = MmPerSecond(10);
+  stroke.power = PowerFraction(0.2);
+  std::optional<Status> out;
+  runner_->burn_pattern(LaserJob{{stroke}}, "test", [&](Status s) { out = std::move(s); });
+  EXPECT_THAT(out->error().message, HasSubstr("exhaust"));
+  runner_->burn_pattern(LaserJob{{stroke}}, "test", [&](Status s) { out = std::move(s); }, {"exhaust"});
+  EXPECT_THAT(out->error().message, HasSubstr("leave the machine's travel"));
+  EXPECT_EQ(state(), CellState::kIdle);
+  EXPECT_THAT(laser_.calls, Not(Contains("start")));
+}
+
+TEST_F(JobRunnerTest, TheEstimateIsThereBeforeUnsuspend) {
+  load_first_panel();
+  EXPECT_DOUBLE_EQ(runner_->view().load->seconds, 2);
+  EXPECT_THAT(sentence(), HasSubstr("2 pieces: press"));
+}
+
+TEST_F(JobRunnerTest, TheEstimateIsOfTheMachineThatIsThere) {
+  laser_.motion =
+      LaserMotion{MmPerSecond(150), MmPerSecond(100), MmPerSecond2(300), MmPerSecond2(500), Millimetres(0.002), 100};
+  load_first_panel();
+  EXPECT_EQ(bed_.told, laser_.motion);
+}
+
+TEST_F(JobRunnerTest, TheFrameIsTracedDarkAndCutsNothing) {
+  EXPECT_FALSE(frame().ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  EXPECT_FALSE(frame().ok());  // nothing lies there
+  bed_.lay("P-0001");
+  look();
+  ASSERT_TRUE(frame().ok());
+  ASSERT_EQ(laser_.jobs.size(), 1U);
+  ASSERT_EQ(laser_.jobs[0].strokes.size(), 1U);
+  EXPECT_EQ(laser_.jobs[0].strokes[0].power.count(), 0);
+  EXPECT_EQ(laser_.jobs[0].strokes[0].path.front(), laser_.jobs[0].strokes[0].path.back());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_FALSE(runner_->view().framing);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kReserved, P::kReserved));
+  EXPECT_TRUE(command(CellCommand::kUnsuspend).ok());
+}
+
+TEST_F(JobRunnerTest, TheFrameTakesALowPowerAndNoMore) {
+  load_first_panel();
+  EXPECT_THAT(frame(0.5).error().message, HasSubstr("at most 3.0 % power"));
+  EXPECT_FALSE(frame(-0.1).ok());
+  EXPECT_FALSE(frame(std::nan("")).ok());
+  ASSERT_TRUE(frame(0.02).ok());
+  EXPECT_DOUBLE_EQ(laser_.jobs.at(0).strokes[0].power.count(), 0.02);
+}
+
+TEST_F(JobRunnerTest, WhileTheFrameIsTracedNothingElseBeginsAndStopStops) {
+  load_first_panel();
+  laser_.burn_at_once = false;
+  std::optional<Status> traced;
+  runner_->frame(PowerFraction(0), "test", [&](Status s) { traced = std::move(s); });
+  settle();
+  EXPECT_TRUE(runner_->view().framing);
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("being traced"));
+  EXPECT_FALSE(frame().ok());
+  EXPECT_FALSE(traced);
+  laser_.calls.clear();
+  runner_->abort("STOP");
+  EXPECT_THAT(laser_.calls, ElementsAre("abort"));
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  ASSERT_TRUE(traced);
+  EXPECT_FALSE(traced->ok());
+  EXPECT_FALSE(runner_->view().framing);
+}
+
+TEST_F(JobRunnerTest, ALidOpenedOverTheFrameEndsIt) {
+  load_first_panel();
+  laser_.burn_at_once = false;
+  runner_->frame(PowerFraction(0), "test", [](const Status&) {});
+  settle();
+  laser_.say(laser_event::Held{});
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(laser_.calls, Contains("abort"));
+}
+
+// ---- Recut -------------------------------------------------------------------------------------------------------
+
+TEST_F(JobRunnerTest, OnlyTheCutOfAPieceIsRepeatedAndItIsBookedOnce) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(state(), CellState::kSuspended);  // the second panel is waited for, the first still lies there
+  EXPECT_EQ(runner_->view().can_recut, 2);
+  laser_.jobs.clear();
+  ASSERT_TRUE(recut({"A1-2"}).ok());
+  ASSERT_EQ(laser_.jobs.size(), 1U);
+  ASSERT_EQ(laser_.jobs[0].strokes.size(), 1U);
+  EXPECT_EQ(laser_.jobs[0].strokes[0].role, StrokeRole::kCut);
+  EXPECT_EQ(laser_.jobs[0].strokes[0].piece.value, 2);
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_EQ(runner_->view().load->panel.value, "P-0002");
+  EXPECT_EQ(runner_->view().job->cut, 2);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainUntilReset) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bed_.lay("P-0002");
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_EQ(state(), CellState::kComplete);
+  EXPECT_THAT(recut({"A1-1"}).error().message, HasSubstr("not cut from panel P-0002"));  // another panel's
+  ASSERT_TRUE(recut({"A1-3"}).ok());
+  EXPECT_EQ(state(), CellState::kComplete);
+  EXPECT_EQ(job_state(), db::JobState::kComplete);
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_FALSE(recut({"A1-3"}).ok());
+}
+
+TEST_F(JobRunnerTest, APanelThatMovedIsNotCutAgain) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.jobs.clear();
+  bed_.lay("P-0001", true, 300.2);
+  EXPECT_THAT(recut({"A1-1"}).error().message, HasSubstr("moved by 0.20 mm since it was cut"));
+  bed_.lay("P-0002");
+  EXPECT_FALSE(recut({"A1-1"}).ok());
+  EXPECT_TRUE(laser_.jobs.empty());
+  EXPECT_EQ(state(), CellState::kSuspended);
+}
+
+TEST_F(JobRunnerTest, ARecutNeedsTheSameConfirmationsAndAClosedLid) {
+  options_.confirm = {"exhaust"};
+  make_runner();
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend, {"exhaust"}).ok());
+  EXPECT_FALSE(recut({"A1-1"}).ok());
+  EXPECT_FALSE(recut({}, {"exhaust"}).ok());
+  EXPECT_FALSE(recut({"A9-9"}, {"exhaust"}).ok());
+  laser_.lid_open = true;
+  EXPECT_THAT(recut({"A1-1"}, {"exhaust"}).error().message, HasSubstr("lid is open"));
+  laser_.lid_open = false;
+  EXPECT_TRUE(recut({"A1-1"}, {"exhaust"}).ok());
+}
+
+TEST_F(JobRunnerTest, ARecutThatIsBrokenOffNamesThePiece) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(recut({"A1-2"}).ok());
+  EXPECT_EQ(state(), CellState::kExecute);
+  runner_->abort("STOP");
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("piece A1-2 was being cut again: look at it"));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+  EXPECT_EQ(runner_->view().can_recut, 0);
+}
+
+TEST_F(JobRunnerTest, ALidOpenedBetweenTwoRecutsHoldsThem) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(recut({"A1-1", "A1-2"}).ok());
+  laser_.open_and_close_lid();
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("lid was opened"));
+  bed_.lay("P-0001", true, 300.2);
+  EXPECT_THAT(command(CellCommand::kUnhold).error().message, HasSubstr("moved by 0.20 mm since it was cut"));
+  bed_.lay("P-0001");
+  laser_.burn_at_once = true;
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+}
+
+TEST_F(JobRunnerTest, ARecutCanBeHeld) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(recut({"A1-1", "A1-2"}).ok());
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(state(), CellState::kHeld);
+  laser_.burn_at_once = true;
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+}
+
+// Two people at two screens: what the second asks for meanwhile is refused, and the first one's recut goes on unharmed.
+TEST_F(JobRunnerTest, ASecondClientCannotInterfereWithARecutExceptToStopIt) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.burn_at_once = false;
+  laser_.jobs.clear();
+  ASSERT_TRUE(recut({"A1-1", "A1-2"}).ok());
+  EXPECT_FALSE(recut({"A1-1"}).ok());
+  EXPECT_FALSE(start().ok());
+  EXPECT_FALSE(frame().ok());
+  for (const auto other : {CellCommand::kUnsuspend, CellCommand::kReset, CellCommand::kUnhold, CellCommand::kClear})
+    EXPECT_FALSE(command(other).ok());
+  EXPECT_TRUE(laser_.jobs.empty()) << "nothing was burnt in between";
+  EXPECT_EQ(state(), CellState::kExecute);
+  laser_.finish();
+  settle();
+  ASSERT_EQ(laser_.jobs.size(), 1U);
+  EXPECT_EQ(laser_.jobs[0].strokes[0].piece.value, 1);
+  EXPECT_EQ(state(), CellState::kExecute) << "the first one's second piece";
+  runner_->abort("STOP");
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(JobRunnerTest, StopAfterThisPieceLetsThePanelLeaveAndTheRestBeCutInANewPose) {
+  laser_.burn_at_once = false;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  runner_->stop_after_piece("test", [](const Status&) {});
+  laser_.finish();
+  settle();
+  ASSERT_EQ(state(), CellState::kStopped);
+  EXPECT_EQ(runner_->view().can_recut, 1);
+  laser_.burn_at_once = true;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  bed_.lay("P-0001", true, 250);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+// ---- Several set-ups ---------------------------------------------------------------------------------------------
+
+TEST_F(JobRunnerTest, APanelInTwoSetUpsIsAskedForTwiceAndEachTimeOnlyItsPiecesAreCut) {
+  bed_.setups = {{PanelId{"P-0001"}, {PieceId{2}}, "200 mm of it sticking out on the left", 1, 2, {}},
+                 {PanelId{"P-0001"}, {PieceId{1}}, "200 mm of it sticking out on the right", 2, 2, {}},
+                 {PanelId{"P-0002"}, {PieceId{3}}, "", 1, 1, {}}};
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  EXPECT_THAT(sentence(), HasSubstr("200 mm of it sticking out on the left; set-up 1 of 2"));
+  bed_.lay("P-0001");
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kCut, P::kReserved));
+  EXPECT_EQ(runner_->view().load->setup.number, 2);
+  bed_.lay("P-0001", true, 120);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+  EXPECT_EQ(runner_->view().load->panel.value, "P-0002");
+}
+
+}  // namespace
+}  // namespace veneer::daemon

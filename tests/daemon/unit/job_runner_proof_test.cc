@@ -1,0 +1,417 @@
+// A proof of the pose holds until the lid opens or a hand could have been in; wood that is burnt besides is accounted
+// for.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/daemon/unit/job_runner_fixture.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+using P = db::PieceState;
+
+class ProofTest : public JobRunnerTest {
+ protected:
+  void SetUp() override {
+    JobRunnerTest::SetUp();
+    laser_.burn_at_once = false;
+  }
+  // The first piece of two is being burnt.
+  void begin() {
+    load_first_panel();
+    ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+    ASSERT_EQ(starts(), 1);
+  }
+  std::string reason() const { return runner_->view().reason; }
+  std::vector<db::AllocationRecord> live(const char* panel = "P-0001") {
+    auto found = database_->call([&](Repositories& r) { return r.ledger.live_allocations(PanelId{panel}); });
+    return *found;
+  }
+};
+
+// ---- From Unsuspend to the first stroke --------------------------------------------------------------------------
+
+TEST_F(ProofTest, ALidOpenedWhileTheCameraLooksMakesThePictureWorthNothing) {
+  load_first_panel();
+  std::optional<Status> unsuspended;
+  runner_->command(CellCommand::kUnsuspend, "test", [&](Status s) { unsuspended = std::move(s); });
+  laser_.open_and_close_lid();  // the picture is taken, and now the panel is nudged
+  bed_.lay("P-0001", true, 303.4);
+  settle();
+  ASSERT_TRUE(unsuspended);
+  ASSERT_FALSE(unsuspended->ok());
+  EXPECT_THAT(unsuspended->error().message, HasSubstr("lid was opened"));
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_EQ(starts(), 0);
+}
+
+TEST_F(ProofTest, APictureTakenUnderAnOpenLidProvesNothing) {
+  load_first_panel();
+  laser_.open_lid();
+  std::optional<Status> unsuspended;
+  runner_->command(CellCommand::kUnsuspend, "test", [&](Status s) { unsuspended = std::move(s); });
+  bed_.lay("P-0001", true, 303.4);
+  laser_.close_lid();  // the opening was counted before the picture, the hands were in after it
+  settle();
+  ASSERT_TRUE(unsuspended);
+  EXPECT_FALSE(unsuspended->ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_EQ(starts(), 0);
+}
+
+TEST_F(ProofTest, ALidOpenedBetweenTheProofAndTheFirstStrokeHolds) {
+  load_first_panel();
+  bed_.on_prepare = [this] {
+    laser_.open_and_close_lid();
+    bed_.lay("P-0001", true, 303.4);
+  };
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(reason(), HasSubstr("lid was opened"));
+  EXPECT_EQ(starts(), 0);
+  const Status unheld = command(CellCommand::kUnhold);
+  ASSERT_FALSE(unheld.ok());
+  EXPECT_THAT(unheld.error().message, AllOf(HasSubstr("panel P-0001 moved by 3.40 mm"), HasSubstr("Unhold")));
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(starts(), 0);
+  // Nothing was begun, so the panel can be proven anew from the start.
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_EQ(state(), CellState::kStopped);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kReserved, P::kReserved));
+}
+
+TEST_F(ProofTest, ALidOpenedAfterThePieceWasNotedHolds) {
+  load_first_panel();
+  std::optional<SlowDatabase> slow;
+  bed_.on_prepare = [&] {
+    if (state() == CellState::kUnsuspending) slow.emplace(*database_);
+  };
+  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  poll();
+  ASSERT_TRUE(slow);
+  slow.reset();
+  while (state() != CellState::kExecute) turn();
+  laser_.open_and_close_lid();  // its note is on the way to the disk
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(starts(), 0);
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(ProofTest, TheLidThroughWhichThePanelWasLaidUndoesNothing) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  laser_.open_and_close_lid();
+  bed_.lay("P-0001");
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_EQ(state(), CellState::kExecute);
+  EXPECT_EQ(starts(), 1);
+}
+
+// ---- From Held to Unhold -----------------------------------------------------------------------------------------
+
+TEST_F(ProofTest, UnholdLooksAgainAndRefusesAPanelThatMovedUnderAHeldPiece) {
+  begin();
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  bed_.lay("P-0001", true, 300.4);
+  const Status unheld = command(CellCommand::kUnhold);
+  ASSERT_FALSE(unheld.ok());
+  EXPECT_THAT(unheld.error().message, HasSubstr("moved by 0.40 mm since its first piece was begun"));
+  EXPECT_EQ(reason(), unheld.error().message);
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(laser_.calls, Not(Contains("resume")));
+  bed_.seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
+  EXPECT_THAT(command(CellCommand::kUnhold).error().message, HasSubstr("no panel is on the bed"));
+  bed_.lay("P-0002");
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+  bed_.lay("P-0001", true, 300.05);  // laid back, as well as hands can
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_THAT(laser_.calls, Contains("resume"));
+}
+
+TEST_F(ProofTest, UnholdLooksBetweenTwoPiecesAsWell) {
+  begin();
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  const int looks = bed_.looks;
+  laser_.finish();
+  laser_.on_hold = tests::SimLaser::OnHold::kNothing;
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  bed_.lay("P-0001", true, 299);
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(bed_.looks, looks + 1);
+  EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(ProofTest, ALidOpenedWhileUnholdLooksHoldsOn) {
+  begin();
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  std::optional<Status> unheld;
+  runner_->command(CellCommand::kUnhold, "test", [&](Status s) { unheld = std::move(s); });
+  laser_.open_and_close_lid();
+  settle();
+  ASSERT_TRUE(unheld);
+  EXPECT_FALSE(unheld->ok());
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(laser_.calls, Not(Contains("resume")));
+}
+
+// ---- Every so many pieces ----------------------------------------------------------------------------------------
+
+class LookEveryPiece : public ProofTest {
+ protected:
+  void SetUp() override {
+    ProofTest::SetUp();
+    options_.look_every = 1;
+    make_runner();
+  }
+};
+
+TEST_F(LookEveryPiece, TheCameraLooksAgainAndTheRunGoesOn) {
+  begin();
+  const int looks = bed_.looks;
+  laser_.finish();
+  settle();
+  EXPECT_EQ(bed_.looks, looks + 1);
+  EXPECT_EQ(starts(), 2);
+  EXPECT_EQ(state(), CellState::kExecute);
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kSuspended);
+}
+
+TEST_F(LookEveryPiece, APanelThatCreptHoldsTheRunBeforeItsNextPiece) {
+  begin();
+  bed_.lay("P-0001", true, 300.5);
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(reason(), HasSubstr("moved by 0.50 mm"));
+  EXPECT_EQ(starts(), 1);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kReserved, P::kReserved));
+}
+
+TEST_F(LookEveryPiece, HoldWhileTheCameraLooksHolds) {
+  begin();
+  laser_.finish();
+  while (runner_->view().job->cut < 1) {  // booked, and the look is asked for
+    database_->call([](Repositories&) { return 0; });
+    turn();
+  }
+  EXPECT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(starts(), 1);
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(starts(), 2);
+}
+
+TEST_F(LookEveryPiece, TheHeadLeavesThePictureFirst) {
+  laser_.can_jog = true;
+  begin();
+  laser_.position = point<MachineFrame>(15, 20);
+  const int looks = bed_.looks;
+  laser_.finish();
+  settle();
+  EXPECT_EQ(laser_.calls.back(), "jog");
+  EXPECT_EQ(bed_.looks, looks) << "the head is still in the picture";
+  EXPECT_EQ(starts(), 1);
+  laser_.end_jog();
+  settle();
+  EXPECT_EQ(laser_.position, point<MachineFrame>(0, 0)) << "where it stood after homing";
+  EXPECT_EQ(bed_.looks, looks + 1);
+  EXPECT_EQ(starts(), 2);
+}
+
+TEST_F(LookEveryPiece, HoldOnTheHeadsWayOutOfThePictureHolds) {
+  laser_.can_jog = true;
+  begin();
+  laser_.position = point<MachineFrame>(15, 20);
+  laser_.finish();
+  settle();
+  ASSERT_EQ(laser_.calls.back(), "jog");
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(laser_.calls.back(), "stop_jog");
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(LookEveryPiece, TheHeadNeverCrossesAForbiddenZoneForIt) {
+  Box<MachineFrame> clamp;
+  clamp.add(point<MachineFrame>(4, 4));
+  clamp.add(point<MachineFrame>(6, 30));
+  options_.keep_out = {{"clamp", clamp}};
+  make_runner();
+  laser_.can_jog = true;
+  laser_.position = point<MachineFrame>(8, 8);
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.position = point<MachineFrame>(15, 20);  // home is behind the clamp
+  ASSERT_TRUE(start().ok());
+  bed_.lay("P-0001");
+  look();
+  const int looks = bed_.looks;
+  laser_.position = point<MachineFrame>(8, 8);
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.position = point<MachineFrame>(3, 20);
+  laser_.finish();
+  settle();
+  EXPECT_THAT(laser_.calls, Not(Contains("jog")));
+  EXPECT_EQ(bed_.looks, looks + 2);
+}
+
+// ---- Wood that is burnt besides ----------------------------------------------------------------------------------
+
+class PatternTest : public ProofTest {
+ protected:
+  static LaserJob pattern(double power) {
+    Stroke stroke;
+    stroke.role = StrokeRole::kPattern;
+    stroke.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
+    stroke.speed = MmPerSecond(10);
+    stroke.power = PowerFraction(power);
+    return {{stroke}};
+  }
+  Status burn(double power) {
+    std::optional<Status> out;
+    runner_->burn_pattern(pattern(power), "test", [&](Status s) { out = std::move(s); });
+    settle();
+    if (laser_.burning()) laser_.finish(), settle();
+    return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
+  }
+};
+
+TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = std::vector{PanelId{"P-0001"}};
+  const Status burnt = burn(0.2);
+  ASSERT_FALSE(burnt.ok());
+  EXPECT_THAT(burnt.error().message, AllOf(HasSubstr("panel P-0001 of the stock"), HasSubstr("take it off")));
+  EXPECT_EQ(state(), CellState::kIdle);
+  EXPECT_EQ(starts(), 0);
+  bed_.stock = std::vector<PanelId>{};
+  EXPECT_TRUE(burn(0.2).ok());
+  EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = Error{ErrorCode::kUnavailable, "the camera does not answer"};
+  EXPECT_THAT(burn(0.2).error().message, HasSubstr("the camera does not answer"));
+  EXPECT_EQ(starts(), 0);
+}
+
+TEST_F(PatternTest, SaysWhatTheMachineRemarked) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.remark = "the lid was opened over it";
+  EXPECT_TRUE(burn(0.2).ok());
+  EXPECT_EQ(reason(), "the pattern is burnt; the lid was opened over it");
+}
+
+TEST_F(PatternTest, RunsDarkOverAnything) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = std::vector{PanelId{"P-0001"}};
+  EXPECT_TRUE(burn(0).ok());
+  EXPECT_EQ(starts(), 1);
+  EXPECT_EQ(bed_.looks, 0);
+  EXPECT_THAT(reason(), HasSubstr("beam off"));
+}
+
+TEST_F(ProofTest, TheWoodUnderAFrameWithPowerIsWrittenOffOnce) {
+  laser_.burn_at_once = true;
+  load_first_panel();
+  const auto before = live().size();
+  ASSERT_TRUE(frame(0).ok());
+  EXPECT_EQ(live().size(), before) << "dark";
+  ASSERT_TRUE(frame(0.02).ok());
+  ASSERT_EQ(live().size(), before + 1);
+  EXPECT_EQ(live().back().state, db::AllocationState::kScrap);
+  EXPECT_THAT(live().back().reason, HasSubstr("frame"));
+  ASSERT_TRUE(frame(0.02).ok());
+  EXPECT_EQ(live().size(), before + 1);
+}
+
+TEST_F(ProofTest, AFrameWithPowerOverWoodThatIsKeptForAPieceIsRefused) {
+  laser_.burn_at_once = true;
+  load_first_panel();
+  const Status other = database_->call([](Repositories& r) -> Status {
+    db::NewJob job;
+    job.name = "other";
+    job.plan_json = job.options_json = "{}";
+    db::NewPiece& piece = job.pieces.emplace_back();
+    piece.mark = "B7-1";
+    piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(20, 0), point<ArtworkFrame>(20, 20)};
+    piece.panel = PanelId{"P-0001"};
+    piece.panel_outline = {point<PanelFrame>(80, 0), point<PanelFrame>(100, 0), point<PanelFrame>(100, 20)};
+    piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(0.27));
+    job.planned_on = {{PanelId{"P-0001"}, 1}};
+    auto id = r.jobs.create(job, kThen);
+    return id ? Ok() : Status(id.error());
+  });
+  ASSERT_TRUE(other.ok()) << other.error().message;
+  // The hull, 10 to 20 in the machine, lies over 90 to 100 of the panel.
+  bed_.lay("P-0001", true, 110, 10);
+  look();
+  const auto before = live().size();
+  EXPECT_THAT(frame(0.02).error().message, AllOf(HasSubstr("piece B7-1 of job 2"), HasSubstr("dark")));
+  EXPECT_EQ(starts(), 0);
+  EXPECT_EQ(live().size(), before);
+  EXPECT_TRUE(frame(0).ok());
+}
+
+TEST_F(ProofTest, AnAbortOffThePathMakesTheNeighboursSuspect) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);  // machine x = 100 - panel x
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  // Astray over the second piece's wood, 20 to 30 of the panel.
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)}, Millimetres(1));
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("off its path"), HasSubstr("1 piece(s) beside it")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_EQ(runner_->view().job->suspect, 2);
+}
+
+TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(95, 2), point<MachineFrame>(85, 2)}, Millimetres(1));
+  settle();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+}
+
+TEST_F(ProofTest, ACutNeighbourBecomesSuspectAsWell) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.finish();
+  settle();
+  ASSERT_EQ(starts(), 2);
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(78, 2), point<MachineFrame>(95, 2)}, Millimetres(1));
+  settle();
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+TEST(BrokenRun, IsNotWrittenWhileTheDatabaseIsBusyOrTheDiskFull) {
+  EXPECT_FALSE(is_written(Error{ErrorCode::kUnavailable, "the database is busy: another program holds it"}));
+  EXPECT_FALSE(is_written(Error{ErrorCode::kStorage, "the disk is full"}));
+  EXPECT_FALSE(is_written(Error{ErrorCode::kInternal, "out of memory"}));
+  EXPECT_TRUE(is_written(Error{ErrorCode::kConflict, "run 7 is not on"}));
+  EXPECT_TRUE(is_written(3));
+}
+
+}  // namespace
+}  // namespace veneer::daemon

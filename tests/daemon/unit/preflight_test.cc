@@ -1,0 +1,140 @@
+#include "daemon/unit/preflight.h"
+
+#include <gmock/gmock.h>
+#include <rapidcheck/gtest.h>
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+Point<MachineFrame> at(double x, double y) { return point<MachineFrame>(x, y); }
+
+Box<MachineFrame> box(double x0, double y0, double x1, double y1) {
+  Box<MachineFrame> b;
+  b.add(at(x0, y0));
+  b.add(at(x1, y1));
+  return b;
+}
+
+PieceBurn burn(const std::string& mark, std::vector<Point<MachineFrame>> path) {
+  Stroke stroke;
+  stroke.path = std::move(path);
+  stroke.speed = MmPerSecond(15);
+  stroke.power = PowerFraction(0.85);
+  return {PieceId{1}, mark, LaserJob{{stroke}}, 1};
+}
+
+class PreflightTest : public ::testing::Test {
+ protected:
+  LaserLimits limits_{box(0, 0, 500, 300), "Grbl 1.1h", true, MmPerSecond(200)};
+  std::vector<KeepOut> zones_;
+  std::string refusal(const std::vector<PieceBurn>& burns) {
+    const Status checked = check_strokes(burns, limits_, zones_, at(0, 0));
+    return checked ? "" : checked.error().message;
+  }
+};
+
+TEST_F(PreflightTest, AJobInsideTheTravelIsTaken) { EXPECT_EQ(refusal({burn("A1", {at(10, 10), at(490, 290)})}), ""); }
+
+TEST_F(PreflightTest, SaysWhichPieceLeavesTheTravelByHowMuchAndWhereToMoveThePanel) {
+  EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(20, 10)}), burn("B2", {at(10, 10), at(512.5, 20)})}),
+              AllOf(HasSubstr("piece B2"), HasSubstr("12.5 mm at the right side"), HasSubstr("to the left")));
+  EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(-3, 20)})}), HasSubstr("3.0 mm at the left side"));
+  EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(10, -1)})}), HasSubstr("1.0 mm at the front"));
+  EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(10, 302)})}), HasSubstr("2.0 mm at the back"));
+}
+
+TEST_F(PreflightTest, TheRunUpOfAFillCountsAsItsWay) {
+  auto fill = burn("A1", {at(5, 10), at(490, 10)});
+  EXPECT_EQ(refusal({fill}), "");
+  fill.strokes.strokes[0].overscan = Millimetres(8);
+  EXPECT_THAT(refusal({fill}), HasSubstr("3.0 mm at the left side"));
+}
+
+TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {
+  zones_ = {{"clamp", box(200, 100, 240, 140)}};
+  EXPECT_EQ(refusal({burn("A1", {at(10, 10), at(190, 10)}), burn("A2", {at(190, 290), at(10, 290)})}), "");
+  EXPECT_THAT(refusal({burn("A1", {at(10, 120), at(490, 120)})}), HasSubstr("\"clamp\""));
+  // Two harmless cuts with the clamp between them.
+  EXPECT_THAT(refusal({burn("A1", {at(10, 120), at(100, 120)}), burn("A2", {at(400, 120), at(490, 120)})}),
+              AllOf(HasSubstr("piece A2"), HasSubstr("\"clamp\"")));
+  // The way from where the head stands.
+  EXPECT_THAT(refusal({burn("A1", {at(440, 240), at(450, 240)})}), HasSubstr("\"clamp\""));
+}
+
+TEST_F(PreflightTest, ARecipeNobodyCouldBurnIsRefused) {
+  auto fast = burn("A1", {at(10, 10), at(20, 10)});
+  fast.strokes.strokes[0].speed = MmPerSecond(300);
+  EXPECT_THAT(refusal({fast}), AllOf(HasSubstr("300 mm/s"), HasSubstr("200")));
+  auto strong = burn("A1", {at(10, 10), at(20, 10)});
+  strong.strokes.strokes[0].power = PowerFraction(1.2);
+  EXPECT_THAT(refusal({strong}), HasSubstr("recipe"));
+  auto endless = burn("A1", {at(10, 10), at(20, 10)});
+  endless.strokes.strokes[0].passes = 0;
+  EXPECT_THAT(refusal({endless}), HasSubstr("recipe"));
+  EXPECT_THAT(refusal({burn("A1", {at(10, 10), at(std::nan(""), 10)})}), HasSubstr("cannot be computed"));
+  EXPECT_THAT(refusal({}), HasSubstr("nothing to burn"));
+}
+
+TEST_F(PreflightTest, TheMachineMustBeThereHomedAndClosed) {
+  LaserStatus laser;
+  laser.connected = laser.homed = true, laser.state = "Idle", laser.firmware = "Grbl 1.1h";
+  EXPECT_TRUE(check_machine(laser).ok());
+  laser.state = "Door:1";
+  EXPECT_THAT(check_machine(laser).error().message, HasSubstr("lid is open"));
+  laser.state = "Alarm";
+  EXPECT_THAT(check_machine(laser).error().message, HasSubstr("alarm"));
+  laser.state = "Idle", laser.homed = false;
+  EXPECT_THAT(check_machine(laser).error().message, HasSubstr("Reset"));
+  laser.connected = false;
+  EXPECT_THAT(check_machine(laser).error().message, HasSubstr("not connected"));
+}
+
+TEST_F(PreflightTest, TheFrameIsTheHullOfAllStrokes) {
+  const std::vector<PieceBurn> burns{burn("A1", {at(10, 10), at(30, 10), at(20, 20)}),
+                                     burn("A2", {at(30, 30), at(10, 30), at(15, 15)})};
+  const LaserJob frame = frame_of(burns, MmPerSecond(100), PowerFraction(0));
+  ASSERT_THAT(frame.strokes, SizeIs(1));
+  const auto& path = frame.strokes[0].path;
+  EXPECT_EQ(path, (std::vector{at(10, 10), at(30, 10), at(30, 30), at(10, 30), at(10, 10)}));
+  EXPECT_EQ(frame.strokes[0].power.count(), 0);
+  EXPECT_EQ(frame.strokes[0].piece.value, 0);
+  EXPECT_TRUE(frame_of({}, MmPerSecond(100), PowerFraction(0)).strokes.empty());
+}
+
+RC_GTEST_PROP(Preflight, TheHullHoldsEveryPointAndTurnsLeft, ()) {
+  const auto raw = *rc::gen::nonEmpty(rc::gen::container<std::vector<std::pair<int, int>>>(
+      rc::gen::pair(rc::gen::inRange(0, 40), rc::gen::inRange(0, 40))));
+  std::vector<Point<MachineFrame>> points;
+  for (const auto& [x, y] : raw) points.push_back(at(x, y));
+  const auto hull = convex_hull(points);
+  RC_PRE(hull.size() >= 3);
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const auto &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    for (const auto& p : points)
+      RC_ASSERT((b.x - a.x).count() * (p.y - a.y).count() - (b.y - a.y).count() * (p.x - a.x).count() >= 0);
+  }
+}
+
+RC_GTEST_PROP(Preflight, AWayCrossesABoxWhenAPointOfItLiesInside, (int x0, int y0, int x1, int y1)) {
+  const auto small = [](int v) { return std::abs(v % 60) * 1.0; };
+  const auto a = at(small(x0), small(y0)), b = at(small(x1), small(y1));
+  const auto zone = box(20, 20, 40, 40);
+  bool inside = false;
+  for (int i = 0; i <= 2000; ++i)
+    inside = inside || zone.contains({a.x + (b.x - a.x) * (i / 2000.0), a.y + (b.y - a.y) * (i / 2000.0)});
+  if (inside) RC_ASSERT(crosses(zone, a, b));
+  const auto grown = box(19.9, 19.9, 40.1, 40.1);
+  if (crosses(zone, a, b)) {
+    bool near = false;
+    for (int i = 0; i <= 2000; ++i)
+      near = near || grown.contains({a.x + (b.x - a.x) * (i / 2000.0), a.y + (b.y - a.y) * (i / 2000.0)});
+    RC_ASSERT(near);
+  }
+}
+
+}  // namespace
+}  // namespace veneer::daemon

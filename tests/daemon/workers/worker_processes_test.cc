@@ -1,0 +1,267 @@
+// Whatever a worker process does, it costs its task alone; and what it may not do, it cannot.
+#include "daemon/workers/worker_processes.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <thread>
+
+#include "daemon/workers/confinement.h"
+#include "daemon/workers/work_folder.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A pseudo-terminal, as the simulated laser's port is.
+class Terminal {
+ public:
+  Terminal() : fd_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    ::grantpt(fd_);
+    ::unlockpt(fd_);
+  }
+  ~Terminal() { ::close(fd_); }
+  std::string path() const {
+    std::string name(64, '\0');
+    ::ptsname_r(fd_, name.data(), name.size());
+    return name.c_str();
+  }
+
+ private:
+  int fd_;
+};
+
+class WorkerProcessesTest : public ::testing::Test {
+ protected:
+  WorkOrder order(const std::string& kind, json request = json::object()) {
+    WorkOrder out;
+    out.kind = kind;
+    out.what = "planning";
+    out.request = std::move(request);
+    out.folder = folder_.path();
+    out.deadline = std::chrono::seconds(60);
+    return out;
+  }
+  static WorkerProcesses processes(std::uint64_t memory_bytes = 0, std::function<void(pid_t)> on_start = {}) {
+    return WorkerProcesses({VENEER_TEST_WORKER, memory_bytes, std::move(on_start)}, make_null_logger());
+  }
+  Result<json> run(const WorkOrder& work) { return processes().run(work, {}, {}); }
+  // What became of the attempt to open a file, as errno.
+  int opened(const std::string& path, int flags, const WorkOrder& with) {
+    WorkOrder attempt = with;
+    attempt.kind = "open";
+    attempt.request = {{"path", path}, {"flags", flags}};
+    auto result = run(attempt);
+    EXPECT_TRUE(result.ok()) << result.error().message;
+    return result ? result->at("errno").get<int>() : -1;
+  }
+
+  testing::TempDirectory folder_;
+};
+
+TEST_F(WorkerProcessesTest, DoWhatIsAskedAndTellHowFarTheyAre) {
+  json request{{"text", std::string(3'000'000, 'a')}};  // far more than a pipe holds
+  std::vector<std::string> told;
+  auto result = processes().run(order("echo", request),
+                                [&](double fraction, const std::string& text) {
+                                  told.push_back(text);
+                                  EXPECT_DOUBLE_EQ(fraction, 0.5);
+                                },
+                                {});
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(*result, request);
+  EXPECT_THAT(told, ElementsAre("half of it"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "made"));
+}
+
+TEST_F(WorkerProcessesTest, PassOnTheirErrors) {
+  auto result = run(order("refuse"));
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(result.error().message, "no wood was left: add a panel");
+}
+
+TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyThrowCrashOrLeave) {
+  EXPECT_THAT(run(order("throw")).error().message, HasSubstr("a library's assertion"));
+  const auto crashed = run(order("crash"));
+  EXPECT_EQ(crashed.error().code, ErrorCode::kInternal);
+  EXPECT_THAT(crashed.error().message, AllOf(HasSubstr("planning was broken off"), HasSubstr("signal 6")));
+  EXPECT_THAT(run(order("leave")).error().message, HasSubstr("ended with status 7"));
+}
+
+TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyTalkNonsense) {
+  for (const char* said : {"what?\n", "{}\n", "[1]\n", "{\"progress\":\"x\",\"text\":1}\n", "{\"error\":3}\n",
+                           "{\"error\":{\"code\":1}}\n", "\xff\xfe\n", "\n"}) {
+    const auto result = run(order("nonsense", said));
+    ASSERT_FALSE(result.ok()) << said;
+    EXPECT_EQ(result.error().code, ErrorCode::kInternal);
+    EXPECT_THAT(result.error().message, HasSubstr("nonsense")) << said;
+  }
+  EXPECT_THAT(run(order("flood")).error().message, HasSubstr("nonsense"));
+}
+
+TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyAreKilled) {
+  const auto result = processes(0, [](pid_t pid) { ::kill(pid, SIGKILL); }).run(order("hang"), {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(result.error().message, HasSubstr("killed"));
+}
+
+TEST_F(WorkerProcessesTest, AreEndedAtTheirDeadline) {
+  WorkOrder slow = order("hang");
+  slow.deadline = std::chrono::milliseconds(300);
+  const auto result = run(slow);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kTimeout);
+  EXPECT_THAT(result.error().message, HasSubstr("took longer than 0.3 s"));
+  // Stopped by a signal they are ended all the same.
+  const auto stopped = processes(0, [](pid_t pid) { ::kill(pid, SIGSTOP); }).run(slow, {}, {});
+  EXPECT_EQ(stopped.error().code, ErrorCode::kTimeout);
+}
+
+TEST_F(WorkerProcessesTest, AreEndedWhenTheirTaskIsCancelled) {
+  std::stop_source stop;
+  pid_t pid = 0;
+  const auto result =
+      processes(0, [&](pid_t p) { pid = p; })
+          .run(
+              order("hang"), [&](double, const std::string&) { stop.request_stop(); }, stop.get_token());
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(::kill(pid, 0), -1);
+  EXPECT_EQ(errno, ESRCH);
+  EXPECT_EQ(processes().run(order("hang"), {}, stop.get_token()).error().code, ErrorCode::kCancelled);
+}
+
+TEST_F(WorkerProcessesTest, TakeNoMoreMemoryThanTheyMay) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need memory without limits";
+#endif
+  const auto result = processes(256 << 20).run(order("hog"), {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(result.error().message, AllOf(HasSubstr("more memory than the 256 MB"), HasSubstr("memory_mb")));
+}
+
+TEST_F(WorkerProcessesTest, CannotOpenTheLasersPort) {
+  const Terminal laser;
+  const auto link = folder_ / "laser";
+  std::filesystem::create_symlink(laser.path(), link);
+  const testing::TempDirectory mine, data;
+  WorkOrder work = order("open");
+  work.folder = mine.path();
+  work.readable = {data.path(), folder_.path()};  // even where a link to it may be read
+  for (const std::string& path : {laser.path(), link.string(), std::string("/dev/ptmx"), std::string("/dev/tty")})
+    for (const int flags : {O_RDONLY, O_WRONLY, O_RDWR}) {
+      const int failed = opened(path, flags | O_NOCTTY | O_NONBLOCK, work);
+      EXPECT_EQ(failed, EACCES) << path;
+    }
+}
+
+TEST_F(WorkerProcessesTest, ReadWhatTheyWereGivenAndWriteInTheirFolderOnly) {
+  const testing::TempDirectory mine, data, other;
+  std::ofstream(data / "map.png") << "x";
+  std::ofstream(other / "secret") << "x";
+  WorkOrder work = order("open");
+  work.folder = mine.path();
+  work.readable = {data.path()};
+  EXPECT_EQ(opened(data / "map.png", O_RDONLY, work), 0);
+  EXPECT_EQ(opened(data / "map.png", O_WRONLY, work), EACCES);
+  EXPECT_EQ(opened(data / "new", O_WRONLY | O_CREAT, work), EACCES);
+  EXPECT_EQ(opened(other / "secret", O_RDONLY, work), EACCES);
+  EXPECT_EQ(opened("/etc/passwd", O_RDONLY, work), EACCES);
+  EXPECT_EQ(opened(mine / "new", O_WRONLY | O_CREAT | O_TRUNC, work), 0);
+  EXPECT_EQ(opened(mine / "new", O_RDWR, work), 0);
+}
+
+TEST_F(WorkerProcessesTest, ReachNoSocketAndNoOtherProcessAndInheritNothing) {
+  const int inheritable = ::fcntl(STDERR_FILENO, F_DUPFD, 20);  // somebody forgot O_CLOEXEC
+  ASSERT_GE(inheritable, 20);
+  const auto result = run(order("reach"));
+  ::close(inheritable);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->at("socket"), EPERM);
+  EXPECT_EQ(result->at("kill parent"), EPERM);
+  EXPECT_EQ(result->at("fork"), EPERM);
+  EXPECT_EQ(result->at("device node"), EPERM);
+  EXPECT_EQ(result->at("thread"), 0);
+  EXPECT_EQ(result->at("descriptors"), (json{0, 1, 2, 3}));
+  EXPECT_EQ(result->at("oom_score_adj"), 1000);
+}
+
+// On a kernel without Landlock.
+TEST_F(WorkerProcessesTest, SeeNoDevicesWhereDevicesCanOnlyBeHidden) {
+  const Terminal laser;
+  const std::string path = laser.path();
+  const pid_t child = ::fork();
+  if (child == 0) {
+    Confinement limits;
+    limits.without_landlock = true;
+    if (const Status confined = confine(limits); !confined) ::_exit(77);
+    ::_exit(::open(path.c_str(), O_RDWR | O_NOCTTY) < 0 && errno == ENOENT ? 0 : 1);
+  }
+  int how = 0;
+  ASSERT_EQ(::waitpid(child, &how, 0), child);
+  if (WIFEXITED(how) && WEXITSTATUS(how) == 77) GTEST_SKIP() << "no namespaces here";
+  EXPECT_EQ(how, 0);
+}
+
+// The daemon is killed: its workers go with it, whatever they were doing.
+TEST_F(WorkerProcessesTest, DoNotOutliveWhoStartedThem) {
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);  // a child of a dead child becomes ours
+  const WorkOrder work = order("hang");
+  const pid_t daemon = ::fork();
+  if (daemon == 0) {
+    static_cast<void>(processes().run(work, [](double, const std::string&) { ::kill(::getpid(), SIGKILL); }, {}));
+    ::_exit(1);
+  }
+  int how = 0;
+  ASSERT_EQ(::waitpid(daemon, &how, 0), daemon);
+  ASSERT_TRUE(WIFSIGNALED(how));
+  pid_t worker = 0;
+  std::ifstream(folder_ / "pid") >> worker;
+  ASSERT_GT(worker, 0);
+  ASSERT_EQ(::waitpid(worker, &how, 0), worker) << "which waits until it is gone";
+  EXPECT_TRUE(WIFSIGNALED(how) || WIFEXITED(how));
+  ::prctl(PR_SET_CHILD_SUBREAPER, 0);
+}
+
+TEST_F(WorkerProcessesTest, AreNamedWhenTheyAreMissing) {
+  const auto result = WorkerProcesses({"/nowhere/veneer-worker", 0, {}}, make_null_logger()).run(order("echo"), {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_THAT(result.error().message, HasSubstr("/nowhere/veneer-worker cannot be started"));
+}
+
+TEST(WorkFolder, IsGoneWithItsWorkAndAtTheNextStart) {
+  const testing::TempDirectory data;
+  std::filesystem::path one, left;
+  {
+    auto folder = WorkFolder::make(data.path());
+    ASSERT_TRUE(folder.ok()) << folder.error().message;
+    one = folder->path();
+    std::ofstream(one / "x") << "y";
+    WorkFolder moved = std::move(*folder);
+    EXPECT_TRUE(std::filesystem::exists(one / "x"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(one));
+  left = data / "work" / "left";
+  std::filesystem::create_directories(left);
+  remove_left_work(data.path());
+  EXPECT_FALSE(std::filesystem::exists(left));
+}
+
+}  // namespace
+}  // namespace veneer::daemon

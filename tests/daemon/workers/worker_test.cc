@@ -1,0 +1,106 @@
+// Work that throws costs itself, not the program that owns the laser.
+#include "daemon/workers/worker.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <new>
+#include <optional>
+#include <stdexcept>
+
+#include "daemon/api/tasks.h"
+#include "daemon/database_thread.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Worker, GoesOnAfterWorkThatRanOutOfMemory) {
+  Worker worker("test");
+  std::optional<Error> told;
+  worker.post([] { throw std::bad_alloc(); }, [&](const Error& error) { told = error; });
+  worker.post([] { throw 7; });
+  EXPECT_EQ(worker.call([] { return 42; }), 42);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->code, ErrorCode::kUnavailable);
+  EXPECT_THAT(told->message, HasSubstr("not enough memory"));
+}
+
+TEST(Worker, SaysWhatALibraryThrew) {
+  Worker worker("test");
+  std::optional<Error> told;
+  worker.post([] { throw std::runtime_error("(-215) rows >= 0"); }, [&](const Error& error) { told = error; });
+  worker.call([] {});
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->code, ErrorCode::kInternal);
+  EXPECT_THAT(told->message, HasSubstr("(-215) rows >= 0"));
+}
+
+TEST(Worker, OutlivesAFailureThatCannotBeTold) {
+  Worker worker("test");
+  worker.post([] { throw std::bad_alloc(); }, [](const Error&) { throw std::bad_alloc(); });
+  EXPECT_EQ(worker.call([] { return 1; }), 1);
+}
+
+TEST(Worker, GivesWhatACallThrewToItsCaller) {
+  Worker worker("test");
+  const Result<int> result = worker.call([]() -> Result<int> { throw std::bad_alloc(); });
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  EXPECT_THROW(worker.call([]() -> int { throw std::runtime_error("x"); }), std::runtime_error);
+  EXPECT_EQ(worker.call([] { return 1; }), 1);
+}
+
+TEST(Worker, TakesNoMoreThanMayWait) {
+  Worker worker("test");
+  std::promise<void> begun, go;
+  worker.post([&] {
+    begun.set_value();
+    go.get_future().wait();
+  });
+  begun.get_future().wait();
+  int done = 0;
+  EXPECT_TRUE(worker.try_post(2, [&] { ++done; }));
+  EXPECT_TRUE(worker.try_post(2, [&] { ++done; }));
+  EXPECT_FALSE(worker.try_post(2, [&] { ++done; }));
+  go.set_value();
+  worker.call([] {});
+  EXPECT_EQ(done, 2);
+}
+
+TEST(Worker, FailsTheTaskWhoseWorkThrew) {
+  boost::asio::io_context reactor;
+  const SteadyClock clock;
+  TaskRegistry tasks(reactor, clock, {});
+  const auto id = [&] {
+    Worker worker("test");
+    auto task = tasks.start("plan", "waiting");
+    worker.post([task] { throw std::bad_alloc(); }, [task](const Error& error) { task.fail(error); });
+    return task.id();
+  }();
+  reactor.run();
+  const TaskView* task = tasks.find(id);
+  ASSERT_NE(task, nullptr);
+  EXPECT_EQ(task->state, TaskState::kFailed);
+  ASSERT_TRUE(task->error);
+  EXPECT_THAT(task->error->message, HasSubstr("not enough memory"));
+}
+
+TEST(Worker, AnswersAQuestionToTheDatabaseThatThrew) {
+  const testing::TempDirectory folder;
+  boost::asio::io_context reactor;
+  auto database = DatabaseThread::open(folder / "test.db", reactor);
+  ASSERT_TRUE(database.ok());
+  std::optional<Error> told;
+  (*database)->async([](Repositories&) -> Result<int> { throw std::bad_alloc(); },
+                     [&](const Result<int>& result) { told = result.error(); });
+  (*database)->call([](Repositories&) { return 0; });
+  reactor.run();
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->code, ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,74 @@
+// A cell after some days of work, with rows in every table and wood in every state.
+#pragma once
+
+#include "db/audit.h"
+#include "db/certificates.h"
+#include "db/materials.h"
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+
+inline FiducialRecord tag_at(int id, double x_mm, double y_mm) {
+  FiducialRecord tag;
+  tag.tag_id = id;
+  tag.corners = square(x_mm, y_mm, 8);
+  return tag;
+}
+
+inline void fill(CellDatabase& cell) {
+  const PanelId oak = must(cell.panels().next_panel_id());
+  ScanRecord scan;
+  scan.panel = oak;
+  scan.device = "twin:1", scan.file = "scans/1.png", scan.sha256 = "ab12", scan.dpi = 600, scan.rms = 0.012_mm;
+  scan.max = 0.04_mm, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kNow;
+  VENEER_ASSERT_OK(cell.panels().add(sheet(oak), {scan}, {tag_at(201, 5, 5), tag_at(202, 400, 5)}));
+  const PanelId ash = cell.new_panel();
+  must(cell.panels().add_mask(ash, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater}));
+  Materials materials(cell.database());
+  VENEER_ASSERT_OK(materials.add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}}));
+  VENEER_ASSERT_OK(materials.set_material(oak, 2, "walnut"));
+  RecipeRecord recipe;
+  recipe.material = "walnut", recipe.speed = MmPerSecond(12), recipe.power = PowerFraction(0.65), recipe.passes = 2;
+  recipe.kerf = KerfRecord{0.21_mm, 0.17_mm}, recipe.changed_at = kNow;
+  VENEER_ASSERT_OK(materials.set_recipe(recipe));
+  Certificates certificates(cell.database());
+  must(certificates.issue({{}, CertificateKind::kKerf, kNow, kLater, 0.01_mm, "{\"kerf_mm\":0.2}"}));
+  must(certificates.issue({{}, CertificateKind::kCamera, kNow, kLater, 0.05_mm, "{\"k\":[1,2,3]}"}));
+
+  auto jobs = cell.jobs();
+  std::vector<PlannedPatch> patches;
+  for (int i = 0; i < 6; ++i)
+    patches.push_back(square_piece(fmt::format("A1-{}", i + 1), oak, 20 + 30 * i, 40 + 0.123 * i, 14));
+  patches[2].lead_in = point<PanelFrame>(79, 39);
+  const JobId first = must(jobs.create(job_of(patches), kNow));
+  const auto pieces = must(jobs.pieces(first));
+  const RunId run = must(jobs.start_run(
+      first, oak, Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper),
+      0.04_mm, kNow));
+  for (const std::size_t i : {0, 1, 2}) {
+    VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
+    VENEER_ASSERT_OK(jobs.book_piece(pieces[i].id, kLater));
+  }
+  const std::vector<PieceId> suspects = {pieces[3].id, pieces[4].id};
+  VENEER_ASSERT_OK(jobs.abort_run(run, suspects, "the lid was opened", kLater));
+  VENEER_ASSERT_OK(jobs.settle(pieces[3].id, AllocationState::kScrap, kLater));
+  NewPlan second = job_of({square_piece("B1", oak, 20, 100, 14), square_piece("B2", ash, 20, 40, 14)});
+  for (auto& panel : second.planned_on)
+    if (panel.panel == ash) panel.mask_version = 2;
+  const JobId given_up = must(jobs.create(second, kNow));
+  VENEER_ASSERT_OK(jobs.cancel(given_up, kLater));
+  must(jobs.create(must(jobs.find(given_up)).plan, kLater));
+  VENEER_ASSERT_OK(cell.ledger().write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow));
+  Plans plans(cell.database());
+  NewPlan only_looked_at = job_of({square_piece("C1", oak, 20, 150, 14)});
+  only_looked_at.parent = PlanId{1};
+  must(plans.add(only_looked_at, kLater));
+  RequestKeys keys(cell.database());
+  must(keys.begin({"local:1000", "newJob", "k-1", "hash"}, kNow));
+  VENEER_ASSERT_OK(keys.reply({"local:1000", "newJob", "k-1", "hash"}, "{\"task\":7}"));
+  Audit audit(cell.database());
+  for (const char* what : {"scan.new", "job.new", "job.start"})
+    VENEER_ASSERT_OK(audit.append({0, kNow, "local:1000", what, "by hand"}));
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,165 @@
+// What the database refuses, whoever asks: a stray statement of ours, or somebody with the sqlite3 shell.
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "tests/db/filled_cell.h"
+#include "tests/db/stray_sql.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::HasSubstr;
+
+class GuardTest : public ::testing::Test {
+ protected:
+  void SetUp() override { fill(cell); }
+  SQLite::Database& sql() { return cell.database().connection(); }
+  std::vector<std::string> texts(const std::string& query) {
+    std::vector<std::string> out;
+    SQLite::Statement rows(sql(), query);
+    while (rows.executeStep()) out.push_back(rows.getColumn(0).getString());
+    return out;
+  }
+  std::vector<std::string> tables() {
+    return texts(
+        "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite%' AND name NOT LIKE "
+        "'allocation_boxes%' ORDER BY name");
+  }
+  std::vector<std::string> columns(const std::string& table) {
+    return texts("SELECT name FROM pragma_table_xinfo('" + table + "') WHERE hidden = 0 ORDER BY cid");
+  }
+  int rows(const std::string& table) { return sql().execAndGet("SELECT count(*) FROM " + table).getInt(); }
+  // A row in the place of one that is there, the same but for a text.
+  std::string replacement(const std::string& table) {
+    std::string names, values;
+    for (const auto& column : columns(table)) {
+      names += (names.empty() ? "" : ", ") + column;
+      values += (values.empty() ? "" : ", ") + column;
+    }
+    return fmt::format("INSERT OR REPLACE INTO {0} ({1}) SELECT {2} FROM {0} LIMIT 1", table, names, values);
+  }
+
+  CellDatabase cell;
+};
+
+TEST_F(GuardTest, EveryTableHasRows) {
+  ASSERT_EQ(tables().size(), 19U);
+  for (const auto& table : tables()) EXPECT_GT(rows(table), 0) << table;
+}
+
+TEST_F(GuardTest, NothingThatCountsIsDeleted) {
+  for (const auto& table : tables()) {
+    const int before = rows(table);
+    const Status deleted = execute(cell.database(), "DELETE FROM " + table);
+    if (table == "recipes" || table == "request_keys") continue;
+    EXPECT_FALSE(deleted.ok()) << table;
+    EXPECT_EQ(rows(table), before) << table;
+  }
+}
+
+TEST_F(GuardTest, NoRowTakesThePlaceOfAnother) {
+  for (const auto& table : tables()) {
+    if (table == "recipes" || table == "request_keys") continue;
+    const Status replaced = execute(cell.database(), replacement(table));
+    EXPECT_FALSE(replaced.ok()) << table;
+  }
+  // By an update too: piece 2's allocation would push out piece 1's.
+  EXPECT_FALSE(execute(cell.database(), "UPDATE OR REPLACE allocations SET id = 1 WHERE id = 2").ok());
+}
+
+TEST_F(GuardTest, TheShellCannotWriteARow) {
+  for (const auto& table : tables()) {
+    for (const auto& statement :
+         {"DELETE FROM " + table, replacement(table),
+          fmt::format("UPDATE {} SET {} = {}", table, columns(table).back(), columns(table).back())}) {
+      const std::string answer = stray(cell.file(), statement);
+      EXPECT_NE(answer, "") << statement;
+    }
+  }
+  EXPECT_THAT(stray(cell.file(), "UPDATE allocations SET state = 'released' WHERE state = 'reserved'"),
+              HasSubstr("veneer_checksum"));
+  EXPECT_THAT(stray(cell.file(), "UPDATE jobs SET state = 'running'"), HasSubstr("veneer_checksum"));
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(GuardTest, TheShellCanStillRead) {
+  SQLite::Database reading(cell.file().string(), SQLite::OPEN_READONLY);
+  for (const auto& table : tables())
+    EXPECT_GT(reading.execAndGet("SELECT count(*) FROM (SELECT * FROM " + table + ")").getInt(), 0) << table;
+  EXPECT_GT(reading.execAndGet("SELECT count(*) FROM piece_states").getInt(), 0);
+}
+
+// A virtual table has no triggers: what the shell does to the index of wood is found at the next start.
+TEST_F(GuardTest, WhatTheShellDoesToTheIndexOfWoodIsFound) {
+  for (const char* statement :
+       {"DELETE FROM allocation_boxes WHERE id = 1", "UPDATE allocation_boxes SET max_x = max_x - 1 WHERE id = 1",
+        "INSERT INTO allocation_boxes VALUES (999, 1, 1, 0, 1, 0, 1)"}) {
+    CellDatabase other;
+    fill(other);
+    ASSERT_EQ(stray(other.file(), statement), "");
+    const Status checked = other.database().check_integrity();
+    ASSERT_FALSE(checked.ok()) << statement;
+    EXPECT_EQ(checked.error().code, ErrorCode::kStorage);
+    EXPECT_THAT(checked.error().message, HasSubstr("index of wood"));
+  }
+}
+
+TEST_F(GuardTest, OutsideAStoresTransactionNoStatementWrites) {
+  for (const auto& table : tables()) {
+    EXPECT_THROW(sql().exec("DELETE FROM " + table), SQLite::Exception) << table;
+    EXPECT_THROW(sql().exec(replacement(table)), SQLite::Exception) << table;
+  }
+  EXPECT_THROW(sql().exec("UPDATE allocations SET state = 'released' WHERE state = 'reserved'"), SQLite::Exception);
+  // The same as a store would do it.
+  VENEER_EXPECT_OK(execute(cell.database(), "UPDATE allocations SET state = 'released' WHERE state = 'reserved'"));
+}
+
+TEST_F(GuardTest, TheIndexOfWoodIsWrittenByTheLedgersTriggersOnly) {
+  for (const char* statement :
+       {"DELETE FROM allocation_boxes", "UPDATE allocation_boxes SET max_x = 0", "DELETE FROM allocation_boxes_node",
+        "INSERT INTO allocation_boxes VALUES (999, 1, 1, 0, 1, 0, 1)", "UPDATE allocation_boxes_rowid SET nodeno = 9"})
+    EXPECT_FALSE(execute(cell.database(), statement).ok()) << statement;
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(GuardTest, WhatProtectsTheRowsCannotBeTakenAway) {
+  for (const char* statement :
+       {"DROP TRIGGER allocations_are_kept", "DROP TABLE audit", "PRAGMA recursive_triggers = OFF",
+        "PRAGMA foreign_keys = OFF", "PRAGMA writable_schema = ON", "PRAGMA ignore_check_constraints = ON",
+        "ATTACH ':memory:' AS other", "CREATE TRIGGER t AFTER INSERT ON audit BEGIN SELECT 1; END",
+        "ALTER TABLE audit RENAME TO gone", "PRAGMA user_version = 1", "DELETE FROM sqlite_sequence", "VACUUM",
+        "UPDATE sqlite_schema SET sql = ''"}) {
+    EXPECT_THROW(sql().exec(statement), SQLite::Exception) << statement;
+    EXPECT_FALSE(execute(cell.database(), statement).ok()) << statement;
+  }
+  EXPECT_EQ(sql().execAndGet("PRAGMA recursive_triggers").getInt(), 1);
+  EXPECT_EQ(sql().execAndGet("PRAGMA foreign_keys").getInt(), 1);
+}
+
+TEST_F(GuardTest, ATriggerThatWasDroppedIsFoundAtTheNextStart) {
+  const auto file = cell.file();
+  { const Database closed = std::move(cell.database()); }
+  tamper(file, "DROP TRIGGER allocations_are_kept; DELETE FROM allocations WHERE id = 1");
+  const auto opened = Database::open(file);
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(opened.error().message, HasSubstr("trigger allocations_are_kept is not this program's"));
+}
+
+TEST_F(GuardTest, AReaderWritesNothingEither) {
+  Database reading = must(Database::open_for_reading(cell.file()));
+  EXPECT_THROW(reading.connection().exec("DELETE FROM audit"), SQLite::Exception);
+  VENEER_EXPECT_OK(reading.check_integrity());
+}
+
+TEST_F(GuardTest, PlansWithoutJobsCanGoOthersStay) {
+  Plans plans(cell.database());
+  EXPECT_EQ(plans.remove({1}).error().code, ErrorCode::kConflict);
+  VENEER_EXPECT_OK(plans.remove({3}));
+  EXPECT_EQ(plans.remove({3}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(rows("plans"), 2);
+}
+
+}  // namespace
+}  // namespace veneer::db

@@ -1,0 +1,124 @@
+// Databases of every older schema, with rows: what they hold is there after the newest program has opened them.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include "db/audit.h"
+#include "db/certificates.h"
+#include "db/materials.h"
+#include "db/migrations.h"
+#include "tests/db/cell_database.h"
+#include "tests/db/stray_sql.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::ElementsAre;
+
+// As the first schema wrote it: two panels, a job that was aborted with pieces in every state, one patch without wood.
+constexpr const char* kOldRows = R"sql(
+INSERT INTO panels VALUES
+  (1, 'P-0001', 'oak', 420000, 280000, 'map1', 'mask1', 'h1', '2026-01-01T00:00:00.000Z', NULL, 'P-0001'),
+  (2, 'P-0002', 'rest', 200000, 280000, 'map2', 'mask2', 'h2', '2026-01-02T00:00:00.000Z', 'P-0001', 'P-0001');
+INSERT INTO scans VALUES (1, 'P-0001', 'show', 'twin', 'f', 'ab', 600, NULL, 0.02, '[]', '2026-01-01T00:00:00.000Z');
+INSERT INTO fiducials VALUES ('P-0001', 'show', 'tag', 201, '[[0,0],[1,0],[1,1],[0,1]]'),
+                             ('P-0001', 'show', 'hole', 0, '[[5,5]]');
+INSERT INTO jobs VALUES (7, 'portrait', 'planned', '2026-01-03T00:00:00.000Z', '2026-01-03T00:00:00.000Z', 'target',
+                         'preview', '{"o":1}', '{"schema_version":1}');
+INSERT INTO pieces (id, job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, angle_rad, shift_x_mm,
+                    shift_y_mm, improper) VALUES
+  (11, 7, 0, 'A1', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[10000,0],[19000,0],[19000,9000]]', -0.0, 10, 0, 0),
+  (12, 7, 1, 'A2', '[[0,0],[9000,0],[9000,9000]]', 'P-0002', '[[10000,0],[19000,0],[19000,9000]]', 0.5, 10, 0.25, 1),
+  (13, 7, 2, 'A3', '[[0,0],[9000,0],[9000,9000]]', NULL, '[]', 0, 0, 0, 0),
+  (14, 7, 3, 'A4', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[40000,0],[49000,0],[49000,9000]]', 0, 40, 0, 0);
+INSERT INTO allocations (id, panel, job, piece, state, outline_um, area_um, reason, changed_at) VALUES
+  (21, 'P-0001', 7, 11, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
+  (22, 'P-0002', 7, 12, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
+  (23, 'P-0001', 7, 14, 'reserved', '[[40000,0],[49000,0],[49000,9000]]', '[[[39000,-1000],[50000,-1000],[50000,10000]]]', '', 't1'),
+  (24, 'P-0001', NULL, NULL, 'scrap', '[]', '[[[100000,0],[110000,0],[110000,10000]]]', 'burnt', 't0');
+UPDATE jobs SET state = 'running';
+INSERT INTO runs VALUES (3, 7, 'P-0001', 0.1, 1, 2, 0, 0.05, '2026-01-03T01:00:00.000Z', NULL, '');
+UPDATE allocations SET state = 'cutting', changed_at = 't2' WHERE id = 21;
+UPDATE allocations SET state = 'cut', changed_at = 't3' WHERE id = 21;
+UPDATE allocations SET state = 'cutting' WHERE id = 23;
+UPDATE allocations SET state = 'suspect', changed_at = 't4' WHERE id = 23;
+UPDATE runs SET ended_at = '2026-01-03T02:00:00.000Z', result = 'stop';
+UPDATE jobs SET state = 'aborted', changed_at = '2026-01-03T02:00:00.000Z';
+INSERT INTO certificates VALUES (5, 'kerf', '2026-01-01T00:00:00.000Z', '2027-01-01T00:00:00.000Z', 0.01, '{"kerf_mm":0.2}');
+INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.start', '7');
+)sql";
+
+class OldSchema : public ::testing::TestWithParam<int> {};
+
+TEST_P(OldSchema, KeepsItsRows) {
+  const testing::TempDirectory directory;
+  const auto file = directory / "veneerd.db";
+  {
+    SQLite::Database old(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    register_functions(old);
+    old.exec("PRAGMA foreign_keys = ON; PRAGMA application_id = 1447970130");  // "VNER"
+    VENEER_ASSERT_OK(migrate(old, migrations().first(1)));
+    old.exec(kOldRows);
+    VENEER_ASSERT_OK(migrate(old, migrations().first(static_cast<std::size_t>(GetParam()))));
+  }
+  Database database = must(Database::open(file));
+  EXPECT_EQ(database.schema_version(), migrations().back().version);
+  VENEER_EXPECT_OK(database.check_integrity());
+
+  Panels panels(database);
+  const PanelRecord rest = must(panels.find({"P-0002"}));
+  EXPECT_EQ(rest.name, "rest");
+  EXPECT_EQ(rest.parent, PanelId{"P-0001"});
+  EXPECT_EQ(rest.map_file, "map2");
+  EXPECT_EQ(rest.mask_file, "mask2");
+  EXPECT_EQ(rest.map_hash, "h2");
+  EXPECT_EQ(rest.mask_version, 1);
+  EXPECT_EQ(must(panels.scans({"P-0001"})).at(0).max, 0.02_mm);
+  EXPECT_EQ(must(panels.fiducials({"P-0001"})).size(), 2U);
+  EXPECT_EQ(must(panels.next_panel_id()).value, "P-0003");
+
+  JobStore jobs(database);
+  const JobRecord job = must(jobs.find({7}));
+  EXPECT_EQ(job.name, "portrait");
+  EXPECT_EQ(job.state, JobState::kAborted);
+  EXPECT_EQ(job.preview_file, "preview");
+  EXPECT_EQ(job.options_json, "{\"o\":1}");
+  const PlanRecord plan = must(Plans(database).find(job.plan));
+  EXPECT_EQ(plan.placed, 3);
+  EXPECT_THAT(plan.panels, ElementsAre(PlannedPanel{{"P-0001"}, 1}, PlannedPanel{{"P-0002"}, 1}));
+  EXPECT_EQ(must(Plans(database).plan_json(job.plan)), "{\"schema_version\":1}");
+  const auto pieces = must(jobs.pieces({7}));
+  ASSERT_EQ(pieces.size(), 4U);
+  EXPECT_EQ(pieces[0].id.value, 11);
+  EXPECT_EQ(pieces[0].state, PieceState::kCut);
+  EXPECT_EQ(pieces[1].state, PieceState::kReserved);
+  EXPECT_EQ(pieces[1].panel, PanelId{"P-0002"});
+  EXPECT_EQ(pieces[1].panel_from_artwork.handedness(), Handedness::kImproper);
+  EXPECT_EQ(pieces[1].panel_outline[1], point<PanelFrame>(19, 0));
+  EXPECT_EQ(pieces[2].state, PieceState::kUnfilled);
+  EXPECT_EQ(pieces[2].panel, std::nullopt);
+  EXPECT_EQ(pieces[3].state, PieceState::kSuspect);
+  EXPECT_EQ(must(jobs.runs({7})).at(0).result, "stop");
+
+  const auto live = must(Ledger(database).live_allocations({"P-0001"}));
+  ASSERT_EQ(live.size(), 3U);
+  EXPECT_EQ(live[0].outline.size(), 3U);
+  EXPECT_EQ(live[0].changed_at, "t3");
+  EXPECT_EQ(live[2].reason, "burnt");
+  EXPECT_TRUE(live[2].outline.empty());
+  EXPECT_EQ(must(Certificates(database).list()).at(0).id.value, 5);
+  EXPECT_EQ(must(Audit(database).latest(1)).at(0).what, "job.start");
+
+  // The wood is held as before, and the day goes on.
+  const auto refused = jobs.create(job_of({square_piece("B1", {"P-0001"}, 15, 0, 14)}), kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  VENEER_EXPECT_OK(jobs.settle({14}, AllocationState::kReleased, kNow));
+  VENEER_EXPECT_OK(jobs.cancel({7}, kNow));
+  EXPECT_EQ(must(jobs.create(job_of({square_piece("B1", {"P-0001"}, 45, 20, 14)}), kNow)).value, 8);
+  VENEER_EXPECT_OK(database.check_integrity());
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, OldSchema, ::testing::Range(1, static_cast<int>(migrations().size())));
+
+}  // namespace
+}  // namespace veneer::db

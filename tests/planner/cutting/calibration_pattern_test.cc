@@ -1,0 +1,99 @@
+#include "planner/cutting/calibration_pattern.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <tuple>
+#include <utility>
+
+namespace veneer::planner {
+namespace {
+
+PatternOptions over(double width, double height) {
+  PatternOptions options;
+  options.area.add(point<MachineFrame>(30, 20));
+  options.area.add(point<MachineFrame>(30 + width, 20 + height));
+  return options;
+}
+
+bool is_key(const PatternRing& ring) { return ring.diameter.count() > 6; }
+
+TEST(Pattern, SpreadsItsRingsOverTheWholeArea) {
+  const auto options = over(440, 320);
+  const auto pattern = make_pattern(options);
+  ASSERT_TRUE(pattern.ok());
+  EXPECT_EQ(pattern->rings.size(), static_cast<std::size_t>(pattern->columns * pattern->rows));
+  Box<MachineFrame> centres;
+  for (const auto& ring : pattern->rings) centres.add(ring.centre);
+  EXPECT_NEAR(centres.width().count(), 428, 1e-9);
+  EXPECT_NEAR(centres.height().count(), 308, 1e-9);
+  EXPECT_NEAR(centres.width().count() / (pattern->columns - 1), 40, 5);
+}
+
+TEST(Pattern, HasKeyRingsThatNoTurnOrMirroringMapsOntoThemselves) {
+  const auto pattern = make_pattern(over(200, 200));
+  ASSERT_TRUE(pattern.ok());
+  const auto n = pattern->columns;
+  ASSERT_EQ(n, pattern->rows) << "a square lattice is the hardest case";
+  const auto key_at = [&](int c, int r) { return is_key(pattern->rings[static_cast<std::size_t>(r * n + c)]); };
+  for (int turn = 0; turn < 4; ++turn) {
+    for (const bool mirrored : {false, true}) {
+      if (turn == 0 && !mirrored) continue;
+      int matching = 0;
+      for (int r = 0; r < n; ++r) {
+        for (int c = 0; c < n; ++c) {
+          int x = mirrored ? n - 1 - c : c, y = r;
+          for (int t = 0; t < turn; ++t) std::tie(x, y) = std::pair(n - 1 - y, x);
+          matching += key_at(c, r) && key_at(x, y) ? 1 : 0;
+        }
+      }
+      EXPECT_LT(matching, 3) << "turn " << turn << " mirrored " << mirrored;
+    }
+  }
+}
+
+TEST(Pattern, KeepsKerfLinesFiveMillimetresClearOfAllElse) {
+  for (const double side : {83.0, 100.0, 155.0, 300.0, 460.0}) {
+    const auto pattern = make_pattern(over(side, side));
+    ASSERT_TRUE(pattern.ok()) << side;
+    ASSERT_EQ(pattern->kerf_lines.size(), 8U);
+    for (const auto& line : pattern->kerf_lines) {
+      EXPECT_NEAR(distance(line.from, line.to).count(), 20, 1e-9);
+      for (int i = 0; i <= 40; ++i) {
+        const double t = i / 40.0;
+        const auto p = point<MachineFrame>(line.from.x.count() + t * (line.to.x - line.from.x).count(),
+                                           line.from.y.count() + t * (line.to.y - line.from.y).count());
+        for (const auto& ring : pattern->rings)
+          EXPECT_GE(distance(p, ring.centre).count() - ring.diameter.count() / 2, 5 - 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Pattern, StaysInsideItsAreaAndBurnsRingsBeforeLines) {
+  const auto options = over(460, 330);
+  const auto pattern = make_pattern(options);
+  ASSERT_TRUE(pattern.ok());
+  Recipe recipe;
+  recipe.engrave_speed = MmPerSecond(77), recipe.cut_speed = MmPerSecond(11), recipe.cut_power = PowerFraction(0.66);
+  const auto strokes = pattern_strokes(*pattern, recipe);
+  ASSERT_EQ(strokes.size(), pattern->rings.size() + pattern->kerf_lines.size());
+  bool through_seen = false;
+  for (const auto& stroke : strokes) {
+    const bool through = stroke.speed == recipe.cut_speed;
+    EXPECT_TRUE(through || !through_seen);
+    EXPECT_EQ(stroke.power, through ? recipe.cut_power : recipe.engrave_power);
+    EXPECT_EQ(stroke.role, StrokeRole::kPattern);
+    through_seen |= through;
+    for (const auto& p : stroke.path) EXPECT_TRUE(options.area.contains(p));
+  }
+  EXPECT_TRUE(through_seen);
+}
+
+TEST(Pattern, RefusesAnAreaTooSmallForIt) {
+  EXPECT_FALSE(make_pattern(over(80, 200)).ok());
+  EXPECT_FALSE(make_pattern(PatternOptions{}).ok());
+}
+
+}  // namespace
+}  // namespace veneer::planner

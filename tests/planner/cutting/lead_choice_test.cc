@@ -1,0 +1,223 @@
+#include "planner/cutting/lead_choice.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "base/frames.h"
+#include "tests/planner/cutting/scattered_pieces.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr Millimetres kKerf{0.27};
+
+Ring<PanelFrame> square(double x, double y, double side) {
+  return {point<PanelFrame>(x, y), point<PanelFrame>(x + side, y), point<PanelFrame>(x + side, y + side),
+          point<PanelFrame>(x, y + side)};
+}
+
+LeadPiece lead_piece(Ring<PanelFrame> outline) {
+  LeadPiece out;
+  out.allocation = offset(Region<PanelFrame>(outline), kKerf);
+  out.outline = std::move(outline);
+  return out;
+}
+
+// Ten pixels a millimetre, all of it wood.
+LeadRoom sheet(int width, int height) {
+  return {{cv::Mat(10 * height, 10 * width, CV_8UC1, cv::Scalar(255)), ScanResolution{10}, {}}, {}, kKerf};
+}
+
+ToolpathOptions options() {
+  ToolpathOptions out;
+  out.recipe.kerf_back = out.recipe.kerf_show = kKerf;
+  out.cool_distance = Millimetres(0);
+  return out;
+}
+
+std::ptrdiff_t found(const Result<std::vector<std::optional<LeadIn>>>& leads) {
+  EXPECT_TRUE(leads.ok());
+  return leads.ok() ? std::count_if(leads->begin(), leads->end(), [](const auto& l) { return l.has_value(); }) : -1;
+}
+
+// What the header promises of wood, whatever was chosen.
+void expect_good(const std::vector<LeadPiece>& pieces, const LeadRoom& room,
+                 const std::vector<std::optional<LeadIn>>& leads) {
+  ASSERT_EQ(leads.size(), pieces.size());
+  std::vector<Region<PanelFrame>> booked;
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    booked.push_back(leads[i] ? unite(pieces[i].allocation, leads[i]->burnt) : pieces[i].allocation);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (!leads[i]) continue;
+    EXPECT_EQ(booked[i].micro_area().rings.size(), 1U) << "the lead-in meets its own kerf";
+    EXPECT_FALSE(overlaps(leads[i]->burnt, Region<PanelFrame>(pieces[i].outline)));
+    // With a web of wood between them, which holds the waste.
+    const auto webbed = offset(leads[i]->burnt, 0.39_mm, Corners::kRound);
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      EXPECT_FALSE(k != i && (overlaps(booked[i], booked[k]) || overlaps(webbed, booked[k]))) << i << " and " << k;
+    }
+    for (const auto& spared : room.spared) EXPECT_FALSE(overlaps(leads[i]->burnt, spared));
+    const auto burnt = leads[i]->burnt.rings();
+    for (const auto& p : burnt.front()) {
+      double column = 0, row = 0;
+      room.free.to_pixels(p, column, row);
+      EXPECT_NE(room.free.pixels.at<unsigned char>(static_cast<int>(row), static_cast<int>(column)), 0);
+    }
+  }
+}
+
+// The strokes that a piece is then burnt with lie in what is booked for it.
+void expect_burnt_where_booked(const std::vector<LeadPiece>& pieces, const std::vector<std::optional<LeadIn>>& leads) {
+  const Isometry2<BedFrame, PanelFrame> bed_from_panel(Radians(0.3), point<BedFrame>(80, 20), Handedness::kImproper);
+  std::vector<ToolpathPiece> laid;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    ToolpathPiece& piece = laid.emplace_back();
+    piece.piece = PieceId{static_cast<std::int64_t>(i)};
+    piece.outline = bed_from_panel * pieces[i].outline;
+    if (leads[i]) piece.leads = {bed_from_panel * leads[i]->begin};
+  }
+  const auto path = make_toolpath(laid, options());
+  ASSERT_TRUE(path.ok());
+  for (const auto& stroke : path->strokes) {
+    const auto i = static_cast<std::size_t>(stroke.piece.value);
+    const auto booked = leads[i] ? unite(pieces[i].allocation, leads[i]->burnt) : pieces[i].allocation;
+    const auto path_on_panel = bed_from_panel.inverse() * stroke.path;
+    // What the beam burns beside its way, but for a few micrometres of rounding.
+    const auto within = offset(booked, -(kKerf / 2 - Millimetres(0.006)));
+    for (std::size_t k = 0; k < path_on_panel.size(); ++k)
+      EXPECT_TRUE(within.contains(path_on_panel[k])) << "piece " << i << ", point " << k;
+    EXPECT_EQ(leads[i].has_value(), path_on_panel.front() != path_on_panel.back());
+  }
+}
+
+TEST(LeadChoice, APieceAloneIsLedIntoFromOutside) {
+  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14))};
+  const LeadRoom room = sheet(100, 100);
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok()) << leads.error().message;
+  ASSERT_TRUE(leads->front().has_value());
+  expect_good(pieces, room, *leads);
+  expect_burnt_where_booked(pieces, *leads);
+  // A quarter of a square millimetre is what it costs.
+  const auto booked = unite(pieces[0].allocation, (*leads)[0]->burnt);
+  EXPECT_LT((booked.area() - pieces[0].allocation.area()).count(), 0.32);
+  EXPECT_GT((booked.area() - pieces[0].allocation.area()).count(), 0.15);
+}
+
+TEST(LeadChoice, WasteThatNothingFitsIntoComesFirst) {
+  // A gap of 1.5 mm to the right, free wood everywhere else.
+  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14)), lead_piece(square(56.04, 30, 40))};
+  const LeadRoom room = sheet(140, 100);
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok()) << leads.error().message;
+  ASSERT_TRUE((*leads)[0].has_value());
+  EXPECT_GT((*leads)[0]->begin.x.count(), 54);
+  expect_good(pieces, room, *leads);
+  expect_burnt_where_booked(pieces, *leads);
+}
+
+TEST(LeadChoice, PiecesPackedTightlyGetNoneInside) {
+  // Nine squares whose kerfs touch: the middle one has no waste at all.
+  std::vector<LeadPiece> pieces;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) pieces.push_back(lead_piece(square(40 + 14.54 * c, 40 + 14.54 * r, 14)));
+  const LeadRoom room = sheet(130, 130);
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok()) << leads.error().message;
+  EXPECT_FALSE((*leads)[4].has_value());
+  for (const int corner : {0, 2, 6, 8}) EXPECT_TRUE((*leads)[static_cast<std::size_t>(corner)].has_value()) << corner;
+  expect_good(pieces, room, *leads);
+  expect_burnt_where_booked(pieces, *leads);
+}
+
+TEST(LeadChoice, NothingOutsideTheUsableWoodIsBurntAndNoFiducial) {
+  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14))};
+  LeadRoom room = sheet(100, 100);
+  // Only a strip along the upper edge is wood, and a tag lies on its right end.
+  room.free.pixels.setTo(0);
+  room.free.pixels(cv::Rect(390, 390, 160, 220)).setTo(255);
+  room.spared = {Region<PanelFrame>(square(53, 54.5, 10))};
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok()) << leads.error().message;
+  ASSERT_TRUE((*leads)[0].has_value());
+  EXPECT_LT((*leads)[0]->begin.x.count(), 47);
+  EXPECT_GT((*leads)[0]->begin.y.count(), 54);
+  expect_good(pieces, room, *leads);
+  // Nothing but what is booked for the piece itself.
+  room.free.pixels.setTo(0);
+  room.free.pixels(cv::Rect(397, 457, 146, 146)).setTo(255);
+  EXPECT_EQ(found(choose_leads(pieces, room, options())), 0);
+}
+
+TEST(LeadChoice, ALengthOfZeroIsNone) {
+  auto off = options();
+  off.leads.length = Millimetres(0);
+  EXPECT_EQ(found(choose_leads({lead_piece(square(40, 40, 14))}, sheet(100, 100), off)), 0);
+}
+
+TEST(LeadChoice, TwoPiecesNeverTakeTheSameWaste) {
+  // Two squares corner to corner, 1.3 mm apart: each alone would begin in between.
+  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14)), lead_piece(square(55.3, 55.3, 14))};
+  const LeadRoom room = sheet(120, 120);
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok());
+  EXPECT_TRUE((*leads)[0].has_value() && (*leads)[1].has_value());
+  expect_good(pieces, room, *leads);
+}
+
+std::vector<LeadPiece> scattered(int count, double side, bool marks) {
+  std::vector<LeadPiece> out;
+  const Isometry2<PanelFrame, BedFrame> same;
+  for (const auto& piece : test::scattered_pieces(count, side, marks)) {
+    LeadPiece& lead = out.emplace_back(lead_piece(same * piece.outline));
+    lead.mark = piece.mark;
+    lead.artwork_up = piece.artwork_up;
+  }
+  return out;
+}
+
+TEST(LeadChoice, AFullPanelFindsOneForNearlyEveryPiece) {
+  const auto pieces = scattered(300, 14, false);
+  const LeadRoom room = sheet(480, 340);
+  const auto leads = choose_leads(pieces, room, options());
+  ASSERT_TRUE(leads.ok()) << leads.error().message;
+  expect_good(pieces, room, *leads);
+  expect_burnt_where_booked(pieces, *leads);
+  EXPECT_GE(found(leads), 295);
+}
+
+RC_GTEST_PROP(LeadChoice, TakesNobodysWoodWhateverTheOutlines, ()) {
+  // Stars of random radii in a loose lattice, on wood with random stains.
+  std::vector<LeadPiece> pieces;
+  for (int r = 0; r < 2; ++r)
+    for (int c = 0; c < 2; ++c) {
+      const int n = *rc::gen::inRange(3, 9);
+      Ring<PanelFrame> outline;
+      for (int i = 0; i < n; ++i) {
+        const double radius = *rc::gen::inRange(50, 110) / 10.0;
+        outline.push_back(point<PanelFrame>(25 + 22.6 * c + radius * std::cos(2 * kPi * i / n),
+                                            25 + 22.6 * r + radius * std::sin(2 * kPi * i / n)));
+      }
+      pieces.push_back(lead_piece(std::move(outline)));
+    }
+  LeadRoom room = sheet(75, 75);
+  for (int i = 0; i < 6; ++i)
+    room.free.pixels(cv::Rect(*rc::gen::inRange(0, 700), *rc::gen::inRange(0, 700), 40, 40)).setTo(0);
+  // Pieces themselves lie on free wood, always.
+  for (const auto& piece : pieces) {
+    const auto box = bounds(piece.allocation.rings().front());
+    for (int y = 0; y < room.free.pixels.rows; ++y)
+      for (int x = 0; x < room.free.pixels.cols; ++x)
+        if (const auto p = room.free.from_pixels(x + 0.5, y + 0.5); box.contains(p) && piece.allocation.contains(p))
+          room.free.pixels.at<unsigned char>(y, x) = 255;
+  }
+  const auto leads = choose_leads(pieces, room, options());
+  RC_ASSERT(leads.ok());
+  expect_good(pieces, room, *leads);
+  RC_ASSERT(!::testing::Test::HasFailure());
+}
+
+}  // namespace
+}  // namespace veneer::planner

@@ -1,0 +1,316 @@
+#include "planner/cutting/toolpath.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "base/polygon_ops.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::IsEmpty;
+using ::testing::SizeIs;
+using testing::UnorderedElementsAreArray;
+
+Ring<BedFrame> square(double x, double y, double side) {
+  return {point<BedFrame>(x, y), point<BedFrame>(x + side, y), point<BedFrame>(x + side, y + side),
+          point<BedFrame>(x, y + side)};
+}
+
+ToolpathPiece piece(std::int64_t id, Ring<BedFrame> outline, std::string mark = "") {
+  ToolpathPiece out;
+  out.piece = PieceId{id};
+  out.outline = std::move(outline);
+  out.mark = std::move(mark);
+  return out;
+}
+
+ToolpathOptions options_with_kerf(double mm) {
+  ToolpathOptions options;
+  options.recipe.kerf_back = options.recipe.kerf_show = Millimetres(mm);
+  options.fit_clearance = Millimetres(0);
+  return options;
+}
+
+std::vector<ToolpathPiece> grid_of_pieces(int columns, int rows) {
+  std::vector<ToolpathPiece> pieces;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c)
+      pieces.push_back(piece(r * columns + c + 1, square(20 + 15 * c, 20 + 15 * r, 13), "A1-2"));
+  return pieces;
+}
+
+std::vector<std::pair<long, long>> micrometres(const std::vector<Point<BedFrame>>& points) {
+  std::vector<std::pair<long, long>> out;
+  for (const auto& p : points) out.emplace_back(std::lround(p.x.count() * 1000), std::lround(p.y.count() * 1000));
+  return out;
+}
+
+// Whole micrometres, the repeated first point left out.
+auto corners(const StrokeIn<BedFrame>& stroke) { return micrometres({stroke.path.begin(), stroke.path.end() - 1}); }
+
+auto exactly(const Ring<BedFrame>& ring) { return UnorderedElementsAreArray(micrometres(ring)); }
+
+TEST(Toolpath, GrowsASquareByExactlyHalfAKerf) {
+  const auto path = make_toolpath({piece(1, square(10, 20, 12))}, options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->strokes, SizeIs(1));
+  const auto& cut = path->strokes[0];
+  EXPECT_TRUE(cut.closed());
+  EXPECT_EQ(cut.path.front(), cut.path.back());
+  EXPECT_THAT(corners(cut), exactly(square(9.865, 19.865, 12.27)));
+}
+
+TEST(Toolpath, GrowsAnLShapeByExactlyHalfAKerfInItsNotchToo) {
+  const Ring<BedFrame> l = {point<BedFrame>(0, 0), point<BedFrame>(20, 0), point<BedFrame>(20, 8),
+                            point<BedFrame>(8, 8), point<BedFrame>(8, 20), point<BedFrame>(0, 20)};
+  const auto path = make_toolpath({piece(1, l)}, options_with_kerf(0.3));
+  ASSERT_TRUE(path.ok());
+  const Ring<BedFrame> grown = {point<BedFrame>(-.15, -.15),  point<BedFrame>(20.15, -.15),
+                                point<BedFrame>(20.15, 8.15), point<BedFrame>(8.15, 8.15),
+                                point<BedFrame>(8.15, 20.15), point<BedFrame>(-.15, 20.15)};
+  EXPECT_THAT(corners(path->strokes[0]), exactly(grown));
+}
+
+TEST(Toolpath, ShrinksHolesAndCutsThemBeforeTheOutline) {
+  ToolpathPiece with_hole = piece(1, square(0, 0, 40));
+  with_hole.holes = {square(10, 10, 20)};
+  const auto path = make_toolpath({with_hole}, options_with_kerf(0.2));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->strokes, SizeIs(2));
+  // From the hole's own waste into its corner and around.
+  const auto& hole = path->strokes[0].path;
+  EXPECT_THAT(micrometres({hole.begin() + 1, hole.begin() + 5}), exactly(square(10.1, 10.1, 19.8)));
+  EXPECT_THAT(corners(path->strokes[1]), exactly(square(-0.1, -0.1, 40.2)));
+}
+
+TEST(Toolpath, BurnsPiecesInAHoleBeforeThePieceAroundThem) {
+  std::vector<ToolpathPiece> pieces = {piece(1, square(0, 0, 40)), piece(2, square(14, 14, 12))};
+  pieces[0].holes = {square(10, 10, 20)};
+  const auto path = make_toolpath(pieces, options_with_kerf(0.2));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->pieces, SizeIs(2));
+  EXPECT_EQ(path->pieces[0].piece, PieceId{2});
+  EXPECT_EQ(path->pieces[1].piece, PieceId{1});
+}
+
+TEST(Toolpath, EngravesTheMarkBeforeCuttingThePieceFree) {
+  const auto path = make_toolpath(grid_of_pieces(4, 3), options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  EXPECT_THAT(path->warnings, IsEmpty());
+  std::set<PieceId> seen, cut_free;
+  PieceId last{};
+  for (const auto& stroke : path->strokes) {
+    if (stroke.piece != last) {
+      EXPECT_TRUE(seen.insert(stroke.piece).second) << "strokes of a piece are adjacent";
+      last = stroke.piece;
+    }
+    EXPECT_FALSE(cut_free.contains(stroke.piece)) << "nothing is burnt into a piece that is already loose";
+    if (stroke.role == StrokeRole::kCut) cut_free.insert(stroke.piece);
+  }
+  EXPECT_THAT(cut_free, SizeIs(12));
+}
+
+TEST(Toolpath, GathersTheMarksThatDoNotFit) {
+  std::vector<ToolpathPiece> pieces;
+  for (int i = 1; i <= 10; ++i) pieces.push_back(piece(i, square(10 * i, 0, 5), fmt::format("A10-{}", i)));
+  const auto path = make_toolpath(pieces, options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->warnings, SizeIs(1));
+  EXPECT_THAT(path->warnings[0], HasSubstr("10 marks do not fit on their pieces at 2.0 mm"));
+  EXPECT_THAT(path->warnings[0], HasSubstr("A10-1, A10-2"));
+  EXPECT_THAT(path->warnings[0], HasSubstr("A10-8 and 2 more"));
+}
+
+TEST(Toolpath, WarnsAboutAMarkThatDoesNotFitAndStillCuts) {
+  const auto path = make_toolpath({piece(9, square(0, 0, 5), "A10-12")}, options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->warnings, SizeIs(1));
+  EXPECT_THAT(path->warnings[0], HasSubstr("A10-12"));
+  for (const auto& stroke : path->strokes) EXPECT_EQ(stroke.role, StrokeRole::kCut);
+}
+
+TEST(Toolpath, RefusesOutlinesThatEncloseNothing) {
+  const Ring<BedFrame> flat = {point<BedFrame>(0, 0), point<BedFrame>(10, 0), point<BedFrame>(20, 0)};
+  const auto path = make_toolpath({piece(7, flat, "A1-1")}, options_with_kerf(0.27));
+  ASSERT_FALSE(path.ok());
+  EXPECT_EQ(path.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(path.error().message, HasSubstr("A1-1"));
+}
+
+TEST(Toolpath, StartsACutAtACorner) {
+  Ring<BedFrame> with_points_on_edges;
+  for (int i = 0; i < 4; ++i) {
+    const auto corner = square(0, 0, 10);
+    const auto &a = corner[static_cast<std::size_t>(i)], &b = corner[static_cast<std::size_t>((i + 1) % 4)];
+    with_points_on_edges.push_back(a);
+    with_points_on_edges.push_back(
+        point<BedFrame>((a.x + b.x).count() / 2, (a.y + b.y).count() / 2 - (i == 0 ? .1 : 0)));
+  }
+  auto options = options_with_kerf(0.2);
+  options.start = point<BedFrame>(5, -3);  // nearest to the slight bend in the middle of the lower edge
+  const auto path = make_toolpath({piece(1, with_points_on_edges)}, options);
+  ASSERT_TRUE(path.ok());
+  const auto& start = path->strokes[0].path.front();
+  EXPECT_GT(std::abs(start.x.count() - 5), 4.5);
+}
+
+TEST(Toolpath, EstimatesMoreTimeThanLengthOverSpeed) {
+  const auto path = make_toolpath(grid_of_pieces(5, 5), options_with_kerf(0.27));
+  ASSERT_TRUE(path.ok());
+  const double plain = 25 * 4 * 13.27 / 15;
+  EXPECT_GT(path->estimate.count(), plain);
+  EXPECT_LT(path->estimate.count(), 1.5 * plain);
+}
+
+TEST(Toolpath, JudgesEdgesByTheKerfAtTheShowFaceAndGivesTheJointItsClearance) {
+  ToolpathOptions options;
+  options.recipe.kerf_back = Millimetres(0.30);
+  options.recipe.kerf_show = Millimetres(0.20);
+  const auto path = make_toolpath({piece(1, square(10, 10, 12))}, options);
+  ASSERT_TRUE(path.ok());
+  // The default joint of 0.05 mm: each edge gives 0.025, so the piece's show face is a square of 11.95 mm.
+  const auto beam = bounds(path->strokes[0].path);
+  EXPECT_NEAR(beam.width().count() - 0.20, 11.95, 0.0021);
+  // On the back it burns no farther than the ledger has booked: the outline grown by the widest kerf.
+  EXPECT_GE(beam.min.x.count() - 0.15, 10 - 0.30);
+}
+
+TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
+  std::vector<ToolpathPiece> pieces = {piece(1, square(10, 10, 12), "A1-1"), piece(2, square(30, 10, 12), "A1-2")};
+  Recipe oak;
+  oak.cut_speed = MmPerSecond(9), oak.cut_passes = 2, oak.cut_power = PowerFraction(0.9),
+  oak.air = oak.engrave_air = false;
+  oak.kerf_back = oak.kerf_show = Millimetres(0.4);
+  pieces[1].recipe = oak;
+  const auto path = make_toolpath(pieces, options_with_kerf(0.2));
+  ASSERT_TRUE(path.ok());
+  for (const auto& stroke : path->strokes) {
+    if (stroke.role != StrokeRole::kCut) continue;
+    const bool is_oak = stroke.piece == PieceId{2};
+    EXPECT_EQ(stroke.speed.count(), is_oak ? 9 : 15);
+    EXPECT_EQ(stroke.passes, is_oak ? 2 : 1);
+    EXPECT_EQ(stroke.air, !is_oak);
+    EXPECT_NEAR(bounds(stroke.path).width().count(), is_oak ? 12.4 : 12.2, 1e-6);
+  }
+}
+
+TEST(Toolpath, BeginsInTheWasteThatIsBookedForIt) {
+  const double kerf = 0.27;
+  ToolpathPiece with_waste = piece(1, square(10, 10, 12));
+  with_waste.leads = {point<BedFrame>(22.8, 22.8)};
+  auto options = options_with_kerf(kerf);
+  options.start = point<BedFrame>(0, 0);  // near the other corner
+  const auto path = make_toolpath({with_waste}, options);
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->strokes, SizeIs(1));
+  EXPECT_EQ(path->pieces[0].lead, with_waste.leads[0]);
+  const auto& cut = path->strokes[0].path;
+  EXPECT_FALSE(path->strokes[0].closed());
+  EXPECT_EQ(cut.front(), with_waste.leads[0]);
+  // Into the corner, around, and on past it.
+  EXPECT_LT(distance(cut[1], point<BedFrame>(22.135, 22.135)).count(), 1e-6);
+  EXPECT_NEAR(distance(cut.back(), cut[1]).count(), 0.3, 1e-6);
+  // Without waste that is booked for it, it begins on its edge.
+  with_waste.leads.clear();
+  const auto without = make_toolpath({with_waste}, options);
+  ASSERT_TRUE(without.ok());
+  EXPECT_FALSE(without->pieces[0].lead.has_value());
+  EXPECT_THAT(corners(without->strokes[0]), exactly(square(9.865, 9.865, 12.27)));
+}
+
+TEST(Toolpath, LeadsIntoAHoleFromItsWasteButNotOverAPieceThatLiesInIt) {
+  ToolpathPiece frame = piece(1, square(0, 0, 40));
+  frame.holes = {square(10, 10, 20)};
+  const auto free = make_toolpath({frame}, options_with_kerf(0.2));
+  ASSERT_TRUE(free.ok());
+  EXPECT_FALSE(free->strokes[0].closed());
+  EXPECT_TRUE(Region<BedFrame>(square(10.5, 10.5, 19)).contains(free->strokes[0].path.front()));
+  // Filled by a piece that touches its kerf.
+  const auto filled = make_toolpath({frame, piece(2, square(10.4, 10.4, 19.2))}, options_with_kerf(0.2));
+  ASSERT_TRUE(filled.ok());
+  ASSERT_EQ(filled->pieces[0].piece, PieceId{2});
+  EXPECT_TRUE(filled->strokes[1].closed()) << "no room to lead in";
+}
+
+TEST(Toolpath, HoldsSmallPiecesByBridgesAwayFromTheirCorners) {
+  const double kerf = 0.2, kept = 0.4;
+  const auto path = make_toolpath({piece(1, square(10, 10, 6))}, options_with_kerf(kerf));
+  ASSERT_TRUE(path.ok());
+  EXPECT_EQ(path->pieces[0].bridges, 2U);
+  double cut = 0;
+  for (const auto& stroke : path->strokes) {
+    EXPECT_FALSE(stroke.closed());
+    for (std::size_t i = 1; i < stroke.path.size(); ++i) cut += distance(stroke.path[i - 1], stroke.path[i]).count();
+  }
+  EXPECT_NEAR(4 * 6.2 - cut, 2 * (kept + kerf), 1e-6);
+  // All four corners are cut.
+  for (const auto& corner : square(9.9, 9.9, 6.2)) {
+    bool through = false;
+    for (const auto& stroke : path->strokes) through |= std::count(stroke.path.begin(), stroke.path.end(), corner) > 0;
+    EXPECT_TRUE(through);
+  }
+  // Larger pieces cannot tip; and nobody is made to have bridges.
+  EXPECT_EQ(make_toolpath({piece(1, square(10, 10, 12))}, options_with_kerf(kerf))->pieces[0].bridges, 0U);
+  auto off = options_with_kerf(kerf);
+  off.bridges.on = false;
+  EXPECT_EQ(make_toolpath({piece(1, square(10, 10, 6))}, off)->pieces[0].bridges, 0U);
+}
+
+TEST(Toolpath, WarnsOfASmallPieceThatHasNoRoomForABridge) {
+  const auto path = make_toolpath({piece(4, square(10, 10, 1.5), "")}, options_with_kerf(0.2));
+  ASSERT_TRUE(path.ok());
+  ASSERT_THAT(path->warnings, SizeIs(1));
+  EXPECT_THAT(path->warnings[0], HasSubstr("bridge"));
+}
+
+TEST(Toolpath, HoldsASmallDiscByBridgesToo) {
+  Ring<BedFrame> disc;
+  for (int i = 0; i < 60; ++i)
+    disc.push_back(point<BedFrame>(20 + 3 * std::cos(i * kPi / 30), 20 + 3 * std::sin(i * kPi / 30)));
+  const auto path = make_toolpath({piece(1, disc)}, options_with_kerf(0.2));
+  ASSERT_TRUE(path.ok());
+  EXPECT_EQ(path->pieces[0].bridges, 2U);
+  // On opposite sides.
+  ASSERT_GE(path->strokes.size(), 2U);
+}
+
+TEST(Toolpath, FollowsTheAssemblyWhenAsked) {
+  auto pieces = grid_of_pieces(4, 4);
+  std::reverse(pieces.begin(), pieces.end());
+  auto options = options_with_kerf(0.2);
+  options.assembly_order = true;
+  const auto path = make_toolpath(pieces, options);
+  ASSERT_TRUE(path.ok());
+  for (std::size_t i = 0; i < pieces.size(); ++i) EXPECT_EQ(path->pieces[i].piece, pieces[i].piece);
+  auto shortest = options_with_kerf(0.2);
+  shortest.cool_distance = Millimetres(0);
+  EXPECT_GE(path->travel.count(), make_toolpath(pieces, shortest)->travel.count());
+}
+
+RC_GTEST_PROP(Toolpath, LeavesThePieceWholeAndTheKerfInItsBand, ()) {
+  // A star of random radii: any simple outline.
+  const int n = *rc::gen::inRange(3, 12);
+  Ring<BedFrame> outline;
+  for (int i = 0; i < n; ++i) {
+    const double r = *rc::gen::inRange(60, 150) / 10.0;
+    outline.push_back(point<BedFrame>(100 + r * std::cos(2 * kPi * i / n), 100 + r * std::sin(2 * kPi * i / n)));
+  }
+  const double kerf = 0.27;
+  const auto path = make_toolpath({piece(1, outline)}, options_with_kerf(kerf));
+  RC_ASSERT(path.ok());
+  const Region<BedFrame> piece(outline);
+  const auto band = subtract(offset(piece, Millimetres(kerf + 0.003)), offset(piece, Millimetres(-0.003)));
+  const auto swept = [&](const Point<BedFrame>& p) { return band.contains(p); };
+  for (const auto& p : path->strokes[0].path) RC_ASSERT(swept(p));
+}
+
+}  // namespace
+}  // namespace veneer::planner

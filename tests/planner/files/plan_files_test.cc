@@ -1,0 +1,144 @@
+#include "planner/files/plan_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PlanFiles : public ::testing::Test {
+ protected:
+  PlanFiles() : folder_(fs::temp_directory_path() / ("plan_files_test_" + std::to_string(::getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~PlanFiles() override {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  fs::path file(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+    return folder_ / name;
+  }
+  fs::path folder_;
+};
+
+Plan small_plan(int rotations = 5) {
+  PlanOptions options;
+  options.patch = 10_mm, options.dpi = 50.8, options.rotations = rotations, options.threads = 1, options.kerf = 0.2_mm;
+  const std::vector<Artwork> artworks{test::blob_artwork("A", 40, 40, 50_mm, 1)};
+  const std::vector<StockPanel> stock{test::wood_panel("P-1", 60, 60, 50.8, 2), test::wood_panel("Q", 50, 40, 50.8, 3)};
+  return make_plan(artworks, stock, options).value();
+}
+
+TEST_F(PlanFiles, APlanComesBackAsItWasWritten) {
+  const Plan plan = small_plan();
+  ASSERT_GT(unfilled(plan), 0U);
+  ASSERT_LT(unfilled(plan), plan.pieces.size());
+  ASSERT_TRUE(write_plan(plan, folder_ / "plan.json").ok());
+  const auto back = read_plan(folder_ / "plan.json");
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(plan_to_json(*back), plan_to_json(plan));
+  EXPECT_EQ(cost_total(*back), cost_total(plan));
+  for (std::size_t i = 0; i < plan.pieces.size(); ++i) {
+    ASSERT_EQ(back->pieces[i].placement.has_value(), plan.pieces[i].placement.has_value());
+    if (!plan.pieces[i].placement) continue;
+    EXPECT_EQ(back->pieces[i].panel_outline(), plan.pieces[i].panel_outline());
+    EXPECT_EQ(back->pieces[i].placement->panel_from_artwork * plan.pieces[i].artwork_outline,
+              plan.pieces[i].placement->panel_from_artwork * plan.pieces[i].artwork_outline);
+  }
+}
+
+TEST_F(PlanFiles, PlanJsonHasTheContractsFields) {
+  const auto plan = nlohmann::json::parse(plan_to_json(small_plan()));
+  EXPECT_EQ(plan["schema_version"], 1);
+  EXPECT_EQ(plan["artworks"][0]["target"], "blobs A");
+  EXPECT_EQ(plan["panels"][0]["id"], "P-1");
+  bool placed = false, open = false;
+  for (const auto& piece : plan["pieces"]) {
+    for (const char* name : {"id", "artwork", "row", "col", "panel", "rotation_deg", "cost", "pixels",
+                             "artwork_outline_mm", "panel_outline_mm"})
+      EXPECT_TRUE(piece.contains(name)) << name;
+    if (piece["panel"].is_null()) {
+      open = true;
+      EXPECT_TRUE(piece["panel_outline_mm"].is_null());
+      EXPECT_EQ(piece["cost"], 0);
+    } else {
+      placed = true;
+      EXPECT_EQ(piece["panel_outline_mm"].size(), piece["artwork_outline_mm"].size());
+    }
+  }
+  EXPECT_TRUE(placed && open);
+}
+
+// Counter-clockwise with +y up, from the artwork to the panel.
+TEST_F(PlanFiles, RotationsAreThoseOfTheOutlines) {
+  const auto plan = nlohmann::json::parse(plan_to_json(small_plan(15)));
+  const auto direction = [](const nlohmann::json& outline) {
+    return std::atan2(outline[1][1].get<double>() - outline[0][1].get<double>(),
+                      outline[1][0].get<double>() - outline[0][0].get<double>()) *
+           180 / std::numbers::pi;
+  };
+  const auto whole_turns = [](double degrees) { return degrees / 360 - std::round(degrees / 360); };
+  bool turned = false;
+  for (const auto& piece : plan["pieces"]) {
+    if (piece["panel"].is_null()) continue;
+    const double turn = piece["rotation_deg"];
+    EXPECT_NEAR(whole_turns(direction(piece["panel_outline_mm"]) - direction(piece["artwork_outline_mm"]) - turn), 0,
+                1e-6);
+    EXPECT_NEAR(turn / 24, std::round(turn / 24), 1e-9);
+    turned = turned || std::abs(whole_turns(turn)) > 0.01;
+  }
+  EXPECT_TRUE(turned);
+}
+
+TEST_F(PlanFiles, BrokenPlansAreRefusedByName) {
+  auto good = nlohmann::json::parse(plan_to_json(small_plan()));
+  EXPECT_THAT(plan_from_json("{").error().message, HasSubstr("not a JSON object"));
+  EXPECT_THAT(plan_from_json("[1]").error().message, HasSubstr("not a JSON object"));
+  auto bad = good;
+  bad["schema_version"] = 7;
+  EXPECT_THAT(plan_from_json(bad.dump()).error().message, HasSubstr("schema_version"));
+  bad = good, bad["pieces"][0].erase("cost");
+  EXPECT_THAT(plan_from_json(bad.dump()).error().message, HasSubstr("\"cost\" is missing"));
+  bad = good, bad["pieces"][0]["artwork"] = 3;
+  EXPECT_THAT(plan_from_json(bad.dump()).error().message, HasSubstr("artwork"));
+  bad = good, bad["pieces"] = "none";
+  EXPECT_THAT(plan_from_json(bad.dump()).error().message, HasSubstr("not a list"));
+  bad = good, bad["pieces"][0]["artwork_outline_mm"] = {{0, 0}, {1}};
+  EXPECT_THAT(plan_from_json(bad.dump()).error().message, HasSubstr("points"));
+  bad = good;
+  for (auto& piece : bad["pieces"]) {
+    if (piece["panel"].is_null()) continue;
+    piece["panel_outline_mm"][2][0] = piece["panel_outline_mm"][2][0].get<double>() + 0.002;
+    EXPECT_THAT(plan_from_json(bad.dump()).error().message,
+                HasSubstr("the panel_outline_mm of piece " + piece["id"].get<std::string>()));
+    break;
+  }
+  EXPECT_EQ(read_plan(folder_ / "none.json").error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(PlanFiles, ReportSumsUpThePlan) {
+  const Plan plan = small_plan();
+  const auto report = nlohmann::json::parse(report_to_json(plan, {0.5, 2.5}, 1234, 3));
+  EXPECT_EQ(report["pieces"], plan.pieces.size());
+  EXPECT_EQ(report["unfilled"], unfilled(plan));
+  EXPECT_EQ(report["cost_total"], cost_total(plan));
+  EXPECT_EQ(report["peak_rss_bytes"], 1234);
+  EXPECT_EQ(report["threads"], 3);
+  for (const char* name : {"load", "features", "match", "refine", "total"})
+    EXPECT_TRUE(report["seconds"].contains(name));
+}
+
+}  // namespace
+}  // namespace veneer::planner

@@ -1,0 +1,339 @@
+#include "tests/soak/stop_loads.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+#include "calib/kerf_meter.h"
+#include "daemon/database_thread.h"
+#include "daemon/services/calibration.h"
+#include "daemon/services/panel_library.h"
+
+namespace veneer::tests {
+namespace {
+
+namespace fs = std::filesystem;
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
+constexpr int kBookedPieces = 100'000, kPiecesPerJob = 1000;
+const PanelId kBooked{"P-0001"}, kFree{"P-0002"};
+
+cv::Mat random_wood(int side) {
+  cv::Mat wood(side, side, CV_8UC3);
+  cv::randu(wood, 0, 255);
+  cv::GaussianBlur(wood, wood, {0, 0}, 6);
+  cv::normalize(wood, wood, 0, 255, cv::NORM_MINMAX);
+  return wood;
+}
+
+// Threads that each do one thing again and again.
+class Crowd {
+ public:
+  Crowd() = default;
+  ~Crowd() {
+    ending_ = true;
+    for (auto& thread : threads_) thread.join();
+  }
+  Crowd(const Crowd&) = delete;
+  Crowd& operator=(const Crowd&) = delete;
+
+  void add(std::function<void()> again) {
+    threads_.emplace_back([this, again = std::move(again)] {
+      while (!ending_) again();
+    });
+  }
+  bool ending() const { return ending_; }
+
+ private:
+  std::atomic<bool> ending_{false};
+  std::vector<std::thread> threads_;
+};
+
+// Anybody at the TCP door, byte by byte.
+class Visitor {
+ public:
+  explicit Visitor(int port) : socket_(loop_) {
+    socket_.connect(tcp::endpoint(asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(port)), fault_);
+    host_ = fmt::format("127.0.0.1:{}", port);
+  }
+  void ask(const std::string& target, const std::string& headers = "") {
+    const std::string request = fmt::format("GET /api/v1{} HTTP/1.1\r\nHost: {}\r\n{}\r\n", target, host_, headers);
+    if (!fault_) asio::write(socket_, asio::buffer(request), fault_);
+  }
+  tcp::socket& socket() { return socket_; }
+  asio::io_context& loop() { return loop_; }
+  bool ok() const { return !fault_; }
+
+ private:
+  asio::io_context loop_;
+  tcp::socket socket_;
+  std::string host_;
+  boost::system::error_code fault_;
+};
+
+class Nothing final : public StopLoad {
+ public:
+  std::string done() const override { return ""; }
+};
+
+// Clients of the event stream that read all they are told.
+class Listeners final : public StopLoad {
+ public:
+  Listeners(int port, int count) {
+    for (int i = 0; i < count; ++i) {
+      auto& visitor = *visitors_.emplace_back(std::make_unique<Visitor>(port));
+      visitor.ask("/events",
+                  "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
+      readers_.emplace_back([this, &visitor] {
+        std::array<char, 4096> chunk{};
+        boost::system::error_code fault;
+        while (!fault) bytes_ += visitor.socket().read_some(asio::buffer(chunk), fault);
+      });
+    }
+  }
+  ~Listeners() override {
+    boost::system::error_code ignored;
+    for (auto& visitor : visitors_) visitor->socket().shutdown(tcp::socket::shutdown_both, ignored);
+    for (auto& reader : readers_) reader.join();
+  }
+  std::string done() const override { return fmt::format("{} KB of events were read", bytes_ / 1000); }
+
+ private:
+  std::vector<std::unique_ptr<Visitor>> visitors_;
+  std::vector<std::thread> readers_;
+  std::atomic<std::size_t> bytes_{0};
+};
+
+// Clients that read the ledger and the pieces of a job to the end, page by page if there are pages.
+class LedgerReaders final : public StopLoad {
+ public:
+  explicit LedgerReaders(const LaserOnlyCell& cell) {
+    for (int i = 0; i < 4; ++i)
+      crowd_.add([this, address = cell.api().address()] {
+        const auto reply =
+            cli::ApiClient(address).raw("GET", "/api/v1/panels/" + kBooked.value + "/ledger", "", "", {});
+        ++reads_;
+        if (reply) bytes_ += reply->body.size();
+      });
+  }
+  std::string done() const override {
+    return fmt::format("{} reads of the ledger, {} MB", reads_.load(), bytes_ / 1'000'000);
+  }
+
+ private:
+  std::atomic<std::size_t> reads_{0}, bytes_{0};
+  Crowd crowd_;
+};
+
+// The daemon plans one job after the other, and planners of veneerctl keep every core busy.
+class Planners final : public StopLoad {
+ public:
+  Planners(const LaserOnlyCell& cell, const fs::path& bin_dir, const fs::path& dir) {
+    cv::imwrite((dir / "wood.png").string(), random_wood(1200));
+    const cv::Mat target = random_wood(500);
+    cv::imwrite((dir / "target.png").string(), target);
+    std::vector<unsigned char> png;
+    cv::imencode(".png", target, png);
+    crowd_.add([this, bin_dir, dir] {
+      auto planner =
+          ChildProcess::start({(bin_dir / "veneerctl").string(), "plan", "--target", (dir / "target.png").string(),
+                               "--panel", (dir / "wood.png").string() + ",dpi=200", "--size-mm", "60", "--patch-mm",
+                               "6", "--dpi", "200", "--out", (dir / "plan").string()},
+                              dir / "plan.log");
+      if (!planner) return;
+      while (!crowd_.ending() && planner->running()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      ++plans_;
+    });
+    crowd_.add([this, address = cell.api().address(), body = std::string(png.begin(), png.end())] {
+      const cli::ApiClient api(address);
+      auto begun = api.request("POST", "/jobs?name=soak&size_mm=40&patch_mm=5", body, "application/octet-stream");
+      if (!begun) return pause();
+      const auto made = api.wait_task((*begun)["task"]);
+      if (!made) return pause();
+      ++jobs_;
+      static_cast<void>(api.post(fmt::format("/jobs/{}/cancel", (*made)["job"].get<int>())));
+    });
+  }
+  std::string done() const override {
+    return fmt::format("{} plans by veneerctl, {} by the daemon", plans_.load(), jobs_.load());
+  }
+
+ private:
+  static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }
+  std::atomic<int> plans_{0}, jobs_{0};
+  Crowd crowd_;
+};
+
+// Operators who send pictures of 48 MB that are none.
+class Uploads final : public StopLoad {
+ public:
+  explicit Uploads(const LaserOnlyCell& cell) {
+    const auto body = std::make_shared<std::string>(48'000'000, 'p');
+    for (int i = 0; i < 2; ++i)
+      crowd_.add([this, body, address = cell.api().address()] {
+        const auto reply = cli::ApiClient(address).raw("POST", "/api/v1/jobs?name=none&size_mm=40&patch_mm=5", *body,
+                                                       "application/octet-stream", {});
+        ++uploads_;
+        if (!reply || reply->status >= 500) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      });
+  }
+  std::string done() const override { return fmt::format("{} uploads of 48 MB", uploads_.load()); }
+
+ private:
+  std::atomic<int> uploads_{0};
+  Crowd crowd_;
+};
+
+// Clients that ask for the ledger and are gone before it comes, 48 at a time, some 270 a second.
+class HangUps final : public StopLoad {
+ public:
+  explicit HangUps(int port) {
+    crowd_.add([this, port] {
+      const auto begun = std::chrono::steady_clock::now();
+      std::vector<std::unique_ptr<Visitor>> visitors;
+      for (int i = 0; i < 48; ++i) {
+        visitors.push_back(std::make_unique<Visitor>(port));
+        visitors.back()->ask("/panels/" + kBooked.value + "/ledger");
+        asked_ += visitors.back()->ok() ? 1 : 0;
+      }
+      visitors.clear();
+      std::this_thread::sleep_until(begun + std::chrono::milliseconds(178));
+    });
+  }
+  std::string done() const override { return fmt::format("{} clients hung up", asked_.load()); }
+
+ private:
+  std::atomic<int> asked_{0};
+  Crowd crowd_;
+};
+
+Status book_pieces(daemon::Repositories& r) {
+  db::PanelRecord panel;
+  panel.id = kBooked;
+  panel.name = "booked";
+  panel.width = panel.height = Millimetres(2000);
+  panel.created_at = kThen;
+  if (Status added = r.panels.add(panel, {}, {}); !added) return added;
+  constexpr int kColumns = 320;
+  constexpr double kPitch = 6, kSide = 5;
+  for (int first = 0; first < kBookedPieces; first += kPiecesPerJob) {
+    db::NewJob job;
+    job.name = fmt::format("booked {}", first);
+    job.plan_json = job.options_json = "{}";
+    for (int i = first; i < first + kPiecesPerJob; ++i) {
+      db::NewPiece& piece = job.pieces.emplace_back();
+      piece.mark = fmt::format("A{}", i);
+      const double x = 10 + kPitch * (i % kColumns), y = 10 + kPitch * (i / kColumns);
+      for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {kSide, 0.0}, {kSide, kSide}, {0.0, kSide}}) {
+        piece.artwork_outline.push_back(point<ArtworkFrame>(dx, dy));
+        piece.panel_outline.push_back(point<PanelFrame>(x + dx, y + dy));
+      }
+      piece.panel = kBooked;
+      piece.allocation = Region<PanelFrame>(piece.panel_outline);
+    }
+    if (auto created = r.jobs.create(job, kThen); !created) return created.error();
+  }
+  return Ok();
+}
+
+}  // namespace
+
+Status prepare_stop_data(const fs::path& data_dir) {
+  fs::create_directories(data_dir);
+  asio::io_context reactor;
+  auto database = daemon::DatabaseThread::open(data_dir / "veneerd.db", reactor);
+  if (!database) return database.error();
+  if (Status booked = (*database)->call(book_pieces); !booked) return booked;
+
+  const daemon::PanelLibrary library(data_dir);
+  const cv::Mat wood = random_wood(1800);
+  const auto map = library.store_picture(wood, "panels/" + kFree.value, "map");
+  const auto mask =
+      library.store_picture(cv::Mat(wood.size(), CV_8UC1, cv::Scalar(255)), "panels/" + kFree.value, "mask");
+  if (!map) return map.error();
+  if (!mask) return mask.error();
+  db::PanelRecord panel;
+  panel.id = kFree;
+  panel.name = "free";
+  panel.width = panel.height = daemon::kMapResolution.to_mm(Pixels(wood.cols));
+  panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
+  panel.created_at = kThen;
+  return (*database)->call([&](daemon::Repositories& r) { return r.panels.add(panel, {}, {}); });
+}
+
+Status certify_kerf(const fs::path& data_dir, const std::string& laser_port) {
+  db::CertificateRecord kerf;
+  kerf.kind = db::CertificateKind::kKerf;
+  kerf.issued_at = kThen;
+  kerf.expires_at = "2999-01-01T00:00:00.000Z";
+  calib::KerfMeasurement measured;
+  measured.mean = Millimetres(0.1);
+  nlohmann::json payload = daemon::to_payload(measured);
+  payload["device"] = daemon::device_name(kerf.kind, {"twin at 300 dpi", "twin:camera", "grbl serial:" + laser_port});
+  kerf.payload = payload.dump();
+  asio::io_context reactor;
+  auto database = daemon::DatabaseThread::open(data_dir / "veneerd.db", reactor);
+  if (!database) return database.error();
+  const auto issued = (*database)->call([&](daemon::Repositories& r) { return r.certificates.issue(kerf); });
+  return issued ? Ok() : Status(issued.error());
+}
+
+std::vector<StopLoadKind> stop_loads() {
+  using Begun = std::unique_ptr<StopLoad>;
+  const auto nothing = [](const LaserOnlyCell&, const fs::path&, const fs::path&) -> Begun {
+    return std::make_unique<Nothing>();
+  };
+  return {
+      {"quiet", nothing},
+      {"log", nothing, true},
+      {"events",
+       [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
+         return std::make_unique<Listeners>(cell.tcp_port(), 32);
+       }},
+      {"ledger",
+       [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
+         return std::make_unique<LedgerReaders>(cell);
+       }},
+      {"planning",
+       [](const LaserOnlyCell& cell, const fs::path& bin_dir, const fs::path& dir) -> Begun {
+         return std::make_unique<Planners>(cell, bin_dir, dir);
+       }},
+      {"upload",
+       [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
+         return std::make_unique<Uploads>(cell);
+       }},
+      {"hang-up",
+       [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
+         return std::make_unique<HangUps>(cell.tcp_port());
+       }},
+  };
+}
+
+FullPipe::FullPipe(const fs::path& path) : descriptor_(-1) {
+  if (::mkfifo(path.c_str(), 0600) != 0) return;
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  const std::string bytes(4096, 'x');
+  while (::write(descriptor_, bytes.data(), bytes.size()) > 0) {
+  }
+}
+
+FullPipe::~FullPipe() { ::close(descriptor_); }
+
+}  // namespace veneer::tests

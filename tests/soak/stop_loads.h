@@ -1,0 +1,50 @@
+// What a daemon is kept busy with while STOP is measured: each load begins when it is made and ends with it.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/support/laser_only_cell.h"
+
+namespace veneer::tests {
+
+class StopLoad {
+ public:
+  virtual ~StopLoad() = default;
+  // What it has done so far, for people: a load that did nothing measures nothing.
+  virtual std::string done() const = 0;
+};
+
+struct StopLoadKind {
+  std::string name;
+  // Begins it on a cell whose daemon listens on TCP too. `bin_dir` holds the programs, `work_dir` is the load's own.
+  std::function<std::unique_ptr<StopLoad>(const LaserOnlyCell& cell, const std::filesystem::path& bin_dir,
+                                          const std::filesystem::path& work_dir)>
+      begin;
+  bool stalled_log = false;  // the daemon's log goes to a pipe that nobody reads and that is full
+};
+
+// quiet, log, events, ledger, planning, upload, hang-up.
+std::vector<StopLoadKind> stop_loads();
+
+// A data folder with a panel of which 100,000 pieces are booked, and one whose wood is free, to plan on.
+Status prepare_stop_data(const std::filesystem::path& data_dir);
+// The kerf of a laser at this port, without which nothing is planned.
+Status certify_kerf(const std::filesystem::path& data_dir, const std::string& laser_port);
+
+// A named pipe without room: whoever writes to it without looking waits for ever.
+class FullPipe {
+ public:
+  explicit FullPipe(const std::filesystem::path& path);
+  ~FullPipe();
+  FullPipe(const FullPipe&) = delete;
+  FullPipe& operator=(const FullPipe&) = delete;
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace veneer::tests

@@ -1,0 +1,15 @@
+// Holds JSON that programs write against the schemas that are published in docs/schemas (json_schema.py; Debian's
+// python3-jsonschema judges).
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace veneer::testing {
+
+// What speaks against `document` by docs/schemas/`schema`, one sentence each; also each key that the schema does not
+// name, although readers must not mind it: what is written is to be published.
+std::vector<std::string> schema_errors(const nlohmann::json& document, const std::string& schema);
+
+}  // namespace veneer::testing

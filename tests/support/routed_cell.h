@@ -1,0 +1,82 @@
+// A cell whose laser writes to a file, with every route of the API bound to it and no server: requests go straight to
+// their handlers, as the server would hand them over.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/post.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "daemon/api/console_routes.h"
+#include "daemon/routes/bind_routes.h"
+#include "daemon/wiring.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::testing {
+
+class RoutedCell : public ::testing::Test {
+ protected:
+  RoutedCell() {
+    config.laser.kind = "lihuiyu";
+    config.laser.port = "file:" + (directory / "wire.bin").string();
+    config.scanner.kind = config.camera.kind = "file";
+    config.store.data_dir = directory / "data";
+    auto devices = daemon::make_devices(config, clock, reactor, make_null_logger());
+    if (!devices) throw std::runtime_error(devices.error().message);
+    auto opened = daemon::Cell::open(reactor, config, std::move(*devices), clock, make_null_logger());
+    if (!opened) throw std::runtime_error(opened.error().message);
+    cell = std::move(*opened);
+    router.remember_in(keys);
+    router.on_change([this](const daemon::Router::Change& change) { cell->audit(change); });
+    daemon::bind_routes(router, *cell);
+    daemon::bind_console_routes(router, links, [] { return 8765; });
+  }
+
+  daemon::ApiReply ask_raw(const std::string& method, const std::string& target, const std::string& body) {
+    const daemon::Router::Match match = router.match(method, target);
+    if (match.route == nullptr) return match.refusal;
+    daemon::ApiRequest request;
+    request.method = method;
+    request.path = target.substr(0, target.find('?'));
+    request.path_params = match.path_params;
+    request.query = match.query;
+    request.repeated_query = match.repeated_query;
+    request.body = body;
+    request.content_type = "application/json";
+    request.idempotency_key = idempotency_key;
+    request.caller = {daemon::Role::kAdmin, "uid 1000", daemon::TransportKind::kUnix};
+    const auto answer = std::make_shared<std::optional<daemon::ApiReply>>();
+    match.route->handler(request, [this, answer](daemon::ApiReply reply) {
+      boost::asio::post(reactor, [answer, reply = std::move(reply)]() mutable {
+        if (!*answer) *answer = std::move(reply);
+      });
+    });
+    reactor.restart();
+    while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    }
+    return answer->value_or(daemon::ApiReply{});
+  }
+  daemon::ApiReply ask(const std::string& method, const std::string& target,
+                       const nlohmann::json& body = nlohmann::json::object()) {
+    return ask_raw(method, target, method == "GET" ? "" : body.dump());
+  }
+  static nlohmann::json body_of(const daemon::ApiReply& reply) {
+    return nlohmann::json::parse(reply.body, nullptr, false);
+  }
+
+  testing::TempDirectory directory;
+  SteadyClock clock;
+  boost::asio::io_context reactor{1};
+  daemon::Config config;
+  std::string idempotency_key;  // of the requests to come
+  daemon::IdempotencyKeys keys{clock};
+  daemon::Router router;
+  daemon::ConsoleLinks links{clock};
+  std::unique_ptr<daemon::Cell> cell;
+};
+
+}  // namespace veneer::testing

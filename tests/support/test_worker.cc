@@ -1,0 +1,92 @@
+// A worker that misbehaves as it is told to.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "daemon/workers/work_server.h"
+
+namespace {
+
+using namespace veneer;
+using namespace veneer::daemon;
+using nlohmann::json;
+
+void answer(const std::string& text) { static_cast<void>(!::write(kWorkAnswers, text.data(), text.size())); }
+
+[[noreturn]] void hang() {
+  for (;;) ::pause();
+}
+
+// Only as long as it is used: a compiler may drop what nobody reads.
+volatile char sink = 0;
+
+Result<json> work(const std::string& kind, const json& request, const std::filesystem::path& folder,
+                  const TaskProgress& progress) {
+  if (kind == "echo") {
+    progress(0.5, "half of it");
+    std::ofstream(folder / "made") << request.dump();
+    return request;
+  }
+  if (kind == "refuse") return Error{ErrorCode::kRefused, "no wood was left: add a panel"};
+  if (kind == "throw") throw std::runtime_error("a library's assertion");
+  if (kind == "hog") {
+    std::vector<std::vector<char>> all;
+    for (;;) {
+      all.emplace_back(16 << 20, 'x');
+      sink = all.back().back();
+    }
+  }
+  if (kind == "crash") ::abort();
+  if (kind == "leave") ::_exit(7);
+  if (kind == "hang") {
+    std::ofstream(folder / "pid.new") << ::getpid();
+    std::filesystem::rename(folder / "pid.new", folder / "pid");
+    progress(0.1, "begun");
+    hang();
+  }
+  if (kind == "nonsense") {
+    answer(request.get<std::string>());
+    hang();
+  }
+  if (kind == "flood") {
+    for (const std::string chunk(1 << 16, 'x');;) answer(chunk);
+  }
+  if (kind == "open") {
+    const auto path = request.at("path").get<std::string>();
+    const int fd = ::open(path.c_str(), request.at("flags").get<int>() | O_CLOEXEC, 0600);
+    return json{{"errno", fd < 0 ? errno : 0}};
+  }
+  if (kind == "reach") {
+    json out;
+    const auto note = [&](const char* name, long result) { out[name] = result < 0 ? errno : 0; };
+    note("socket", ::socket(AF_UNIX, SOCK_STREAM, 0));
+    note("kill parent", ::kill(::getppid(), 0));
+    note("fork", ::fork());
+    note("device node", ::mknod((folder / "null").c_str(), S_IFCHR | 0600, (1U << 8) | 3U));
+    std::thread([&] { out["thread"] = 0; }).join();
+    out["descriptors"] = json::array();
+    for (int fd = 0; fd < 64; ++fd)
+      if (::fcntl(fd, F_GETFD) >= 0) out["descriptors"].push_back(fd);
+    std::ifstream score("/proc/self/oom_score_adj");
+    int adjusted = 0;
+    score >> adjusted;
+    out["oom_score_adj"] = adjusted;
+    return out;
+  }
+  return Error{ErrorCode::kNotFound, "no such kind of work"};
+}
+
+}  // namespace
+
+int main() { serve_work(work); }
