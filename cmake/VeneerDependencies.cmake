@@ -1,4 +1,4 @@
-# Every third-party library the project knows, found once. Targets name the ones they use (STYLE: one door each).
+# Every third-party library the project knows, found once. Targets name the ones they use (one door each: tests/layers).
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 find_package(OpenCV REQUIRED COMPONENTS core imgproc imgcodecs calib3d saliency)
@@ -20,6 +20,7 @@ pkg_check_modules(lcms2 REQUIRED IMPORTED_TARGET lcms2)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(libusb REQUIRED IMPORTED_TARGET libusb-1.0)
 pkg_check_modules(umockdev REQUIRED IMPORTED_TARGET umockdev-1.0)
+pkg_check_modules(libseccomp REQUIRED IMPORTED_TARGET libseccomp)
 pkg_check_modules(libsystemd REQUIRED IMPORTED_TARGET libsystemd)
 pkg_check_modules(tesseract REQUIRED IMPORTED_TARGET tesseract)
 

@@ -2,7 +2,7 @@
 # veneer_add_program(<name> SOURCES ... [DEPS ...])
 # veneer_add_test(<name> SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT s]) one executable per topic
 #
-# DEPS are what a folder may include (DESIGN.md, section 4: rooms include base and never each other).
+# DEPS are what a folder may include (docs/ARCHITECTURE.md: rooms include base and never each other).
 
 add_library(veneer_settings INTERFACE)
 target_compile_features(veneer_settings INTERFACE cxx_std_20)
@@ -23,16 +23,36 @@ if(VENEER_SANITIZE MATCHES thread)
   target_compile_definitions(veneer_settings INTERFACE BOOST_ASIO_DISABLE_FENCED_BLOCK)
 endif()
 
+# Most of a compilation is reading headers: sources of one folder share them (option VENEER_UNITY).
+function(veneer_compile_together name)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  if(VENEER_UNITY)
+    # A source of a batch looks like a header to the compiler, which then warns of types in anonymous namespaces.
+    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
+  endif()
+endfunction()
+
 function(veneer_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS;PRIVATE_DEPS")
   add_library(${name} STATIC ${arg_SOURCES})
   target_link_libraries(${name} PUBLIC veneer_settings ${arg_DEPS} PRIVATE ${arg_PRIVATE_DEPS})
+  veneer_compile_together(${name})
 endfunction()
 
 function(veneer_add_program name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS})
+  veneer_compile_together(${name})
+endfunction()
+
+# What nearly every test begins with, read once (tests/CMakeLists.txt makes the target).
+function(veneer_precompile_test_headers name)
+  add_library(${name} OBJECT "${CMAKE_SOURCE_DIR}/tests/support/precompiled.cc")
+  target_link_libraries(${name} PRIVATE veneer_settings GTest::gmock GTest::gtest_main)
+  target_precompile_headers(${name} PRIVATE
+    <gmock/gmock.h> <gtest/gtest.h> <algorithm> <chrono> <filesystem> <fstream> <functional> <memory> <nlohmann/json.hpp>
+    <optional> <random> <string> <thread> <vector>)
 endfunction()
 
 # Every test with the label unit; what a sanitizer run builds.
@@ -42,6 +62,7 @@ function(veneer_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;DEPS;LABELS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS} GTest::gmock GTest::gtest_main)
+  target_precompile_headers(${name} REUSE_FROM veneer_test_headers)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 400)

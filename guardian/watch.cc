@@ -1,0 +1,136 @@
+#include "guardian/watch.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <span>
+#include <thread>
+
+#include "base/files.h"
+
+namespace veneer::guardian {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Lines of the daemon; nothing at its end.
+class Lines {
+ public:
+  explicit Lines(int descriptor) : descriptor_(descriptor) {}
+  std::optional<std::string> next() {
+    for (;;) {
+      if (const auto end = heard_.find('\n'); end != std::string::npos) {
+        std::string line = heard_.substr(0, end);
+        heard_.erase(0, end + 1);
+        return line;
+      }
+      std::array<char, 512> chunk{};
+      const ssize_t count = ::read(descriptor_, chunk.data(), chunk.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0 || heard_.size() > 4096) return std::nullopt;
+      heard_.append(chunk.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  int descriptor_;
+  std::string heard_;
+};
+
+void tell(int connection, std::string line) {
+  line += '\n';
+  static_cast<void>(::send(connection, line.data(), line.size(), MSG_NOSIGNAL));
+}
+
+bool hung_up(int connection, std::chrono::milliseconds wait) {
+  pollfd end{connection, POLLRDHUP, 0};
+  return ::poll(&end, 1, static_cast<int>(wait.count())) > 0;
+}
+
+std::optional<GuardedMachine> kept(const fs::path& record) {
+  std::ifstream in(record);
+  std::string line;
+  if (!std::getline(in, line)) return std::nullopt;
+  return machine_from_text(line);
+}
+
+// Should it come back after a power cut, a machine is reset once too often.
+void forget(const fs::path& record) { static_cast<void>(remove_durably(record)); }
+
+}  // namespace
+
+class Watch::Lock {
+ public:
+  explicit Lock(const fs::path& record)
+      : file_(::open((record.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640)) {}
+  ~Lock() {
+    if (file_ >= 0) ::close(file_);
+  }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+  // A lock that cannot be made (a folder that is gone) must not keep a machine from being darkened.
+  bool take(bool wait) {
+    return file_ < 0 || ::flock(file_, wait ? LOCK_EX : LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+  }
+
+ private:
+  int file_;
+};
+
+void Watch::serve(int connection) {
+  Lines lines(connection);
+  const auto first = lines.next();
+  const auto space = first ? first->find(' ') : std::string::npos;
+  const auto machine = space == std::string::npos ? std::nullopt : machine_from_text(first->substr(space + 1));
+  const std::string word = first ? first->substr(0, space) : "";
+  if (!machine || (word != "watch" && word != "again")) return;
+
+  // Whoever holds the lock watches a daemon that lives, or darkens what one left. A daemon that ends meanwhile has
+  // touched nothing.
+  Lock lock(options_.record);
+  while (!lock.take(false))
+    if (hung_up(connection, std::chrono::milliseconds(50))) return;
+
+  Status dark = Ok();
+  if (word == "watch") dark = darken_left_behind();
+  const std::string text = to_text(*machine) + "\n";
+  if (const Status written = write_whole(options_.record, std::as_bytes(std::span(text))); !written)
+    log_->warn("a guardian that dies as well leaves no word: {}", written.error().message);
+  tell(connection, dark ? "ready" : "ready " + dark.error().message);
+
+  while (const auto line = lines.next())
+    if (*line == "done") return forget(options_.record);
+
+  log_->warn("the daemon is dead: the machine on {} is darkened", machine->port);
+  for (int i = 0; i < options_.tries; ++i) {
+    if (i > 0) std::this_thread::sleep_for(options_.pause);
+    if (dark = options_.darken(*machine); dark) {
+      log_->info("the machine on {} is dark", machine->port);
+      return forget(options_.record);
+    }
+  }
+  log_->error("the machine on {} could not be darkened: {}", machine->port, dark.error().message);
+}
+
+Status Watch::settle() {
+  Lock lock(options_.record);
+  lock.take(true);
+  return darken_left_behind();
+}
+
+Status Watch::darken_left_behind() {
+  const auto machine = kept(options_.record);
+  if (!machine) return Ok();
+  if (Status dark = options_.darken(*machine); !dark) return dark;
+  forget(options_.record);
+  return Ok();
+}
+
+}  // namespace veneer::guardian

@@ -1,0 +1,47 @@
+// The guardian's watch over one daemon: it waits for the daemon's end, and darkens the machine unless the daemon said
+// that it was dark.
+//
+// What is watched stands in a file (the record) as long as it may not be dark: so a guardian, or a computer, that dies
+// as well leaves word for the next one. A lock beside it is held by whoever watches or darkens; two never do at once.
+//
+// Blocking; one thread.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "guardian/guarded_machine.h"
+
+namespace veneer::guardian {
+
+struct WatchOptions {
+  std::filesystem::path record;  // beside it: its name with ".lock"
+  std::function<Status(const GuardedMachine&)> darken;
+  int tries = 20;  // after a death, half a second apart; then the record stays for the next start
+  std::chrono::milliseconds pause{500};
+};
+
+class Watch {
+ public:
+  Watch(WatchOptions options, Logger log) : options_(std::move(options)), log_(std::move(log)) {}
+
+  // Speaks with one daemon (guarded_machine.h) until its end and does what is to be done then. The descriptor stays
+  // the caller's.
+  void serve(int connection);
+  // Darkens what the record says was left behind; nothing when there is none. Waits for the lock.
+  Status settle();
+
+ private:
+  class Lock;
+  Status darken_left_behind();
+
+  WatchOptions options_;
+  Logger log_;
+};
+
+}  // namespace veneer::guardian
