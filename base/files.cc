@@ -67,6 +67,18 @@ Status write_whole(const fs::path& file, std::span<const std::byte> bytes) {
   return storage_error(file);
 }
 
+Status move_whole(const fs::path& made, const fs::path& file) {
+  const int fd = ::open(made.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) return storage_error(file);
+  struct stat about {};
+  bool good = ::fstat(fd, &about) == 0 && S_ISREG(about.st_mode) && ::fsync(fd) == 0;
+  good = ::close(fd) == 0 && good;
+  if (good && make_folders(folder_of(file)) && ::rename(made.c_str(), file.c_str()) == 0 &&
+      sync_folder(folder_of(file)))
+    return Ok();
+  return storage_error(file);
+}
+
 Status remove_durably(const fs::path& file) {
   if (::unlink(file.c_str()) != 0) return errno == ENOENT ? Ok() : Status(storage_error(file));
   if (!sync_folder(folder_of(file))) return storage_error(file);

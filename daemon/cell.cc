@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/unit/override_rules.h"
+#include "daemon/workers/work_folder.h"
+#include "daemon/workers/worker_processes.h"
 
 namespace veneer::daemon {
 
@@ -88,14 +90,19 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     if (!opened) return opened.error();
     *pool = std::move(*opened);
   }
-  c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, config.scanner.dpi, c.log);
-  c.calibrations =
-      std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database, c.config, c.log);
-  c.plans =
-      std::make_unique<PlanService>(*c.database, c.panel_library, c.config.recipe, config.panel.position_margin, c.log);
-  c.bed = std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.database, c.config, [&c] {
-    c.hub.broadcast({{"type", "bed"}});
-  });
+  remove_left_work(config.store.data_dir);
+  const std::uint64_t memory = static_cast<std::uint64_t>(config.workers.memory_mb) << 20;
+  c.work_runner = std::make_unique<WorkerProcesses>(
+      WorkerProcessOptions{worker_program(), memory == 0 ? usual_worker_memory() : memory, {}}, c.log);
+  c.scans =
+      std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner, c.config, c.log);
+  c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database,
+                                                        *c.work_runner, c.config, c.log);
+  c.plans = std::make_unique<PlanService>(*c.database, c.panel_library, *c.work_runner, c.config, c.log);
+  c.bed = std::make_unique<BedWatcher>(reactor, *c.devices.camera, *c.camera_worker, *c.work_runner, *c.database,
+                                       c.config, [&c] {
+                                         c.hub.broadcast({{"type", "bed"}});
+                                       });
   c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {

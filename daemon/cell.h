@@ -23,6 +23,7 @@
 #include "daemon/services/plan_service.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/unit/job_runner.h"
+#include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_driver.h"
 #include "drivers/scanner_driver.h"
@@ -59,6 +60,7 @@ class Cell {
   TaskRegistry tasks;
   Devices devices;
   PanelLibrary panel_library;
+  std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at
   std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
   PanelFigures panel_figures{panel_library};
   std::unique_ptr<ScanService> scans;

@@ -219,6 +219,12 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   Section planner(root, file, "planner", errors);
   planner.integer("threads", config.planner_threads, 0, 256);
   planner.refuse_unread();
+  Section workers(root, file, "workers", errors);
+  workers.integer("memory_mb", config.workers.memory_mb, 0, 1 << 30);
+  workers.integer("planning_limit_s", config.workers.planning_limit_s, 1, 1000000);
+  workers.integer("scan_limit_s", config.workers.scan_limit_s, 1, 1000000);
+  workers.integer("look_limit_s", config.workers.look_limit_s, 1, 1000000);
+  workers.refuse_unread();
 }
 
 }  // namespace
@@ -257,9 +263,9 @@ Result<Config> load_config(const std::filesystem::path& file) {
   }
   Config config;
   std::vector<std::string> errors;
-  static constexpr std::string_view kSections[] = {"laser",         "scanner", "camera",  "sim", "api",
-                                                   "store",         "recipe",  "panel",   "log", "planner",
-                                                   "before_motion", "framing", "keep_out"};
+  static constexpr std::string_view kSections[] = {"laser",   "scanner",       "camera",  "sim",     "api",
+                                                   "store",   "recipe",        "panel",   "log",     "planner",
+                                                   "workers", "before_motion", "framing", "keep_out"};
   for (auto&& [key, node] : root)
     if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
       errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", file.string(),

@@ -71,6 +71,13 @@ struct StoreConfig {
   std::filesystem::path data_dir = "/var/lib/veneerd";
 };
 
+// What worker processes (daemon/workers) may take.
+struct WorkersConfig {
+  int memory_mb = 0;  // each; 0 = three quarters of the machine's memory
+  // Seconds after which their work is given up.
+  int planning_limit_s = 7200, scan_limit_s = 600, look_limit_s = 60;
+};
+
 // What cuts and engraves the veneer in this cell. The kerf comes from its certificate, not from here.
 struct RecipeConfig {
   MmPerSecond cut_speed{15};
@@ -115,6 +122,7 @@ struct Config {
   SimConfig sim;
   ApiConfig api;
   StoreConfig store;
+  WorkersConfig workers;
   RecipeConfig recipe;
   PanelConfig panel;
   BeforeMotionConfig before_motion;

@@ -1,10 +1,12 @@
 // The camera over the laser bed.
 //
+// A driver hands over files and never looks into them (drivers/scanner_driver.h).
+//
 // Threading: capture() blocks (up to a few seconds) and is called from the camera's own worker, never from the reactor.
 #pragma once
 
 #include <chrono>
-#include <opencv2/core/mat.hpp>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -15,8 +17,9 @@ namespace veneer {
 class CameraDriver {
  public:
   virtual ~CameraDriver() = default;
-  // A fresh image, BGR, 8 bit, CameraFrame (y down, pixel centres at +0.5). Never a stale one.
-  virtual Result<cv::Mat> capture() = 0;
+  // A fresh picture in CameraFrame (y down, pixel centres at +0.5), as a file that stays where it is at least until the
+  // next capture. Never a stale one.
+  virtual Result<std::filesystem::path> capture() = 0;
   // When the last picture was taken, of a camera that cannot take one when it is asked: somebody else puts it there,
   // and who asks must look how old it is. Nothing when it was taken by capture().
   virtual std::optional<std::chrono::system_clock::time_point> taken_at() const { return std::nullopt; }

@@ -1,11 +1,13 @@
 // One flatbed scanner.
 //
+// A driver hands over files and never looks into them: pictures are foreign data, and are decoded where a fault costs
+// nothing else (daemon/workers).
+//
 // Threading: scan() blocks (seconds to minutes) and is called from the scanner's own worker, never from the reactor.
 #pragma once
 
 #include <filesystem>
 #include <functional>
-#include <opencv2/core/mat.hpp>
 #include <stop_token>
 #include <string>
 
@@ -14,9 +16,10 @@
 
 namespace veneer {
 
-// One raw raster: BGR, 8 bit, ScanFrame (y down, pixel centres at +0.5), as the device delivered it.
-struct ScanImage {
-  cv::Mat pixels;
+// One raw raster in ScanFrame (y down, pixel centres at +0.5), as the device delivered it: a picture file, which stays
+// where it is at least until the next scan.
+struct ScanFile {
+  std::filesystem::path file;
   ScanResolution nominal;  // what the device claims; the certificate knows better
   std::string device;
 };
@@ -25,8 +28,8 @@ class ScannerDriver {
  public:
   virtual ~ScannerDriver() = default;
   // `progress` gets 0 to 1 and may be called from the calling thread only.
-  virtual Result<ScanImage> scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                                 std::stop_token stop) = 0;
+  virtual Result<ScanFile> scan(ScanResolution resolution, const std::function<void(double)>& progress,
+                                std::stop_token stop) = 0;
   virtual std::string device() const = 0;
 };
 

@@ -12,7 +12,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/panel_wood.h"
+#include "daemon/work/panel_wood.h"
 
 namespace veneer::daemon {
 namespace {

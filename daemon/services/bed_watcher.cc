@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <fstream>
+#include <iterator>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "base/clock.h"
-#include "calib/bed_pose.h"
-#include "calib/tag_detector.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/work/have_done.h"
+#include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
 namespace {
@@ -20,9 +20,13 @@ namespace {
 // Everything of the database a look needs, read in one go.
 struct Shelf {
   Calibration calibration;
-  std::vector<db::PanelRecord> panels;
-  std::vector<calib::PanelCandidate> candidates;
+  std::vector<BedPanel> panels;
 };
+
+Ring<PanelFrame> outline_of(const db::PanelRecord& panel) {
+  const Millimetres zero;
+  return {{zero, zero}, {panel.width, zero}, {panel.width, panel.height}, {zero, panel.height}};
+}
 
 Result<Shelf> read_shelf(Repositories& r) {
   Shelf shelf;
@@ -31,11 +35,10 @@ Result<Shelf> read_shelf(Repositories& r) {
   shelf.calibration = std::move(*calibration);
   auto panels = r.panels.list();
   if (!panels) return panels.error();
-  shelf.panels = std::move(*panels);
-  for (const auto& panel : shelf.panels) {
+  for (const auto& panel : *panels) {
     auto fiducials = r.panels.fiducials(panel.id);
     if (!fiducials) return fiducials.error();
-    shelf.candidates.push_back({panel.id, to_calib(*fiducials)});
+    shelf.panels.push_back({panel.id, to_calib(*fiducials), outline_of(panel)});
   }
   return shelf;
 }
@@ -53,28 +56,15 @@ Result<std::map<int, PanelId>> read_tags(Repositories& r) {
   return panel_of_tag;
 }
 
-Ring<PanelFrame> outline_of(const db::PanelRecord& panel) {
-  const Millimetres zero;
-  return {{zero, zero}, {panel.width, zero}, {panel.width, panel.height}, {zero, panel.height}};
-}
-
-std::string jpeg(const cv::Mat& picture) {
-  constexpr int kWidth = 1600;
-  cv::Mat small = picture;
-  if (picture.cols > kWidth)
-    cv::resize(picture, small, {kWidth, picture.rows * kWidth / picture.cols}, 0, 0, cv::INTER_AREA);
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, 85})) return {};
-  return {bytes.begin(), bytes.end()};
-}
-
 }  // namespace
 
 BedWatcher::BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker,
-                       DatabaseThread& database, const Config& config, std::function<void()> on_picture)
+                       WorkRunner& workers, DatabaseThread& database, const Config& config,
+                       std::function<void()> on_picture)
     : reactor_(reactor),
       camera_(camera),
       worker_(camera_worker),
+      workers_(workers),
       database_(database),
       config_(config),
       on_picture_(std::move(on_picture)) {}
@@ -104,23 +94,40 @@ void BedWatcher::stock_in_sight(std::function<void(Result<std::vector<PanelId>>)
   });
 }
 
-void BedWatcher::keep(const cv::Mat& shown) {
-  auto bytes = jpeg(shown);
-  const std::lock_guard lock(picture_mutex_);
-  picture_ = std::move(bytes);
-}
-
-Result<cv::Mat> BedWatcher::photograph(WallTime hands_in) {
-  auto picture = camera_.capture();
-  if (!picture) return picture;
-  if (const auto taken = camera_.taken_at(); taken && *taken < hands_in) {
-    keep(*picture);
-    return Error{ErrorCode::kRefused,
-                 fmt::format("the picture of {} was taken before hands were last at the bed, so it shows what may lie "
-                             "otherwise by now: take a new one",
-                             camera_.device())};
+Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
+  const auto picture = camera_.capture();
+  if (!picture) return picture.error();
+  const auto taken = camera_.taken_at();
+  const bool stale = taken && *taken < hands_in;
+  if (stale) look = {};
+  look.file = picture->string();
+  const auto folder = WorkFolder::make(config_.store.data_dir);
+  if (!folder) return folder.error();
+  WorkOrder order;
+  order.kind = LookAtBed::kKind;
+  order.what = "looking at the bed";
+  order.folder = folder->path();
+  order.readable = {*picture};
+  order.deadline = std::chrono::seconds(config_.workers.look_limit_s);
+  const auto quietly = [](double, const std::string&) {};
+  auto seen = have_done<BedSeen>(workers_, order, look, quietly, {});
+  // A process that was killed or crashed says nothing about the bed, and a run should not wait for people on its
+  // account: once more.
+  if (!seen && (seen.error().code == ErrorCode::kUnavailable || seen.error().code == ErrorCode::kInternal ||
+                seen.error().code == ErrorCode::kTimeout))
+    seen = have_done<BedSeen>(workers_, std::move(order), look, quietly, {});
+  if (!seen) return seen.error();
+  std::ifstream shown(folder->path() / kMadeBedPicture, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(shown), {});
+  {
+    const std::lock_guard lock(picture_mutex_);
+    picture_ = std::move(bytes);
   }
-  return picture;
+  if (!stale) return seen;
+  return Error{ErrorCode::kRefused,
+               fmt::format("the picture of {} was taken before hands were last at the bed, so it shows what may lie "
+                           "otherwise by now: take a new one",
+                           camera_.device())};
 }
 
 Result<std::vector<PanelId>> BedWatcher::stock_in_sight_now(WallTime hands_in) {
@@ -131,39 +138,32 @@ Result<std::vector<PanelId>> BedWatcher::stock_in_sight_now(WallTime hands_in) {
   if (config_.camera.kind == "sim" && controller_at(config_.laser) == "real")
     return Error{ErrorCode::kRefused,
                  "the laser is a real one, but the camera is simulated: configure a real one under [camera]"};
-  const auto picture = photograph(hands_in);
-  if (!picture) return picture.error();
-  keep(*picture);
-  for (const auto& tag : calib::detect_tags<CameraFrame>(*picture))
-    if (const auto known = panel_of_tag->find(tag.id); known != panel_of_tag->end())
+  LookAtBed look;
+  look.tags = true;
+  const auto found = photograph(hands_in, look);
+  if (!found) return found.error();
+  for (const int tag : found->tags)
+    if (const auto known = panel_of_tag->find(tag); known != panel_of_tag->end())
       if (std::find(seen.begin(), seen.end(), known->second) == seen.end()) seen.push_back(known->second);
   return seen;
 }
 
 Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
-  auto shelf = database_.call(read_shelf);
+  const auto shelf = database_.call(read_shelf);
   if (!shelf) return shelf.error();
-  auto picture = photograph(hands_in);
-  if (!picture) return picture.error();
-  if (const Status ready = require_cutting(shelf->calibration); !ready) {
-    keep(*picture);
-    return ready.error();
+  const Status ready = require_cutting(shelf->calibration);
+  LookAtBed look;
+  if (ready) {
+    look.camera = shelf->calibration.bed->camera.parameters();
+    look.height = config_.panel.thickness;
+    look.panels = shelf->panels;
   }
-  const auto& camera = shelf->calibration.bed->camera;
-  if (const Status same = require_picture_size(camera, picture->cols, picture->rows); !same) {
-    keep(*picture);
-    return same.error();
-  }
-  auto found = calib::find_panel(*picture, camera, config_.panel.thickness, shelf->candidates);
-  if (!found) {
-    keep(*picture);
-    return found.error();
-  }
-  for (std::size_t i = 0; i < shelf->panels.size(); ++i)
-    if (shelf->panels[i].id == found->panel)
-      keep(calib::draw_pose(*picture, camera, config_.panel.thickness, *found, shelf->candidates[i].fiducials,
-                            outline_of(shelf->panels[i])));
-  return ProvenPose{found->panel, found->face_up == Face::kBack, found->bed_from_panel, found->rms};
+  const auto seen = photograph(hands_in, std::move(look));
+  if (!seen) return seen.error();
+  if (!ready) return ready.error();
+  if (!seen->pose) return Error{static_cast<ErrorCode>(seen->why_code), seen->why_none};
+  const BedSeen::Pose& pose = *seen->pose;
+  return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
 }
 
 }  // namespace veneer::daemon

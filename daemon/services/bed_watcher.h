@@ -1,6 +1,7 @@
 // Looks at the bed: which panel lies there, and how.
 //
-// The camera and all fitting run on the camera's worker; replies come on the reactor. Bound to the reactor, except
+// The camera is waited for on the camera's worker; its pictures are looked at by worker processes
+// (daemon/work/bed_work.h). Replies come on the reactor. Bound to the reactor, except
 // picture(), which is thread-safe.
 #pragma once
 
@@ -13,6 +14,8 @@
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/unit/bed_view.h"
+#include "daemon/work/bed_work.h"
+#include "daemon/workers/work_runner.h"
 #include "daemon/workers/worker.h"
 #include "drivers/camera_driver.h"
 
@@ -21,8 +24,8 @@ namespace veneer::daemon {
 class BedWatcher final : public BedView {
  public:
   // `on_picture` is called on the reactor when picture() has changed. All references outlive this.
-  BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker, DatabaseThread& database,
-             const Config& config, std::function<void()> on_picture);
+  BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker, WorkRunner& workers,
+             DatabaseThread& database, const Config& config, std::function<void()> on_picture);
 
   void look(std::function<void(Result<ProvenPose>)> reply) override;
   void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
@@ -35,13 +38,13 @@ class BedWatcher final : public BedView {
   using WallTime = std::chrono::system_clock::time_point;
   Result<ProvenPose> look_now(WallTime hands_in);
   Result<std::vector<PanelId>> stock_in_sight_now(WallTime hands_in);
-  // A fresh picture; kRefused when it is older than `hands_in`.
-  Result<cv::Mat> photograph(WallTime hands_in);
-  void keep(const cv::Mat& shown);
+  // A fresh picture, and what `look` asks of it; kRefused when it is older than `hands_in`. People see it either way.
+  Result<BedSeen> photograph(WallTime hands_in, LookAtBed look);
 
   boost::asio::io_context& reactor_;
   CameraDriver& camera_;
   Worker& worker_;
+  WorkRunner& workers_;
   DatabaseThread& database_;
   const Config& config_;
   WallTime hands_in_{};  // of the reactor; looks get a copy

@@ -3,18 +3,23 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/clock.h"
-#include "calib/burnt_pattern.h"
-#include "calib/kerf_meter.h"
-#include "calib/machine_axes.h"
 #include "daemon/services/calibration.h"
+#include "daemon/work/have_done.h"
+#include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
 
 CalibrationService::CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database,
-                                       const Config& config, Logger log)
-    : scanner_(scanner), camera_(camera), database_(database), config_(config), log_(std::move(log)) {}
+                                       WorkRunner& workers, const Config& config, Logger log)
+    : scanner_(scanner),
+      camera_(camera),
+      database_(database),
+      workers_(workers),
+      config_(config),
+      log_(std::move(log)) {}
 
 CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camera, const Config& config) {
   const LaserConfig& laser = config.laser;
@@ -44,51 +49,56 @@ Status CalibrationService::issue(db::CertificateKind kind, Millimetres rms, nloh
   return Ok();
 }
 
+template <class Answer, class Request>
+Result<Answer> CalibrationService::have(const Request& request, const std::filesystem::path& picture,
+                                        const TaskProgress& progress, const std::stop_token& stop) {
+  const auto folder = WorkFolder::make(config_.store.data_dir);
+  if (!folder) return folder.error();
+  WorkOrder order;
+  order.kind = Request::kKind;
+  order.what = "calibrating";
+  order.folder = folder->path();
+  if (!picture.empty()) order.readable = {picture};
+  order.deadline = std::chrono::seconds(config_.workers.scan_limit_s);
+  return have_done<Answer>(workers_, std::move(order), request, progress, stop);
+}
+
+Result<ScanFile> CalibrationService::scan(const char* what, const TaskProgress& progress, const std::stop_token& stop) {
+  progress(0.02, what);
+  return scanner_.scan(
+      ScanResolution::from_dpi(config_.scanner.dpi), [&](double f) { progress(0.02 + 0.5 * f, what); }, stop);
+}
+
 Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProgress& progress,
                                                        const std::stop_token& stop) {
-  progress(0.02, "scanning the AprilGrid sheet");
-  auto image = scanner_.scan(
-      ScanResolution::from_dpi(config_.scanner.dpi),
-      [&](double f) { progress(0.02 + 0.5 * f, "scanning the AprilGrid sheet"); }, stop);
-  if (!image) return image.error();
-  progress(0.55, "looking for tags");
-  auto seen = calib::grid_scan(image->pixels, image->nominal);
-  if (seen.tags.empty())
-    return Error{ErrorCode::kRefused,
-                 "the AprilGrid sheet is not on the glass: lay it there, print down, and try again"};
-  grid_scans_.push_back(std::move(seen));
+  const auto scanned = scan("scanning the AprilGrid sheet", progress, stop);
+  if (!scanned) return scanned.error();
+  auto seen =
+      have<calib::GridScan>(ReadGridScan{scanned->file.string(), scanned->nominal}, scanned->file, progress, stop);
+  if (!seen) return seen.error();
+  grid_scans_.push_back(std::move(*seen));
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
-  progress(0.7, "fitting the scanner's map");
-  const auto scans = std::exchange(grid_scans_, {});
-  auto fit = calib::fit_scanner_model(scans);
+  auto fit = have<Fit>(FitScanner{std::exchange(grid_scans_, {})}, {}, progress, stop);
   if (!fit) return fit.error();
-  nlohmann::json payload = to_payload(*fit);
-  payload["scan_px"] = {image->pixels.cols, image->pixels.rows};
-  if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(payload), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
 }
 
 Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress) {
   progress(0.05, "photographing the AprilGrid sheet");
-  auto picture = camera_.capture();
+  const auto picture = camera_.capture();
   if (!picture) return picture.error();
-  progress(0.4, "looking for tags");
-  auto view = calib::grid_view(*picture, height);
-  if (view.tags.empty())
-    return Error{ErrorCode::kRefused,
-                 "the AprilGrid sheet is not seen on the bed: lay it there, print up, light the bed and try again"};
-  grid_views_.push_back(std::move(view));
-  picture_width_ = picture->cols;
-  picture_height_ = picture->rows;
-  CalibrationOutcome outcome{"camera", grid_views_.size(), {}, {}, "{}"};
+  auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress);
+  if (!seen) return seen.error();
+  grid_views_.views.push_back(std::move(seen->view));
+  grid_views_.width_px = seen->width_px, grid_views_.height_px = seen->height_px;
+  CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
-  progress(0.6, "fitting lens and place");
-  const auto views = std::exchange(grid_views_, {});
-  auto fit = calib::fit_camera_model(views, picture_width_, picture_height_);
+  auto fit = have<Fit>(std::exchange(grid_views_, {}), {}, progress);
   if (!fit) return fit.error();
-  if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, to_payload(*fit), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
 }
@@ -98,13 +108,11 @@ Box<MachineFrame> CalibrationService::area() const {
   return area_;
 }
 
-Result<CalibrationPattern> CalibrationService::pattern(const Calibration& calibration) const {
-  planner::PatternOptions options;
-  options.area = area();
-  if (options.area.empty() && calibration.pattern_area) options.area = *calibration.pattern_area;
-  if (options.area.empty())
-    return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
-  return planner::make_pattern(options);
+Result<Box<MachineFrame>> CalibrationService::burnt_area(const Calibration& calibration) const {
+  Box<MachineFrame> burnt = area();
+  if (burnt.empty() && calibration.pattern_area) burnt = *calibration.pattern_area;
+  if (burnt.empty()) return Error{ErrorCode::kRefused, "no pattern was burnt yet: run veneerctl calibrate laser first"};
+  return burnt;
 }
 
 Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel, Millimetres board_width,
@@ -143,22 +151,16 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!calibration->camera)
     return Error{ErrorCode::kRefused,
                  "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
-  auto burnt = pattern(*calibration);
+  const auto burnt = burnt_area(*calibration);
   if (!burnt) return burnt.error();
-  auto picture = camera_.capture();
+  const auto picture = camera_.capture();
   if (!picture) return picture.error();
-  if (const Status same = require_picture_size(*calibration->camera, picture->cols, picture->rows); !same)
-    return same.error();
-  progress(0.8, "finding the burnt rings");
-  auto found = calib::find_burnt_pattern(*picture, *calibration->camera, height, burnt->rings);
-  if (!found) return found.error();
-  auto fit = calib::fit_machine_axes(*found, *calibration->camera);
+  auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
+                                       calibration->camera_certificate.value, height, *burnt},
+                       *picture, progress);
   if (!fit) return fit.error();
-  const Box<MachineFrame> burnt_area = area().empty() ? *calibration->pattern_area : area();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
-  if (Status issued = issue(db::CertificateKind::kAxes, fit->rms,
-                            to_payload(*fit, calibration->camera_certificate, burnt_area), outcome);
-      !issued)
+  if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
 }
@@ -167,25 +169,16 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
-  auto burnt = pattern(*calibration);
+  const auto burnt = burnt_area(*calibration);
   if (!burnt) return burnt.error();
-  progress(0.02, "scanning the burnt board");
-  auto image = scanner_.scan(
-      ScanResolution::from_dpi(config_.scanner.dpi),
-      [&](double f) { progress(0.02 + 0.6 * f, "scanning the burnt board"); }, stop);
-  if (!image) return image.error();
-  if (const Status same = require_scan_size(*calibration, image->pixels.cols, image->pixels.rows); !same)
-    return same.error();
-  progress(0.7, "measuring the kerf");
-  // The true resolution: how many pixels the scanner really has for a millimetre in the middle of the glass.
-  const double cx = image->pixels.cols / 2.0, cy = image->pixels.rows / 2.0;
-  const auto a = calibration->scanner->glass_from_scan(point<ScanFrame>(cx - 500, cy - 500), image->nominal);
-  const auto b = calibration->scanner->glass_from_scan(point<ScanFrame>(cx + 500, cy + 500), image->nominal);
-  const ScanResolution resolution{std::hypot(1000.0, 1000.0) / distance(a, b).count()};
-  auto measured = calib::measure_kerf(image->pixels, resolution, burnt->kerf_lines);
-  if (!measured) return measured.error();
+  const auto scanned = scan("scanning the burnt board", progress, stop);
+  if (!scanned) return scanned.error();
+  auto fit = have<Fit>(ReadPatternScan{scanned->file.string(), scanned->nominal, calibration->scanner->data(),
+                                       calibration->scan_size, *burnt},
+                       scanned->file, progress, stop);
+  if (!fit) return fit.error();
   CalibrationOutcome outcome{"kerf", 1, {}, {}, "{}"};
-  if (Status issued = issue(db::CertificateKind::kKerf, measured->spread, to_payload(*measured), outcome); !issued)
+  if (Status issued = issue(db::CertificateKind::kKerf, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
 }

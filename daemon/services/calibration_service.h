@@ -1,5 +1,6 @@
 // The cell calibrates itself from pictures and burns: each function looks at what the operator laid down, fits, and
-// issues a certificate, or says in one sentence why not.
+// issues a certificate, or says in one sentence why not. Looking and fitting are done by worker processes
+// (daemon/work/calibration_work.h).
 //
 // Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
 // on the reactor.
@@ -12,13 +13,13 @@
 
 #include "base/log.h"
 #include "base/result.h"
-#include "calib/camera_fit.h"
-#include "calib/camera_model.h"
 #include "calib/scanner_model.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/work/calibration_work.h"
+#include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_job.h"
 #include "drivers/scanner_driver.h"
@@ -40,8 +41,9 @@ CellDevices cell_devices(const ScannerDriver& scanner, const CameraDriver& camer
 
 class CalibrationService {
  public:
-  CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database, const Config& config,
-                     Logger log);
+  // All references outlive this.
+  CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database, WorkRunner& workers,
+                     const Config& config, Logger log);
 
   // The AprilGrid sheet on the glass; two or three scans at different places cover more of it.
   Result<CalibrationOutcome> scanner(bool more, const TaskProgress& progress, const std::stop_token& stop);
@@ -58,19 +60,25 @@ class CalibrationService {
 
  private:
   Box<MachineFrame> area() const;
-  // The pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when none.
-  Result<CalibrationPattern> pattern(const Calibration& calibration) const;
+  // Of the pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when
+  // none.
+  Result<Box<MachineFrame>> burnt_area(const Calibration& calibration) const;
+  // Has `request` done, on a picture where it wants one.
+  template <class Answer, class Request>
+  Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
+                      const std::stop_token& stop = {});
+  Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
   // Names the device in the payload; the outcome gets certificate, rms and payload.
   Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);
 
   ScannerDriver& scanner_;
   CameraDriver& camera_;
   DatabaseThread& database_;
+  WorkRunner& workers_;
   const Config& config_;
   Logger log_;
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
-  std::vector<calib::GridView> grid_views_;  // camera's worker
-  int picture_width_ = 0, picture_height_ = 0;
+  FitCamera grid_views_;                     // camera's worker
   // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
   mutable std::mutex area_mutex_;
   Box<MachineFrame> area_;  // guarded by area_mutex_

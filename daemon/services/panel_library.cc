@@ -10,7 +10,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
-#include "daemon/services/panel_wood.h"
+#include "daemon/work/panel_wood.h"
 #include "planner/matching/index_cache.h"
 
 namespace veneer::daemon {
@@ -34,6 +34,15 @@ Result<PanelLibrary::Stored> PanelLibrary::store_picture(const cv::Mat& picture,
   return Stored{file, hash};
 }
 
+Result<PanelLibrary::Stored> PanelLibrary::adopt(const std::filesystem::path& made, const std::string& folder,
+                                                 const std::string& prefix) const {
+  const auto hash = sha256_hex_of_file(made);
+  if (!hash) return hash.error();
+  const std::string file = fmt::format("{}/{}-{}.png", folder, prefix, hash->substr(0, 16));
+  if (const Status moved = move_whole(made, data_dir_ / file); !moved) return moved.error();
+  return Stored{file, *hash};
+}
+
 Result<PanelLibrary::Stored> PanelLibrary::store_bytes(const std::string& bytes, const std::string& folder,
                                                        const std::string& name) const {
   const auto data = std::as_bytes(std::span(bytes));
@@ -42,13 +51,7 @@ Result<PanelLibrary::Stored> PanelLibrary::store_bytes(const std::string& bytes,
   return Stored{file, sha256_hex(data)};
 }
 
-Result<cv::Mat> PanelLibrary::load_picture(const std::string& file) const {
-  cv::Mat picture = cv::imread((data_dir_ / file).string(), cv::IMREAD_UNCHANGED);
-  if (picture.empty())
-    return Error{ErrorCode::kStorage, fmt::format("cannot read {}: restore it from a backup or scan the panel again",
-                                                  (data_dir_ / file).string())};
-  return picture;
-}
+Result<cv::Mat> PanelLibrary::load_picture(const std::string& file) const { return read_stored_picture(path_of(file)); }
 
 Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
   std::ifstream in(data_dir_ / file, std::ios::binary);
@@ -69,15 +72,11 @@ void PanelLibrary::keep_index_only(const std::vector<PanelId>& panels) const {
 }
 
 Result<Raster<PanelFrame>> PanelLibrary::load_map(const db::PanelRecord& panel) const {
-  auto pixels = load_picture(panel.map_file);
-  if (!pixels) return pixels.error();
-  return Raster<PanelFrame>{*pixels, kMapResolution, {}};
+  return read_stored_raster(path_of(panel.map_file));
 }
 
 Result<Raster<PanelFrame>> PanelLibrary::load_mask(const db::PanelRecord& panel) const {
-  auto pixels = load_picture(panel.mask_file);
-  if (!pixels) return pixels.error();
-  return Raster<PanelFrame>{*pixels, kMapResolution, {}};
+  return read_stored_raster(path_of(panel.mask_file));
 }
 
 Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& file, int width_px) const {

@@ -18,6 +18,7 @@
 #include "calib/fiducials.h"
 #include "calib/registration.h"
 #include "daemon/database_thread.h"
+#include "daemon/work/stored_picture.h"
 #include "planner/stock.h"
 
 namespace veneer::daemon {
@@ -32,8 +33,11 @@ class PanelLibrary {
   };
   // Lossless, below `folder` ("scans", "panels/P-0001").
   Result<Stored> store_picture(const cv::Mat& picture, const std::string& folder, const std::string& prefix) const;
+  // A picture that a worker process has made: it becomes one of the library's, as if it were stored here.
+  Result<Stored> adopt(const std::filesystem::path& made, const std::string& folder, const std::string& prefix) const;
   Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
   Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
+  std::filesystem::path path_of(const std::string& file) const { return data_dir_ / file; }
   Result<std::string> load_bytes(const std::string& file) const;
   // The same at most `width_px` wide, for people's eyes; its sides were multiplied with `scale` (1 at most). The last
   // few are kept, because pages ask for them again and again and a map has a hundred million pixels: draw on a copy.
@@ -68,9 +72,6 @@ class PanelLibrary {
   mutable std::mutex kept_mutex_;
   mutable std::list<KeptPicture> kept_;  // the last one asked for first; guarded by kept_mutex_
 };
-
-// The resolution of every stored veneer map.
-inline constexpr ScanResolution kMapResolution = ScanResolution::from_dpi(300);
 
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records);
 // Those of one face; holes count to the show face.

@@ -3,40 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "base/clock.h"
+#include "base/files.h"
 #include "base/hash.h"
 #include "daemon/services/calibration.h"
-#include "daemon/services/job_wood.h"
-#include "daemon/services/wood_recipes.h"
-#include "planner/cutting/lead_choice.h"
-#include "planner/files/plan_files.h"
-#include "planner/files/preview.h"
-#include "planner/pictures/pictures.h"
-#include "planner/problem/shortage.h"
+#include "daemon/work/have_done.h"
+#include "daemon/work/plan_work.h"
+#include "daemon/workers/work_folder.h"
+#include "planner/plan_options.h"
 
 namespace veneer::daemon {
 namespace {
 
 // As fine as the veneer maps: a coarser one blurs the grain that people look for.
 constexpr double kPreviewDpi = 300;
-
-std::vector<db::NewPiece> pieces_of(const planner::Plan& plan) {
-  std::vector<db::NewPiece> out;
-  for (const auto& piece : plan.pieces) {
-    db::NewPiece& p = out.emplace_back();
-    p.mark = piece.mark;
-    p.artwork_outline = piece.artwork_outline;
-    if (!piece.placement) continue;
-    p.panel = piece.placement->panel;
-    p.panel_outline = piece.panel_outline();
-    p.panel_from_artwork = piece.placement->panel_from_artwork;
-    p.allocation = offset(Region<PanelFrame>(piece.panel_outline()), plan.kerf);
-  }
-  return out;
-}
 
 std::vector<db::PlannedPanel> panels_used(std::vector<db::PlannedPanel> in_stock,
                                           const std::vector<db::NewPiece>& pieces) {
@@ -64,15 +49,92 @@ std::vector<Region<PanelFrame>> spared_by_leads(const std::vector<db::FiducialRe
   return out;
 }
 
+// What the database knows of the wood a job may use, read in one go.
+struct Stock {
+  std::vector<HeldPanel> held;
+  std::vector<db::PlannedPanel> planned_on;  // a panel that is scanned meanwhile is noticed when wood is reserved
+  std::vector<PanelId> in_stock;
+  std::vector<db::RecipeRecord> recipes;
+};
+
+Result<HeldPanel> read_panel(Repositories& r, const db::PanelRecord& panel, const PanelLibrary& library) {
+  HeldPanel out{panel.id, library.path_of(panel.map_file).string(), library.path_of(panel.mask_file).string(), {}, {},
+                {}};
+  const auto live = r.ledger.live_allocations(panel.id);
+  if (!live) return live.error();
+  for (const auto& allocation : *live) out.live.push_back(allocation.area);
+  auto zones = r.materials.zones(panel.id);
+  if (!zones) return zones.error();
+  out.zones = std::move(*zones);
+  const auto fiducials = r.panels.fiducials(panel.id);
+  if (!fiducials) return fiducials.error();
+  out.spared = spared_by_leads(*fiducials);
+  return out;
+}
+
+Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, const PanelLibrary& library) {
+  const auto panels = r.panels.list();
+  if (!panels) return panels.error();
+  for (const auto& id : wanted)
+    if (std::none_of(panels->begin(), panels->end(), [&](const auto& p) { return p.id == id; }))
+      return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", id.value)};
+  Stock out;
+  for (const auto& panel : *panels) {
+    out.in_stock.push_back(panel.id);
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
+    auto held = read_panel(r, panel, library);
+    if (!held) return held.error();
+    out.held.push_back(std::move(*held));
+    out.planned_on.push_back({panel.id, panel.mask_version});
+  }
+  if (out.held.empty())
+    return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
+  auto recipes = r.materials.recipes();
+  if (!recipes) return recipes.error();
+  out.recipes = std::move(*recipes);
+  return out;
+}
+
+Result<std::string> read_made(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string out(std::istreambuf_iterator<char>(in), {});
+  if (!in || out.empty())
+    return Error{ErrorCode::kStorage,
+                 fmt::format("cannot read {}: make room on the disk, then plan again", file.string())};
+  return out;
+}
+
+Result<std::vector<db::NewPiece>> read_pieces(const std::filesystem::path& file) {
+  const auto text = read_made(file);
+  if (!text) return text.error();
+  try {
+    return nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
+  } catch (const nlohmann::json::exception&) {
+    return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
+  }
+}
+
+MakePlan order_of(const JobRequest& request, Stock& stock, const Config& config, const PanelLibrary& library) {
+  MakePlan out;
+  out.name = request.name;
+  out.size = request.size;
+  for (const planner::NamedOption& option : planner::kNamedOptions)
+    out.options[std::string(option.name)] = planner::option_text(request.options, option.name);
+  out.threads = request.options.threads;
+  out.preview_dpi = kPreviewDpi;
+  out.wood = {
+      std::move(stock.held), config.panel.position_margin, request.woods, request.wood_weights, request.forbidden,
+      request.max_panels,    library.index_dir().string()};
+  out.recipe = config.recipe;
+  out.recipes = std::move(stock.recipes);
+  return out;
+}
+
 }  // namespace
 
-PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
-                         Millimetres position_margin, Logger log)
-    : database_(database),
-      library_(library),
-      recipe_(recipe),
-      position_margin_(position_margin),
-      log_(std::move(log)) {}
+PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, WorkRunner& workers,
+                         const Config& config, Logger log)
+    : database_(database), library_(library), workers_(workers), config_(config), log_(std::move(log)) {}
 
 Result<std::string> PlanService::preview_file(JobId job) {
   auto record = database_.call([&](Repositories& r) { return r.jobs.find(job); });
@@ -80,104 +142,45 @@ Result<std::string> PlanService::preview_file(JobId job) {
   return record->preview_file;
 }
 
-Result<std::size_t> PlanService::add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
-                                           Millimetres kerf, std::vector<db::NewPiece>& pieces) {
-  const planner::ToolpathOptions options = toolpath_options(recipe_);
-  std::size_t without = 0;
-  for (const auto& panel : stock) {
-    if (options.leads.length.count() <= 0) break;
-    auto room = database_.call([&](Repositories& r) -> Result<planner::LeadRoom> {
-      auto fiducials = r.panels.fiducials(panel.id);
-      if (!fiducials) return fiducials.error();
-      return planner::LeadRoom{panel.free, spared_by_leads(*fiducials), plan.kerf};
-    });
-    if (!room) return room.error();
-    auto recipes = database_.call([&](Repositories& r) { return WoodRecipes::read(r, recipe_, kerf, panel.id); });
-    if (!recipes) return recipes.error();
-    std::vector<db::NewPiece*> on_panel;
-    std::vector<planner::LeadPiece> to_lead;
-    for (auto& piece : pieces) {
-      if (piece.panel != panel.id) continue;
-      on_panel.push_back(&piece);
-      to_lead.push_back({piece.panel_outline, piece.mark, piece.panel_from_artwork.angle() + Radians(kPi / 2),
-                         recipes->recipe_of(recipes->material_at(piece.panel_outline)), piece.allocation});
-    }
-    const auto leads = planner::choose_leads(to_lead, *room, options);
-    if (!leads) return leads.error();
-    for (std::size_t i = 0; i < on_panel.size(); ++i) {
-      if (const auto& lead = (*leads)[i]) {
-        on_panel[i]->lead_in = lead->begin;
-        on_panel[i]->allocation = unite(on_panel[i]->allocation, lead->burnt);
-      } else {
-        ++without;
-      }
-    }
-  }
-  return without;
-}
-
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
                                          const std::stop_token& stop) {
   progress(0, "reading the picture");
-  auto picture = planner::decode_picture(request.picture, request.name);
-  if (!picture) return picture.error();
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (!calibration->kerf)
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  progress(0.02, "reading the stock");
-  // Asked before the masks are read: a panel that is scanned in between is noticed when its wood is reserved.
-  auto planned_on = database_.call([](Repositories& r) -> Result<std::vector<db::PlannedPanel>> {
-    auto panels = r.panels.list();
-    if (!panels) return panels.error();
-    std::vector<db::PlannedPanel> out;
-    for (const auto& panel : *panels) out.push_back({panel.id, panel.mask_version});
-    return out;
-  });
-  if (!planned_on) return planned_on.error();
-  auto stock = load_job_wood(database_, library_, request, position_margin_);
+  auto stock = database_.call([&](Repositories& r) { return read_stock(r, request.panels, library_); });
   if (!stock) return stock.error();
+  library_.keep_index_only(stock->in_stock);
 
-  planner::Artwork artwork;
-  artwork.name = request.name;
-  artwork.letter = planner::artwork_letter(0);
-  const auto size = planner::artwork_size(*picture, request.size);
-  artwork.picture = std::move(*picture);
-  artwork.width = size.width;
-  artwork.height = size.height;
-  planner::PlanOptions options = request.options;
-  // One kerf for the whole plan: the widest any of the wood is cut with.
-  auto widest = database_.call([&](Repositories& r) -> Result<Millimetres> {
-    Millimetres kerf = *calibration->kerf;
-    for (const auto& panel : *stock) {
-      auto recipes = WoodRecipes::read(r, {}, kerf, panel.id);
-      if (!recipes) return recipes.error();
-      kerf = std::max(kerf, recipes->widest_kerf());
-    }
-    return kerf;
-  });
-  if (!widest) return widest.error();
-  options.kerf = *widest;
-  options.index_cache = library_.index_dir().string();
-  auto plan = planner::make_plan(
-      {&artwork, 1}, *stock, options,
-      [&](double f, std::string_view text) { progress(0.05 + 0.83 * f, std::string(text)); }, stop);
-  if (!plan) return plan.error();
-  // A global choice that is stopped still gives a plan; whoever cancels a job wants none.
-  const Error cancelled{ErrorCode::kCancelled, "planning was cancelled"};
-  if (stop.stop_requested()) return cancelled;
-  if (plan->shortage)
-    return Error{ErrorCode::kRefused,
-                 "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  WorkOrder order;
+  order.kind = MakePlan::kKind;
+  order.what = "planning";
+  order.folder = folder->path();
+  order.writable = {library_.index_dir()};
+  order.deadline = std::chrono::seconds(config_.workers.planning_limit_s);
+  order.nice = 10;
+  for (const HeldPanel& panel : stock->held) order.readable.insert(order.readable.end(), {panel.map, panel.mask});
+  MakePlan wanted = order_of(request, *stock, config_, library_);
+  wanted.kerf = *calibration->kerf;
+  wanted.picture = (folder->path() / "picture").string();
+  const auto bytes = std::as_bytes(std::span(request.picture));
+  if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  std::error_code there_already;
+  std::filesystem::create_directories(library_.index_dir(), there_already);
+  const auto made = have_done<PlanMade>(workers_, std::move(order), wanted, progress, stop);
+  if (!made) return made.error();
 
-  progress(0.9, "drawing the preview");
-  auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(kPreviewDpi));
-  if (!preview) return preview.error();
-  auto preview_file = library_.store_picture(preview->pixels, "previews", "preview");
+  auto pieces = read_pieces(folder->path() / kMadePieces);
+  if (!pieces) return pieces.error();
+  auto plan_json = read_made(folder->path() / kMadePlan);
+  if (!plan_json) return plan_json.error();
+  const auto preview_file = library_.adopt(folder->path() / kMadePreview, "previews", "preview");
   if (!preview_file) return preview_file.error();
-  const auto hash = sha256_hex(std::as_bytes(std::span(request.picture)));
-  auto target_file = library_.store_bytes(request.picture, "targets", hash.substr(0, 16));
+  const auto target_file = library_.store_bytes(request.picture, "targets", sha256_hex(bytes).substr(0, 16));
   if (!target_file) return target_file.error();
 
   progress(0.95, "reserving the wood");
@@ -185,32 +188,30 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   job.name = request.name;
   job.target_file = target_file->file;
   job.preview_file = preview_file->file;
-  job.plan_json = planner::plan_to_json(*plan);
+  job.plan_json = std::move(*plan_json);
   nlohmann::json used = options_json(request);
   used["preview_dpi"] = kPreviewDpi;
-  used["kerf_mm"] = options.kerf.count();
-  used["position_margin_mm"] = position_margin_.count();
+  used["kerf_mm"] = made->kerf.count();
+  used["position_margin_mm"] = config_.panel.position_margin.count();
   job.options_json = used.dump();
-  job.pieces = pieces_of(*plan);
-  job.planned_on = panels_used(*planned_on, job.pieces);
-  const auto without_lead = add_leads(*plan, *stock, *calibration->kerf, job.pieces);
-  if (!without_lead) return without_lead.error();
-  if (stop.stop_requested()) return cancelled;
+  job.pieces = std::move(*pieces);
+  job.planned_on = panels_used(stock->planned_on, job.pieces);
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   auto id = database_.call([&](Repositories& r) { return r.jobs.create(job, utc_timestamp(), request.keyed); });
   if (!id) return id.error();
 
   JobOutcome outcome;
   outcome.job = *id;
-  outcome.pieces = plan->pieces.size();
-  outcome.without_lead = *without_lead;
-  outcome.cost_per_pixel = planner::cost_per_pixel(*plan);
+  outcome.pieces = job.pieces.size();
+  outcome.without_lead = made->without_lead;
+  outcome.cost_per_pixel = made->cost_per_pixel;
   std::map<PanelId, std::size_t> count;
-  for (const auto& piece : plan->pieces)
-    if (piece.placement) ++count[piece.placement->panel];
+  for (const auto& piece : job.pieces)
+    if (piece.panel) ++count[*piece.panel];
   outcome.panels.assign(count.begin(), count.end());
-  outcome.warnings = plan->warnings;
-  outcome.global = plan->global;
-  outcome.fine = plan->fine;
+  outcome.warnings = made->warnings;
+  outcome.global = made->global;
+  outcome.fine = made->fine;
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
   if (outcome.without_lead > 0)
     log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",

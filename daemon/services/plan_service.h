@@ -1,5 +1,5 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
-// one transaction.
+// one transaction. The picture is looked at, and the plan made, by a worker process (daemon/work/plan_work.h).
 //
 // Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
 #pragma once
@@ -16,6 +16,7 @@
 #include "daemon/services/job_request.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/workers/work_runner.h"
 #include "planner/plan.h"
 
 namespace veneer::daemon {
@@ -34,9 +35,9 @@ struct JobOutcome {
 
 class PlanService {
  public:
-  // `recipe` is the configuration's and outlives this.
-  PlanService(DatabaseThread& database, const PanelLibrary& library, const RecipeConfig& recipe,
-              Millimetres position_margin, Logger log);
+  // All references outlive this.
+  PlanService(DatabaseThread& database, const PanelLibrary& library, WorkRunner& workers, const Config& config,
+              Logger log);
 
   // kRefused when the wood does not fill the picture: nothing is reserved then, and the sentence says which tones are
   // missing and which smaller patches would still fit. kCancelled once `stop` is requested, unless the wood is reserved
@@ -46,14 +47,10 @@ class PlanService {
   Result<std::string> preview_file(JobId job);
 
  private:
-  // Books a lead-in for every piece that has waste beside it; how many have none.
-  Result<std::size_t> add_leads(const planner::Plan& plan, const std::vector<planner::StockPanel>& stock,
-                                Millimetres kerf, std::vector<db::NewPiece>& pieces);
-
   DatabaseThread& database_;
   const PanelLibrary& library_;
-  const RecipeConfig& recipe_;
-  Millimetres position_margin_;
+  WorkRunner& workers_;
+  const Config& config_;
   Logger log_;
 };
 

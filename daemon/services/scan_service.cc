@@ -1,82 +1,61 @@
 #include "daemon/services/scan_service.h"
-#include "daemon/services/panel_wood.h"
 
 #include <fmt/format.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
-#include "calib/stitcher.h"
-#include "calib/veneer_mask.h"
+#include "daemon/work/have_done.h"
 
 namespace veneer::daemon {
-namespace {
 
-// Strips are convex, or nearly so.
-std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
-  std::vector<db::ZoneRecord> out;
-  for (const calib::Zone& zone : mask.list) {
-    std::vector<cv::Point> pixels, hull;
-    cv::findNonZero(mask.zones.pixels == zone.label, pixels);
-    if (pixels.size() < 3) continue;
-    cv::convexHull(pixels, hull);
-    db::ZoneRecord& record = out.emplace_back();
-    record.number = zone.label;
-    for (const auto& p : hull) record.outline.push_back(mask.zones.from_pixels(p.x + 0.5, p.y + 0.5));
-  }
-  return out;
-}
-
-}  // namespace
-
-std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px) {
-  constexpr int kStep = 64;  // 5.4 mm at 300 dpi: the scanner's map bends far more slowly
-  const int columns = (width_px + kStep - 1) / kStep + 1, rows = (height_px + kStep - 1) / kStep + 1;
-  nlohmann::json panel_mm = nlohmann::json::array();
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      const auto p = panel_from_scan * point<ScanFrame>(c * kStep, r * kStep);
-      panel_mm.push_back({p.x.count(), p.y.count()});
-    }
-  return nlohmann::json{
-      {"origin_px", {0, 0}}, {"step_px", kStep}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
-      .dump();
-}
-
-ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library, double dpi,
-                         Logger log)
+ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library,
+                         WorkRunner& workers, const Config& config, Logger log)
     : scanner_(scanner),
       database_(database),
       library_(library),
-      resolution_(ScanResolution::from_dpi(dpi)),
+      workers_(workers),
+      config_(config),
       log_(std::move(log)) {}
+
+WorkOrder ScanService::order(const char* kind, const char* what, const WorkFolder& folder) const {
+  WorkOrder out;
+  out.kind = kind;
+  out.what = what;
+  out.folder = folder.path();
+  out.deadline = std::chrono::seconds(config_.workers.scan_limit_s);
+  return out;
+}
 
 Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const TaskProgress& progress,
                                           const std::stop_token& stop) {
   progress(0.02, "scanning");
-  auto image = scanner_.scan(
-      resolution_, [&](double f) { progress(0.02 + 0.38 * f, "scanning"); }, stop);
-  if (!image) return image.error();
-  progress(0.4, "looking for tags and holes");
-  const std::string name = image->device;
-  calib::TileView view = calib::view_tile(image->pixels, image->nominal, name);
-  if (view.tags.empty())
+  auto scan = scanner_.scan(
+      ScanResolution::from_dpi(config_.scanner.dpi), [&](double f) { progress(0.02 + 0.33 * f, "scanning"); }, stop);
+  if (!scan) return scan.error();
+  progress(0.35, "looking for tags and holes");
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  WorkOrder look = order(ViewScan::kKind, "looking at the scan", *folder);
+  look.readable = {scan->file};
+  auto view = have_done<calib::TileView>(workers_, std::move(look),
+                                         ViewScan{scan->file.string(), scan->device, scan->nominal}, progress, stop);
+  if (!view) return view.error();
+  if (view->tags.empty())
     return Error{ErrorCode::kRefused,
                  "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
   // Tiles of the other face that were never finished belong to nothing.
   if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
-  tiles_.push_back({std::move(*image), std::move(view)});
+  tiles_.push_back({std::move(*folder), scan->device, std::move(*view)});
   if (request.more) {
     ScanOutcome outcome;
     outcome.tiles = tiles_.size();
     outcome.face = request.face;
     return outcome;
   }
-  auto outcome = finish(request, progress);
+  auto outcome = finish(request, progress, stop);
   // Good or bad, this series of tiles is over; a refused one is scanned anew.
   tiles_.clear();
   return outcome;
@@ -134,159 +113,136 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   return known;
 }
 
-Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskProgress& progress) {
-  progress(0.45, "registering");
+Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskProgress& progress,
+                                        const std::stop_token& stop) {
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
   for (const auto& tile : tiles_)
-    if (const Status same = require_scan_size(*calibration, tile.image.pixels.cols, tile.image.pixels.rows); !same)
+    if (const Status same = require_scan_size(*calibration, tile.view.width_px, tile.view.height_px); !same)
       return same.error();
   auto known = identify(request);
   if (!known) return known.error();
 
-  std::vector<calib::TileView> views;
-  for (const auto& tile : tiles_) views.push_back(tile.view);
-  calib::RegistrationOptions options;
-  options.foreign_tags = known->foreign_tags;
-  auto registration = known->panel
-                          ? calib::register_scan(views, known->face, known->fiducials, *calibration->scanner, options)
-                          : calib::register_first_scan(views, *calibration->scanner, options);
-  if (!registration) return registration.error();
-  if (!known->panel) return add_panel(*registration, progress);
-  if (known->face == Face::kBack) return add_back(*known, *registration);
-  return scan_again(*known, *registration, progress);
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  WorkOrder work = order(RegisterScans::kKind, "registering the scan", *folder);
+  RegisterScans wanted;
+  for (const auto& tile : tiles_) {
+    wanted.views.push_back(tile.view);
+    wanted.files.push_back((tile.folder.path() / kMadeScan).string());
+    work.readable.emplace_back(wanted.files.back());
+  }
+  wanted.scanner = calibration->scanner->data();
+  wanted.face = known->face;
+  wanted.foreign_tags = known->foreign_tags;
+  if (known->panel) wanted.known = known->fiducials;
+  if (known->panel && known->face == Face::kShow) {
+    wanted.earlier_map = library_.path_of(known->panel->map_file).string();
+    wanted.earlier_mask = library_.path_of(known->panel->mask_file).string();
+    work.readable.insert(work.readable.end(), {wanted.earlier_map, wanted.earlier_mask});
+    const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known->panel->id); });
+    if (!live) return live.error();
+    for (const auto& allocation : *live)
+      if (allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap)
+        wanted.gone.push_back(allocation.area);
+  }
+  const auto read = have_done<PanelRead>(workers_, std::move(work), wanted, progress, stop);
+  if (!read) return read.error();
+  progress(0.92, "entering stock");
+  if (!known->panel) return add_panel(*read, *folder);
+  if (known->face == Face::kBack) return add_back(*known, *read);
+  return scan_again(*known, *read, *folder);
 }
 
-Result<std::vector<db::ScanRecord>> ScanService::store_scans(const PanelId& panel, Face face,
-                                                             const calib::Registration& registration) {
+Result<std::vector<db::ScanRecord>> ScanService::store_scans(const PanelId& panel, Face face, const PanelRead& read) {
   std::vector<db::ScanRecord> records;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const auto& image = tiles_[i].image;
-    auto stored = library_.store_picture(image.pixels, "scans", to_string(face));
+    const Tile& tile = tiles_[i];
+    auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face));
     if (!stored) return stored.error();
     db::ScanRecord& record = records.emplace_back();
     record.panel = panel;
     record.face = face;
-    record.device = image.device;
+    record.device = tile.device;
     record.file = stored->file;
     record.sha256 = stored->sha256;
-    record.dpi = image.nominal.dpi();
-    record.rms = registration.rms;
-    record.max = registration.max;
-    record.lattice = lattice_text(registration.tiles[i], image.pixels.cols, image.pixels.rows);
+    record.dpi = tile.view.nominal.dpi();
+    record.rms = read.rms;
+    record.max = read.max;
+    record.lattice = read.lattices.at(i);
     record.taken_at = utc_timestamp();
   }
   return records;
 }
 
-Result<Raster<PanelFrame>> ScanService::stitch(const calib::Registration& registration,
-                                               const Box<PanelFrame>& area) const {
-  std::vector<calib::StitchTile> tiles;
-  for (std::size_t i = 0; i < tiles_.size(); ++i) tiles.push_back({tiles_[i].image.pixels, registration.tiles[i]});
-  calib::StitchOptions options;
-  options.resolution = kMapResolution;
-  return calib::stitch(tiles, area, options);
-}
-
-Result<ScanOutcome> ScanService::add_panel(const calib::Registration& registration, const TaskProgress& progress) {
-  progress(0.55, "stitching");
-  auto map = stitch(registration, registration.sheet);
-  if (!map) return map.error();
-  progress(0.75, "finding usable wood");
-  auto mask = calib::mask_veneer(*map, registration.fiducials);
-  if (!mask) return mask.error();
-  progress(0.88, "entering stock");
+Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFolder& folder) {
   auto id = database_.call([](Repositories& r) { return r.panels.next_panel_id(); });
   if (!id) return id.error();
-  auto map_file = library_.store_picture(map->pixels, "panels/" + id->value, "map");
+  auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + id->value, "map");
   if (!map_file) return map_file.error();
-  auto mask_file = library_.store_picture(mask->usable.pixels, "panels/" + id->value, "mask");
+  auto mask_file = library_.adopt(folder.path() / kMadeMask, "panels/" + id->value, "mask");
   if (!mask_file) return mask_file.error();
-  auto scans = store_scans(*id, Face::kShow, registration);
+  auto scans = store_scans(*id, Face::kShow, read);
   if (!scans) return scans.error();
   db::PanelRecord panel;
   panel.id = *id;
   panel.name = id->value;
-  panel.width = registration.sheet.width();
-  panel.height = registration.sheet.height();
+  panel.width = read.sheet.width();
+  panel.height = read.sheet.height();
   panel.map_file = map_file->file;
   panel.mask_file = mask_file->file;
   panel.map_hash = map_file->sha256;
   panel.created_at = utc_timestamp();
-  const auto fiducials = to_records(registration.fiducials, Face::kShow);
+  const auto fiducials = to_records(read.fiducials, Face::kShow);
   const Status added = database_.call([&](Repositories& r) -> Status {
     if (const Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
-    return r.materials.add_zones(panel.id, zones_of(*mask));
+    return r.materials.add_zones(panel.id, read.zones);
   });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = *id;
   outcome.is_new = true;
-  outcome.rms = registration.rms;
-  outcome.max = registration.max;
-  outcome.usable = wood_area(mask->usable);
-  outcome.zones = mask->list.size();
+  outcome.rms = read.rms;
+  outcome.max = read.max;
+  outcome.usable = read.usable;
+  outcome.zones = read.zones.size();
   log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id->value, panel.width.count(),
              panel.height.count(), outcome.zones);
   return outcome;
 }
 
-Result<ScanOutcome> ScanService::add_back(const Known& known, const calib::Registration& registration) {
+Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& read) {
   const PanelId& id = known.panel->id;
-  auto scans = store_scans(id, Face::kBack, registration);
+  auto scans = store_scans(id, Face::kBack, read);
   if (!scans) return scans.error();
   // Back tags are frozen once; a later look at the back adds its scans only.
   std::vector<db::FiducialRecord> fiducials;
-  if (!known.fiducials.knows(Face::kBack)) fiducials = to_records(registration.fiducials, Face::kBack);
+  if (!known.fiducials.knows(Face::kBack)) fiducials = to_records(read.fiducials, Face::kBack);
   const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(id, *scans, fiducials); });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = id;
   outcome.face = Face::kBack;
-  outcome.rms = registration.rms;
-  outcome.max = registration.max;
+  outcome.rms = read.rms;
+  outcome.max = read.max;
   return outcome;
 }
 
-Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Registration& registration,
-                                            const TaskProgress& progress) {
+Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder) {
   const db::PanelRecord& panel = *known.panel;
-  progress(0.55, "stitching");
-  auto before = library_.load_map(panel);
-  if (!before) return before.error();
-  Box<PanelFrame> area;
-  area.add({});
-  area.add(before->from_pixels(before->pixels.cols, 0));
-  auto map = stitch(registration, area);
-  if (!map) return map.error();
-  progress(0.72, "comparing with the ledger");
-  auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(panel.id); });
-  if (!live) return live.error();
-  std::vector<Region<PanelFrame>> gone;
-  for (const auto& allocation : *live)
-    if (allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap)
-      gone.push_back(allocation.area);
-  auto compared = calib::reconcile(*before, *map, gone, known.fiducials);
-  if (!compared) return compared.error();
-  progress(0.82, "finding usable wood");
-  auto earlier = library_.load_mask(panel);
-  if (!earlier) return earlier.error();
-  auto mask = calib::mask_veneer(*map, known.fiducials, {}, &*earlier);
-  if (!mask) return mask.error();
-  progress(0.92, "entering stock");
-  auto map_file = library_.store_picture(map->pixels, "panels/" + panel.id.value, "map");
+  auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + panel.id.value, "map");
   if (!map_file) return map_file.error();
-  auto mask_file = library_.store_picture(mask->usable.pixels, "panels/" + panel.id.value, "mask");
+  auto mask_file = library_.adopt(folder.path() / kMadeMask, "panels/" + panel.id.value, "mask");
   if (!mask_file) return mask_file.error();
-  auto scans = store_scans(panel.id, Face::kShow, registration);
+  auto scans = store_scans(panel.id, Face::kShow, read);
   if (!scans) return scans.error();
   const Status written = database_.call([&](Repositories& r) -> Status {
     if (const Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
     // A panel from before zones were kept gets them now.
-    if (const Status zoned = r.materials.add_zones(panel.id, zones_of(*mask)); !zoned) return zoned;
+    if (const Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version =
         r.panels.add_mask(panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp()});
     return version ? Ok() : Status(version.error());
@@ -296,11 +252,11 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const calib::Reg
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = panel.id;
-  outcome.rms = registration.rms;
-  outcome.max = registration.max;
-  outcome.usable = wood_area(mask->usable);
-  outcome.zones = mask->list.size();
-  outcome.differences = compared->differences;
+  outcome.rms = read.rms;
+  outcome.max = read.max;
+  outcome.usable = read.usable;
+  outcome.zones = read.zones.size();
+  outcome.differences = read.differences;
   return outcome;
 }
 

@@ -1,8 +1,8 @@
 // From what lies on the scanner's glass to a panel in stock: capture, register, stitch, mask; or, for a panel that is
 // known already, its other face, or a comparison of its wood with the ledger.
 //
-// Tiles of one face are collected until one comes without `more`. Threading: add_tile() blocks and is called on the
-// scanner's worker only.
+// Pictures are looked at by worker processes (daemon/work/scan_work.h). Tiles of one face are collected until one comes
+// without `more`. Threading: add_tile() blocks and is called on the scanner's worker only.
 #pragma once
 
 #include <functional>
@@ -16,9 +16,13 @@
 #include "base/result.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
+#include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/work/scan_work.h"
+#include "daemon/workers/work_folder.h"
+#include "daemon/workers/work_runner.h"
 #include "drivers/scanner_driver.h"
 
 namespace veneer::daemon {
@@ -28,8 +32,6 @@ struct ScanRequest {
   std::optional<PanelId> panel;  // needed for the first look at a panel's back
   bool more = false;             // further tiles follow
 };
-
-using TaskProgress = std::function<void(double fraction, const std::string& text)>;
 
 struct ScanOutcome {
   std::size_t tiles = 0;         // collected so far
@@ -44,13 +46,16 @@ struct ScanOutcome {
 
 class ScanService {
  public:
-  ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library, double dpi, Logger log);
+  // All references outlive this.
+  ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library, WorkRunner& workers,
+              const Config& config, Logger log);
 
   Result<ScanOutcome> add_tile(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
 
  private:
   struct Tile {
-    ScanImage image;
+    WorkFolder folder;  // holds the picture, kMadeScan
+    std::string device;
     calib::TileView view;
   };
   // What the database knows of the sheet on the glass.
@@ -61,27 +66,22 @@ class ScanService {
     Face face = Face::kShow;
   };
 
-  Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress);
+  Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   Result<Known> identify(const ScanRequest& request);
-  Result<std::vector<db::ScanRecord>> store_scans(const PanelId& panel, Face face,
-                                                  const calib::Registration& registration);
-  Result<ScanOutcome> add_panel(const calib::Registration& registration, const TaskProgress& progress);
-  Result<ScanOutcome> add_back(const Known& known, const calib::Registration& registration);
-  Result<ScanOutcome> scan_again(const Known& known, const calib::Registration& registration,
-                                 const TaskProgress& progress);
-  Result<Raster<PanelFrame>> stitch(const calib::Registration& registration, const Box<PanelFrame>& area) const;
+  Result<std::vector<db::ScanRecord>> store_scans(const PanelId& panel, Face face, const PanelRead& read);
+  Result<ScanOutcome> add_panel(const PanelRead& read, const WorkFolder& folder);
+  Result<ScanOutcome> add_back(const Known& known, const PanelRead& read);
+  Result<ScanOutcome> scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder);
+  WorkOrder order(const char* kind, const char* what, const WorkFolder& folder) const;
 
   ScannerDriver& scanner_;
   DatabaseThread& database_;
   const PanelLibrary& library_;
-  ScanResolution resolution_;
+  WorkRunner& workers_;
+  const Config& config_;
   Logger log_;
   std::vector<Tile> tiles_;
   Face face_of_tiles_ = Face::kShow;
 };
-
-// A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between. What
-// GET /panels/{id}/registration tells of each scan.
-std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px);
 
 }  // namespace veneer::daemon

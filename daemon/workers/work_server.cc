@@ -77,8 +77,10 @@ std::vector<std::filesystem::path> paths_of(const json& list) {
 }
 
 json answer(const DoWork& work) {
+  std::string what = "the work";
   try {
     const json order = json::parse(read_order());
+    what = order.at("what").get<std::string>();
     const std::filesystem::path folder = order.at("folder").get<std::string>();
     Confinement limits;
     limits.memory_bytes = order.at("memory_bytes").get<std::uint64_t>();
@@ -96,9 +98,9 @@ json answer(const DoWork& work) {
     return {{"out_of_memory", true}};
   } catch (const std::exception& e) {
     return {{"error", error_to_json({ErrorCode::kInternal,
-                                     fmt::format("the work ended with an error of the program ({}): try again, and "
-                                                 "report it when it comes back",
-                                                 e.what())})}};
+                                     fmt::format("{} ended with an error of the program ({}): try again, and report "
+                                                 "it when it comes back",
+                                                 what, e.what())})}};
   }
 }
 

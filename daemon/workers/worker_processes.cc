@@ -184,9 +184,9 @@ class Conversation {
 
  private:
   std::string request_line() const {
-    json order{{"kind", order_.kind},       {"folder", order_.folder.string()},      {"readable", json::array()},
-               {"writable", json::array()}, {"memory_bytes", options_.memory_bytes}, {"nice", order_.nice},
-               {"request", order_.request}};
+    json order{{"kind", order_.kind},       {"what", order_.what},       {"folder", order_.folder.string()},
+               {"readable", json::array()}, {"writable", json::array()}, {"memory_bytes", options_.memory_bytes},
+               {"nice", order_.nice},       {"request", order_.request}};
     for (const auto& path : order_.readable) order["readable"].push_back(path.string());
     for (const auto& path : order_.writable) order["writable"].push_back(path.string());
     return order.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";

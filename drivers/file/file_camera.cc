@@ -6,11 +6,11 @@ namespace veneer {
 
 FileCamera::FileCamera(std::string device) : pictures_(std::move(device)) {}
 
-Result<cv::Mat> FileCamera::capture() {
+Result<std::filesystem::path> FileCamera::capture() {
   auto picture = pictures_.next();
   if (!picture.ok()) return picture.error();
   taken_at_ = picture->written;
-  return std::move(picture->pixels);
+  return std::move(picture->file);
 }
 
 std::string FileCamera::device() const { return "file:" + pictures_.pattern(); }

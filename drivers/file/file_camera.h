@@ -12,7 +12,7 @@ class FileCamera final : public CameraDriver {
  public:
   explicit FileCamera(std::string device);  // as PictureSource takes it
 
-  Result<cv::Mat> capture() override;
+  Result<std::filesystem::path> capture() override;
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken_at_; }
   std::string device() const override;
 

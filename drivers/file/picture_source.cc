@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <opencv2/imgcodecs.hpp>
 #include <system_error>
 #include <utility>
 
@@ -54,16 +53,7 @@ Result<NamedPicture> PictureSource::next() {
   last_ = *file;
   std::error_code unknown;  // then it is as old as can be
   const auto changed = fs::last_write_time(*file, unknown);
-  cv::Mat pixels;
-  try {
-    pixels = cv::imread(file->string(), cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    pixels.release();
-  }
-  if (pixels.empty())
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{} cannot be read as a picture: save it as PNG, JPEG or TIFF", file->string())};
-  NamedPicture picture{std::move(pixels), *file, {}};
+  NamedPicture picture{*file, {}};
   if (!unknown)
     picture.written =
         std::chrono::time_point_cast<std::chrono::system_clock::duration>(std::chrono::file_clock::to_sys(changed));

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -15,16 +14,15 @@
 namespace veneer {
 
 struct NamedPicture {
-  cv::Mat pixels;  // BGR, 8 bit
   std::filesystem::path file;
-  std::chrono::system_clock::time_point written;  // its last change, looked at before it was read
+  std::chrono::system_clock::time_point written;  // its last change; long ago where that is not known
 };
 
 class PictureSource {
  public:
   explicit PictureSource(std::string pattern);
 
-  // kUnavailable when nothing matches, kInvalidArgument for a file that is no picture.
+  // kUnavailable when nothing matches.
   Result<NamedPicture> next();
   const std::string& pattern() const { return pattern_; }
 

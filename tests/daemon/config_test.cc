@@ -47,6 +47,18 @@ cut_power = 0.5
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
 }
 
+TEST_F(ConfigTest, ReadsWhatWorkersMayTake) {
+  const auto config =
+      parse("[workers]\nmemory_mb = 2000\nplanning_limit_s = 60\nscan_limit_s = 30\nlook_limit_s = 5\n");
+  ASSERT_TRUE(config.ok());
+  EXPECT_EQ(config->workers.memory_mb, 2000);
+  EXPECT_EQ(config->workers.planning_limit_s, 60);
+  EXPECT_EQ(config->workers.scan_limit_s, 30);
+  EXPECT_EQ(config->workers.look_limit_s, 5);
+  EXPECT_EQ(parse("")->workers.memory_mb, 0) << "as much as the machine has to give";
+  EXPECT_FALSE(parse("[workers]\nlook_limit_s = 0\n").ok());
+}
+
 TEST_F(ConfigTest, ARealLaserAsksForExhaustAirCoolingAndFocusUnlessTold) {
   EXPECT_TRUE(parse("")->before_motion.confirm.empty());
   EXPECT_FALSE(parse("")->before_motion.focus);

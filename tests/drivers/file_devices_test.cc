@@ -26,7 +26,7 @@ class FileDevicesTest : public ::testing::Test {
   testing::TempDirectory directory_;
 };
 
-int grey(const cv::Mat& image) { return image.at<cv::Vec3b>(0, 0)[0]; }
+int grey(const std::filesystem::path& file) { return cv::imread(file.string()).at<cv::Vec3b>(0, 0)[0]; }
 
 TEST_F(FileDevicesTest, GiveThePicturesOfAFolderInOrderAndRoundAgain) {
   picture("b.png", 20);
@@ -36,8 +36,7 @@ TEST_F(FileDevicesTest, GiveThePicturesOfAFolderInOrderAndRoundAgain) {
   for (const int expected : {10, 20, 10}) {
     const auto scan = scanner.scan(ScanResolution::from_dpi(300), {}, {});
     ASSERT_TRUE(scan.ok());
-    EXPECT_EQ(grey(scan->pixels), expected);
-    EXPECT_EQ(scan->pixels.type(), CV_8UC3);
+    EXPECT_EQ(grey(scan->file), expected);
     EXPECT_DOUBLE_EQ(scan->nominal.dpi(), 300);
   }
 }
@@ -78,15 +77,10 @@ TEST_F(FileDevicesTest, SeeAPictureThatWasChangedMeanwhile) {
   EXPECT_EQ(grey(camera.capture().value()), 6);
 }
 
-TEST_F(FileDevicesTest, NameWhatIsMissingOrUnreadable) {
+TEST_F(FileDevicesTest, NameWhatIsMissing) {
   FileCamera nothing(folder() + "/none-*.png");
   EXPECT_EQ(nothing.capture().error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(nothing.capture().error().message, HasSubstr("none-*.png"));
-  const std::string broken = folder() + "/broken.png";
-  std::ofstream(broken) << "no picture at all";
-  FileCamera unreadable(broken);
-  EXPECT_EQ(unreadable.capture().error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(unreadable.capture().error().message, HasSubstr(broken));
 }
 
 TEST_F(FileDevicesTest, AreCancelledBeforeTheyBegin) {

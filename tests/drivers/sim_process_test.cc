@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "drivers/sim/client/sim_camera.h"
@@ -104,27 +105,27 @@ TEST(TwinProcess, GivesTheCellScansAndRecordsTheirTruth) {
   twin.must({{"cmd", "new-panel"}, {"name", "P"}, {"width_mm", 200}, {"height_mm", 140}});
   twin.must({{"cmd", "place"}, {"sheet", "P"}, {"on", "scanner"}, {"face", "show"}});
   SimScanner scanner(twin.socket());
-  const Result<ScanImage> scan = scanner.scan(ScanResolution::from_dpi(150), nullptr, {});
+  const Result<ScanFile> scan = scanner.scan(ScanResolution::from_dpi(150), nullptr, {});
   ASSERT_TRUE(scan.ok()) << scan.error().message;
   EXPECT_EQ(scan->device, "twin:capture-1");
   EXPECT_NEAR(scan->nominal.dpi(), 150, 1e-9);
-  EXPECT_EQ(scan->pixels.cols, 1299);
+  EXPECT_EQ(cv::imread(scan->file.string()).cols, 1299);
   EXPECT_TRUE(std::filesystem::exists(twin.path("state/truth/capture-1.json")));
 }
 
 TEST(TwinProcess, GivesTheCellPicturesOfTheBed) {
   const RunningTwin twin;
   SimCamera camera(twin.socket());
-  const Result<cv::Mat> picture = camera.capture();
+  const Result<std::filesystem::path> picture = camera.capture();
   ASSERT_TRUE(picture.ok()) << picture.error().message;
-  EXPECT_EQ(picture->cols, 640);
+  EXPECT_EQ(cv::imread(picture->string()).cols, 640);
   twin.must({{"cmd", "fault"}, {"name", "camera_dead"}});
   EXPECT_EQ(camera.capture().error().code, ErrorCode::kUnavailable);
 }
 
 TEST(TwinProcess, TellsACellWithoutTwinWhatToStart) {
   SimScanner scanner("/nonexistent/twin.sock");
-  const Result<ScanImage> scan = scanner.scan(ScanResolution::from_dpi(300), nullptr, {});
+  const Result<ScanFile> scan = scanner.scan(ScanResolution::from_dpi(300), nullptr, {});
   EXPECT_EQ(scan.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(scan.error().message, HasSubstr("start veneer-twin"));
 }

@@ -55,7 +55,7 @@ void PreparedCell::SetUpTestSuite() {
 void PreparedCell::SetUp() {
   dir_ = *base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
   fs::copy(*base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
-  auto cell = SimulatedCell::start({dir_, bin_dir(), 7, time_scale()});
+  auto cell = SimulatedCell::start(options());
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   cell_ = std::move(*cell);
   story_ = std::make_unique<Story>(*cell_, dir_, narrator_);

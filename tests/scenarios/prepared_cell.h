@@ -30,6 +30,9 @@ class PreparedCell : public ::testing::Test {
   // Device time per real time. The job takes 80 s of device time: a test that acts in the middle of it asks for less.
   virtual double time_scale() const { return 40; }
 
+  // Of the cell of each test; how the base is made stays the same.
+  virtual SimulatedCellOptions options() const { return {dir_, bin_dir(), 7, time_scale()}; }
+
   // The twin signals `pid` in the middle of a stroke, once so much more was burnt. A piece burns 48 mm and its mark.
   void signal_at_burn(pid_t pid, int number, double more_mm) const;
 

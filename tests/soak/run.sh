@@ -7,6 +7,7 @@
 #   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
 #                under each of seven loads; also as stop.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
+#   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on; several cuts
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
 #   ledger       the database: 2000 sequences of the model test, a day's work cut short at every write of the disk with
 #                five seeds and 1000 times by kill -9, 4000 single bits flipped
@@ -49,6 +50,12 @@ show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 100
 
 show_table=1 campaign "guardian/kills" 0 "$build/bin/veneer-soak-guardian" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"
+
+for round in 1 2 3 4 5 6 7 8; do
+  seed=$(fresh_seed)
+  show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 \
+    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenarios_workers_test" --gtest_filter='-*Held*'
+done
 
 seed=$(fresh_seed)
 show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \

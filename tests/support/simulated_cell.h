@@ -25,6 +25,8 @@ struct SimulatedCellOptions {
   double time_scale = 40;
   std::string twin_tables = {};  // more of veneer-twin.toml
   bool lihuiyu = false;          // the twin's laser is an M3-Nano board
+  int look_every = 25;           // pieces
+  std::string daemon_tables = {};  // more of veneerd.toml
 };
 
 class SimulatedCell {

@@ -11,7 +11,7 @@ namespace veneer::sim {
 class SimCamera final : public CameraDriver {
  public:
   explicit SimCamera(std::string socket_path);
-  Result<cv::Mat> capture() override;
+  Result<std::filesystem::path> capture() override;
   std::string device() const override { return "twin:camera"; }
 
  private:

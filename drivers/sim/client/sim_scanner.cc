@@ -4,32 +4,25 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 namespace veneer::sim {
 
 SimScanner::SimScanner(std::string socket_path) : link_(std::move(socket_path)) {}
 
-Result<ScanImage> SimScanner::scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                                   std::stop_token stop) {
+Result<ScanFile> SimScanner::scan(ScanResolution resolution, const std::function<void(double)>& progress,
+                                  std::stop_token stop) {
   if (progress) progress(0);
   const Result<nlohmann::json> reply =
       link_.request({{"cmd", "scan"}, {"dpi", std::round(resolution.dpi() * 100) / 100}}, stop);
   if (!reply.ok()) return reply.error();
-  ScanImage image;
+  ScanFile image;
   try {
-    const auto file = reply->at("file").get<std::string>();
+    image.file = reply->at("file").get<std::string>();
     image.nominal = ScanResolution::from_dpi(reply->at("dpi").get<double>());
     image.device = "twin:" + reply->at("capture").get<std::string>();
-    image.pixels = cv::imread(file, cv::IMREAD_COLOR);
-    if (image.pixels.empty()) {
-      return Error{ErrorCode::kDeviceFault, fmt::format("the scan {} of the twin cannot be read", file)};
-    }
   } catch (const nlohmann::json::exception& e) {
     return Error{ErrorCode::kDeviceFault, fmt::format("the twin's answer to a scan makes no sense: {}", e.what())};
-  } catch (const cv::Exception& e) {
-    return Error{ErrorCode::kDeviceFault, fmt::format("the twin's scan cannot be read: {}", e.err)};
   }
   if (progress) progress(1);
   return image;

@@ -5,10 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <opencv2/imgcodecs.hpp>
 #include <optional>
 
 #include "tests/support/rendered_bed.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/work_here.h"
 
 namespace veneer::daemon {
 namespace {
@@ -20,14 +22,17 @@ using ::testing::Not;
 
 class StillCamera final : public CameraDriver {
  public:
-  Result<cv::Mat> capture() override {
+  Result<std::filesystem::path> capture() override {
     ++pictures;
-    return picture;
+    if (picture.empty()) return Error{ErrorCode::kUnavailable, "the camera does not answer"};
+    EXPECT_TRUE(cv::imwrite(file.string(), picture));
+    return file;
   }
   std::string device() const override { return "still"; }
   std::optional<std::chrono::system_clock::time_point> taken_at() const override { return taken; }
   std::optional<std::chrono::system_clock::time_point> taken;
-  Result<cv::Mat> picture = Error{ErrorCode::kUnavailable, "the camera does not answer"};
+  cv::Mat picture;
+  std::filesystem::path file;
   int pictures = 0;
 };
 
@@ -48,7 +53,9 @@ class BedWatcherTest : public ::testing::Test {
     auto opened = DatabaseThread::open(folder_.path() / "cell.db", io_);
     ASSERT_TRUE(opened.ok());
     database_ = std::move(*opened);
-    watcher_ = std::make_unique<BedWatcher>(io_, camera_, worker_, *database_, config_, [] {});
+    camera_.file = folder_ / "picture.ppm";
+    config_.store.data_dir = folder_ / "data";
+    watcher_ = std::make_unique<BedWatcher>(io_, camera_, worker_, workers_, *database_, config_, [] {});
   }
   void stock_panel(int tag_id) {
     const Status added = database_->call([tag_id](Repositories& r) {
@@ -90,6 +97,7 @@ class BedWatcherTest : public ::testing::Test {
   Config config_;
   StillCamera camera_;
   std::unique_ptr<DatabaseThread> database_;
+  veneer::testing::WorkHere workers_;
   Worker worker_{"camera"};
   std::unique_ptr<BedWatcher> watcher_;
 };

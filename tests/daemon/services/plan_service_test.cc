@@ -15,6 +15,7 @@
 #include "planner/files/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/work_here.h"
 
 namespace veneer::daemon {
 namespace {
@@ -99,8 +100,9 @@ class PlanServiceTest : public ::testing::Test {
   Result<JobOutcome> plan(
       const JobRequest& request, const TaskProgress& progress = [](double, const std::string&) {},
       const std::stop_token& stop = {}) {
-    const RecipeConfig recipe;
-    PlanService service(*database_, library_, recipe, Millimetres(0.2), make_null_logger());
+    Config config;
+    config.panel.position_margin = Millimetres(0.2);
+    PlanService service(*database_, library_, workers_, config, make_null_logger());
     return service.make_job(request, progress, stop);
   }
   std::size_t jobs() {
@@ -111,6 +113,7 @@ class PlanServiceTest : public ::testing::Test {
   boost::asio::io_context reactor_;
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
+  testing::WorkHere workers_;
   std::map<std::string, std::vector<db::ZoneRecord>> zones_;
 };
 

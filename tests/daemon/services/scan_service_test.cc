@@ -4,21 +4,23 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/work_here.h"
 
 namespace veneer::daemon {
 namespace {
 
 class OnePicture final : public ScannerDriver {
  public:
-  Result<ScanImage> scan(ScanResolution, const std::function<void(double)>&, std::stop_token) override {
-    return ScanImage{picture, nominal, device()};
+  Result<ScanFile> scan(ScanResolution, const std::function<void(double)>&, std::stop_token) override {
+    return ScanFile{file, nominal, device()};
   }
   std::string device() const override { return "test:0"; }
-  cv::Mat picture;
+  std::filesystem::path file;
   ScanResolution nominal{};
 };
 
@@ -28,8 +30,9 @@ class ScanServiceTest : public ::testing::Test {
     rendered::Scanner glass;
     glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
-    scanner_.picture =
-        scan_panel(rendered::sample_panel(), Face::kShow, rendered::lay(75, 55, 90, 70, 1.5, Face::kShow), glass);
+    scanner_.file = folder_ / "scan.ppm";
+    const auto pose = rendered::lay(75, 55, 90, 70, 1.5, Face::kShow);
+    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(rendered::sample_panel(), Face::kShow, pose, glass)));
     auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
     ASSERT_TRUE(opened.ok());
     database_ = std::move(*opened);
@@ -41,7 +44,8 @@ class ScanServiceTest : public ::testing::Test {
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   Result<ScanOutcome> scan() {
-    ScanService service(scanner_, *database_, library_, 300, make_null_logger());
+    const Config config;
+    ScanService service(scanner_, *database_, library_, workers_, config, make_null_logger());
     return service.add_tile({}, [](double, const std::string&) {}, {});
   }
   db::PanelRecord panel() {
@@ -53,6 +57,7 @@ class ScanServiceTest : public ::testing::Test {
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
   OnePicture scanner_;
+  testing::WorkHere workers_;
 };
 
 // A screw hole that a cut has opened is hard to see in the new scan; what the mask knew before must count.

@@ -1,4 +1,4 @@
-#include "daemon/services/panel_wood.h"
+#include "daemon/work/panel_wood.h"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ TEST(DrawStock, LeavesTheMapAsItIs) {
 TEST(FreeWood, GivesNoPixelThatAnAllocationOrItsMarginTouches) {
   Scene scene;
   scene.allocate(10, 10, db::AllocationState::kReserved);
-  const Raster<PanelFrame> free = free_wood({scene.mask, {1.0}, {}}, scene.live, Millimetres(2));
+  const Raster<PanelFrame> free = free_wood({scene.mask, {1.0}, {}}, {scene.live.front().area}, Millimetres(2));
   for (int x = 0; x < 50; ++x) {
     for (int y = 1; y <= 60; ++y) {
       const bool touched = x + 1 > 8 && x < 22 && y > 8 && y - 1 < 22;

@@ -1,4 +1,4 @@
-#include "daemon/services/panel_wood.h"
+#include "daemon/work/panel_wood.h"
 
 #include <opencv2/imgproc.hpp>
 
@@ -35,11 +35,11 @@ SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
   return SquareMillimetres(cv::countNonZero(mask.pixels) * pixel * pixel);
 }
 
-Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
+Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& live,
                              Millimetres margin) {
   Raster<PanelFrame> out{mask.pixels.clone(), mask.resolution, mask.origin};
-  for (const auto& allocation : live) {
-    const auto rings = to_pixels(offset(allocation.area, margin), out, kShift);
+  for (const auto& taken : live) {
+    const auto rings = to_pixels(offset(taken, margin), out, kShift);
     if (rings.empty()) continue;
     cv::fillPoly(out.pixels, rings, cv::Scalar(0), cv::LINE_8, kShift);
     // The border pixels too: fillPoly goes by pixel centres.

@@ -12,8 +12,8 @@ namespace veneer::daemon {
 // Of the mask: non-zero = usable.
 SquareMillimetres wood_area(const Raster<PanelFrame>& mask);
 
-// Mask minus live allocations grown by `margin`; never too generous: a pixel that an allocation touches is not free.
-Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<db::AllocationRecord>& live,
+// Mask minus what live allocations take, grown by `margin`; never too generous: a pixel that one touches is not free.
+Raster<PanelFrame> free_wood(const Raster<PanelFrame>& mask, const std::vector<Region<PanelFrame>>& live,
                              Millimetres margin);
 
 // What of `free` lies in one of the wanted outlines and in none of the others; never too generous.

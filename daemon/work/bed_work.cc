@@ -1,0 +1,58 @@
+#include "daemon/work/bed_work.h"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/tag_detector.h"
+#include "daemon/services/calibration.h"
+#include "planner/pictures/pictures.h"
+
+namespace veneer::daemon {
+namespace {
+
+Status write_shown(const cv::Mat& picture, const std::string& file) {
+  constexpr int kWidth = 1600;
+  cv::Mat small = picture;
+  if (picture.cols > kWidth)
+    cv::resize(picture, small, {kWidth, picture.rows * kWidth / picture.cols}, 0, 0, cv::INTER_AREA);
+  if (cv::imwrite(file, small, {cv::IMWRITE_JPEG_QUALITY, 85})) return Ok();
+  return Error{ErrorCode::kStorage, fmt::format("cannot write {}: make room on the disk, then try again", file)};
+}
+
+// Into `out`, with the picture to be shown; `picture` is the whole of it.
+cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out) {
+  const calib::CameraModel camera(*order.camera);
+  const auto none = [&](const Error& why) {
+    out.why_none = why.message;
+    out.why_code = static_cast<int>(why.code);
+    return picture;
+  };
+  if (const Status same = require_picture_size(camera, picture.cols, picture.rows); !same) return none(same.error());
+  std::vector<calib::PanelCandidate> candidates;
+  for (const BedPanel& panel : order.panels) candidates.push_back({panel.panel, panel.fiducials});
+  const auto found = calib::find_panel(picture, camera, order.height, candidates);
+  if (!found) return none(found.error());
+  out.pose = BedSeen::Pose{found->panel, found->face_up, found->bed_from_panel, found->rms};
+  for (const BedPanel& panel : order.panels)
+    if (panel.panel == found->panel)
+      return calib::draw_pose(picture, camera, order.height, *found, panel.fiducials, panel.outline);
+  return picture;
+}
+
+}  // namespace
+
+Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path& folder,
+                            const TaskProgress& /*progress*/) {
+  const auto picture = planner::load_picture(order.file);
+  if (!picture) return picture.error();
+  BedSeen out;
+  if (order.tags)
+    for (const auto& tag : calib::detect_tags<CameraFrame>(*picture)) out.tags.push_back(tag.id);
+  const cv::Mat shown = order.camera ? prove_pose(order, *picture, out) : *picture;
+  if (const Status written = write_shown(shown, (folder / kMadeBedPicture).string()); !written) return written.error();
+  return out;
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,52 @@
+// What a worker process does with a picture of the bed: which tags and which panel it shows. Pure but for files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/bed_pose.h"
+#include "daemon/work/shapes_json.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::daemon {
+
+struct BedPanel {
+  PanelId panel;
+  calib::PanelFiducials fiducials;
+  Ring<PanelFrame> outline;  // for people, drawn in
+};
+
+struct LookAtBed {
+  static constexpr const char* kKind = "look_at_bed";
+  std::string file;
+  bool tags = false;  // only which tags are seen
+  // To prove a pose; without a camera the picture is only shown.
+  std::optional<calib::CameraParameters> camera;
+  Millimetres height{0};  // of the panel's upper face over the bed
+  std::vector<BedPanel> panels;
+};
+// JPEG for people in the work's folder, with what was found drawn in.
+inline constexpr const char* kMadeBedPicture = "bed.jpg";
+struct BedSeen {
+  std::vector<int> tags;
+  struct Pose {
+    PanelId panel;
+    Face face_up = Face::kBack;
+    Isometry2<BedFrame, PanelFrame> bed_from_panel;
+    Millimetres rms{0};
+  };
+  std::optional<Pose> pose;
+  std::string why_none;  // with `why_code`: why no pose is proven
+  int why_code = 0;      // ErrorCode
+};
+// Errors: the picture cannot be read, or not be written for people. That nothing is found is an answer.
+Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path& folder, const TaskProgress& progress);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, tags, camera, height, panels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen::Pose, panel, face_up, bed_from_panel, rms)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, pose, why_none, why_code)
+
+}  // namespace veneer::daemon

@@ -1,0 +1,94 @@
+// What a worker process does with pictures of calibration sheets and boards: finds what is on them, and fits. Pure but
+// for the pictures' files. Payloads are those of certificates (services/calibration.h), without the device's name.
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/camera_fit.h"
+#include "calib/scanner_model.h"
+#include "daemon/work/shapes_json.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::calib {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridView, height, tags)
+}  // namespace veneer::calib
+
+namespace veneer::daemon {
+
+struct Fit {
+  nlohmann::json payload;
+  Millimetres rms{0};
+};
+
+// The AprilGrid sheet on the glass, and the scanner's map from all scans of it.
+struct ReadGridScan {
+  static constexpr const char* kKind = "read_grid_scan";
+  std::string file;
+  ScanResolution nominal;
+};
+Result<calib::GridScan> read_grid_scan(const ReadGridScan& order, const std::filesystem::path& folder,
+                                       const TaskProgress& progress);
+struct FitScanner {
+  static constexpr const char* kKind = "fit_scanner";
+  std::vector<calib::GridScan> scans;
+};
+Result<Fit> fit_scanner(const FitScanner& order, const std::filesystem::path& folder, const TaskProgress& progress);
+
+// The AprilGrid sheet on the bed, `height` above it, and lens and place from all views of it.
+struct ReadGridView {
+  static constexpr const char* kKind = "read_grid_view";
+  std::string file;
+  Millimetres height{0};
+};
+struct GridViewRead {
+  calib::GridView view;
+  int width_px = 0, height_px = 0;
+};
+Result<GridViewRead> read_grid_view(const ReadGridView& order, const std::filesystem::path& folder,
+                                    const TaskProgress& progress);
+struct FitCamera {
+  static constexpr const char* kKind = "fit_camera";
+  std::vector<calib::GridView> views;
+  int width_px = 0, height_px = 0;
+};
+Result<Fit> fit_camera(const FitCamera& order, const std::filesystem::path& folder, const TaskProgress& progress);
+
+// The burnt pattern on the bed.
+struct ReadPatternView {
+  static constexpr const char* kKind = "read_pattern_view";
+  std::string file;
+  calib::CameraParameters camera;
+  std::int64_t camera_certificate = 0;
+  Millimetres height{0};
+  Box<MachineFrame> area;  // of the pattern
+};
+Result<Fit> read_pattern_view(const ReadPatternView& order, const std::filesystem::path& folder,
+                              const TaskProgress& progress);
+
+// The burnt board on the glass.
+struct ReadPatternScan {
+  static constexpr const char* kKind = "read_pattern_scan";
+  std::string file;
+  ScanResolution nominal;
+  calib::ScannerModelData scanner;
+  std::optional<std::array<int, 2>> scan_size;  // of the scanner's certificate
+  Box<MachineFrame> area;
+};
+Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& folder,
+                              const TaskProgress& progress);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Fit, payload, rms)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridScan, file, nominal)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitScanner, scans)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridView, file, height)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridViewRead, view, width_px, height_px)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitCamera, views, width_px, height_px)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, height, area)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternScan, file, nominal, scanner, scan_size, area)
+
+}  // namespace veneer::daemon

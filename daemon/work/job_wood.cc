@@ -1,0 +1,87 @@
+#include "daemon/work/job_wood.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "daemon/work/panel_wood.h"
+#include "daemon/work/stored_picture.h"
+#include "planner/matching/index_cache.h"
+
+namespace veneer::daemon {
+namespace {
+
+bool is_wanted(const std::string& material, const std::vector<std::string>& woods) {
+  return woods.empty() || std::find(woods.begin(), woods.end(), material) != woods.end();
+}
+
+Status check_woods(const std::vector<HeldPanel>& held, const std::vector<std::string>& woods) {
+  std::set<std::string> known;
+  for (const HeldPanel& panel : held)
+    for (const auto& zone : panel.zones)
+      if (!zone.material.empty()) known.insert(zone.material);
+  for (const std::string& wood : woods)
+    if (known.count(wood) == 0)
+      return Error{ErrorCode::kInvalidArgument,
+                   known.empty() ? fmt::format("no panel is known to have {}: say which wood a panel is of with "
+                                               "veneerctl panel material",
+                                               wood)
+                                 : fmt::format("no panel has {}: there is {}", wood, fmt::join(known, ", "))};
+  return Ok();
+}
+
+std::string species_of(const std::vector<db::ZoneRecord>& zones, const std::vector<std::string>& woods) {
+  std::set<std::string> offered;
+  for (const auto& zone : zones)
+    if (is_wanted(zone.material, woods)) offered.insert(zone.material);
+  return offered.size() == 1 ? *offered.begin() : "";
+}
+
+Raster<PanelFrame> only_zones(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
+                              const std::vector<std::string>& woods) {
+  if (woods.empty()) return free;
+  std::vector<Ring<PanelFrame>> wanted, others;
+  for (const auto& zone : zones) (is_wanted(zone.material, woods) ? wanted : others).push_back(zone.outline);
+  return wood_within(free, wanted, others);
+}
+
+void drop_index(const std::string& index_dir, const PanelId& panel) {
+  if (auto cache = planner::IndexCache::open(index_dir)) cache->drop(panel.value);
+}
+
+}  // namespace
+
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood) {
+  if (const Status known = check_woods(wood.panels, wood.woods); !known) return known.error();
+  std::vector<planner::StockPanel> stock;  // without pictures until it is known which panels are used
+  for (const HeldPanel& h : wood.panels) {
+    const auto mask = read_stored_raster(h.mask);
+    if (!mask) return mask.error();
+    // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
+    const Raster<PanelFrame> free = free_wood(*mask, h.live, wood.margin);
+    if (cv::countNonZero(free.pixels) == 0) drop_index(wood.index_dir, h.id);
+    stock.push_back({h.id, {}, only_zones(free, h.zones, wood.woods), species_of(h.zones, wood.woods)});
+  }
+  for (const auto& [panel, region] : wood.forbidden)
+    if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();
+  if (wood.max_panels && *wood.max_panels < stock.size()) {
+    std::stable_sort(stock.begin(), stock.end(),
+                     [](const auto& a, const auto& b) { return wood_area(a.free) > wood_area(b.free); });
+    stock.resize(*wood.max_panels);
+  }
+  for (planner::StockPanel& panel : stock) {
+    const auto of =
+        std::find_if(wood.panels.begin(), wood.panels.end(), [&](const HeldPanel& h) { return h.id == panel.id; });
+    auto map = read_stored_raster(of->map);
+    if (!map) return map.error();
+    panel.picture = std::move(*map);
+  }
+  for (const auto& [species, weight] : wood.wood_weights)
+    if (const Status weighed = planner::weigh_tones(stock, species, weight); !weighed) return weighed.error();
+  return stock;
+}
+
+}  // namespace veneer::daemon

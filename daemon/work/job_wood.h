@@ -1,0 +1,52 @@
+// The wood that a new job may use: free wood of the panels and kinds it asks for.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/polygon_ops.h"
+#include "base/result.h"
+#include "daemon/work/records_json.h"
+#include "planner/edits/plan_edits.h"
+#include "planner/stock.h"
+
+namespace veneer::planner {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ForbiddenWood, panel, region)
+}  // namespace veneer::planner
+
+namespace veneer::daemon {
+
+// A panel of the stock, as the database and the data folder know it.
+struct HeldPanel {
+  PanelId id;
+  std::string map, mask;                 // files
+  std::vector<Region<PanelFrame>> live;  // of its live allocations
+  std::vector<db::ZoneRecord> zones;
+  std::vector<Region<PanelFrame>> spared;  // what lead-ins keep off even where no piece lies: tags, holes
+};
+
+struct JobWood {
+  std::vector<HeldPanel> panels;
+  Millimetres margin{0};                                     // what is allocated is grown by it
+  std::vector<std::string> woods;                            // materials of zones; empty: all wood
+  std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
+  std::vector<planner::ForbiddenWood> forbidden;
+  std::optional<std::size_t> max_panels;  // no more: those with the most free wood of the kinds asked for
+  std::string index_dir;                  // where the planner keeps what it measured of panels
+};
+
+// Mask minus live allocations grown by `margin`. With `woods` a panel offers its zones of these materials only, and
+// none of the wood that another zone may reach into; its species is the one material it offers, "" when there are
+// several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped.
+//
+// Blocks on files. kNotFound: wood is forbidden on a panel that is not among these. kInvalidArgument: no panel has a
+// wood that is asked for or weighed; forbidden wood lies beside its panel. kStorage: a panel's pictures cannot be read.
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, index_dir)
+
+}  // namespace veneer::daemon

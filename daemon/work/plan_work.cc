@@ -1,0 +1,127 @@
+#include "daemon/work/plan_work.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "daemon/services/wood_recipes.h"
+#include "daemon/work/stored_picture.h"
+#include "planner/cutting/lead_choice.h"
+#include "planner/files/plan_files.h"
+#include "planner/files/preview.h"
+#include "planner/pictures/pictures.h"
+#include "planner/plan_options.h"
+#include "planner/problem/shortage.h"
+
+namespace veneer::daemon {
+namespace {
+
+std::vector<db::PlannedPatch> pieces_of(const planner::Plan& plan) {
+  std::vector<db::PlannedPatch> out;
+  for (const auto& piece : plan.pieces) {
+    db::PlannedPatch& p = out.emplace_back();
+    p.mark = piece.mark;
+    p.artwork_outline = piece.artwork_outline;
+    if (!piece.placement) continue;
+    p.panel = piece.placement->panel;
+    p.panel_outline = piece.panel_outline();
+    p.panel_from_artwork = piece.placement->panel_from_artwork;
+    p.allocation = offset(Region<PanelFrame>(piece.panel_outline()), plan.kerf);
+  }
+  return out;
+}
+
+const HeldPanel& held(const MakePlan& order, const PanelId& id) {
+  return *std::find_if(order.wood.panels.begin(), order.wood.panels.end(),
+                       [&](const HeldPanel& panel) { return panel.id == id; });
+}
+
+// Books a lead-in for every piece that has waste beside it; how many have none.
+Result<std::size_t> add_leads(const MakePlan& order, Millimetres kerf, const std::vector<planner::StockPanel>& stock,
+                              std::vector<db::PlannedPatch>& pieces) {
+  const planner::ToolpathOptions options = toolpath_options(order.recipe);
+  std::size_t without = 0;
+  for (const auto& panel : stock) {
+    if (options.leads.length.count() <= 0) break;
+    const HeldPanel& of = held(order, panel.id);
+    const planner::LeadRoom room{panel.free, of.spared, kerf};
+    const WoodRecipes recipes(order.recipe, order.kerf, order.recipes, of.zones);
+    std::vector<db::PlannedPatch*> on_panel;
+    std::vector<planner::LeadPiece> to_lead;
+    for (auto& piece : pieces) {
+      if (piece.panel != panel.id) continue;
+      on_panel.push_back(&piece);
+      to_lead.push_back({piece.panel_outline, piece.mark, piece.panel_from_artwork.angle() + Radians(kPi / 2),
+                         recipes.recipe_of(recipes.material_at(piece.panel_outline)), piece.allocation});
+    }
+    const auto leads = planner::choose_leads(to_lead, room, options);
+    if (!leads) return leads.error();
+    for (std::size_t i = 0; i < on_panel.size(); ++i) {
+      if (const auto& lead = (*leads)[i]) {
+        on_panel[i]->lead_in = lead->begin;
+        on_panel[i]->allocation = unite(on_panel[i]->allocation, lead->burnt);
+      } else {
+        ++without;
+      }
+    }
+  }
+  return without;
+}
+
+Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector<planner::StockPanel>& stock) {
+  planner::PlanOptions options;
+  for (const auto& [name, text] : order.options)
+    if (const Status set = planner::set_option(options, name, text); !set) return set.error();
+  options.threads = order.threads;
+  options.kerf = order.kerf;
+  for (const auto& panel : stock)
+    options.kerf =
+        std::max(options.kerf, WoodRecipes({}, order.kerf, order.recipes, held(order, panel.id).zones).widest_kerf());
+  options.index_cache = order.wood.index_dir;
+  return options;
+}
+
+}  // namespace
+
+Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
+  std::ifstream file(order.picture, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(file), {});
+  auto picture = planner::decode_picture(bytes, order.name);
+  if (!picture) return picture.error();
+  progress(0.02, "reading the stock");
+  const auto stock = load_job_wood(order.wood);
+  if (!stock) return stock.error();
+  const auto options = options_of(order, *stock);
+  if (!options) return options.error();
+
+  planner::Artwork artwork;
+  artwork.name = order.name;
+  artwork.letter = planner::artwork_letter(0);
+  const auto size = planner::artwork_size(*picture, order.size);
+  artwork.picture = std::move(*picture);
+  artwork.width = size.width;
+  artwork.height = size.height;
+  const auto plan = planner::make_plan({&artwork, 1}, *stock, *options, [&](double f, std::string_view text) {
+    progress(0.05 + 0.83 * f, std::string(text));
+  });
+  if (!plan) return plan.error();
+  if (plan->shortage)
+    return Error{ErrorCode::kRefused,
+                 "nothing is reserved: " + planner::sentence_of(*plan->shortage, plan->pieces.size())};
+
+  progress(0.9, "drawing the preview");
+  const auto preview = planner::assemble_preview(*plan, 0, *stock, ScanResolution::from_dpi(order.preview_dpi));
+  if (!preview) return preview.error();
+  if (const Status written = write_stored_picture(preview->pixels, folder / kMadePreview); !written)
+    return written.error();
+  std::vector<db::PlannedPatch> pieces = pieces_of(*plan);
+  const auto without_lead = add_leads(order, plan->kerf, *stock, pieces);
+  if (!without_lead) return without_lead.error();
+  if (const Status written = planner::write_text(nlohmann::json(pieces).dump(), folder / kMadePieces); !written)
+    return written.error();
+  if (const Status written = planner::write_plan(*plan, folder / kMadePlan); !written) return written.error();
+  return PlanMade{plan->kerf, planner::cost_per_pixel(*plan), *without_lead, plan->warnings, plan->global, plan->fine};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,61 @@
+// What a worker process does to make a plan: reads the picture and the wood, chooses, draws, finds lead-ins. Pure but
+// for files.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "daemon/config.h"
+#include "daemon/work/job_wood.h"
+#include "daemon/work/records_json.h"
+#include "daemon/workers/work_runner.h"
+#include "planner/plan.h"
+
+namespace veneer::planner {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GlobalReport, greedy_cost, cost, greedy_unfilled, unfilled, iterations, budget,
+                                   stopped, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FineReport, cost_before, cost, moved)
+}  // namespace veneer::planner
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RecipeConfig, cut_speed, cut_power, engrave_speed, engrave_power, mark_height,
+                                   mark_min_height, fit_clearance, lead_in, bridges, cut_order)
+
+struct MakePlan {
+  static constexpr const char* kKind = "make_plan";
+  std::string name;
+  std::string picture;                         // file
+  Millimetres size{0};                         // shorter side
+  std::map<std::string, std::string> options;  // planner::kNamedOptions
+  int threads = 0;
+  Millimetres kerf{0};  // the certificate's
+  double preview_dpi = 300;
+  JobWood wood;
+  RecipeConfig recipe;
+  std::vector<db::RecipeRecord> recipes;
+};
+// What an answer leaves in the work's folder: the plan as planner::plan_to_json() writes it, its pieces as records
+// (JSON), and the assembled picture.
+inline constexpr const char *kMadePlan = "plan.json", *kMadePieces = "pieces.json", *kMadePreview = "preview.png";
+struct PlanMade {
+  Millimetres kerf{0};  // of the whole plan: the widest any of the wood is cut with
+  double cost_per_pixel = 0;
+  std::size_t without_lead = 0;  // pieces whose cut begins on their own edge, for want of waste beside them
+  std::vector<std::string> warnings;
+  std::optional<planner::GlobalReport> global;
+  std::optional<planner::FineReport> fine;
+};
+// kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
+// planner::make_plan and load_job_wood say.
+Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, size, options, threads, kerf, preview_dpi, wood, recipe,
+                                   recipes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, cost_per_pixel, without_lead, warnings, global, fine)
+
+}  // namespace veneer::daemon

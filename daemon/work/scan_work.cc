@@ -1,0 +1,132 @@
+#include "daemon/work/scan_work.h"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/stitcher.h"
+#include "calib/veneer_mask.h"
+#include "daemon/work/panel_wood.h"
+#include "daemon/work/stored_picture.h"
+#include "planner/pictures/pictures.h"
+
+namespace veneer::daemon {
+namespace {
+
+// Strips are convex, or nearly so.
+std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
+  std::vector<db::ZoneRecord> out;
+  for (const calib::Zone& zone : mask.list) {
+    std::vector<cv::Point> pixels, hull;
+    cv::findNonZero(mask.zones.pixels == zone.label, pixels);
+    if (pixels.size() < 3) continue;
+    cv::convexHull(pixels, hull);
+    db::ZoneRecord& record = out.emplace_back();
+    record.number = zone.label;
+    for (const auto& p : hull) record.outline.push_back(mask.zones.from_pixels(p.x + 0.5, p.y + 0.5));
+  }
+  return out;
+}
+
+Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Registration& registration,
+                                  const Box<PanelFrame>& area) {
+  std::vector<calib::StitchTile> tiles;
+  for (std::size_t i = 0; i < order.files.size(); ++i) {
+    auto pixels = read_stored_picture(order.files[i]);
+    if (!pixels) return pixels.error();
+    tiles.push_back({*pixels, registration.tiles[i]});
+  }
+  calib::StitchOptions options;
+  options.resolution = kMapResolution;
+  return calib::stitch(tiles, area, options);
+}
+
+// The map's picture and its mask's, into the folder.
+Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
+                   PanelRead& out) {
+  if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
+  out.zones = zones_of(mask);
+  out.usable = wood_area(mask.usable);
+  return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
+}
+
+Status read_new_panel(const RegisterScans& order, const calib::Registration& registration,
+                      const std::filesystem::path& folder, const TaskProgress& progress, PanelRead& out) {
+  progress(0.55, "stitching");
+  auto map = stitch(order, registration, registration.sheet);
+  if (!map) return map.error();
+  progress(0.75, "finding usable wood");
+  auto mask = calib::mask_veneer(*map, registration.fiducials);
+  if (!mask) return mask.error();
+  return write_panel(*map, *mask, folder, out);
+}
+
+Status read_known_panel(const RegisterScans& order, const calib::Registration& registration,
+                        const std::filesystem::path& folder, const TaskProgress& progress, PanelRead& out) {
+  progress(0.55, "stitching");
+  auto before = read_stored_raster(order.earlier_map);
+  if (!before) return before.error();
+  Box<PanelFrame> area;
+  area.add({});
+  area.add(before->from_pixels(before->pixels.cols, 0));
+  auto map = stitch(order, registration, area);
+  if (!map) return map.error();
+  progress(0.72, "comparing with the ledger");
+  auto compared = calib::reconcile(*before, *map, order.gone, *order.known);
+  if (!compared) return compared.error();
+  out.differences = std::move(compared->differences);
+  progress(0.82, "finding usable wood");
+  auto earlier = read_stored_raster(order.earlier_mask);
+  if (!earlier) return earlier.error();
+  auto mask = calib::mask_veneer(*map, *order.known, {}, &*earlier);
+  if (!mask) return mask.error();
+  return write_panel(*map, *mask, folder, out);
+}
+
+}  // namespace
+
+std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px) {
+  constexpr int kStep = 64;  // 5.4 mm at 300 dpi: the scanner's map bends far more slowly
+  const int columns = (width_px + kStep - 1) / kStep + 1, rows = (height_px + kStep - 1) / kStep + 1;
+  nlohmann::json panel_mm = nlohmann::json::array();
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const auto p = panel_from_scan * point<ScanFrame>(c * kStep, r * kStep);
+      panel_mm.push_back({p.x.count(), p.y.count()});
+    }
+  return nlohmann::json{
+      {"origin_px", {0, 0}}, {"step_px", kStep}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
+      .dump();
+}
+
+Result<calib::TileView> view_scan(const ViewScan& order, const std::filesystem::path& folder,
+                                  const TaskProgress& progress) {
+  auto picture = planner::load_picture(order.file);
+  if (!picture) return picture.error();
+  if (const Status written = write_stored_picture(*picture, folder / kMadeScan); !written) return written.error();
+  progress(0.4, "looking for tags and holes");
+  return calib::view_tile(*picture, order.nominal, order.name);
+}
+
+Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
+                                 const TaskProgress& progress) {
+  progress(0.45, "registering");
+  const calib::ScannerModel scanner(order.scanner);
+  calib::RegistrationOptions options;
+  options.foreign_tags = order.foreign_tags;
+  auto registration = order.known ? calib::register_scan(order.views, order.face, *order.known, scanner, options)
+                                  : calib::register_first_scan(order.views, scanner, options);
+  if (!registration) return registration.error();
+  PanelRead out;
+  out.rms = registration->rms, out.max = registration->max;
+  out.fiducials = registration->fiducials;
+  out.sheet = registration->sheet;
+  for (std::size_t i = 0; i < order.views.size(); ++i)
+    out.lattices.push_back(lattice_text(registration->tiles[i], order.views[i].width_px, order.views[i].height_px));
+  if (order.known && order.face == Face::kBack) return out;
+  const Status read = order.known ? read_known_panel(order, *registration, folder, progress, out)
+                                  : read_new_panel(order, *registration, folder, progress, out);
+  if (!read) return read.error();
+  return out;
+}
+
+}  // namespace veneer::daemon

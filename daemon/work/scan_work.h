@@ -1,0 +1,68 @@
+// What a worker process does with scans: what is seen on one, and what panel several make. Pure but for files.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "calib/fiducials.h"
+#include "calib/reconcile.h"
+#include "calib/registration.h"
+#include "daemon/work/records_json.h"
+#include "daemon/work/shapes_json.h"
+#include "daemon/workers/work_runner.h"
+#include "db/materials.h"
+
+namespace veneer::daemon {
+
+// One raw scan, as the scanner left it.
+struct ViewScan {
+  static constexpr const char* kKind = "view_scan";
+  std::string file;
+  std::string name;  // for sentences: "twin:capture-3"
+  ScanResolution nominal;
+};
+// What an answer leaves in the work's folder; a picture as the cell stores it.
+inline constexpr const char *kMadeScan = "scan.png", *kMadeMap = "map.png", *kMadeMask = "mask.png";
+// The scan becomes kMadeScan.
+Result<calib::TileView> view_scan(const ViewScan& order, const std::filesystem::path& folder,
+                                  const TaskProgress& progress);
+
+// All tiles of one face, registered; of a show face also the veneer map and its mask (kMadeMap, kMadeMask), its zones,
+// and how it differs from what the ledger says.
+struct RegisterScans {
+  static constexpr const char* kKind = "register_scans";
+  std::vector<calib::TileView> views;
+  std::vector<std::string> files;  // those of kMadeScan, in the same order
+  calib::ScannerModelData scanner;
+  Face face = Face::kShow;
+  std::optional<calib::PanelFiducials> known;  // none: a panel's first scan
+  std::set<int> foreign_tags;
+  // Of a show face that was known: its map and mask until now, and what the ledger holds for cut.
+  std::string earlier_map, earlier_mask;
+  std::vector<Region<PanelFrame>> gone;
+};
+struct PanelRead {
+  std::optional<Millimetres> rms, max;
+  calib::PanelFiducials fiducials;
+  Box<PanelFrame> sheet;
+  std::vector<std::string> lattices;  // of each tile: lattice_text()
+  std::vector<db::ZoneRecord> zones;
+  SquareMillimetres usable{0};
+  std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
+};
+Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
+                                 const TaskProgress& progress);
+
+// A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between. What
+// GET /panels/{id}/registration tells of each scan.
+std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, earlier_map,
+                                   earlier_mask, gone)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences)
+
+}  // namespace veneer::daemon

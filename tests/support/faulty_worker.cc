@@ -1,0 +1,73 @@
+// veneer-worker with a fault that its surroundings ask for: two words in the file "fault" beside the program, read
+// before anything else: the fault, and the kind of work that has it. Otherwise it is veneer-worker.
+//
+// Whatever it does, it does as a real one would: confined, in the midst of a real order.
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "daemon/work/do_work.h"
+#include "daemon/workers/work_server.h"
+
+namespace {
+
+using namespace veneer;
+using namespace veneer::daemon;
+
+struct Fault {
+  std::string what, kind;
+};
+
+Fault asked_for() {
+  std::error_code failed;
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "fault";
+  std::ifstream file(beside);
+  Fault out;
+  file >> out.what >> out.kind;
+  return out;
+}
+
+volatile char sink = 0;  // so that what is only written is not optimised away
+
+void misbehave(const std::string& fault) {
+  if (fault == "kill") ::raise(SIGKILL);
+  if (fault == "crash") std::abort();
+  if (fault == "leave") ::_exit(0);
+  if (fault == "throw") throw std::vector<int>().at(1);
+  if (fault == "garbage") {
+    const std::string noise = "\x01\xff{\"progress\": [\n\n\"done\"}\n";
+    static_cast<void>(!::write(kWorkAnswers, noise.data(), noise.size()));
+  }
+  if (fault == "flood")
+    for (const std::string noise(1 << 16, 'x'); ::write(kWorkAnswers, noise.data(), noise.size()) > 0;) continue;
+  if (fault == "hang")
+    for (;;) ::pause();
+  if (fault == "spin")
+    for (;;) sink = static_cast<char>(sink + 1);
+  if (fault == "memory")
+    for (std::vector<std::vector<char>> all;;) {
+      all.emplace_back(16 << 20, 'x');
+      sink = all.back().back();
+    }
+}
+
+}  // namespace
+
+int main() {
+  const Fault fault = asked_for();
+  const bool late = fault.what.starts_with("late-");
+  const std::string what = late ? fault.what.substr(5) : fault.what;
+  serve_work([&](const std::string& kind, const nlohmann::json& request, const std::filesystem::path& folder,
+                 const TaskProgress& progress) -> Result<nlohmann::json> {
+    if (kind == fault.kind && !late) misbehave(what);
+    auto done = do_work(kind, request, folder, progress);
+    if (kind == fault.kind && late) misbehave(what);
+    return done;
+  });
+}

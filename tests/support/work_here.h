@@ -1,0 +1,26 @@
+// Work of worker processes, done at once in the process of the test: what a service makes of it, without the time and
+// the confinement of a process. What processes add is tested on them (tests/daemon/workers, tests/scenarios).
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "daemon/work/do_work.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::testing {
+
+class WorkHere final : public daemon::WorkRunner {
+ public:
+  Result<nlohmann::json> run(const daemon::WorkOrder& order, const daemon::TaskProgress& progress,
+                             std::stop_token stop) override {
+    orders.push_back(order);
+    auto done = daemon::do_work(order.kind, order.request, order.folder, progress);
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
+    return done;
+  }
+
+  std::vector<daemon::WorkOrder> orders;
+};
+
+}  // namespace veneer::testing
