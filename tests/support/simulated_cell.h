@@ -23,9 +23,9 @@ struct SimulatedCellOptions {
   std::filesystem::path bin_dir;  // where veneerd and veneer-twin are
   std::uint64_t seed = 1;         // of the twin
   double time_scale = 40;
-  std::string twin_tables = {};  // more of veneer-twin.toml
-  bool lihuiyu = false;          // the twin's laser is an M3-Nano board
-  int look_every = 25;           // pieces
+  std::string twin_tables = {};    // more of veneer-twin.toml
+  bool lihuiyu = false;            // the twin's laser is an M3-Nano board
+  int look_every = 25;             // pieces
   std::string daemon_tables = {};  // more of veneerd.toml
 };
 
