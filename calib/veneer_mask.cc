@@ -126,8 +126,8 @@ Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducia
   if (out.list.empty())
     return Error{ErrorCode::kRefused, "no veneer is seen on the map: check that the show face was scanned"};
   out.zones = grow(zones, work.fold, map);
-  out.usable = out.zones;
-  out.usable.pixels = out.zones.pixels > 0;
+  // A picture of its own: assigned to a copy that shares its pixels, the comparison would overwrite the labels.
+  out.usable = {out.zones.pixels > 0, out.zones.resolution, out.zones.origin};
   return out;
 }
 

@@ -72,6 +72,9 @@ TEST(VeneerMask, KeepsAllWoodAndNothingElseFromLightToVeryDark) {
   EXPECT_LT(quality.lost_fraction, 0.01);
   EXPECT_EQ(mask->list.size(), panel.strips.size());
   for (std::size_t i = 1; i < mask->list.size(); ++i) EXPECT_LT(mask->list[i - 1].box.max.x, mask->list[i].box.min.x);
+  for (const auto& zone : mask->list)
+    EXPECT_GT(cv::countNonZero(mask->zones.pixels == zone.label), 1000)
+        << "each has its label on its wood: " << zone.label;
 }
 
 TEST(VeneerMask, FindsEveryScrewHole) {

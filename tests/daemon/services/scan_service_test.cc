@@ -64,6 +64,9 @@ class ScanServiceTest : public ::testing::Test {
 TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   auto first = scan();
   ASSERT_TRUE(first.ok()) << first.error().message;
+  EXPECT_GT(first->zones, 0U);
+  EXPECT_EQ(database_->call([](Repositories& r) { return r.materials.zones(PanelId{"P-0001"}); })->size(),
+            first->zones);
   auto before = panel();
   auto mask = library_.load_mask(before);
   ASSERT_TRUE(mask.ok());
