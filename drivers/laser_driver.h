@@ -144,7 +144,7 @@ class LaserDriver {
   // What not every family can do; kRefused then. daemon/guarded_laser.h passes each of them on.
   //
   // Lets the controller read the whole job without moving or burning. -> Checked or Failed.
-  virtual Status check(LaserJob job);
+  virtual Status check(const LaserJob& job);
   // Moves the head dark while no job runs. A homed head stays inside the limits. -> JogEnded, unless refused at once.
   virtual Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed);
   virtual void stop_jog();
@@ -157,7 +157,7 @@ class LaserDriver {
   virtual Status set_overrides(const LaserOverrides& overrides);
 };
 
-inline Status LaserDriver::check(LaserJob) {
+inline Status LaserDriver::check(const LaserJob&) {
   return Error{ErrorCode::kRefused,
                "this laser's controller cannot read a job without burning it: run it dry instead (--dry)"};
 }

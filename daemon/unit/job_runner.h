@@ -62,7 +62,7 @@ class JobRunner : private ActivityHost {
   // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
   // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
-  void check_pattern(LaserJob strokes, const std::string& who, Reply reply);
+  void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
   // Moves the head dark; only when Idle or Complete. The reply is at once, the way takes its time.
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
   // STOP. The reset byte is on the wire when this returns; the rest follows.

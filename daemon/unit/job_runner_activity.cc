@@ -120,7 +120,7 @@ bool JobRunner::park(std::function<void()> then) {
 
 Status JobRunner::check(std::span<const PieceBurn> burns) const {
   const LaserStatus laser = parts().laser.status();
-  if (const Status ready = check_machine(laser); !ready) return ready;
+  if (Status ready = check_machine(laser); !ready) return ready;
   return check_strokes(burns, limits_, options_.keep_out, laser.position);
 }
 

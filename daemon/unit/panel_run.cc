@@ -33,15 +33,14 @@ void PanelRun::look(Reply reply) {
   }));
 }
 
-void PanelRun::prepare(Reply ready) {
-  host_.parts().planner.prepare(
-      pose_, pieces_, host_.limits().motion,
-      host_.while_current([this, ready = std::move(ready)](Result<std::vector<PieceBurn>> burns) {
-        if (!burns) return ready(burns.error());
-        if (const Status checked = host_.check(*burns); !checked) return ready(checked);
-        burns_ = std::move(*burns);
-        start_run(ready);
-      }));
+void PanelRun::prepare(const Reply& ready) {
+  host_.parts().planner.prepare(pose_, pieces_, host_.limits().motion,
+                                host_.while_current([this, ready](Result<std::vector<PieceBurn>> burns) {
+                                  if (!burns) return ready(burns.error());
+                                  if (const Status checked = host_.check(*burns); !checked) return ready(checked);
+                                  burns_ = std::move(*burns);
+                                  start_run(ready);
+                                }));
 }
 
 void PanelRun::start_run(Reply ready) {

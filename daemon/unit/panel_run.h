@@ -23,7 +23,7 @@ class PanelRun final : public Activity {
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
   bool proves_pose() const override { return true; }
-  void prepare(Reply ready) override;
+  void prepare(const Reply& ready) override;
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;

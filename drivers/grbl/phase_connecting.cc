@@ -18,7 +18,7 @@ class Connecting final : public Phase {
     m_.reset();
   }
   void home() override { fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"}); }
-  void start(LaserJob) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
+  void start(LaserJob&&) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
   Status check(const LaserJob&) override { return Error{ErrorCode::kUnavailable, "the laser is not connected"}; }
   Status jog(Millimetres, Millimetres, MmPerSecond) override {
     return Error{ErrorCode::kUnavailable, "the laser is not connected"};
