@@ -38,6 +38,10 @@ struct LaserLimits {
   // Settings of the controller that are possible but unlikely ("$30 = 5 (full power)"): the operator confirms each by
   // name before the beam comes on, as what the configuration lists.
   std::vector<std::string> to_confirm{};
+  // What tells this machine from another at the same port, as its controller says: firmware and the settings that
+  // decide where a place lies and how strong the beam is. "" when it does not say. What was measured on one is void on
+  // another.
+  std::string identity{};
   bool burns = true;  // false: a file that stands for a machine, so that nothing is cut whatever it says
 };
 
