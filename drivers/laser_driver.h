@@ -142,7 +142,8 @@ class LaserDriver {
   // Behind Held. -> Resumed, or Held again when the machine will not move: the lid is still open.
   virtual void resume() = 0;
   virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
-  virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
+  // The reset byte goes out first, everything else after. -> Aborted if a job ran, posted before the call returns.
+  virtual void abort() noexcept = 0;
   virtual LaserStatus status() const = 0;
 
   // What not every family can do; kRefused then. daemon/guarded_laser.h passes each of them on.

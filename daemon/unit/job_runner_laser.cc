@@ -41,6 +41,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
     break_off(fault->error.message, nullptr);
   } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
     if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
+    if (breaking_) return breaking_->take(*aborted);
     break_off(aborted->error.message, aborted);
   }
 }

@@ -277,7 +277,7 @@ TEST_F(GrblHandTest, ALidOpenedOverAPatternIsRemarkedAndNothingIsAborted) {
   cell.exchange();
   cell.run_job();
   ASSERT_TRUE(cell.has<laser_event::Done>());
-  EXPECT_THAT(cell.first<laser_event::Done>()->remark, HasSubstr("there may be a gap before ("));
+  EXPECT_THAT(cell.first<laser_event::Done>()->remark, HasSubstr("there may be a gap in the cut before ("));
 }
 
 TEST_F(GrblHandTest, ALidOpenedOverADryRunLeavesNoGap) {

@@ -380,6 +380,20 @@ TEST_F(ProofTest, AnAbortOffThePathMakesTheNeighboursSuspect) {
   EXPECT_EQ(runner_->view().job->suspect, 2);
 }
 
+// An operator who sees the head leave its path presses STOP before the driver has made up its mind.
+TEST_F(ProofTest, AStopOffThePathMakesTheNeighboursSuspectAsWell) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.stray_path = {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)};
+  laser_.stray_reach = Millimetres(1);
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("STOP"), HasSubstr("1 piece(s) beside it")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
 TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {
   load_first_panel();
   bed_.lay("P-0001", true, 100, 0);
