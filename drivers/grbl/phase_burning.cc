@@ -117,8 +117,8 @@ class Burning final : public Phase {
   void pump() override;
   TimePoint next_deadline() const override;
   Duration poll_period() const override {
-    const bool awaiting =
-        hold_ == Hold::kRequested || hold_ == Hold::kResuming || (run().all_sent() && m_.outstanding().empty());
+    const bool awaiting = hold_ == Hold::kRequested || hold_ == Hold::kResuming ||
+                          (run().all_sent() && m_.outstanding().empty()) || !m_.overrides.settled();
     return awaiting ? m_.options.fast_poll_period : m_.options.poll_period;
   }
   bool job_running() const override { return true; }
