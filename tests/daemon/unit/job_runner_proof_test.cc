@@ -341,10 +341,10 @@ TEST_F(ProofTest, AFrameWithPowerOverWoodThatIsKeptForAPieceIsRefused) {
   laser_.burn_at_once = true;
   load_first_panel();
   const Status other = database_->call([](Repositories& r) -> Status {
-    db::NewJob job;
+    db::NewPlan job;
     job.name = "other";
     job.plan_json = job.options_json = "{}";
-    db::NewPiece& piece = job.pieces.emplace_back();
+    db::PlannedPatch& piece = job.pieces.emplace_back();
     piece.mark = "B7-1";
     piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(20, 0), point<ArtworkFrame>(20, 20)};
     piece.panel = PanelId{"P-0001"};
