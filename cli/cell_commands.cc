@@ -19,11 +19,11 @@ struct CellCommand {
 };
 
 constexpr std::array kCellCommands = {
-    CellCommand{"hold", "Pause, with the position kept"},
-    CellCommand{"unhold", "Go on after a hold"},
-    CellCommand{"abort", "Stop at once, beam off; pieces being cut become suspect"},
-    CellCommand{"clear", "After an abort, when its cause is gone"},
-    CellCommand{"reset", "Home the laser, find the tags again, become idle"},
+    CellCommand{"hold", "Pause: the beam goes off, the place is kept, `unhold` goes on"},
+    CellCommand{"unhold", "Go on after a hold; the camera first looks whether the panel lies as it did"},
+    CellCommand{"abort", "Stop at once, beam off; the piece being cut becomes suspect"},
+    CellCommand{"clear", "Say that the cause of an abort is gone; nothing moves, `reset` comes next"},
+    CellCommand{"reset", "Connect and home the laser: it moves, then the cell is Idle"},
     CellCommand{"stop-after-piece", "Finish the piece being cut, then stop"},
 };
 
@@ -36,7 +36,8 @@ void add_command(CLI::App& parent, CommandContext& context, const std::string& n
 // The beam comes on: the panel is checked, and what the cell cannot see is confirmed by name.
 void add_unsuspend(CLI::App& parent, CommandContext& context) {
   const auto confirmed = std::make_shared<std::vector<std::string>>();
-  CLI::App* unsuspend = parent.add_subcommand("unsuspend", "The panel on the bed is checked: go on");
+  CLI::App* unsuspend = parent.add_subcommand(
+      "unsuspend", "Cut the panel that the camera has found on the bed: the laser moves and burns");
   add_confirm_option(*unsuspend, *confirmed);
   unsuspend->callback([&context, confirmed] {
     context.finish(context.client().post("/commands/unsuspend", {{"confirmed", *confirmed}}), render_state);
@@ -46,7 +47,8 @@ void add_unsuspend(CLI::App& parent, CommandContext& context) {
 void add_frame(CLI::App& parent, CommandContext& context) {
   const auto power = std::make_shared<double>(0);
   CLI::App* frame = parent.add_subcommand("frame", "Trace the outline of what is about to be cut, dark");
-  frame->add_option("--power", *power, "With this power instead, percent of full")->check(CLI::Range(0.0, 100.0));
+  frame->add_option("--power", *power, "Not dark but with this power, in per cent of the rated one")
+      ->check(CLI::Range(0.0, 100.0));
   frame->callback([&context, power] {
     context.finish(context.client().post("/commands/frame", {{"power", *power / 100}}), render_state);
   });
@@ -55,7 +57,9 @@ void add_frame(CLI::App& parent, CommandContext& context) {
 }  // namespace
 
 void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed) {
-  command.add_option("--confirm", confirmed, "What you have seen to, by name (`veneerctl status` lists it); repeat it")
+  command
+      .add_option("--confirm", confirmed,
+                  "Something you have seen to, by the name that `veneerctl status` lists; once for each")
       ->allow_extra_args(false);
 }
 
@@ -66,7 +70,8 @@ void add_unit_commands(CLI::App& parent, CommandContext& context) {
 }
 
 void add_job_stop(CLI::App& job, CommandContext& context) {
-  add_command(job, context, "stop", "End the run in order (`veneerctl stop` is STOP, at once)");
+  add_command(job, context, "stop",
+              "End the run in order, after the piece being cut (`veneerctl stop` is STOP, at once)");
 }
 
 void add_stop_command(CLI::App& app, CommandContext& context) {

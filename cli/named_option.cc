@@ -14,7 +14,7 @@ CLI::Option* add_named_option(CLI::App& command, const planner::NamedOption& opt
   if (option.kind == OptionKind::kSwitch)
     return command.add_flag_callback(
         flag, [take = std::move(take)] { take("1"); }, help);
-  CLI::Option* added = command.add_option_function<std::string>(flag, std::move(take), help);
+  CLI::Option* added = command.add_option_function<std::string>(flag, take, help);
   if (option.kind != OptionKind::kWord) added->type_name(option.kind == OptionKind::kWhole ? "WHOLE" : "NUMBER");
   return added;
 }

@@ -18,9 +18,9 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* scan = panel.add_subcommand("scan", "Scan what lies on the glass");
-  scan->add_option("--face", options->face, "The face that looks at the glass")->check(CLI::IsMember({"show", "back"}));
+  scan->add_option("--face", options->face, "The face that lies on the glass")->check(CLI::IsMember({"show", "back"}));
   scan->add_option("--panel", options->panel, "A known panel: adds its other face, or compares it with the ledger");
-  scan->add_flag("--more", options->more, "Further parts of the same panel follow");
+  scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
   scan->callback([options, &context] {
     json body = {{"face", options->face}, {"more", options->more}};
     if (!options->panel.empty()) body["panel"] = options->panel;
@@ -67,12 +67,13 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   calibrate->add_option("DEVICE", options->device, "scanner, camera, laser or kerf")
       ->required()
       ->check(CLI::IsMember({"scanner", "camera", "laser", "kerf"}));
-  calibrate->add_flag("--more", options->more, "Further pictures follow");
+  calibrate->add_flag("--more", options->more, "More pictures follow; leave it out for the last one");
   calibrate->add_option("--height-mm", options->height_mm,
                         "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
-  calibrate->add_option("--board-width-mm", options->board_width_mm, "laser: the board on the bed, along x")
+  calibrate->add_option("--board-width-mm", options->board_width_mm, "laser: how wide the board on the bed is, along x")
       ->check(CLI::PositiveNumber);
-  calibrate->add_option("--board-height-mm", options->board_height_mm, "laser: the board on the bed, along y")
+  calibrate
+      ->add_option("--board-height-mm", options->board_height_mm, "laser: how high the board on the bed is, along y")
       ->check(CLI::PositiveNumber);
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {

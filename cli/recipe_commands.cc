@@ -101,7 +101,7 @@ void add_card(CLI::App& recipe, CommandContext& context) {
   card->add_flag("--no-air", options->no_air, "Without air assist");
   card->add_option("--out", options->out,
                    "Write FILE.svg, to look at, or FILE.egv, for a Lihuiyu board (as --help of `job export` says)");
-  card->add_flag("--burn", options->burn, "Burn it now: this is your word. The cell must be Idle");
+  card->add_flag("--burn", options->burn, "Burn it now; the laser is homed first. It moves and burns");
   card->add_flag("--dry", options->dry, "With --burn: the beam stays off");
   add_confirm_option(*card, options->confirmed);
   card->callback([options, &context] {

@@ -13,19 +13,25 @@ constexpr int kMostSteps = 20000;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f'; }
 
-// Reads SVG's numbers, which may stand without anything between them: "1.5.5-3".
+// Reads SVG's numbers, which may stand without anything between them: "1.5.5-3". A comma stands between two values and
+// nowhere else: what a viewer draws only in part is not to be burnt whole.
 class NumberScanner {
  public:
   explicit NumberScanner(std::string_view text) : text_(text) {}
   bool at_end() {
     skip();
-    return at_ == text_.size();
+    return at_ == text_.size() && !comma_;
   }
+  // Behind a comma: only a value may follow.
+  bool owes_value() const { return comma_; }
   char peek() {
     skip();
     return at_ < text_.size() ? text_[at_] : '\0';
   }
-  void next() { ++at_; }
+  void next() {
+    ++at_;
+    behind_value_ = false;
+  }
   bool number_follows() {
     const char c = peek();
     return (c >= '0' && c <= '9') || c == '-' || c == '+' || c == '.';
@@ -33,26 +39,37 @@ class NumberScanner {
   std::optional<double> number() {
     if (!number_follows()) return std::nullopt;
     std::size_t from = at_;
-    if (text_[from] == '+') ++from;
+    if (text_[from] == '+' && text_.substr(from + 1, 1) != "-") ++from;
     double value = 0;
     const auto [end, error] = std::from_chars(text_.data() + from, text_.data() + text_.size(), value);
     if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
-    at_ = static_cast<std::size_t>(end - text_.data());
+    read_to(static_cast<std::size_t>(end - text_.data()));
     return value;
   }
   std::optional<bool> flag() {
     const char c = peek();
     if (c != '0' && c != '1') return std::nullopt;
-    ++at_;
+    read_to(at_ + 1);
     return c == '1';
   }
 
  private:
   void skip() {
-    while (at_ < text_.size() && (is_blank(text_[at_]) || text_[at_] == ',')) ++at_;
+    while (at_ < text_.size() && (is_blank(text_[at_]) || (text_[at_] == ',' && behind_value_))) {
+      if (text_[at_++] != ',') continue;
+      comma_ = true;
+      behind_value_ = false;
+    }
+  }
+  void read_to(std::size_t end) {
+    at_ = end;
+    behind_value_ = true;
+    comma_ = false;
   }
   std::string_view text_;
   std::size_t at_ = 0;
+  bool behind_value_ = false;  // so that a comma may follow
+  bool comma_ = false;
 };
 
 std::optional<SvgMatrix> matrix_of(std::string_view name, const std::vector<double>& n) {
@@ -217,6 +234,7 @@ bool LineDrawer::path(std::string_view data) {
   while (!in.at_end()) {
     if (!in.number_follows()) {
       command = in.peek();
+      if (in.owes_value()) return false;
       in.next();
     } else if (command == 'M' || command == 'm') {
       command = command == 'M' ? 'L' : 'l';  // more pairs behind a move are lines

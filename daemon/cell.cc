@@ -111,6 +111,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {
                                            c.end_overrides();
+                                           c.follow_laser();
                                            c.broadcast_status();
                                          });
   if (c.database->needs_check()) {
@@ -238,6 +239,13 @@ void Cell::end_overrides() {
   if (!runner || overrides_belong_to(runner->view().state)) return;
   if (devices.laser->status().overrides_wanted == LaserOverrides{}) return;
   static_cast<void>(devices.laser->set_overrides({}));  // a laser that is being reset forgets them itself
+}
+
+// Another laser makes certificates void; the runner has told the database of it before.
+void Cell::follow_laser() {
+  if (!runner || runner->limits().identity == laser_identity_) return;
+  laser_identity_ = runner->limits().identity;
+  refresh_counts();
 }
 
 void Cell::audit(const Router::Change& change) {

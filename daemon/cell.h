@@ -6,6 +6,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <memory>
+#include <string>
 
 #include "base/clock.h"
 #include "base/log.h"
@@ -84,7 +85,9 @@ class Cell {
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
   void look_at_bed_regularly();
+  void follow_laser();
 
+  std::string laser_identity_;
   boost::asio::steady_timer look_timer_;
 };
 

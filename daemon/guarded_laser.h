@@ -42,7 +42,7 @@ class GuardedLaser final : public LaserDriver {
     if (const Status watched = guarded_(); !watched) status.refusal = watched.error().message;
     return status;
   }
-  Status check(LaserJob job) override { return laser_->check(std::move(job)); }
+  Status check(const LaserJob& job) override { return laser_->check(job); }
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override { return laser_->jog(dx, dy, speed); }
   void stop_jog() override { laser_->stop_jog(); }
   Status corner_is_here() override { return laser_->corner_is_here(); }

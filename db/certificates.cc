@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "db/sql.h"
 
 namespace veneer::db {
@@ -18,6 +20,23 @@ CertificateKind kind_of(const std::string& name) {
 CertificateRecord read(SQLite::Statement& row) {
   return {{row.getColumn(0).getInt64()}, kind_of(text(row.getColumn(1))),           text(row.getColumn(2)),
           text(row.getColumn(3)),        Millimetres(row.getColumn(4).getDouble()), text(row.getColumn(5))};
+}
+
+bool depends_on_laser(CertificateKind kind) { return kind == CertificateKind::kAxes || kind == CertificateKind::kKerf; }
+
+// The laser that was there when certificate `id` was issued; nothing when none had told by then.
+std::optional<std::string> laser_at(SQLite::Database& connection, CertificateId id) {
+  SQLite::Statement row(connection, "SELECT identity FROM lasers WHERE after_certificate < ? ORDER BY id DESC LIMIT 1");
+  row.bind(1, id.value);
+  if (!row.executeStep()) return std::nullopt;
+  return text(row.getColumn(0));
+}
+
+// The one that told last.
+std::optional<std::string> laser_now(SQLite::Database& connection) {
+  SQLite::Statement row(connection, "SELECT identity FROM lasers ORDER BY id DESC LIMIT 1");
+  if (!row.executeStep()) return std::nullopt;
+  return text(row.getColumn(0));
 }
 
 }  // namespace
@@ -63,7 +82,26 @@ Result<CertificateRecord> Certificates::latest_valid(CertificateKind kind, const
     if (last.expires_at <= now)
       return Error{ErrorCode::kNotFound, fmt::format("the last {} certificate expired {}: run that calibration again",
                                                      to_string(kind), last.expires_at)};
+    if (depends_on_laser(kind) && laser_at(connection, last.id) != laser_now(connection))
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("the last {} certificate was made on another laser, or before this "
+                               "one's settings were changed: run that calibration again",
+                               to_string(kind))};
     return last;
+  });
+}
+
+Status Certificates::laser_is(const std::string& identity, const std::string& now) {
+  if (identity.empty()) return Ok();
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    const auto known = laser_now(connection);
+    if (known == identity) return Ok();
+    SQLite::Statement insert(connection,
+                             "INSERT INTO lasers (identity, after_certificate, found_at) SELECT ?, CASE WHEN ? THEN "
+                             "coalesce(max(id), 0) ELSE 0 END, ? FROM certificates");
+    SQLite::bind(insert, identity, known ? 1 : 0, now);
+    insert.exec();
+    return Ok();
   });
 }
 

@@ -30,9 +30,14 @@ class Certificates {
 
   Result<CertificateId> issue(const CertificateRecord& certificate);
   // The one of its kind that was issued last, whatever the clock said then, if it is in force at `now`; kNotFound says
-  // which calibration to run. An older one never takes its place.
+  // which calibration to run. An older one never takes its place. One that depends on the laser (axes, kerf) counts
+  // only while the laser is there that was there when it was issued.
   Result<CertificateRecord> latest_valid(CertificateKind kind, const std::string& now);
   Result<std::vector<CertificateRecord>> list();  // the one issued last first
+
+  // The laser at the port has told what it is (LaserLimits::identity), "" when it cannot. What was issued before
+  // anybody told is taken to be made on the first one that does.
+  Status laser_is(const std::string& identity, const std::string& now);
 
  private:
   Database* database_;

@@ -41,7 +41,7 @@ std::optional<Operation> operation_of(const std::string& name) {
 }
 
 Status Materials::set_recipe(const RecipeRecord& recipe) {
-  if (const Status good = check(recipe); !good) return good;
+  if (Status good = check(recipe); !good) return good;
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement write(connection,
                             "INSERT OR REPLACE INTO recipes (material, operation, speed_mm_s, power, passes, air, "

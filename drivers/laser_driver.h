@@ -38,6 +38,10 @@ struct LaserLimits {
   // Settings of the controller that are possible but unlikely ("$30 = 5 (full power)"): the operator confirms each by
   // name before the beam comes on, as what the configuration lists.
   std::vector<std::string> to_confirm{};
+  // What tells this machine from another at the same port, as its controller says: firmware and the settings that
+  // decide where a place lies and how strong the beam is. "" when it does not say. What was measured on one is void on
+  // another.
+  std::string identity{};
   bool burns = true;  // false: a file that stands for a machine, so that nothing is cut whatever it says
 };
 
@@ -138,13 +142,14 @@ class LaserDriver {
   // Behind Held. -> Resumed, or Held again when the machine will not move: the lid is still open.
   virtual void resume() = 0;
   virtual void stop_after_piece() = 0;  // the piece being burnt is finished and verified -> Done{stopped_early}
-  virtual void abort() noexcept = 0;    // the reset byte goes out first, everything else after -> Aborted if a job ran
+  // The reset byte goes out first, everything else after. -> Aborted if a job ran, posted before the call returns.
+  virtual void abort() noexcept = 0;
   virtual LaserStatus status() const = 0;
 
   // What not every family can do; kRefused then. daemon/guarded_laser.h passes each of them on.
   //
   // Lets the controller read the whole job without moving or burning. -> Checked or Failed.
-  virtual Status check(LaserJob job);
+  virtual Status check(const LaserJob& job);
   // Moves the head dark while no job runs. A homed head stays inside the limits. -> JogEnded, unless refused at once.
   virtual Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed);
   virtual void stop_jog();
@@ -157,7 +162,7 @@ class LaserDriver {
   virtual Status set_overrides(const LaserOverrides& overrides);
 };
 
-inline Status LaserDriver::check(LaserJob) {
+inline Status LaserDriver::check(const LaserJob&) {
   return Error{ErrorCode::kRefused,
                "this laser's controller cannot read a job without burning it: run it dry instead (--dry)"};
 }

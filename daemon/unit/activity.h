@@ -129,7 +129,7 @@ class Activity {
   // Does look() prove where a panel lies? Then it is repeated now and then, with the head out of the picture.
   virtual bool proves_pose() const { return false; }
   // All that has to be ready before the first stroke; the bed is as it must be.
-  virtual void prepare(Reply ready) { ready(Ok()); }
+  virtual void prepare(const Reply& ready) { ready(Ok()); }
 
   // Where the next burn begins; nothing when there is none. The host lets nothing stand between an answer and go_on().
   virtual std::optional<Point<MachineFrame>> next_start() const = 0;

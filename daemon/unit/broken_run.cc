@@ -30,6 +30,12 @@ Result<std::vector<PieceId>> neighbours_of(Repositories& r, const BrokenRun& run
 
 }  // namespace
 
+void BrokenRun::take(const laser_event::Aborted& told) {
+  suspects = told.suspect;
+  stray_path = told.stray_path;
+  stray_reach = told.stray_reach;
+}
+
 Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string& at) {
   if (run.verified)
     if (const Status booked = r.jobs.book_piece(*run.verified, at); !booked && !has_settled(booked.error().code))

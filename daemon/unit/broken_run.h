@@ -11,10 +11,13 @@
 #include "daemon/database_thread.h"
 #include "daemon/unit/proven_pose.h"
 #include "db/job_store.h"
+#include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
 
 struct BrokenRun {
+  void take(const laser_event::Aborted& told);  // what the laser tells of it
+
   db::RunId id;
   ProvenPose pose;                    // of the panel that was being cut
   std::vector<PieceId> suspects;      // begun and not verified, as the laser tells

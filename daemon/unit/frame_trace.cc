@@ -22,13 +22,13 @@ void FrameTrace::look(Reply reply) {
   }));
 }
 
-void FrameTrace::prepare(Reply ready) {
+void FrameTrace::prepare(const Reply& ready) {
   if (!burns_) return ready(Ok());
   host_.commit(
       [pose = pose_, path = hull_.strokes.front().path, own = own_](Repositories& r) {
         return write_off_under(r, pose, path, own, "a frame was traced here with power", utc_timestamp());
       },
-      [ready = std::move(ready)](const Status& written) { ready(written); });
+      [ready](const Status& written) { ready(written); });
 }
 
 std::optional<Point<MachineFrame>> FrameTrace::next_start() const {

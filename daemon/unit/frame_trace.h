@@ -15,7 +15,7 @@ class FrameTrace final : public Activity {
 
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
-  void prepare(Reply ready) override;
+  void prepare(const Reply& ready) override;
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;

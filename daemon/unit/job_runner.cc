@@ -383,10 +383,10 @@ void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply rep
             burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
 }
 
-void JobRunner::check_pattern(LaserJob strokes, const std::string& who, Reply reply) {
+void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) {
   if (view_.state != CellState::kIdle || check_reply_) return reply(refuse(CellCommand::kStart));
   audit(who, "laser.check");
-  if (const Status taken = parts().laser.check(std::move(strokes)); !taken) return reply(taken);
+  if (const Status taken = parts().laser.check(strokes); !taken) return reply(taken);
   check_reply_ = std::move(reply);
 }
 

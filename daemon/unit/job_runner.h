@@ -62,7 +62,7 @@ class JobRunner : private ActivityHost {
   // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
   // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
-  void check_pattern(LaserJob strokes, const std::string& who, Reply reply);
+  void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
   // Moves the head dark; only when Idle or Complete. The reply is at once, the way takes its time.
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
   // STOP. The reset byte is on the wire when this returns; the rest follows.
@@ -115,6 +115,7 @@ class JobRunner : private ActivityHost {
   void show_piece(const std::string& mark, double eta_seconds) override;
   void piece_booked(const PieceBurn& burn) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
+  void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
   void stop_waiting_job();
   void forget_cuts();
@@ -153,6 +154,7 @@ class JobRunner : private ActivityHost {
 
   std::vector<Reply> pending_;          // the command whose acting state is on
   Reply check_reply_;                   // while the controller reads a pattern
+  std::optional<BrokenRun> breaking_;   // broken off in this turn of the reactor; the laser has yet to tell how
   std::optional<BrokenRun> unwritten_;  // broken off, and the database could not take it; Clear tries again
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // the laser's events hold it weakly
 };

@@ -120,7 +120,7 @@ bool JobRunner::park(std::function<void()> then) {
 
 Status JobRunner::check(std::span<const PieceBurn> burns) const {
   const LaserStatus laser = parts().laser.status();
-  if (const Status ready = check_machine(laser); !ready) return ready;
+  if (Status ready = check_machine(laser); !ready) return ready;
   return check_strokes(burns, limits_, options_.keep_out, laser.position);
 }
 
@@ -229,6 +229,7 @@ void JobRunner::abort(const std::string& reason) noexcept {
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told) {
   if (!after(view_.state, CellCommand::kAbort)) return;
+  const bool laser_will_tell = at_laser_ && told == nullptr;
   auto activity = retire();
   std::string remark;
   std::optional<BrokenRun> broken;
@@ -251,12 +252,15 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   };
   if (broken) {
     broken->reason = reason;
-    if (told != nullptr) {
-      broken->suspects = told->suspect;
-      broken->stray_path = told->stray_path;
-      broken->stray_reach = told->stray_reach;
-    }
-    write_end(std::move(*broken), [finish](const Result<int>& written) { finish(written ? *written : 0); });
+    if (told != nullptr) broken->take(*told);
+    breaking_ = std::move(broken);
+    // What a laser tells of its abort is in the reactor's queue already (drivers/laser_driver.h), before this.
+    if (laser_will_tell)
+      boost::asio::post(reactor_, [this, finish, moment = moment()] {
+        if (moment.is_current()) end_broken(finish);
+      });
+    else
+      end_broken(finish);
   } else if (view_.job && wait_.has_pieces()) {
     parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.abort_job(job, utc_timestamp()); },
                            while_current([finish](const Status&) { finish(0); }));  // a planned job stays planned
@@ -266,6 +270,11 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   if (!activity) return;
   activity->over(why);
   bury(std::move(activity));
+}
+
+void JobRunner::end_broken(std::function<void(int)> then) {
+  write_end(*std::exchange(breaking_, std::nullopt),
+            [then = std::move(then)](const Result<int>& written) { then(written ? *written : 0); });
 }
 
 // A piece that was proven is booked all the same. What the database does not take is kept for the next Clear: without

@@ -1,6 +1,7 @@
 // What the laser says, and what the unit makes of it.
 #include <utility>
 
+#include "base/clock.h"
 #include "daemon/unit/job_runner.h"
 
 namespace veneer::daemon {
@@ -10,6 +11,13 @@ void JobRunner::on_laser(const LaserEvent& event) {
   if (const auto* connected = std::get_if<Connected>(&event)) {
     laser_connected_ = true;
     limits_ = connected->limits;
+    // A file that stands for a machine is none.
+    if (limits_.burns)
+      parts().database.async(
+          [identity = limits_.identity](Repositories& r) { return r.certificates.laser_is(identity, utc_timestamp()); },
+          [log = log_](const Status& known) {
+            if (!known) log->error("which laser is there could not be written: {}", known.error().message);
+          });
     if (view_.state == CellState::kResetting) parts().laser.home();
   } else if (const auto* failed = std::get_if<Failed>(&event)) {
     on_failed(failed->error);
@@ -33,6 +41,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
     break_off(fault->error.message, nullptr);
   } else if (const auto* aborted = std::get_if<Aborted>(&event)) {
     if (aborted->error.code == ErrorCode::kDisconnected) laser_connected_ = false;
+    if (breaking_) return breaking_->take(*aborted);
     break_off(aborted->error.message, aborted);
   }
 }

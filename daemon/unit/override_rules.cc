@@ -26,6 +26,14 @@ Status check_overrides(const LaserOverrides& wanted, bool booked) {
                  fmt::format("the power stays at or below what the recipe says, {} % would be above it: change the "
                              "recipe, or take a slower feed",
                              wanted.power)};
+  if (wanted.feed > 100 && wanted.feed * wanted.power > 100 * 100)
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format(
+            "the beam's power rises with the speed, so at a feed of {} % and a power of {} % the tube would burn "
+            "with {} % of what the recipe says: the power is at most {} % then, or the feed at most {} %",
+            wanted.feed, wanted.power, wanted.feed * wanted.power / 100, 100 * 100 / wanted.feed,
+            100 * 100 / wanted.power)};
   if (booked && wanted.feed < wanted.power)
     return Error{
         ErrorCode::kRefused,

@@ -33,15 +33,14 @@ void PanelRun::look(Reply reply) {
   }));
 }
 
-void PanelRun::prepare(Reply ready) {
-  host_.parts().planner.prepare(
-      pose_, pieces_, host_.limits().motion,
-      host_.while_current([this, ready = std::move(ready)](Result<std::vector<PieceBurn>> burns) {
-        if (!burns) return ready(burns.error());
-        if (const Status checked = host_.check(*burns); !checked) return ready(checked);
-        burns_ = std::move(*burns);
-        start_run(ready);
-      }));
+void PanelRun::prepare(const Reply& ready) {
+  host_.parts().planner.prepare(pose_, pieces_, host_.limits().motion,
+                                host_.while_current([this, ready](Result<std::vector<PieceBurn>> burns) {
+                                  if (!burns) return ready(burns.error());
+                                  if (const Status checked = host_.check(*burns); !checked) return ready(checked);
+                                  burns_ = std::move(*burns);
+                                  start_run(ready);
+                                }));
 }
 
 void PanelRun::start_run(Reply ready) {
@@ -76,6 +75,7 @@ void PanelRun::go_on() {
   if (noted_ == Noted::kYes) {
     const PieceBurn& burn = burns_[next_++];
     noted_ = Noted::kNo;
+    at_laser_ = true;
     host_.show_piece(burn.mark, seconds_left() + burn.seconds);
     return host_.burn(burn.strokes);
   }
@@ -87,15 +87,18 @@ void PanelRun::note() {
   const PieceId piece = burns_[next_].piece;
   host_.commit([piece](Repositories& r) { return r.jobs.mark_cutting(piece, utc_timestamp()); },
                [this](const Status& marked) {
-                 if (!marked)
+                 if (!marked) {
+                   noted_ = Noted::kNo;
                    return host_.abort(fmt::format("the next piece could not be noted ({}): nothing of it was cut",
                                                   marked.error().message));
+                 }
                  noted_ = Noted::kYes;
                  host_.next();
                });
 }
 
 void PanelRun::burnt(const std::string&) {
+  at_laser_ = false;
   const PieceBurn& burn = burns_[next_ - 1];
   unbooked_ = burn.piece;
   host_.commit([piece = burn.piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
@@ -111,6 +114,7 @@ void PanelRun::burnt(const std::string&) {
 
 bool PanelRun::not_begun() {
   --next_;
+  at_laser_ = false;
   noted_ = Noted::kYes;
   return true;
 }
@@ -137,8 +141,15 @@ void PanelRun::end() {
                });
 }
 
-std::optional<BrokenRun> PanelRun::broken_off(std::string&) {
+// The piece that is `cutting` in the database, or may be: none other becomes suspect of itself.
+const PieceBurn* PanelRun::begun() const {
+  if (at_laser_) return &burns_[next_ - 1];
+  return noted_ == Noted::kNo ? nullptr : &burns_[next_];
+}
+
+std::optional<BrokenRun> PanelRun::broken_off(std::string& remark) {
   if (!run_) return std::nullopt;
+  if (const PieceBurn* burn = begun()) remark = fmt::format("; piece {} is suspect", burn->mark);
   return BrokenRun{*run_, pose_, {}, unbooked_, {}, Millimetres(0), {}};
 }
 

@@ -23,7 +23,7 @@ class PanelRun final : public Activity {
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
   bool proves_pose() const override { return true; }
-  void prepare(Reply ready) override;
+  void prepare(const Reply& ready) override;
   std::optional<Point<MachineFrame>> next_start() const override;
   void go_on() override;
   void burnt(const std::string& remark) override;
@@ -37,6 +37,7 @@ class PanelRun final : public Activity {
   void start_run(Reply ready);
   void note();
   void end();
+  const PieceBurn* begun() const;
   bool ends() const { return stop_ || next_ == burns_.size(); }
   double seconds_left() const;
 
@@ -50,6 +51,7 @@ class PanelRun final : public Activity {
   std::vector<PieceBurn> burns_;
   std::size_t next_ = 0;             // index of the piece to burn next
   Noted noted_ = Noted::kNo;         // is it `cutting` in the database? No stroke of it was sent yet
+  bool at_laser_ = false;            // the piece before `next_`
   std::optional<PieceId> unbooked_;  // burnt and proven, not booked yet
   bool stop_ = false;                // asked by the operator: end after the piece under way
 };

@@ -16,7 +16,7 @@ Recut::Recut(ActivityHost& host, const ProvenPose& pose, std::vector<PieceBurn> 
     : host_(host), pose_(pose), burns_(std::move(burns)) {}
 
 void Recut::look(Reply reply) {
-  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
+  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](const Result<ProvenPose>& look) {
     const Status unmoved = require_unmoved(look, pose_, kMovedSinceCut, "since it was cut");
     if (unmoved) return reply(Ok());
     reply(Error{unmoved.error().code, unmoved.error().message + ": its cuts cannot be met again"});

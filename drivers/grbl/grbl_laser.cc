@@ -28,14 +28,14 @@ void GrblLaser::flush_output() {
   if (output.close) transport_->close();
 }
 
-Status GrblLaser::check(LaserJob job) {
-  const Status taken = core_.check(job, clock_.now());
+Status GrblLaser::check(const LaserJob& job) {
+  Status taken = core_.check(job, clock_.now());
   pump();
   return taken;
 }
 
 Status GrblLaser::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
-  const Status taken = core_.jog(dx, dy, speed, clock_.now());
+  Status taken = core_.jog(dx, dy, speed, clock_.now());
   pump();
   return taken;
 }
@@ -46,13 +46,13 @@ void GrblLaser::stop_jog() {
 }
 
 Status GrblLaser::set_overrides(const LaserOverrides& overrides) {
-  const Status taken = core_.set_overrides(overrides, clock_.now());
+  Status taken = core_.set_overrides(overrides, clock_.now());
   pump();
   return taken;
 }
 
 Status GrblLaser::corner_is_here() {
-  const Status taken = core_.corner_is_here(clock_.now());
+  Status taken = core_.corner_is_here(clock_.now());
   pump();
   return taken;
 }

@@ -18,7 +18,7 @@ class GrblLaser final : public ReactorLaser<GrblCore> {
             GrblOptions options = {});
   ~GrblLaser() override;
 
-  Status check(LaserJob job) override;
+  Status check(const LaserJob& job) override;
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override;
   void stop_jog() override;
   Status set_overrides(const LaserOverrides& overrides) override;

@@ -44,8 +44,10 @@ std::string Overrides::next_step() {
   if (stepping_ || settled()) return {};
   std::string bytes;
   awaited_ = known_;
-  step(awaited_.feed, wanted_.feed, kFeed, bytes);
-  step(awaited_.power, wanted_.power, kPower, bytes);
+  // The tube's power follows the speed: what makes it stronger waits until what makes it weaker is there.
+  const bool weaker = wanted_.feed < known_.feed || wanted_.power < known_.power;
+  if (!weaker || wanted_.feed < known_.feed) step(awaited_.feed, wanted_.feed, kFeed, bytes);
+  if (!weaker || wanted_.power < known_.power) step(awaited_.power, wanted_.power, kPower, bytes);
   if (awaited_.rapid != wanted_.rapid) {
     awaited_.rapid = wanted_.rapid;
     bytes += wanted_.rapid == 100 ? '\x95' : wanted_.rapid == 50 ? '\x96' : '\x97';

@@ -9,17 +9,17 @@
 
 namespace veneer::grbl {
 
-void Phase::start(LaserJob) { fail({ErrorCode::kConflict, "the laser is busy"}); }
-Status Phase::check(const LaserJob&) { return Error{ErrorCode::kConflict, "the laser is busy"}; }
-Status Phase::jog(Millimetres, Millimetres, MmPerSecond) {
-  return Error{ErrorCode::kConflict, "the laser is busy: it is jogged between jobs only"};
-}
+void Phase::start(LaserJob&&) { fail(busy()); }
+Status Phase::check(const LaserJob&) { return busy(); }
+Status Phase::jog(Millimetres, Millimetres, MmPerSecond) { return busy_for_jogs(); }
 Status Phase::set_overrides(const LaserOverrides&) {
   return Error{ErrorCode::kConflict, "the laser is not ready: overrides are set at rest or while a job runs"};
 }
-Status Phase::corner_is_here() {
-  if (m_.settings.homing) return Error{ErrorCode::kRefused, "this laser finds its corner itself: Reset homes it"};
-  return Error{ErrorCode::kConflict, "the laser is busy: wait until it stands still"};
+Status Phase::corner_is_here() { return no_corner_now(); }
+
+Error Phase::no_corner_now() const {
+  if (m_.settings.homing) return {ErrorCode::kRefused, "this laser finds its corner itself: Reset homes it"};
+  return {ErrorCode::kConflict, "the laser is busy: wait until it stands still"};
 }
 
 bool Phase::due(std::optional<TimePoint>& at) const {
@@ -59,7 +59,7 @@ class Closed final : public Phase {
   using Phase::Phase;
   void entered() override { m_.disconnected(); }
   void home() override { fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"}); }
-  void start(LaserJob) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
+  void start(LaserJob&&) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
   Status check(const LaserJob&) override { return Error{ErrorCode::kUnavailable, "the laser is not connected"}; }
   Status jog(Millimetres, Millimetres, MmPerSecond) override {
     return Error{ErrorCode::kUnavailable, "the laser is not connected"};
@@ -83,7 +83,7 @@ class Ready : public Phase {
   using Phase::Phase;
 
   void home() override;
-  void start(LaserJob job) override;
+  void start(LaserJob&& job) override;
   Status check(const LaserJob& job) override;
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override;
   // The job may have ended in this very turn, and nobody has heard of it yet.
@@ -111,7 +111,7 @@ void Ready::home() {
   host_.enter(resetting(m_, host_, true));
 }
 
-void Ready::start(LaserJob job) {
+void Ready::start(LaserJob&& job) {
   if (m_.homed && m_.report() && m_.report()->state == "Door:0") {
     if (const Status good = check_job(job, m_.settings); !good.ok()) return fail(good.error());
     return host_.enter(waking(m_, host_, std::move(job)));
@@ -127,7 +127,7 @@ Status Ready::check(const LaserJob& job) {
 }
 
 Status Ready::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
-  if (!m_.report() || !m_.position()) return Phase::jog(dx, dy, speed);
+  if (!m_.report() || !m_.position()) return busy_for_jogs();
   if (m_.report()->state != "Idle")
     return Error{ErrorCode::kRefused, fmt::format("the laser is not idle but says \"{}\": {}", m_.report()->state,
                                                   m_.says("Door") ? "close the lid and home it" : "home it first")};
@@ -155,7 +155,7 @@ Status Ready::set_overrides(const LaserOverrides& overrides) {
 }
 
 Status Ready::corner_is_here() {
-  if (m_.settings.homing) return Phase::corner_is_here();
+  if (m_.settings.homing) return no_corner_now();
   m_.corner.operator_says_here();
   if (m_.homed && m_.position() && m_.says("Idle")) {
     m_.settings.put_corner((*m_.position())[0], (*m_.position())[1]);
@@ -185,9 +185,9 @@ class Waking final : public Ready {
 
   void entered() override { wake(); }
   void home() override { fail({ErrorCode::kConflict, "the laser is busy: wait until it stands still, then home it"}); }
-  void start(LaserJob job) override { Phase::start(std::move(job)); }
-  Status check(const LaserJob& job) override { return Phase::check(job); }
-  Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed) override { return Phase::jog(dx, dy, speed); }
+  void start(LaserJob&&) override { fail(busy()); }
+  Status check(const LaserJob&) override { return busy(); }
+  Status jog(Millimetres, Millimetres, MmPerSecond) override { return busy_for_jogs(); }
   void hold() override {
     if (std::exchange(held_, true)) return;
     deadline_.reset();
@@ -202,7 +202,7 @@ class Waking final : public Ready {
     fail(stopped_by_command());
     reset();
   }
-  Status corner_is_here() override { return Phase::corner_is_here(); }
+  Status corner_is_here() override { return no_corner_now(); }
   void banner(const Banner&) override {
     drop_out(reset_by_others(), true);
     host_.enter(ready(m_, host_));
@@ -258,7 +258,7 @@ class Resetting final : public Phase {
     reset();
   }
   Status corner_is_here() override {
-    if (m_.settings.homing) return Phase::corner_is_here();
+    if (m_.settings.homing) return no_corner_now();
     m_.corner.operator_says_here();
     return Ok();
   }

@@ -41,7 +41,7 @@ class Phase {
 
   // ---- commands; what a phase has no use for is refused, or nothing
   virtual void home() = 0;
-  virtual void start(LaserJob job);
+  virtual void start(LaserJob&& job);
   virtual Status check(const LaserJob& job);
   virtual Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed);
   virtual void stop_jog() {}
@@ -92,6 +92,9 @@ class Phase {
   virtual double queued_motion_s() const { return 0; }
 
  protected:
+  static Error busy() { return {ErrorCode::kConflict, "the laser is busy"}; }
+  static Error busy_for_jogs() { return {ErrorCode::kConflict, "the laser is busy: it is jogged between jobs only"}; }
+  Error no_corner_now() const;
   void fail(Error error) { host_.tell(laser_event::Failed{std::move(error)}); }
   // The position is no longer known, and no job is there that would say so.
   void drop_out(Error error, bool still_connected);

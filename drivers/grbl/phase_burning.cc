@@ -117,8 +117,8 @@ class Burning final : public Phase {
   void pump() override;
   TimePoint next_deadline() const override;
   Duration poll_period() const override {
-    const bool awaiting =
-        hold_ == Hold::kRequested || hold_ == Hold::kResuming || (run().all_sent() && m_.outstanding().empty());
+    const bool awaiting = hold_ == Hold::kRequested || hold_ == Hold::kResuming ||
+                          (run().all_sent() && m_.outstanding().empty()) || !m_.overrides.settled();
     return awaiting ? m_.options.fast_poll_period : m_.options.poll_period;
   }
   bool job_running() const override { return true; }
@@ -372,9 +372,12 @@ void Burning::verify_group() {
   if (!run().all_sent()) return;  // the queue had run dry, nothing more
   if (run().doubt_at() && run().piece() != PieceId{}) {
     m_.reset();
-    return end({ErrorCode::kDeviceFault,
-                fmt::format("{}; the piece is not counted as cut: look at it before the panel is moved", gap_words())},
-               false);
+    return end(
+        {ErrorCode::kDeviceFault,
+         fmt::format("{}. The rest of the piece is finished. Look at it before the panel is moved and say whether "
+                     "it is cut (veneerctl job settle); Clear, Reset and Start go on with the other pieces",
+                     gap_words())},
+        false);
   }
   if (const auto piece = run().verified()) host_.tell(laser_event::PieceVerified{*piece});
   if (!run().finished()) return;
@@ -390,8 +393,8 @@ std::string Burning::gap_words() const {
   const auto& [x, y] = *run().doubt_at();
   const Point<MachineFrame> at = m_.settings.from_wire(x, y);
   return fmt::format(
-      "the lid was opened while the beam was on: there may be a gap before ({:.1f}, {:.1f}) mm, if the "
-      "lid's interlock darkens the tube at once",
+      "the lid was opened while the beam was on: if its switch darkens the tube at once, there may be a gap in the cut "
+      "before ({:.1f}, {:.1f}) mm on the bed",
       at.x.count(), at.y.count());
 }
 

@@ -18,7 +18,7 @@ class Connecting final : public Phase {
     m_.reset();
   }
   void home() override { fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"}); }
-  void start(LaserJob) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
+  void start(LaserJob&&) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
   Status check(const LaserJob&) override { return Error{ErrorCode::kUnavailable, "the laser is not connected"}; }
   Status jog(Millimetres, Millimetres, MmPerSecond) override {
     return Error{ErrorCode::kUnavailable, "the laser is not connected"};
@@ -122,7 +122,7 @@ void Connecting::finish() {
        LaserMotion{MmPerSecond(x.max_rate_mm_s), MmPerSecond(y.max_rate_mm_s), MmPerSecond2(x.acceleration_mm_s2),
                    MmPerSecond2(y.acceleration_mm_s2), Millimetres(m_.settings.junction_deviation_mm),
                    static_cast<int>(m_.settings.planner_blocks)},
-       m_.settings.unlikely, !m_.options.recording}});
+       m_.settings.unlikely, m_.settings.identity, !m_.options.recording}});
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace {
 
 // The settings' numbers in GRBL 1.1; +0 is x, +1 is y.
 enum : int {
+  kDirections = 3,
   kJunctionDeviation = 11,
   kArcTolerance = 12,
   kReportInches = 13,
@@ -86,6 +87,26 @@ double SettingsReader::value(int number, double otherwise) const {
   return found == values_.end() ? otherwise : found->second;
 }
 
+std::optional<int> SettingsReader::told_differently() const {
+  if (!first_) return std::nullopt;
+  const auto [first, second] = std::mismatch(first_->begin(), first_->end(), values_.begin(), values_.end());
+  if (first == first_->end() && second == values_.end()) return std::nullopt;
+  if (first == first_->end()) return second->first;
+  return second == values_.end() ? first->first : std::min(first->first, second->first);
+}
+
+// With the text that its owner may have given it ($I=...), which stands behind the version.
+std::string SettingsReader::identity(const std::string& firmware) const {
+  std::string words = firmware + " " + version_;
+  for (const int number :
+       {static_cast<int>(kDirections), static_cast<int>(kHomingEnable), static_cast<int>(kHomingDirections),
+        static_cast<int>(kHomingPullOff), static_cast<int>(kMaxPower), static_cast<int>(kStepsPerMm), kStepsPerMm + 1,
+        static_cast<int>(kTravel), kTravel + 1, kTravel + 2})
+    if (const auto told = values_.find(number); told != values_.end())
+      words += fmt::format(" ${}={:g}", number, told->second);
+  return words;
+}
+
 Result<MachineSettings> SettingsReader::finish() const {
   MachineSettings s;
   // A controller that was already running prints no banner; it names itself in the answer to $I then.
@@ -93,18 +114,16 @@ Result<MachineSettings> SettingsReader::finish() const {
   const std::string version = version_.substr(0, version_.find('.', version_.find('.') + 1));
   s.firmware =
       banner_.empty() ? fmt::format("{} {}", name_of(s.family), version) : banner_.substr(0, banner_.find(" ["));
+  s.identity = identity(s.firmware);
   const auto refuse = [&](const std::string& what) {
     return Error{ErrorCode::kRefused, fmt::format("the laser controller ({}) cannot be used: {}", s.firmware, what)};
   };
-  for (const auto& [number, reading] : values_) {
-    const auto before = first_.find(number);
-    if (first_.empty() || (before != first_.end() && before->second == reading)) continue;
+  if (const auto number = told_differently())
     return Error{
         ErrorCode::kDeviceFault,
         fmt::format("the laser controller ({}) told its setting ${} differently when it was asked twice: check "
                     "the cable, then connect again",
-                    s.firmware, number)};
-  }
+                    s.firmware, *number)};
   for (const int needed :
        std::initializer_list<int>{kHomingEnable, kMaxPower, kLaserMode, kTravel, kTravel + 1, kMaxRate, kMaxRate + 1,
                                   kAcceleration, kAcceleration + 1, kStepsPerMm, kStepsPerMm + 1})

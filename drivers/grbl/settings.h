@@ -32,6 +32,7 @@ struct Axis {
 struct MachineSettings {
   Family family = Family::kGrbl;
   std::string firmware;  // "Grbl 1.1h"
+  std::string identity;  // LaserLimits::identity
   std::size_t receive_bytes = 128;
   std::size_t planner_blocks = 15;
   double max_power = 1000;  // S at full power
@@ -71,7 +72,11 @@ class SettingsReader {
 
  private:
   double value(int number, double otherwise) const;
-  std::map<int, double> values_, first_;
+  // The first setting that the two answers do not agree on; a line that only one of them had counts.
+  std::optional<int> told_differently() const;
+  std::string identity(const std::string& firmware) const;
+  std::map<int, double> values_;
+  std::optional<std::map<int, double>> first_;
   std::string signals_, banner_, version_, firmware_;
   BuildOptions options_;
 };

@@ -8,7 +8,7 @@
 
 namespace veneer::lihuiyu {
 
-void Phase::start(LaserJob) { fail({ErrorCode::kConflict, "the laser is busy"}); }
+void Phase::start(LaserJob&&) { fail({ErrorCode::kConflict, "the laser is busy"}); }
 
 void Phase::serve_deadline() {
   if (!deadline_ || m_.now < *deadline_) return;
@@ -38,7 +38,7 @@ class Disconnected : public Phase {
  public:
   using Phase::Phase;
   void home() override { fail({ErrorCode::kUnavailable, "the laser is not connected, so it cannot be homed"}); }
-  void start(LaserJob) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
+  void start(LaserJob&&) override { fail({ErrorCode::kUnavailable, "the laser is not connected"}); }
   bool connected() const override { return false; }
 };
 
@@ -122,7 +122,7 @@ class Ready final : public Phase {
  public:
   using Phase::Phase;
   void home() override { host_.enter(homing(m_, host_)); }
-  void start(LaserJob job) override {
+  void start(LaserJob&& job) override {
     if (!m_.homed) return fail({ErrorCode::kRefused, "the laser does not know its position: home it first"});
     if (const Status checked = check_job(job, m_.grid); !checked.ok()) return fail(checked.error());
     host_.enter(burning(m_, host_, std::move(job)));

@@ -40,7 +40,7 @@ class Phase {
 
   // ---- commands; what a phase has no use for is refused, or nothing
   virtual void home() = 0;
-  virtual void start(LaserJob job);
+  virtual void start(LaserJob&& job);
   virtual void hold() {}
   virtual void resume() {}
   virtual void stop_after_piece() {}

@@ -135,6 +135,19 @@ TEST(SvgDrawing, RefusesByNameWhatWouldBeBurntOtherwiseThanItLooks) {
   EXPECT_THAT(read_svg("<svg").error().message, HasSubstr("no SVG"));
 }
 
+// Where a viewer stops drawing, so that what would be burnt is not what is seen.
+TEST(SvgPath, RefusesCommasThatStandBetweenNoValues) {
+  const auto reads = [](const char* data) { return LineDrawer{SvgMatrix{}}.path(data); };
+  for (const char* good : {"M1,2L3,4", "M 1 , 2 L 3\n,\n4 Z", "M1,2,3,4", "M0 0A1,1,0,0,1,3,3", "M0 0a1 1 0 01.5.5"})
+    EXPECT_TRUE(reads(good)) << good;
+  for (const char* bad :
+       {"M,1,2", "M1,,2", "M1,2,L3,4", "M1,2L,3,4", "M1,2L3,4,", "M1,2,Z", "M0 0A1 1 0 0,,1 3 3", "M1 +-2"})
+    EXPECT_FALSE(reads(bad)) << bad;
+  EXPECT_FALSE(parse_numbers("1,,2"));
+  EXPECT_FALSE(parse_numbers("1 2,"));
+  EXPECT_EQ(parse_numbers(" 1,2 -3.5.5 ")->size(), 4U);
+}
+
 // Whatever is in a path's data, it is read or refused, and never long.
 TEST(SvgPath, SurvivesData) {
   for (const char* data : {"", "M", "M1", "M1 2 L", "z", "L1 1", "M0 0 A1 1 0 2 0 3 3", "M0 0 A1e300 1e300 0 1 1 1 1",

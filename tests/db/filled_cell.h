@@ -34,6 +34,7 @@ inline void fill(CellDatabase& cell) {
   Certificates certificates(cell.database());
   must(certificates.issue({{}, CertificateKind::kKerf, kNow, kLater, 0.01_mm, "{\"kerf_mm\":0.2}"}));
   must(certificates.issue({{}, CertificateKind::kCamera, kNow, kLater, 0.05_mm, "{\"k\":[1,2,3]}"}));
+  VENEER_ASSERT_OK(certificates.laser_is("Grbl 1.1h, $100=80", kNow));
 
   auto jobs = cell.jobs();
   std::vector<PlannedPatch> patches;

@@ -185,6 +185,39 @@ TEST(Certificates, AClockThatWasAheadDoesNotMakeAnOldOneNew) {
   EXPECT_THAT(ahead.error().message, HasSubstr("set the clock"));
 }
 
+// A port says little: another machine, or the same one with other steps per millimetre, may be behind it.
+TEST(Certificates, OfAnotherLaserAreVoidAndCountAgainOnTheirs) {
+  CellDatabase cell;
+  Certificates certificates(cell.database());
+  const auto issue = [&](CertificateKind kind, const char* payload) {
+    must(certificates.issue({{}, kind, kNow, "2099-01-01T00:00:00.000Z", 0.02_mm, payload}));
+  };
+  const auto axes = [&] {
+    const auto found = certificates.latest_valid(CertificateKind::kAxes, kLater);
+    return found.ok() ? found->payload : found.error().message;
+  };
+  const auto laser_is = [&](const char* identity) { VENEER_EXPECT_OK(certificates.laser_is(identity, kNow)); };
+  issue(CertificateKind::kAxes, "of an earlier version");
+  issue(CertificateKind::kCamera, "camera");
+  laser_is("");
+  EXPECT_EQ(axes(), "of an earlier version") << "nobody told";
+  laser_is("a");
+  laser_is("a");
+  EXPECT_EQ(axes(), "of an earlier version") << "made on the first that tells";
+  laser_is("b");
+  EXPECT_THAT(axes(), HasSubstr("axes certificate was made on another laser"));
+  EXPECT_TRUE(certificates.latest_valid(CertificateKind::kCamera, kLater).ok());
+  laser_is("a");
+  EXPECT_EQ(axes(), "of an earlier version") << "it is there again";
+  laser_is("b");
+  issue(CertificateKind::kAxes, "of b");
+  issue(CertificateKind::kKerf, "of b");
+  EXPECT_EQ(axes(), "of b");
+  laser_is("a");
+  EXPECT_THAT(axes(), HasSubstr("another laser"));
+  EXPECT_FALSE(certificates.latest_valid(CertificateKind::kKerf, kLater).ok());
+}
+
 TEST(Certificates, CannotExpireBeforeTheyAreIssued) {
   CellDatabase cell;
   EXPECT_FALSE(Certificates(cell.database()).issue({{}, CertificateKind::kKerf, kLater, kNow, 0.02_mm, "{}"}).ok());

@@ -58,18 +58,18 @@ Result<fs::path> second_picture(const fs::path& first, const fs::path& out) {
 }
 
 Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_dir) {
-  if (const Status s = story.calibrate(); !s) return s;
+  if (Status s = story.calibrate(); !s) return s;
   for (const StoryPanel& panel : {StoryPanel{"large", 420, 280}, StoryPanel{"small", 290, 210}})
-    if (const Status s = story.scan_panel(panel); !s) return s;
+    if (Status s = story.scan_panel(panel); !s) return s;
   auto second = second_picture(arguments.picture, arguments.out);
   if (!second) return second.error();
   const StoryJob jobs[] = {{arguments.picture, "portrait", 192, 12}, {*second, "second picture", 72, 12}};
   for (const auto& job : jobs) {
-    if (const Status s = story.plan(job); !s) return s;
-    if (const Status s = story.cut(story.jobs().back()); !s) return s;
-    if (const Status s = story.reconcile(story.jobs().back()); !s) return s;
+    if (Status s = story.plan(job); !s) return s;
+    if (Status s = story.cut(story.jobs().back()); !s) return s;
+    if (Status s = story.reconcile(story.jobs().back()); !s) return s;
   }
-  if (const Status s = story.save_pictures(); !s) return s;
+  if (Status s = story.save_pictures(); !s) return s;
   return story.prove(bin_dir);
 }
 

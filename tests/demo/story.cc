@@ -221,7 +221,7 @@ Status Story::load_panel(const std::string& panel_id) {
   if (!before) return before.error();
   const auto rest = cell_.api().get("/status");
   if (!rest) return rest.error();
-  if (const Status placed = place(sheet->second, "bed", "back"); !placed) return placed;
+  if (Status placed = place(sheet->second, "bed", "back"); !placed) return placed;
   auto found = cell_.wait_status(
       [](const json& s) {
         return s["state"] != "Suspended" || (s["load"].is_object() && s["load"].value("found", false));
@@ -237,10 +237,10 @@ Status Story::load_panel(const std::string& panel_id) {
   if (*before != *after || (*rest)["laser"]["position_mm"] != (*found)["laser"]["position_mm"])
     report_["motion_without_consent"] = report_.value("motion_without_consent", 0) + 1;
   if (auto picture = cell_.api().get_bytes("/bed.jpg"))
-    if (const Status saved = write_file(out_ / fmt::format("bed-{}-{}.jpg", jobs_.back(), panel_id), *picture); !saved)
+    if (Status saved = write_file(out_ / fmt::format("bed-{}-{}.jpg", jobs_.back(), panel_id), *picture); !saved)
       return saved;
   if (before_unsuspend)
-    if (const Status ready = before_unsuspend(); !ready) return ready;
+    if (Status ready = before_unsuspend(); !ready) return ready;
   return as_status(cell_.api().post("/commands/unsuspend"));
 }
 
@@ -407,9 +407,9 @@ Status Story::save_picture(const std::string& target, const std::string& file) {
 
 Status Story::save_pictures() {
   for (const auto& [id, sheet] : sheet_of_panel_) {
-    if (const Status saved = save_picture("/panels/" + id + "/map.png?width=1600", "map-" + id + ".png"); !saved)
+    if (Status saved = save_picture("/panels/" + id + "/map.png?width=1600", "map-" + id + ".png"); !saved)
       return saved;
-    if (const Status saved = save_picture("/panels/" + id + "/stock.png?width=1600", "stock-" + id + ".png"); !saved)
+    if (Status saved = save_picture("/panels/" + id + "/stock.png?width=1600", "stock-" + id + ".png"); !saved)
       return saved;
   }
   return Ok();

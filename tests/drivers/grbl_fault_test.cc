@@ -3,6 +3,7 @@
 // beam off.
 #include <gmock/gmock.h>
 
+#include <cstdio>
 #include <ostream>
 #include <span>
 #include <string>
@@ -24,8 +25,14 @@ class FaultedJob {
  public:
   explicit FaultedJob(int pieces) : job_(square_job(pieces, 6)) {
     cell.connect_and_home();
-    cell.on_step = [this] { look(); };
+    cell.on_step = [this] {
+      look();
+      if (stop_off_the_path_ && !cell.over() && reported_off_the_path()) stop();
+    };
   }
+
+  // As an operator does who sees the head go astray, at once.
+  void stop_off_the_path() { stop_off_the_path_ = true; }
 
   void with(const Fault& fault) {
     cell.bench.controller.inject(fault);
@@ -59,9 +66,8 @@ class FaultedJob {
   void expect_strays_told(const std::string& what) {
     const auto aborted = cell.first<laser_event::Aborted>();
     if (!aborted) return;
-    std::vector<tests::Leg> planned, told;
-    for (const Stroke& stroke : job_.strokes)
-      for (std::size_t i = 1; i < stroke.path.size(); ++i) planned.push_back(leg(stroke.path[i - 1], stroke.path[i]));
+    const std::vector<tests::Leg> planned = legs(false);
+    std::vector<tests::Leg> told;
     for (std::size_t i = 1; i < aborted->stray_path.size(); ++i)
       told.push_back(leg(aborted->stray_path[i - 1], aborted->stray_path[i]));
     for (const sim::BurnSegment& burn : std::span(cell.bench.burns).subspan(counted_)) {
@@ -96,6 +102,28 @@ class FaultedJob {
     }
     return least;
   }
+  // Of all strokes; `with_ways`: and of the dark ways between them, from the corner on.
+  std::vector<tests::Leg> legs(bool with_ways) const {
+    std::vector<tests::Leg> all;
+    Point<MachineFrame> at = point<MachineFrame>(519, 379);
+    for (const Stroke& stroke : job_.strokes) {
+      if (with_ways) all.push_back(leg(at, stroke.path.front()));
+      for (std::size_t i = 1; i < stroke.path.size(); ++i) all.push_back(leg(stroke.path[i - 1], stroke.path[i]));
+      at = stroke.path.back();
+    }
+    return all;
+  }
+  // The last report, as it came over the wire.
+  bool reported_off_the_path() const {
+    const auto found = cell.received.rfind("MPos:");
+    double x = 0, y = 0;
+    if (found == std::string::npos || std::sscanf(&cell.received[found], "MPos:%lf,%lf", &x, &y) != 2) return false;
+    return nearest(legs(true), x + 520, y + 380) > 0.5;
+  }
+  void stop() {
+    cell.core.abort(cell.now());
+    cell.exchange();
+  }
   void look() {
     for (; seen_ < cell.events.size(); ++seen_) {
       const auto* verified = std::get_if<laser_event::PieceVerified>(&cell.events[seen_]);
@@ -111,6 +139,7 @@ class FaultedJob {
   LaserJob job_;
   std::size_t seen_ = 0, counted_ = 0;
   int verified_ = 0;
+  bool stop_off_the_path_ = false;
 };
 
 TEST(GrblFault, NoFaultBurnsEveryPieceRight) {
@@ -179,6 +208,20 @@ TEST(GrblFault, ADigitLostFromAMoveIsFoundByThePosition) {
   EXPECT_GT(worst_stray, 0.3) << "nothing was burnt off the plan: this proves nothing";
 }
 
+TEST(GrblFault, AStopBehindOneReportOffThePathTellsWhereTheBeamStrayed) {
+  int stopped = 0;
+  for (std::uint64_t after = 700; after < 1100; after += 3) {
+    FaultedJob run(2);
+    run.stop_off_the_path();
+    run.with({FaultKind::kDropByte, after});
+    run.expect_strays_told("byte " + std::to_string(after));
+    if (run.abort_error().code != ErrorCode::kCancelled) continue;
+    ++stopped;
+    EXPECT_FALSE(run.cell.first<laser_event::Aborted>()->stray_path.empty()) << "byte " << after;
+  }
+  EXPECT_GT(stopped, 5) << "nothing strayed: this proves nothing";
+}
+
 TEST(GrblFault, ALidOpenedOverACutLeavesAGapSoThePieceIsFinishedButSuspect) {
   FaultedJob run(2);
   run.cell.start(square_job(2, 6));
@@ -205,7 +248,10 @@ TEST(GrblFault, ALidOpenedOverACutLeavesAGapSoThePieceIsFinishedButSuspect) {
   run.expect_safe("lid");
   EXPECT_TRUE(run.cell.has<laser_event::Resumed>());
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
-  EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr("the lid was opened while the beam was on"));
+  EXPECT_THAT(run.abort_error().message,
+              ::testing::AllOf(::testing::HasSubstr("the lid was opened while the beam was on"),
+                               ::testing::HasSubstr("say whether it is cut (veneerctl job settle)"),
+                               ::testing::HasSubstr("Clear, Reset and Start")));
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::ElementsAre(PieceId{1}));
   EXPECT_FALSE(run.cell.first<laser_event::Aborted>()->position_lost);
   EXPECT_GT(run.cell.bench.burnt_mm(), 34 * 0.9) << "it was finished all the same";

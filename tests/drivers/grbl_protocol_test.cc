@@ -210,7 +210,7 @@ TEST(Settings, RefuseAControllerSetWrongly) {
   }
 }
 
-void tell_likely(SettingsReader& reader) {
+void tell_likely(SettingsReader& reader, int but = 0) {
   for (const auto& [number, value] : std::map<int, double>{{22, 1},
                                                            {27, 1},
                                                            {30, 1000},
@@ -223,7 +223,7 @@ void tell_likely(SettingsReader& reader) {
                                                            {121, 1500},
                                                            {130, 400},
                                                            {131, 300}})
-    reader.setting({number, value});
+    if (number != but) reader.setting({number, value});
 }
 
 TEST(Settings, AreBelievedWhenTheyWereToldTwiceAlike) {
@@ -238,6 +238,40 @@ TEST(Settings, AreBelievedWhenTheyWereToldTwiceAlike) {
   ASSERT_FALSE(settings.ok());
   EXPECT_EQ(settings.error().code, ErrorCode::kDeviceFault);
   EXPECT_THAT(settings.error().message, HasSubstr("$30 differently"));
+}
+
+// Without $23 the corner would be taken to lie elsewhere, without $13 inches for millimetres.
+TEST(Settings, ThatOnlyOneOfTheTwoAnswersHadAreNotGuessed) {
+  for (const int lost : {13, 23, 27, 11}) {
+    SettingsReader reader;
+    tell_likely(reader);
+    reader.setting({lost, 1});
+    reader.read_again();
+    tell_likely(reader, lost);  // its line was garbled this time
+    const auto settings = reader.finish();
+    ASSERT_FALSE(settings.ok()) << "$" << lost;
+    EXPECT_EQ(settings.error().code, ErrorCode::kDeviceFault);
+    EXPECT_THAT(settings.error().message, HasSubstr("$" + std::to_string(lost) + " differently"));
+  }
+  SettingsReader reader;
+  reader.read_again();
+  tell_likely(reader);
+  EXPECT_FALSE(reader.finish().ok()) << "nothing was told the first time";
+}
+
+TEST(Settings, SayWhichMachineItIs) {
+  const auto identity = [](int number, double value, const char* version = "1.1h.20190825:") {
+    SettingsReader reader;
+    reader.version({version});
+    tell_likely(reader);
+    reader.setting({number, value});
+    return reader.finish().value().identity;
+  };
+  const std::string usual = identity(11, 0.01);
+  EXPECT_EQ(usual, identity(11, 0.02)) << "how it takes corners changes no place";
+  EXPECT_THAT(usual, HasSubstr("$130=400"));
+  for (const int number : {3, 23, 27, 30, 100, 101, 130, 131, 132}) EXPECT_NE(usual, identity(number, 123)) << number;
+  EXPECT_NE(usual, identity(11, 0.01, "1.1h.20190825:left one")) << "its owner's name for it";
 }
 
 TEST(Settings, ThatAreUnlikelyAreTheOperatorsToConfirm) {

@@ -234,11 +234,11 @@ Status book_pieces(daemon::Repositories& r) {
   constexpr int kColumns = 320;
   constexpr double kPitch = 6, kSide = 5;
   for (int first = 0; first < kBookedPieces; first += kPiecesPerJob) {
-    db::NewJob job;
+    db::NewPlan job;
     job.name = fmt::format("booked {}", first);
     job.plan_json = job.options_json = "{}";
     for (int i = first; i < first + kPiecesPerJob; ++i) {
-      db::NewPiece& piece = job.pieces.emplace_back();
+      db::PlannedPatch& piece = job.pieces.emplace_back();
       piece.mark = fmt::format("A{}", i);
       const double x = 10 + kPitch * (i % kColumns), y = 10 + kPitch * (i / kColumns);
       for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {kSide, 0.0}, {kSide, kSide}, {0.0, kSide}}) {

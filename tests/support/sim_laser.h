@@ -28,6 +28,7 @@ class SimLaser final : public LaserDriver {
     limits.travel.add(point<MachineFrame>(520, 380));
     limits.to_confirm = to_confirm;
     limits.burns = cuts;
+    limits.identity = identity;
     if (present)
       say(laser_event::Connected{limits});
     else
@@ -59,7 +60,7 @@ class SimLaser final : public LaserDriver {
   void stop_after_piece() override { calls.push_back("stop_after_piece"); }
   void abort() noexcept override {
     calls.push_back("abort");
-    burning_ = false;
+    if (burning_) fail({ErrorCode::kCancelled, "the laser was stopped by command"}, stray_path, stray_reach);
   }
   LaserStatus status() const override {
     LaserStatus status;
@@ -108,9 +109,9 @@ class SimLaser final : public LaserDriver {
     say(laser_event::Done{false, remark});
   }
   // Breaks it off.
-  void fail(const Error& error, Polyline<MachineFrame> stray_path = {}, Millimetres stray_reach = {}) {
+  void fail(const Error& error, Polyline<MachineFrame> strayed = {}, Millimetres reach = {}) {
     burning_ = false;
-    say(laser_event::Aborted{error, {job_.strokes.front().piece}, true, std::move(stray_path), stray_reach});
+    say(laser_event::Aborted{error, {job_.strokes.front().piece}, true, std::move(strayed), reach});
   }
   void say(LaserEvent event) {
     boost::asio::post(io_, [this, event = std::move(event)] { on_event_(event); });
@@ -125,12 +126,15 @@ class SimLaser final : public LaserDriver {
   bool finds_home = true;
   bool cuts = true;                     // not a file that records
   std::vector<std::string> to_confirm;  // unlikely settings
+  std::string identity;                 // of its controller
   std::string remark;                   // behind Done
   bool lid_open = false;
   bool lid_was_open = false;  // and is closed again, and nothing was begun since
   int lid_openings = 0;
   // What hold() is answered with; nothing by a driver whose strokes have ended in this very turn.
   enum class OnHold { kHeld, kNothing, kNotBegun } on_hold = OnHold::kHeld;
+  Polyline<MachineFrame> stray_path;  // what abort() tells of a job
+  Millimetres stray_reach{0};
   bool can_jog = false;
   Point<MachineFrame> position{};
   bool burn_at_once = true;

@@ -80,7 +80,7 @@ Status SimulatedCell::start_twin() {
 }
 
 Status SimulatedCell::start_daemon() {
-  if (const Status written = write_configs(); !written) return written;
+  if (Status written = write_configs(); !written) return written;
   const fs::path log = options_.dir / "veneerd.log";
   auto process =
       ChildProcess::start({(options_.bin_dir / "veneerd").string(), "--config", config_file().string()}, log);

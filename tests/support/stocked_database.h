@@ -43,11 +43,11 @@ inline Status stock_two_panels(daemon::DatabaseThread& database, int first, int 
       certificate.payload = payload;
       if (auto issued = r.certificates.issue(certificate); !issued) return issued.error();
     }
-    db::NewJob job;
+    db::NewPlan job;
     job.name = "test";
     job.plan_json = job.options_json = "{}";
     for (int i = 0; i < first + second; ++i) {
-      db::NewPiece& piece = job.pieces.emplace_back();
+      db::PlannedPatch& piece = job.pieces.emplace_back();
       const double x = 20 * (i < first ? i : i - first);
       piece.mark = fmt::format("A1-{}", i + 1);
       piece.artwork_outline = {point<ArtworkFrame>(x, 0), point<ArtworkFrame>(x + 10, 0),

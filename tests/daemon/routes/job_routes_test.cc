@@ -22,7 +22,7 @@ class JobRoutes : public testing::RoutedCell {
     const auto wanted = read_job_request(request);
     ASSERT_TRUE(wanted.ok());
     const auto made = cell->database->call([&](Repositories& r) {
-      db::NewJob job;
+      db::NewPlan job;
       job.name = wanted->name;
       job.options_json = options_json(*wanted).dump();
       job.plan_json = "{}";

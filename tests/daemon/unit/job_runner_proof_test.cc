@@ -341,10 +341,10 @@ TEST_F(ProofTest, AFrameWithPowerOverWoodThatIsKeptForAPieceIsRefused) {
   laser_.burn_at_once = true;
   load_first_panel();
   const Status other = database_->call([](Repositories& r) -> Status {
-    db::NewJob job;
+    db::NewPlan job;
     job.name = "other";
     job.plan_json = job.options_json = "{}";
-    db::NewPiece& piece = job.pieces.emplace_back();
+    db::PlannedPatch& piece = job.pieces.emplace_back();
     piece.mark = "B7-1";
     piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(20, 0), point<ArtworkFrame>(20, 20)};
     piece.panel = PanelId{"P-0001"};
@@ -378,6 +378,20 @@ TEST_F(ProofTest, AnAbortOffThePathMakesTheNeighboursSuspect) {
   EXPECT_THAT(reason(), AllOf(HasSubstr("off its path"), HasSubstr("1 piece(s) beside it")));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
   EXPECT_EQ(runner_->view().job->suspect, 2);
+}
+
+// An operator who sees the head leave its path presses STOP before the driver has made up its mind.
+TEST_F(ProofTest, AStopOffThePathMakesTheNeighboursSuspectAsWell) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.stray_path = {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)};
+  laser_.stray_reach = Millimetres(1);
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("STOP"), HasSubstr("1 piece(s) beside it")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
 TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {

@@ -132,6 +132,7 @@ TEST_F(JobRunnerTest, StopReachesTheLaserAtOnceAndLeavesThePieceSuspect) {
   EXPECT_THAT(laser_.calls, ElementsAre("abort"));  // before the reactor turns once
   settle();
   EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("piece A1-1 is suspect")) << "so that it can be found and settled";
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
   EXPECT_EQ(job_state(), db::JobState::kAborted);
 }
