@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
 #include <exception>
 #include <optional>
+#include <utility>
 
 #include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
@@ -33,27 +32,21 @@ Status forbid(const std::string& text, std::vector<StockPanel>& stock) {
   return planner::forbid(stock, wood->panel, wood->region);
 }
 
-// Moves pieces, and names those that were moved: they stay there.
-Result<std::vector<std::string>> move_pieces(const EditArguments& arguments, Plan& plan) {
-  std::vector<std::string> moved;
+Result<planner::PlanEdits> edits_of(const EditArguments& arguments) {
+  planner::PlanEdits edits{arguments.pins, arguments.replanned, {}, {}};
   for (const std::string& swap : arguments.swaps) {
     const std::size_t comma = swap.find(',');
     if (comma == std::string::npos) return unusable(fmt::format("--swap {} is not MARK,MARK", swap));
-    const std::string one = swap.substr(0, comma), other = swap.substr(comma + 1);
-    if (Status status = planner::swap_pieces(plan, one, other); !status.ok()) return status.error();
-    moved.push_back(one), moved.push_back(other);
+    edits.swaps.emplace_back(swap.substr(0, comma), swap.substr(comma + 1));
   }
   for (const std::string& take : arguments.takes) {
     const std::size_t equals = take.find('=');
     const auto wanted = equals == std::string::npos ? std::nullopt : number(take.substr(equals + 1));
     if (!wanted || *wanted < 1 || *wanted > 1e6 || *wanted != std::floor(*wanted))
       return unusable(fmt::format("--take {} is not MARK=NUMBER", take));
-    const std::string mark = take.substr(0, equals);
-    if (Status status = planner::take_alternative(plan, mark, static_cast<std::size_t>(*wanted)); !status.ok())
-      return status.error();
-    moved.push_back(mark);
+    edits.takes.emplace_back(take.substr(0, equals), static_cast<std::size_t>(*wanted));
   }
-  return moved;
+  return edits;
 }
 
 }  // namespace
@@ -82,18 +75,9 @@ Status apply_edits(const EditArguments& arguments, std::vector<StockPanel>& stoc
   if (arguments.keep.empty()) return Ok();
   Result<Plan> plan = planner::read_plan(arguments.keep);
   if (!plan.ok()) return plan.error();
-  Result<std::vector<std::string>> staying = move_pieces(arguments, *plan);
-  if (!staying.ok()) return staying.error();
-  staying->insert(staying->end(), arguments.pins.begin(), arguments.pins.end());
-  const planner::Keep keep = arguments.pins.empty() ? planner::Keep::kAll : planner::Keep::kOnly;
-  Result<std::vector<planner::KeptPiece>> kept = planner::kept_pieces(*plan, keep, *staying, arguments.replanned);
-  if (!kept.ok()) return kept.error();
-  options.kept = std::move(*kept);
-  // Pieces of several sizes are understood without saying again how many there were.
-  for (const planner::KeptPiece& piece : options.kept)
-    options.adaptive_levels =
-        std::max(options.adaptive_levels, static_cast<int>(std::bit_width(static_cast<unsigned>(piece.cells))) - 1);
-  return Ok();
+  const auto edits = edits_of(arguments);
+  if (!edits.ok()) return edits.error();
+  return planner::keep_edited(std::move(*plan), *edits, options);
 }
 
 }  // namespace veneer::cli

@@ -182,9 +182,12 @@ Result<PlanRecord> Plans::find(PlanId plan) {
   });
 }
 
-Result<std::vector<PlanRecord>> Plans::list() {
-  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PlanRecord>> {
-    SQLite::Statement rows(connection, std::string(kPlanColumns) + "ORDER BY id DESC");
+Result<std::vector<PlanRecord>> Plans::list() { return list({}, -1); }
+
+Result<std::vector<PlanRecord>> Plans::list(PlanId before, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PlanRecord>> {
+    SQLite::Statement rows(connection, std::string(kPlanColumns) + "WHERE ?1 = 0 OR id < ?1 ORDER BY id DESC LIMIT ?2");
+    SQLite::bind(rows, before.value, limit);
     std::vector<PlanRecord> out;
     while (rows.executeStep()) out.push_back(read_plan(connection, rows));
     return out;

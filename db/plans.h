@@ -77,6 +77,8 @@ class Plans {
 
   Result<PlanRecord> find(PlanId plan);    // kNotFound
   Result<std::vector<PlanRecord>> list();  // newest first
+  // At most `limit` of them, from before `before` on; {0}: from the newest.
+  Result<std::vector<PlanRecord>> list(PlanId before, int limit);
   Result<std::string> plan_json(PlanId plan);
   Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan
   // Marks of the patches whose wood is held for another piece by now; a job can be made while there are none.

@@ -26,10 +26,20 @@ void bind_routes(Router& router, Cell& cell) {
   bind_calibration_routes(router,
                           {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                            c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }});
-  bind_job_routes(router, {*c.plans, *c.planner_worker, c.config.planner_threads, c.tasks, *c.runner, *c.database,
-                           *c.queries, *c.pictures, c.panel_library, [&c, on_reactor](JobId job) {
-                             on_reactor([&c, job] { c.hub.broadcast({{"type", "job"}, {"job", job.value}}); });
-                           }});
+  const JobServices jobs{*c.plans,
+                         *c.planner_worker,
+                         c.config.planner_threads,
+                         c.tasks,
+                         *c.runner,
+                         *c.database,
+                         *c.queries,
+                         *c.pictures,
+                         c.panel_library,
+                         [&c, on_reactor](JobId job) {
+                           on_reactor([&c, job] { c.hub.broadcast({{"type", "job"}, {"job", job.value}}); });
+                         }};
+  bind_job_routes(router, jobs);
+  bind_plan_routes(router, jobs);
   bind_laser_routes(router, {*c.runner, *c.devices.laser, c.tasks, c.config.recipe, *c.pictures, on_reactor,
                              [&c](const LaserOverrides& wanted) { return c.set_overrides(wanted); }});
   bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});

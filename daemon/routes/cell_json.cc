@@ -124,6 +124,36 @@ json to_json(const ScanOutcome& o) {
   return out;
 }
 
+json to_json(const db::PlanRecord& plan) {
+  json out = {{"plan", plan.id.value},
+              {"name", plan.name},
+              {"parent", plan.parent ? json(plan.parent->value) : json()},
+              {"asked_by", plan.who},
+              {"created_at", plan.created_at},
+              {"options", json::parse(plan.options_json, nullptr, false)},
+              {"report", json::parse(plan.report_json, nullptr, false)},
+              {"pieces", plan.patches},
+              {"placed", plan.placed},
+              {"panels", json::array()},
+              {"outdated_panels", json::array()},
+              {"jobs", json::array()}};
+  for (const auto& panel : plan.panels)
+    out["panels"].push_back({{"panel", panel.panel.value}, {"mask_version", panel.mask_version}});
+  for (const auto& panel : plan.outdated) out["outdated_panels"].push_back(panel.value);
+  for (const auto& job : plan.jobs) out["jobs"].push_back(job.value);
+  return out;
+}
+
+json to_json(const db::PlannedPatch& piece) {
+  json out = {{"mark", piece.mark},
+              {"panel", piece.panel ? json(piece.panel->value) : json()},
+              {"artwork_outline_mm", points_json(piece.artwork_outline)}};
+  if (!piece.panel) return out;
+  out["panel_outline_mm"] = points_json(piece.panel_outline);
+  if (piece.lead_in) out["lead_in_mm"] = {piece.lead_in->x.count(), piece.lead_in->y.count()};
+  return out;
+}
+
 json to_json(const JobOutcome& o) {
   json panels = json::array();
   json global, fine;
@@ -136,7 +166,8 @@ json to_json(const JobOutcome& o) {
               {"stopped", o.global->stopped}};
   if (o.fine) fine = {{"cost_before", o.fine->cost_before}, {"cost", o.fine->cost}, {"moved", o.fine->moved}};
   for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
-  return {{"job", o.job.value},
+  const bool planned = o.plan.value != 0;  // and no job made of it
+  return {{planned ? "plan" : "job", planned ? o.plan.value : o.job.value},
           {"pieces", o.pieces},
           {"without_lead_in", o.without_lead},
           {"cost_per_pixel", o.cost_per_pixel},

@@ -24,6 +24,8 @@ nlohmann::json to_json(const db::PanelRecord& panel, const PanelFigures::Figures
 nlohmann::json to_json(const std::vector<db::ZoneRecord>& zones);
 nlohmann::json to_json(const db::AllocationRecord& allocation, const std::string& mark);
 nlohmann::json to_json(const db::JobRecord& job);
+nlohmann::json to_json(const db::PlanRecord& plan);
+nlohmann::json to_json(const db::PlannedPatch& piece);
 nlohmann::json to_json(const db::PieceRecord& piece);
 nlohmann::json to_json(const db::RunRecord& run);
 nlohmann::json to_json(const db::CertificateRecord& certificate, const std::string& now);

@@ -79,6 +79,8 @@ struct JobServices {
   std::function<void(JobId)> on_planned;
 };
 void bind_job_routes(Router& router, const JobServices& services);
+// Plans that no wood is reserved for: make, look, change, compare, and then a job of one.
+void bind_plan_routes(Router& router, const JobServices& services);
 
 // Test pattern, drawings, jog, overrides.
 struct LaserServices {

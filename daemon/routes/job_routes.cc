@@ -4,6 +4,7 @@
 #include <map>
 
 #include "base/clock.h"
+#include "daemon/api/idempotency.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -32,7 +33,39 @@ Result<json> made_before(Repositories& r, const std::optional<db::KeyedRequest>&
               {"warnings", {fmt::format("this request was taken before: it is job {}", id.value)}}};
 }
 
+// A job of a plan that was made before: its wood is reserved, nothing is planned.
+void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  auto body = RequestReader::body_of(request);
+  const auto plan = body.whole("plan", {1, 9e15});
+  body.require("plan");
+  for (const Status& read : {query.end(), body.end()})
+    if (!read) return reply(ApiReply::error(read.error()));
+  std::optional<db::KeyedRequest> keyed;
+  if (!request.idempotency_key.empty())
+    keyed = db::KeyedRequest{request.caller.who, "newJob", request.idempotency_key, fingerprint_of(request)};
+  auto task = s.tasks.start("plan", "reserving the wood");
+  reply(ApiReply::task(task.id()));
+  s.database.async(
+      [id = db::PlanId{*plan}, keyed](Repositories& r) -> Result<json> {
+        auto before = made_before(r, keyed);
+        if (!before || !before->is_null()) return before;
+        auto job = r.jobs.create(id, utc_timestamp(), keyed);
+        if (!job && keyed) static_cast<void>(r.request_keys.forget(*keyed));
+        if (!job) return job.error();
+        auto made = r.jobs.find(*job);
+        if (!made) return made.error();
+        return json{
+            {"job", job->value}, {"plan", id.value}, {"pieces", to_json(*made)["pieces"]}, {"warnings", json::array()}};
+      },
+      [s, task](Result<json> made) {
+        if (made && !made->contains("repeated")) s.on_planned(JobId{(*made)["job"].get<std::int64_t>()});
+        task.finish(std::move(made));
+      });
+}
+
 void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  if (request.body.starts_with('{')) return new_job_of_plan(s, request, reply);  // no picture begins like that
   auto job = read_job_request(request);
   if (!job) return reply(ApiReply::error(job.error()));
   job->options.threads = s.planner_threads;
@@ -112,12 +145,7 @@ void reply_preview(const JobServices& s, const ApiRequest& request, const Reply&
   s.pictures.ask(request, reply, [s, job = JobId{*id}, width](Repositories& r) {
     auto record = r.jobs.find(job);
     if (!record) return ApiReply::error(record.error());
-    if (!width) {
-      auto bytes = s.panel_library.load_bytes(record->preview_file);
-      return bytes ? ApiReply::bytes(std::move(*bytes), "image/png") : ApiReply::error(bytes.error());
-    }
-    auto small = s.panel_library.load_small(record->preview_file, static_cast<int>(*width));
-    return small ? png_reply(small->pixels) : ApiReply::error(small.error());
+    return preview_reply(s.panel_library, record->preview_file, width);
   });
 }
 

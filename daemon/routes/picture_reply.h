@@ -1,12 +1,19 @@
-// Pictures on their way to people. Pure; thread-safe.
+// Pictures on their way to people. Thread-safe.
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
 
 #include "daemon/api/api_message.h"
+#include "daemon/services/panel_library.h"
 
 namespace veneer::daemon {
 
 ApiReply png_reply(const cv::Mat& picture);
+
+// A stored preview as it is, or at most `width` wide. On a thread that may wait for the disk.
+ApiReply preview_reply(const PanelLibrary& library, const std::string& file, std::optional<std::int64_t> width);
 
 }  // namespace veneer::daemon

@@ -76,6 +76,44 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   return job;
 }
 
+Result<JobRequest> job_request_again(const std::string& name, std::string picture, const std::string& options_json) {
+  const Error damaged{ErrorCode::kStorage,
+                      "what the plan was asked for cannot be read any more: plan the picture anew"};
+  const json kept = json::parse(options_json, nullptr, false);
+  if (!kept.is_object()) return damaged;
+  // As a client would have asked.
+  ApiRequest request;
+  request.body = std::move(picture);
+  request.query["name"] = name;
+  const auto text = [](const json& value) {
+    return value.is_string()    ? value.get<std::string>()
+           : value.is_boolean() ? value.get<bool>() ? "1" : "0"
+                                : value.dump();
+  };
+  const auto joined = [&](const json& list, const char* separator) {
+    std::string out;
+    for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
+    return out;
+  };
+  for (const char* whole : {"size_mm", "max_panels"})
+    if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
+      request.query[whole] = text(*value);
+  for (const planner::NamedOption& option : planner::kNamedOptions)
+    if (const auto value = kept.find(option.name); value != kept.end())
+      request.query[std::string(option.name)] = text(*value);
+  for (const auto& [list, separator] : {std::pair("panels", ","), std::pair("wood", ","), std::pair("forbid", ";")})
+    if (const auto value = kept.find(list); value != kept.end() && !value->empty())
+      request.query[list] = joined(*value, separator);
+  if (const auto weights = kept.find("wood_weight"); weights != kept.end() && weights->is_object()) {
+    std::string all;
+    for (const auto& [wood, weight] : weights->items()) all += (all.empty() ? "" : ",") + wood + "=" + weight.dump();
+    if (!all.empty()) request.query["wood_weight"] = all;
+  }
+  auto again = read_job_request(request);
+  if (!again) return damaged;
+  return again;
+}
+
 json options_json(const JobRequest& request) {
   json out = {{"size_mm", request.size.count()}};
   for (const planner::NamedOption& option : planner::kNamedOptions) {

@@ -36,6 +36,10 @@ struct JobRequest {
 // an option whatever the picture and the wood (planner::check_options).
 Result<JobRequest> read_job_request(const ApiRequest& request);
 
+// The same request again, from what options_json() kept of it: for a plan that changes an earlier one. kStorage: it
+// cannot be read.
+Result<JobRequest> job_request_again(const std::string& name, std::string picture, const std::string& options_json);
+
 // All but name and picture, under the names of the parameters: what is kept with the job, and shown.
 nlohmann::json options_json(const JobRequest& request);
 

@@ -142,8 +142,8 @@ Result<std::string> PlanService::preview_file(JobId job) {
   return record->preview_file;
 }
 
-Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
-                                         const std::stop_token& stop) {
+Result<PlanService::Made> PlanService::make(const JobRequest& request, const std::optional<Earlier>& earlier,
+                                            const TaskProgress& progress, const std::stop_token& stop) {
   progress(0, "reading the picture");
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
@@ -169,6 +169,12 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   wanted.picture = (folder->path() / "picture").string();
   const auto bytes = std::as_bytes(std::span(request.picture));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  if (earlier) {
+    wanted.earlier = (folder->path() / "earlier.json").string();
+    const auto text = std::as_bytes(std::span(earlier->plan_json));
+    if (const Status written = write_whole(wanted.earlier, text); !written) return written.error();
+    wanted.edits = earlier->edits;
+  }
   std::error_code there_already;
   std::filesystem::create_directories(library_.index_dir(), there_already);
   const auto made = have_done<PlanMade>(workers_, std::move(order), wanted, progress, stop);
@@ -183,40 +189,85 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   const auto target_file = library_.store_bytes(request.picture, "targets", sha256_hex(bytes).substr(0, 16));
   if (!target_file) return target_file.error();
 
-  progress(0.95, "reserving the wood");
-  db::NewJob job;
-  job.name = request.name;
-  job.target_file = target_file->file;
-  job.preview_file = preview_file->file;
-  job.plan_json = std::move(*plan_json);
+  db::NewPlan plan;
+  plan.name = request.name;
+  if (earlier) plan.parent = earlier->plan;
+  plan.target_file = target_file->file;
+  plan.preview_file = preview_file->file;
+  plan.plan_json = std::move(*plan_json);
   nlohmann::json used = options_json(request);
   used["preview_dpi"] = kPreviewDpi;
   used["kerf_mm"] = made->kerf.count();
   used["position_margin_mm"] = config_.panel.position_margin.count();
-  job.options_json = used.dump();
-  job.pieces = std::move(*pieces);
-  job.planned_on = panels_used(stock->planned_on, job.pieces);
-  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
-  auto id = database_.call([&](Repositories& r) { return r.jobs.create(job, utc_timestamp(), request.keyed); });
-  if (!id) return id.error();
+  plan.options_json = used.dump();
+  plan.report_json = nlohmann::json(*made).dump();
+  plan.pieces = std::move(*pieces);
+  plan.planned_on = panels_used(stock->planned_on, plan.pieces);
 
   JobOutcome outcome;
-  outcome.job = *id;
-  outcome.pieces = job.pieces.size();
+  outcome.pieces = plan.pieces.size();
   outcome.without_lead = made->without_lead;
   outcome.cost_per_pixel = made->cost_per_pixel;
   std::map<PanelId, std::size_t> count;
-  for (const auto& piece : job.pieces)
+  for (const auto& piece : plan.pieces)
     if (piece.panel) ++count[*piece.panel];
   outcome.panels.assign(count.begin(), count.end());
   outcome.warnings = made->warnings;
   outcome.global = made->global;
   outcome.fine = made->fine;
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
+  return Made{std::move(plan), std::move(outcome)};
+}
+
+Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
+                                         const std::stop_token& stop) {
+  auto made = make(request, {}, progress, stop);
+  if (!made) return made.error();
+  progress(0.95, "reserving the wood");
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
+  auto id = database_.call([&](Repositories& r) { return r.jobs.create(made->plan, utc_timestamp(), request.keyed); });
+  if (!id) return id.error();
+  JobOutcome& outcome = made->outcome;
+  outcome.job = *id;
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
   if (outcome.without_lead > 0)
     log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",
                outcome.without_lead);
   return outcome;
+}
+
+Result<JobOutcome> PlanService::store(Made made, const std::string& who) {
+  made.plan.who = who;
+  const auto id = database_.call([&](Repositories& r) { return r.plans.add(made.plan, utc_timestamp()); });
+  if (!id) return id.error();
+  made.outcome.plan = *id;
+  log_->info("plan {} ({}): {} pieces, nothing reserved", id->value, made.plan.name, made.outcome.pieces);
+  return std::move(made.outcome);
+}
+
+Result<JobOutcome> PlanService::make_plan(const JobRequest& request, const std::string& who,
+                                          const TaskProgress& progress, const std::stop_token& stop) {
+  auto made = make(request, {}, progress, stop);
+  if (!made) return made.error();
+  return store(std::move(*made), who);
+}
+
+Result<JobOutcome> PlanService::change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
+                                            const std::stop_token& stop) {
+  const auto record = database_.call([&](Repositories& r) { return r.plans.find(change.plan); });
+  if (!record) return record.error();
+  auto plan_json = database_.call([&](Repositories& r) { return r.plans.plan_json(change.plan); });
+  if (!plan_json) return plan_json.error();
+  auto picture = library_.load_bytes(record->target_file);
+  if (!picture) return picture.error();
+  auto request =
+      job_request_again(change.name.empty() ? record->name : change.name, std::move(*picture), record->options_json);
+  if (!request) return request.error();
+  request->options.threads = change.threads;
+  request->forbidden.insert(request->forbidden.end(), change.forbidden.begin(), change.forbidden.end());
+  auto made = make(*request, Earlier{change.plan, std::move(*plan_json), change.edits}, progress, stop);
+  if (!made) return made.error();
+  return store(std::move(*made), who);
 }
 
 }  // namespace veneer::daemon

@@ -17,12 +17,15 @@
 #include "daemon/services/panel_library.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/workers/work_runner.h"
+#include "db/plans.h"
+#include "planner/edits/plan_edits.h"
 #include "planner/plan.h"
 
 namespace veneer::daemon {
 
 struct JobOutcome {
-  JobId job;
+  JobId job;        // {0} of a plan that no job was made of
+  db::PlanId plan;  // {0} of a job: its record names it
   std::size_t pieces = 0;
   double cost_per_pixel = 0;
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
@@ -43,10 +46,38 @@ class PlanService {
   // missing and which smaller patches would still fit. kCancelled once `stop` is requested, unless the wood is reserved
   // already. Otherwise as planner::make_plan says.
   Result<JobOutcome> make_job(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+  // The same without a job: the plan is stored, and no wood is reserved.
+  Result<JobOutcome> make_plan(const JobRequest& request, const std::string& who, const TaskProgress& progress,
+                               const std::stop_token& stop);
+  // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given.
+  // kNotFound: there is no such plan, or no such piece in it.
+  struct Change {
+    db::PlanId plan;
+    std::string name;
+    planner::PlanEdits edits;
+    std::vector<planner::ForbiddenWood> forbidden;
+    int threads = 0;
+  };
+  Result<JobOutcome> change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
+                                 const std::stop_token& stop);
   // The job's assembled picture as it was planned, PNG; any worker. kNotFound, kStorage.
   Result<std::string> preview_file(JobId job);
 
  private:
+  // An earlier plan, and what is asked of it.
+  struct Earlier {
+    db::PlanId plan;
+    std::string plan_json;
+    planner::PlanEdits edits;
+  };
+  struct Made {
+    db::NewPlan plan;
+    JobOutcome outcome;
+  };
+  Result<Made> make(const JobRequest& request, const std::optional<Earlier>& earlier, const TaskProgress& progress,
+                    const std::stop_token& stop);
+  Result<JobOutcome> store(Made made, const std::string& who);
+
   DatabaseThread& database_;
   const PanelLibrary& library_;
   WorkRunner& workers_;

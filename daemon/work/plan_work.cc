@@ -79,6 +79,10 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector
     options.kerf =
         std::max(options.kerf, WoodRecipes({}, order.kerf, order.recipes, held(order, panel.id).zones).widest_kerf());
   options.index_cache = order.wood.index_dir;
+  if (order.earlier.empty()) return options;
+  auto earlier = planner::read_plan(order.earlier);
+  if (!earlier) return earlier.error();
+  if (const Status kept = planner::keep_edited(std::move(*earlier), order.edits, options); !kept) return kept.error();
   return options;
 }
 

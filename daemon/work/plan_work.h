@@ -19,6 +19,7 @@ namespace veneer::planner {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GlobalReport, greedy_cost, cost, greedy_unfilled, unfilled, iterations, budget,
                                    stopped, seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FineReport, cost_before, cost, moved)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanEdits, pins, replanned, swaps, takes)
 }  // namespace veneer::planner
 
 namespace veneer::daemon {
@@ -38,6 +39,9 @@ struct MakePlan {
   JobWood wood;
   RecipeConfig recipe;
   std::vector<db::RecipeRecord> recipes;
+  // Of a plan that changes an earlier one: that one's file, and what is asked of it.
+  std::string earlier;
+  planner::PlanEdits edits;
 };
 // What an answer leaves in the work's folder: the plan as planner::plan_to_json() writes it, its pieces as records
 // (JSON), and the assembled picture.
@@ -55,7 +59,7 @@ struct PlanMade {
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, size, options, threads, kerf, preview_dpi, wood, recipe,
-                                   recipes)
+                                   recipes, earlier, edits)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, cost_per_pixel, without_lead, warnings, global, fine)
 
 }  // namespace veneer::daemon

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -127,6 +128,25 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
   if (!unknown.empty())
     return Error{ErrorCode::kNotFound, fmt::format("the plan that is kept has no piece {}", *unknown.begin())};
   return out;
+}
+
+Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
+  std::vector<std::string> staying = edits.pins;
+  for (const auto& [one, other] : edits.swaps) {
+    if (Status swapped = swap_pieces(plan, one, other); !swapped.ok()) return swapped;
+    staying.push_back(one), staying.push_back(other);
+  }
+  for (const auto& [mark, number] : edits.takes) {
+    if (Status taken = take_alternative(plan, mark, number); !taken.ok()) return taken;
+    staying.push_back(mark);
+  }
+  auto kept = kept_pieces(plan, edits.pins.empty() ? Keep::kAll : Keep::kOnly, staying, edits.replanned);
+  if (!kept.ok()) return kept.error();
+  options.kept = std::move(*kept);
+  for (const KeptPiece& piece : options.kept)
+    options.adaptive_levels =
+        std::max(options.adaptive_levels, static_cast<int>(std::bit_width(static_cast<unsigned>(piece.cells))) - 1);
+  return Ok();
 }
 
 }  // namespace veneer::planner

@@ -6,6 +6,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planner/plan.h"
@@ -33,5 +34,16 @@ Status take_alternative(Plan& plan, const std::string& mark, std::size_t number)
 enum class Keep { kAll, kOnly };
 Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::span<const std::string> must,
                                            std::span<const std::string> replanned);
+
+// What is asked of an earlier plan, by marks.
+struct PlanEdits {
+  std::vector<std::string> pins;       // keep these only; none: keep all
+  std::vector<std::string> replanned;  // plan these anew
+  std::vector<std::pair<std::string, std::string>> swaps;
+  std::vector<std::pair<std::string, std::size_t>> takes;  // mark, number of its alternative
+};
+// Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved or pinned must stay. Pieces of several
+// sizes are understood without saying again how many there were.
+Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options);
 
 }  // namespace veneer::planner

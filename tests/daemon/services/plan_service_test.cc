@@ -100,10 +100,20 @@ class PlanServiceTest : public ::testing::Test {
   Result<JobOutcome> plan(
       const JobRequest& request, const TaskProgress& progress = [](double, const std::string&) {},
       const std::stop_token& stop = {}) {
-    Config config;
-    config.panel.position_margin = Millimetres(0.2);
-    PlanService service(*database_, library_, workers_, config, make_null_logger());
-    return service.make_job(request, progress, stop);
+    return service().make_job(request, progress, stop);
+  }
+  PlanService service() { return {*database_, library_, workers_, config_, make_null_logger()}; }
+  Result<JobOutcome> stored_plan(const JobRequest& request) {
+    return service().make_plan(request, "uid 1000", [](double, const std::string&) {}, {});
+  }
+  Result<JobOutcome> changed(const PlanService::Change& change) {
+    return service().change_plan(change, "uid 1000", [](double, const std::string&) {}, {});
+  }
+  std::map<std::string, db::PlannedPatch> pieces_of(db::PlanId plan) {
+    std::map<std::string, db::PlannedPatch> out;
+    const auto pieces = database_->call([&](Repositories& r) { return r.plans.patches(plan); });
+    for (const auto& piece : *pieces) out[piece.mark] = piece;
+    return out;
   }
   std::size_t jobs() {
     return database_->call([](Repositories& r) { return r.jobs.list(); })->size();
@@ -114,6 +124,7 @@ class PlanServiceTest : public ::testing::Test {
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
   testing::WorkHere workers_;
+  Config config_;
   std::map<std::string, std::vector<db::ZoneRecord>> zones_;
 };
 
@@ -330,6 +341,76 @@ TEST_F(PlanServiceTest, ACancelledJobReservesNothingHoweverFarItIs) {
     EXPECT_EQ(job.error().code, ErrorCode::kCancelled);
     EXPECT_EQ(jobs(), 0U);
   }
+}
+
+TEST_F(PlanServiceTest, APlanReservesNothingUntilAJobIsMadeOfIt) {
+  add_panel("P-0001", 255);
+  const auto plan = stored_plan(small_job());
+  ASSERT_TRUE(plan.ok()) << plan.error().message;
+  EXPECT_EQ(to_json(*plan)["plan"], plan->plan.value);
+  EXPECT_EQ(jobs(), 0U);
+  const auto live = database_->call([](Repositories& r) { return r.ledger.live_allocations(PanelId{"P-0001"}); });
+  EXPECT_TRUE(live->empty());
+  const auto make = [&] {
+    return database_->call([&](Repositories& r) { return r.jobs.create(plan->plan, "2026-02-01T00:00:00.000Z"); });
+  };
+  const auto job = make();
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(database_->call([&](Repositories& r) { return r.jobs.pieces(*job); })->size(), plan->pieces);
+  EXPECT_EQ(make().error().code, ErrorCode::kConflict) << "its wood is held by now";
+}
+
+TEST_F(PlanServiceTest, AChangedPlanKeepsWhatIsNotNamedAndKnowsItsParent) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.alternatives = 2;
+  request.max_panels = 1;
+  const auto first = stored_plan(request);
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  const auto before = pieces_of(first->plan);
+  const auto second = changed({first->plan, "swapped", {{}, {}, {{"A1-1", "A2-2"}}, {}}, {}, 1});
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  const auto after = pieces_of(second->plan);
+  const auto centre = [](const db::PlannedPatch& piece) {
+    const Box<PanelFrame> box = bounds(piece.panel_outline);
+    return Point<PanelFrame>{(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2};
+  };
+  EXPECT_LT(distance(centre(after.at("A1-1")), centre(before.at("A2-2"))).count(), 0.01);
+  EXPECT_LT(distance(centre(after.at("A2-2")), centre(before.at("A1-1"))).count(), 0.01);
+  EXPECT_EQ(after.at("A1-2").panel_outline, before.at("A1-2").panel_outline);
+  EXPECT_EQ(after.at("A2-1").panel_outline, before.at("A2-1").panel_outline);
+  const auto record = database_->call([&](Repositories& r) { return r.plans.find(second->plan); });
+  ASSERT_TRUE(record.ok());
+  EXPECT_EQ(record->parent, first->plan);
+  EXPECT_EQ(record->name, "swapped");
+  EXPECT_EQ(record->who, "uid 1000");
+  const auto options = nlohmann::json::parse(record->options_json);
+  EXPECT_EQ(options["alternatives"], 2);
+  EXPECT_EQ(options["max_panels"], 1);
+  EXPECT_EQ(options["patch_mm"], 3);
+  // Where a piece lay may be forbidden: it goes elsewhere.
+  const Box<PanelFrame> old = bounds(after.at("A1-2").panel_outline);
+  const auto third = changed({second->plan, "", {}, {{PanelId{"P-0001"}, old}}, 1});
+  ASSERT_TRUE(third.ok()) << third.error().message;
+  EXPECT_NE(pieces_of(third->plan).at("A1-2").panel_outline, after.at("A1-2").panel_outline);
+  EXPECT_EQ(pieces_of(third->plan).at("A1-1").panel_outline, after.at("A1-1").panel_outline);
+  EXPECT_EQ(changed({{99}, "", {}, {}, 1}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(changed({first->plan, "", {{}, {"B9-9"}, {}, {}}, {}, 1}).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(PlanServiceTest, WhatAPlanWasAskedForIsReadAgainAsItWas) {
+  JobRequest request = small_job();
+  request.options.optimize = planner::Optimize::kGlobal;
+  request.options.exact = true;
+  request.panels = {PanelId{"P-0001"}, PanelId{"P-0002"}};
+  request.woods = {"black walnut", "oak"};
+  request.wood_weights = {{"oak", 2}, {"ash", 0.5}};
+  request.forbidden = {*planner::forbidden_wood("P-0001,1,2,3,4"), *planner::forbidden_wood("P-0002,5,6,7,8")};
+  const auto again = job_request_again(request.name, request.picture, options_json(request).dump());
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(options_json(*again), options_json(request));
+  EXPECT_EQ(again->picture, request.picture);
+  EXPECT_EQ(job_request_again("x", "y", "no JSON").error().code, ErrorCode::kStorage);
 }
 
 }  // namespace

@@ -1,0 +1,181 @@
+#include <fmt/format.h>
+
+#include "base/clock.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
+#include "daemon/routes/picture_reply.h"
+#include "daemon/routes/post_work.h"
+#include "daemon/routes/request_ranges.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+// `make` runs on the planner's worker.
+template <class F>
+void plan_as_task(const JobServices& s, const Reply& reply, F make) {
+  auto task = s.tasks.start("plan", "waiting for the planner");
+  reply(ApiReply::task(task.id()));
+  post_task(s.planner, task, [task, make = std::move(make)] {
+    auto outcome = make([&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+  });
+}
+
+void new_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto wanted = read_job_request(request);
+  if (!wanted) return reply(ApiReply::error(wanted.error()));
+  wanted->options.threads = s.planner_threads;
+  wanted->keyed.reset();  // a plan takes no wood: to make it twice harms nobody
+  plan_as_task(s, reply,
+               [s, wanted = std::move(*wanted), who = request.caller.who](const TaskProgress& progress,
+                                                                          const std::stop_token& stop) {
+                 return s.plans.make_plan(wanted, who, progress, stop);
+               });
+}
+
+// "A1-1,A2-3"
+Result<std::pair<std::string, std::string>> swap_of(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos || comma == 0 || comma + 1 == text.size())
+    return unusable(fmt::format("swap must be a list of MARK,MARK, not \"{}\": correct it", text));
+  return std::pair(text.substr(0, comma), text.substr(comma + 1));
+}
+
+// "A1-1=2"
+Result<std::pair<std::string, std::size_t>> take_of(const std::string& text) {
+  const std::size_t equals = std::min(text.rfind('='), text.size());
+  const auto number = equals < text.size() ? parse_number(std::string_view(text).substr(equals + 1)) : std::nullopt;
+  if (equals == 0 || !number || *number < 1 || *number > 1e6 || *number != static_cast<std::size_t>(*number))
+    return unusable(fmt::format("take must be a list of MARK=NUMBER, not \"{}\": correct it", text));
+  return std::pair(text.substr(0, equals), static_cast<std::size_t>(*number));
+}
+
+// Each of the property's texts, read by `read`, into `out`.
+template <class T, class F>
+void read_each(RequestReader& body, std::string_view name, F read, std::vector<T>& out) {
+  const auto texts = body.texts(name);
+  if (!texts) return;
+  for (const std::string& text : *texts) {
+    auto value = read(text);
+    if (!value) return body.refuse(value.error());
+    out.push_back(std::move(*value));
+  }
+}
+
+Result<PlanService::Change> read_change(const ApiRequest& request) {
+  auto id = request.path_number("id");
+  if (!id) return id.error();
+  PlanService::Change change;
+  change.plan = {*id};
+  auto body = RequestReader::body_of(request);
+  change.name = body.text("name").value_or("");
+  change.edits.pins = body.texts("pin").value_or(std::vector<std::string>());
+  change.edits.replanned = body.texts("replan").value_or(std::vector<std::string>());
+  read_each(body, "swap", swap_of, change.edits.swaps);
+  read_each(body, "take", take_of, change.edits.takes);
+  read_each(
+      body, "forbid",
+      [](const std::string& text) -> Result<planner::ForbiddenWood> {
+        auto wood = planner::forbidden_wood(text);
+        if (!wood) return unusable("forbid: " + wood.error().message);
+        return wood;
+      },
+      change.forbidden);
+  if (const Status read = body.end(); !read) return read.error();
+  return change;
+}
+
+void change_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto change = read_change(request);
+  if (!change) return reply(ApiReply::error(change.error()));
+  change->threads = s.planner_threads;
+  plan_as_task(s, reply,
+               [s, change = std::move(*change), who = request.caller.who](const TaskProgress& progress,
+                                                                          const std::stop_token& stop) {
+                 return s.plans.change_plan(change, who, progress, stop);
+               });
+}
+
+// Asks about the plan named in the path.
+template <class F>
+void about_plan(QueryPool& queries, const ApiRequest& request, const Reply& reply, F work) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  queries.ask(request, reply, [work, plan = db::PlanId{*id}](Repositories& r) -> ApiReply { return work(r, plan); });
+}
+
+void reply_plan_preview(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const auto width = query.whole("width", ranges::kShownWidth);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  about_plan(s.pictures, request, reply, [s, width](Repositories& r, db::PlanId id) {
+    auto plan = r.plans.find(id);
+    if (!plan) return ApiReply::error(plan.error());
+    return preview_reply(s.panel_library, plan->preview_file, width);
+  });
+}
+
+Result<json> plans_json(Repositories& r, const Page& page) {
+  auto list = r.plans.list({page.after}, page.limit + 1);
+  if (!list) return list.error();
+  json out = {{"plans", json::array()}};
+  out["next"] = cut_to_page(*list, page, [](const db::PlanRecord& plan) { return plan.id.value; });
+  for (const auto& plan : *list) out["plans"].push_back(to_json(plan));
+  return out;
+}
+
+Result<json> plan_pieces_json(Repositories& r, db::PlanId id) {
+  auto pieces = r.plans.patches(id);
+  if (!pieces) return pieces.error();
+  auto taken = r.plans.taken(id);
+  if (!taken) return taken.error();
+  json out = {{"plan", id.value}, {"pieces", json::array()}, {"taken", *taken}};
+  for (const auto& piece : *pieces) out["pieces"].push_back(to_json(piece));
+  return out;
+}
+
+}  // namespace
+
+void bind_plan_routes(Router& router, const JobServices& s) {
+  router.bind("newPlan", [s](const ApiRequest& request, const Reply& reply) { new_plan(s, request, reply); });
+  router.bind("changePlan", [s](const ApiRequest& request, const Reply& reply) { change_plan(s, request, reply); });
+  router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request, [page](Repositories& r) { return plans_json(r, page); }, reply);
+  });
+  router.bind("getPlan", [s](const ApiRequest& request, const Reply& reply) {
+    about_plan(s.queries, request, reply, [](Repositories& r, db::PlanId id) {
+      auto plan = r.plans.find(id);
+      return plan ? ApiReply::json(to_json(*plan)) : ApiReply::error(plan.error());
+    });
+  });
+  router.bind("getPlanPieces", [s](const ApiRequest& request, const Reply& reply) {
+    about_plan(s.queries, request, reply,
+               [](Repositories& r, db::PlanId id) { return reply_of(plan_pieces_json(r, id)); });
+  });
+  router.bind("getPlanFile", [s](const ApiRequest& request, const Reply& reply) {
+    about_plan(s.queries, request, reply, [](Repositories& r, db::PlanId id) {
+      auto plan = r.plans.plan_json(id);
+      return plan ? ApiReply::bytes(std::move(*plan), "application/json") : ApiReply::error(plan.error());
+    });
+  });
+  router.bind("getPlanPreview",
+              [s](const ApiRequest& request, const Reply& reply) { reply_plan_preview(s, request, reply); });
+  router.bind("removePlan", [s](const ApiRequest& request, const Reply& reply) {
+    auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    s.database.async([plan = db::PlanId{*id}](Repositories& r) { return r.plans.remove(plan); },
+                     [reply, id = *id](const Status& removed) {
+                       reply(removed ? ApiReply::json({{"removed", id}}) : ApiReply::error(removed.error()));
+                     });
+  });
+}
+
+}  // namespace veneer::daemon
