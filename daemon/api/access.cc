@@ -4,16 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/beast/core/string.hpp>
 
 namespace veneer::daemon {
-namespace {
-
-bool equal_ignoring_case(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
-
-}  // namespace
 
 std::optional<PeerCredentials> peer_credentials(int socket) {
   ucred credentials{};
@@ -48,14 +41,14 @@ bool host_is_ours(std::string_view host, int port) {
   } else if (port != 80) {
     return false;
   }
-  return host == "127.0.0.1" || host == "[::1]" || equal_ignoring_case(host, "localhost");
+  return host == "127.0.0.1" || host == "[::1]" || boost::beast::iequals(host, "localhost");
 }
 
 bool origin_is_ours(const BrowserHeaders& headers) {
   if (!headers.origin) return true;
   constexpr std::string_view kScheme = "http://";
   return headers.origin->starts_with(kScheme) &&
-         equal_ignoring_case(headers.origin->substr(kScheme.size()), headers.host);
+         boost::beast::iequals(headers.origin->substr(kScheme.size()), headers.host);
 }
 
 bool site_is_ours(const BrowserHeaders& headers) {
