@@ -39,6 +39,7 @@ ErrorCode code_from(std::string_view name) {
     if (name == to_string(code)) return code;
   }
   if (name == "forbidden") return ErrorCode::kRefused;
+  if (name == "too_many_requests") return ErrorCode::kUnavailable;
   if (name == "too_large" || name == "method_not_allowed") return ErrorCode::kInvalidArgument;
   return ErrorCode::kInternal;
 }

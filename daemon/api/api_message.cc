@@ -81,6 +81,12 @@ ApiReply ApiReply::busy(std::string_view what) {
   return reply;
 }
 
+ApiReply ApiReply::too_many(std::string_view what) {
+  ApiReply reply = error(429, "too_many_requests", std::string(what) + ": wait until some of them are over");
+  reply.headers.emplace_back("Retry-After", "1");
+  return reply;
+}
+
 ApiReply ApiReply::not_modified(std::string etag) {
   ApiReply reply;
   reply.status = 304;

@@ -73,8 +73,10 @@ struct ApiReply {
   static ApiReply error(const Error& error);
   // The same with a status of its own: what HTTP knows and ErrorCode does not (403, 405, 413, ...).
   static ApiReply error(int status, std::string_view code, std::string_view message);
-  // 503 with Retry-After. `what` says what there is too much of.
+  // 503 with Retry-After: the cell has no room for more. `what` says of what there is too much.
   static ApiReply busy(std::string_view what);
+  // 429 with Retry-After: this client has more under way than its share. `what` says of what.
+  static ApiReply too_many(std::string_view what);
   // 304
   static ApiReply not_modified(std::string etag);
   // 202 {"task": N}

@@ -1,6 +1,7 @@
 #include "daemon/api/event_client.h"
 
 #include <boost/asio/buffer.hpp>
+#include <boost/beast/http/rfc7230.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
 #include <utility>
 
@@ -30,7 +31,7 @@ void EventClient::accept(Upgrade upgrade) {
   // A browser hangs up unless one of the protocols it offered is taken.
   constexpr std::string_view kProtocol = "veneer.events";
   const std::string_view offered = upgrade[boost::beast::http::field::sec_websocket_protocol];
-  if (offered.find(kProtocol) != std::string_view::npos)
+  if (boost::beast::http::token_list{offered}.exists(kProtocol))
     socket_.set_option(websocket::stream_base::decorator([kProtocol](websocket::response_type& response) {
       response.set(boost::beast::http::field::sec_websocket_protocol, kProtocol);
     }));

@@ -25,14 +25,15 @@ void EventHub::broadcast(const nlohmann::json& event) {
   for (const auto& client : everyone) client->send(message);
 }
 
-bool EventHub::has_room_for(const Caller& caller) const {
+EventHub::Room EventHub::room_for(const Caller& caller) const {
   std::size_t viewers = 0, same = 0;
   for (const auto& client : clients_) {
     viewers += client->caller().role < Role::kOperator ? 1U : 0U;
     same += client->caller().who == caller.who ? 1U : 0U;
   }
-  if (closed_ || clients_.size() >= options_.max_clients || same >= options_.max_per_identity) return false;
-  return caller.role >= Role::kOperator || viewers < options_.max_viewers;
+  if (same >= options_.max_per_identity) return Room::kTooManyOfThisIdentity;
+  if (closed_ || clients_.size() >= options_.max_clients) return Room::kFull;
+  return caller.role >= Role::kOperator || viewers < options_.max_viewers ? Room::kFree : Room::kFull;
 }
 
 void EventHub::join(const std::shared_ptr<EventClient>& client) {

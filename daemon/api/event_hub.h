@@ -42,7 +42,8 @@ class EventHub {
   void close();
 
   // For the server and the clients themselves.
-  bool has_room_for(const Caller& caller) const;
+  enum class Room { kFree, kTooManyOfThisIdentity, kFull };
+  Room room_for(const Caller& caller) const;
   void join(const std::shared_ptr<EventClient>& client);
   void leave(const std::shared_ptr<EventClient>& client) { clients_.erase(client); }
   const EventHubOptions& options() const { return options_; }

@@ -1,18 +1,19 @@
 #include "daemon/api/http_connection.h"
 
-#include <sys/socket.h>
+#include <poll.h>
 
 #include <atomic>
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
+#include <boost/beast/http/rfc7230.hpp>
 #include <boost/beast/http/write.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
-#include <cerrno>
 #include <limits>
 #include <utility>
 
 #include "daemon/api/event_client.h"
+#include "daemon/workers/worker.h"
 
 namespace veneer::daemon {
 
@@ -25,6 +26,7 @@ namespace {
 constexpr std::string_view kStopPath = "/api/v1/stop";
 constexpr std::string_view kEventsPath = "/api/v1/events";
 constexpr std::chrono::seconds kLinger{2};
+constexpr std::chrono::milliseconds kDepartureCheck{250};
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
@@ -34,11 +36,9 @@ std::string_view session_secret(const Fields& fields) {
   constexpr std::string_view kBearer = "Bearer ", kProtocol = "bearer.";
   const std::string_view authorization = fields[http::field::authorization];
   if (authorization.starts_with(kBearer)) return authorization.substr(kBearer.size());
-  const std::string_view protocols = fields[http::field::sec_websocket_protocol];
-  const std::size_t begin = protocols.find(kProtocol);
-  if (begin == std::string_view::npos) return {};
-  const std::string_view rest = protocols.substr(begin + kProtocol.size());
-  return rest.substr(0, rest.find_first_of(", "));
+  for (const std::string_view protocol : http::token_list{fields[http::field::sec_websocket_protocol]})
+    if (protocol.starts_with(kProtocol)) return protocol.substr(kProtocol.size());
+  return {};
 }
 
 template <class Fields>
@@ -95,7 +95,9 @@ HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> s
     : shared_(std::move(shared)),
       stream_(std::move(socket)),
       reply_timer_(stream_.get_executor()),
-      peer_(std::move(peer)) {
+      departure_timer_(stream_.get_executor()),
+      peer_(std::move(peer)),
+      caller_(peer_ ? *peer_ : caller_over_tcp({}, shared_->links)) {
   step(Doing::kReading);
 }
 
@@ -108,6 +110,10 @@ void HttpConnection::drop() {
   awaiting_reply_ = false;
   gone_.request_stop();
   reply_timer_.cancel();
+  departure_timer_.cancel();
+  request_share_ = {};
+  upload_share_ = {};
+  reply_share_ = {};
   stream_.close();
 }
 
@@ -128,6 +134,7 @@ void HttpConnection::read_header() {
 }
 
 void HttpConnection::on_parse_fault(error_code fault) {
+  upload_share_ = {};
   if (fault == http::error::header_limit) {
     return answer(ApiReply::error(431, "too_large", "the request's header is too large"), true);
   }
@@ -181,8 +188,13 @@ void HttpConnection::upgrade() {
   if (!boost::beast::websocket::is_upgrade(parser_->get())) {
     return answer(ApiReply::error(400, "invalid_argument", "this is the event stream: open it as a WebSocket"), true);
   }
-  if (!shared_->hub.has_room_for(caller_)) {
-    return answer(ApiReply::busy("too many of you listen to the event stream already"), true);
+  switch (shared_->hub.room_for(caller_)) {
+    case EventHub::Room::kTooManyOfThisIdentity:
+      return answer(ApiReply::too_many("too many of you listen to the event stream already"), true);
+    case EventHub::Room::kFull:
+      return answer(ApiReply::busy("too many listen to the event stream already"), true);
+    case EventHub::Room::kFree:
+      break;
   }
   const auto client = std::make_shared<EventClient>(std::move(stream_), shared_->hub, caller_, shared_->log);
   client->accept(parser_->release());
@@ -203,6 +215,10 @@ void HttpConnection::route() {
         ApiReply::error(413, "too_large", "the body is larger than " + std::to_string(max_body / 1024) + " KiB"), true);
   }
   parser_->body_limit(max_body);
+  if (max_body > kSmallBody && (length ? *length > kSmallBody : !parser_->is_done())) {
+    if (auto refusal = shared_->shares.begin_upload(caller_.who, upload_share_))
+      return answer(std::move(*refusal), true);
+  }
   if (request[http::field::expect] == "100-continue") return say_continue();
   read_body();
 }
@@ -240,6 +256,10 @@ void HttpConnection::handle() {
   request.idempotency_key = std::string(message["Idempotency-Key"]);
   request.if_none_match = std::string(message[http::field::if_none_match]);
   request.caller = caller_;
+  if (auto refusal = shared_->shares.begin_request(caller_.who, request_share_)) {
+    upload_share_ = {};
+    return answer(std::move(*refusal));
+  }
   gone_ = std::stop_source();
   request.gone = gone_.get_token();
 
@@ -247,37 +267,64 @@ void HttpConnection::handle() {
   reply_timer_.expires_after(shared_->options.reply_timeout);
   reply_timer_.async_wait([self = shared_from_this(), number = request_number_](error_code fault) {
     if (fault) return;
+    self->gone_.request_stop();  // what waits for it is in vain now
     self->take_reply(number, ApiReply::error(Error{ErrorCode::kTimeout, "the daemon has no answer yet: ask again"}));
   });
   if (message.method() == http::verb::get) notice_departure();
+  run_handler(request);
+}
+
+// What a handler throws costs its request. A change may be half done then, and whoever owns the machine is told.
+void HttpConnection::run_handler(const ApiRequest& request) {
   // Copied: the handler may bind further routes.
   const Handler handler = match_.route->handler;
   const auto slot = std::make_shared<ReplySlot>(weak_from_this(), stream_.get_executor(), request_number_);
-  handler(request, [slot](ApiReply reply) { slot->send(std::move(reply)); });
+  try {
+    handler(request, [slot](ApiReply reply) { slot->send(std::move(reply)); });
+  } catch (...) {
+    const Error thrown = error_of_exception();
+    shared_->log->error("{} {} of {}: {}", request.method, request.path, request.caller.who, thrown.message);
+    if (request.method != "GET" && shared_->options.on_broken_change)
+      shared_->options.on_broken_change(request.method + " " + request.path + ": " + thrown.message);
+    slot->send(ApiReply::error(thrown));
+  }
 }
 
 // A client that hangs up while its question waits is noticed, so that nobody works for it. What changes something is
 // done all the same.
 void HttpConnection::notice_departure() {
-  stream_.socket().async_wait(
-      ApiSocket::wait_read, [self = shared_from_this(), number = request_number_](error_code fault) {
-        if (fault || !self->awaiting_reply_ || number != self->request_number_) return;
-        char byte = 0;
-        const auto peeked = ::recv(self->stream_.socket().native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
-        const bool idle = peeked < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
-        if (peeked == 0 || (peeked < 0 && !idle)) self->gone();
-      });
+  const auto look = [self = shared_from_this(), number = request_number_](error_code fault) {
+    if (fault || !self->awaiting_reply_ || number != self->request_number_) return;
+    if (self->client_is_gone()) return self->gone();
+    // It has sent its next request ahead: there is something to read from now on, and only time tells of its end.
+    self->departure_timer_.expires_after(kDepartureCheck);
+    self->departure_timer_.async_wait([self, number](error_code ended) {
+      if (!ended && self->awaiting_reply_ && number == self->request_number_) self->notice_departure();
+    });
+  };
+  stream_.socket().async_wait(ApiSocket::wait_read, look);
+}
+
+bool HttpConnection::client_is_gone() {
+  pollfd client{stream_.socket().native_handle(), POLLRDHUP, 0};
+  return ::poll(&client, 1, 0) < 0 || (client.revents & (POLLRDHUP | POLLHUP | POLLERR | POLLNVAL)) != 0;
 }
 
 void HttpConnection::take_reply(std::uint64_t number, ApiReply reply) {
   if (!awaiting_reply_ || number != request_number_) return;
   awaiting_reply_ = false;
   reply_timer_.cancel();
+  departure_timer_.cancel();
+  request_share_ = {};
+  upload_share_ = {};
   answer(std::move(reply));
 }
 
 void HttpConnection::answer(ApiReply reply, bool close_after) {
   step(Doing::kWriting);
+  if (reply.body.size() > kSmallBody)
+    if (auto refusal = shared_->shares.begin_reply(caller_.who, reply.body.size(), reply_share_))
+      reply = std::move(*refusal);
   const bool known = parser_->is_header_done();
   const auto& request = parser_->get();
   response_.emplace();
@@ -298,6 +345,7 @@ void HttpConnection::answer(ApiReply reply, bool close_after) {
     if (fault) return self->gone();
     const bool last = self->response_->need_eof();
     self->response_.reset();
+    self->reply_share_ = {};
     if (last) return self->linger();
     self->read_header();
   });

@@ -30,6 +30,7 @@ struct ServerShared {
   std::function<ApiReply(const Caller&)> on_stop;
   Logger log;
   int tcp_port = 0;
+  ClientShares shares;
   std::uint64_t activity = 0;  // counts every step any connection makes
   std::function<void(const HttpConnection&)> on_gone;
 };
@@ -48,6 +49,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t last_activity() const { return last_activity_; }
   // Its last request came from an operator.
   bool trusted() const { return caller_.role >= Role::kOperator; }
+  // Whose last request was; over TCP anonymous until a header has said more.
+  const std::string& who() const { return caller_.who; }
 
  private:
   using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
@@ -64,7 +67,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void say_continue();
   void read_body();
   void handle();
+  void run_handler(const ApiRequest& request);
   void notice_departure();
+  bool client_is_gone();
   void take_reply(std::uint64_t number, ApiReply reply);
   void answer(ApiReply reply, bool close_after = false);
   void linger();
@@ -74,6 +79,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::shared_ptr<ServerShared> shared_;
   ApiStream stream_;
   boost::asio::steady_timer reply_timer_;
+  boost::asio::steady_timer departure_timer_;
   std::optional<Caller> peer_;
   boost::beast::flat_buffer buffer_;
   std::optional<RequestParser> parser_;
@@ -85,6 +91,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t request_number_ = 0;
   bool awaiting_reply_ = false;
   std::stop_source gone_;  // of the request that is being handled
+  ClientShares::Share request_share_, upload_share_, reply_share_;
 };
 
 }  // namespace veneer::daemon

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <boost/asio/steady_timer.hpp>
+#include <limits>
+#include <map>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -67,6 +70,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
 
   int tcp_port() const { return shared_->tcp_port; }
   std::size_t connections() const { return tcp_connections_.size() + unix_connections_.size(); }
+  std::size_t uploads() const { return shared_->shares.uploads(); }
 
  private:
   using Connections = std::vector<std::shared_ptr<HttpConnection>>;
@@ -108,11 +112,16 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     connection->start();
   }
 
-  // Whoever has been quiet for longest goes, operators and requests in their handlers last: a crowd that holds
-  // connections open keeps nobody from pressing STOP.
+  // The identity that holds most connections gives one up, the one that has been quiet for longest: a crowd pushes out
+  // itself, and nobody who comes to press STOP. Over TCP whoever has not sent a header yet counts as one of the crowd,
+  // but as the least quiet of it. What an operator waits for goes last of the operator's own.
   static void make_room(Connections& door) {
-    const auto rank = [](const std::shared_ptr<HttpConnection>& c) {
-      return std::tuple(c->trusted(), c->doing() == HttpConnection::Doing::kHandling, c->last_activity());
+    std::map<std::string_view, std::size_t> held;
+    for (const auto& connection : door) ++held[connection->who()];
+    const auto rank = [&held](const std::shared_ptr<HttpConnection>& c) {
+      const bool awaited = c->trusted() && c->doing() == HttpConnection::Doing::kHandling;
+      return std::tuple(std::numeric_limits<std::size_t>::max() - held[c->who()], c->trusted(), awaited,
+                        c->last_activity());
     };
     const auto quietest = std::ranges::min_element(door, {}, rank);
     (*quietest)->drop();
@@ -144,8 +153,9 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
   if (const auto unbound = router.unbound(); !unbound.empty())
     return Error{ErrorCode::kInternal,
                  "nothing answers the API's operation " + unbound.front() + ": this veneerd was built wrongly"};
-  auto shared = std::make_shared<ServerShared>(
-      ServerShared{std::move(options), router, hub, links, std::move(on_stop), std::move(log), 0, 0, {}});
+  const ClientShareLimits limits = options.shares;
+  auto shared = std::make_shared<ServerShared>(ServerShared{
+      std::move(options), router, hub, links, std::move(on_stop), std::move(log), 0, ClientShares(limits), 0, {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));
   if (Status listening = impl->listen(reactor); !listening) {
     impl->close();
@@ -157,6 +167,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
 
 int HttpServer::tcp_port() const { return impl_->tcp_port(); }
 std::size_t HttpServer::connections() const { return impl_->connections(); }
+std::size_t HttpServer::uploads() const { return impl_->uploads(); }
 void HttpServer::close() { impl_->close(); }
 
 }  // namespace veneer::daemon

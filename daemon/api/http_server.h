@@ -16,6 +16,7 @@
 
 #include "base/log.h"
 #include "base/result.h"
+#include "daemon/api/client_shares.h"
 #include "daemon/api/console_links.h"
 #include "daemon/api/event_hub.h"
 #include "daemon/api/router.h"
@@ -27,11 +28,14 @@ struct HttpServerOptions {
   std::string listen;               // "127.0.0.1:8765", "[::1]:8765", "localhost:8765"; port 0 = any; empty: no TCP
   std::optional<unsigned> operator_gid;  // this group's members are operators over the socket
   std::size_t max_header_bytes = 16 * 1024;
-  std::size_t max_connections = 64;                  // per door; beyond that the connection idle for longest makes room
+  std::size_t max_connections = 64;  // per door; beyond that one of the identity that holds most of them makes room
+  ClientShareLimits shares;
   std::chrono::milliseconds header_timeout{10'000};  // from the connection, or the end of the last reply
   std::chrono::milliseconds body_timeout{60'000};
   std::chrono::milliseconds reply_timeout{120'000};  // a handler that takes longer is answered for with 504
   std::chrono::milliseconds write_timeout{30'000};
+  // Told, in one sentence, when the handler of a change threw: what it was about may be half done.
+  std::function<void(const std::string&)> on_broken_change;
 };
 
 class HttpServer {
@@ -49,6 +53,7 @@ class HttpServer {
 
   int tcp_port() const;  // 0 without TCP
   std::size_t connections() const;
+  std::size_t uploads() const;  // large bodies on their way, or in their handlers
   // Stops listening and drops every connection; running handlers' replies go nowhere.
   void close();
 

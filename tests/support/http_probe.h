@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/read.hpp>
@@ -67,6 +68,12 @@ class HttpProbe {
   Answer ask(const std::string& bytes) {
     send(bytes);
     return read();
+  }
+  // So many bytes of whatever comes; fewer when the other end hung up.
+  std::size_t read_bytes(std::size_t count) {
+    std::string bytes(count, 0);
+    boost::system::error_code fault;
+    return boost::asio::read(socket_, boost::asio::buffer(bytes), fault);
   }
   bool hung_up() {
     char byte = 0;

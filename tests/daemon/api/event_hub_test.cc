@@ -3,54 +3,23 @@
 
 #include <gtest/gtest.h>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/local/stream_protocol.hpp>
-#include <boost/beast/core/buffers_to_string.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/stream.hpp>
 #include <string>
 #include <vector>
 
 #include "tests/support/api_server.h"
+#include "tests/support/event_listener.h"
 #include "tests/support/http_probe.h"
 
 namespace veneer::daemon {
 namespace {
 
-namespace websocket = boost::beast::websocket;
-using boost::system::error_code;
 using testing::ApiServer;
 using testing::HttpProbe;
-using tcp = boost::asio::ip::tcp;
 
-class Listener {
+class Listener : public testing::EventListener {
  public:
-  explicit Listener(ApiServer& server, int receive_buffer = 0) : socket_(loop_) {
-    const tcp::endpoint door(boost::asio::ip::address_v4::loopback(), static_cast<unsigned short>(server.port()));
-    socket_.next_layer().open(door.protocol());
-    if (receive_buffer > 0) socket_.next_layer().set_option(tcp::socket::receive_buffer_size(receive_buffer));
-    socket_.next_layer().connect(door);
-    socket_.read_message_max(0);
-    socket_.handshake(server.host(), "/api/v1/events");
-  }
-  // Null when the stream has ended; reason() then says why.
-  nlohmann::json next() {
-    boost::beast::flat_buffer buffer;
-    error_code fault;
-    socket_.read(buffer, fault);
-    if (fault) return nullptr;
-    return nlohmann::json::parse(boost::beast::buffers_to_string(buffer.data()));
-  }
-  std::string reason() const { return std::string(socket_.reason().reason.c_str()); }
-  void go_away() { socket_.next_layer().close(); }
-  void say(const std::string& text) {
-    error_code ignored;
-    socket_.write(boost::asio::buffer(text), ignored);
-  }
-
- private:
-  boost::asio::io_context loop_;
-  websocket::stream<tcp::socket> socket_;
+  explicit Listener(const ApiServer& server, int receive_buffer = 0)
+      : EventListener(server.port(), "", receive_buffer) {}
 };
 
 TEST(EventHub, EveryClientGetsEveryEventInOrder) {
@@ -144,7 +113,7 @@ TEST(EventHub, ACrowdOfAnonymousListenersNeverShutsOutAnOperator) {
     const auto answer = crowd.back().ask(upgrade_on(server));
     taken += answer.status == 101 ? 1 : 0;
     if (answer.status != 101) {
-      EXPECT_EQ(answer.status, 503);
+      EXPECT_EQ(answer.status, 429) << "it is they who are too many";
       EXPECT_EQ(answer.header("Retry-After"), "1");
     }
   }
@@ -156,7 +125,19 @@ TEST(EventHub, ACrowdOfAnonymousListenersNeverShutsOutAnOperator) {
     EXPECT_EQ(operators.back().ask(upgrade_on(server)).status, 101);
   }
   auto more = HttpProbe::over_unix(server.socket());
-  EXPECT_EQ(more.ask(upgrade_on(server)).status, 503);
+  EXPECT_EQ(more.ask(upgrade_on(server)).status, 429);
+}
+
+TEST(EventHub, AProtocolIsTakenOnlyWhenItIsOfferedByItsWholeName) {
+  ApiServer server;
+  const auto with = [&](const std::string& offered) {
+    std::string request = upgrade_on(server);
+    request.insert(request.find("\r\n") + 2, "Sec-WebSocket-Protocol: " + offered + "\r\n");
+    auto probe = HttpProbe::over_tcp(server.port());
+    return probe.ask(request).header("Sec-WebSocket-Protocol");
+  };
+  EXPECT_EQ(with("other, veneer.events"), "veneer.events");
+  EXPECT_EQ(with("veneer.events2"), "");
 }
 
 TEST(EventHub, ClosingSaysGoodbye) {

@@ -215,15 +215,39 @@ TEST(HttpServer, AHandlerThatForgetsToReplyIsAnsweredFor) {
   EXPECT_EQ(probe.ask(post("/api/v1/scans", "")).status, 500);
 }
 
+TEST(HttpServer, AHandlerThatThrowsCostsItsRequestAndAChangeThatDidIsToldOf) {
+  std::vector<std::string> broken;
+  HttpServerOptions options;
+  options.on_broken_change = [&](const std::string& sentence) { broken.push_back(sentence); };
+  ApiServer server(options, {}, [](Router& router) {
+    router.bind("scan", [](const ApiRequest&, const Reply&) { throw std::runtime_error("a bug"); });
+    router.bind("listPanels", [](const ApiRequest&, const Reply&) { throw std::bad_alloc(); });
+  });
+  auto probe = HttpProbe::over_unix(server.socket());
+  EXPECT_EQ(probe.ask("GET /api/v1/panels HTTP/1.1\r\nHost: x\r\n\r\n").status, 503) << "there may be memory later";
+  EXPECT_EQ(server.on_reactor([&] { return broken.size(); }), 0U) << "who only asks breaks nothing";
+  const auto answer = probe.ask(post("/api/v1/scans", ""));
+  EXPECT_EQ(answer.status, 500);
+  EXPECT_NE(answer.body.find("a bug"), std::string::npos) << answer.body;
+  ASSERT_EQ(server.on_reactor([&] { return broken.size(); }), 1U);
+  EXPECT_NE(broken.front().find("POST /api/v1/scans"), std::string::npos) << broken.front();
+  EXPECT_EQ(probe.ask(kStatus).status, 200);
+}
+
 TEST(HttpServer, AHandlerThatTakesTooLongIsAnsweredForAndItsReplyIsDropped) {
   HttpServerOptions options;
   options.reply_timeout = std::chrono::milliseconds(1);
   std::vector<Reply> late;
+  std::stop_token gone;
   ApiServer server(options, {}, [&](Router& router) {
-    router.bind("scan", [&late](const ApiRequest&, Reply reply) { late.push_back(std::move(reply)); });
+    router.bind("scan", [&](const ApiRequest& request, Reply reply) {
+      gone = request.gone;
+      late.push_back(std::move(reply));
+    });
   });
   auto probe = HttpProbe::over_unix(server.socket());
   EXPECT_EQ(probe.ask(post("/api/v1/scans", "")).status, 504);
+  EXPECT_TRUE(server.on_reactor([&] { return gone.stop_requested(); })) << "nobody needs to work for it any more";
   server.on_reactor([&] { late.front()(ApiReply::json({{"late", true}})); });
   EXPECT_EQ(nlohmann::json::parse(probe.ask(kStatus).body)["operation"], "getStatus");
   server.on_reactor([&] { late.clear(); });
@@ -268,7 +292,9 @@ TEST(HttpServer, QuestionsOfClientsThatHangUpAreKnownToBeInVain) {
   constexpr int kClients = 48;
   std::vector<std::stop_token> asked;
   std::vector<Reply> waiting;
-  ApiServer server({}, {}, [&](Router& router) {
+  HttpServerOptions options;
+  options.shares.requests = kClients;
+  ApiServer server(options, {}, [&](Router& router) {
     router.bind("getPanelLedger", [&](const ApiRequest& request, Reply reply) {
       asked.push_back(request.gone);
       waiting.push_back(std::move(reply));

@@ -1,0 +1,49 @@
+// Requests for every operation of the API, as those send them who mean no good: in pieces, too large, or to hang up on.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "daemon/api/route_table.h"
+
+namespace veneer::testing {
+
+// The path of an operation, its parameters filled in.
+inline std::string path_of(const daemon::ApiOperation& operation) {
+  std::string path(operation.pattern);
+  for (const auto& [hole, value] : {std::pair<std::string_view, std::string_view>{"{id}", "1"},
+                                    {"{command}", "hold"},
+                                    {"{material}", "oak"},
+                                    {"{operation}", "cut"},
+                                    {"{device}", "scanner"},
+                                    {"{mark}", "A1"}}) {
+    const auto at = path.find(hole);
+    if (at != std::string::npos) path.replace(at, hole.size(), value);
+  }
+  return path;
+}
+
+// The request line and Host, and whatever else; without the empty line.
+inline std::string head_of(const daemon::ApiOperation& operation, const std::string& host,
+                           const std::string& more = "") {
+  return std::string(operation.method) + " " + path_of(operation) + " HTTP/1.1\r\nHost: " + host + "\r\n" + more;
+}
+inline std::string whole_request(const daemon::ApiOperation& operation, const std::string& host,
+                                 const std::string& more = "") {
+  return head_of(operation, host, more + "Content-Length: 0\r\n\r\n");
+}
+// Half a header that never goes on.
+inline std::string slow_header(const daemon::ApiOperation& operation, const std::string& host) {
+  return head_of(operation, host, "X-Slow: ");
+}
+// A body of ten bytes of which one comes.
+inline std::string slow_body(const daemon::ApiOperation& operation, const std::string& host) {
+  return head_of(operation, host, "Content-Length: 10\r\n\r\n{");
+}
+// A body that is one byte larger than the operation takes, and none of it.
+inline std::string huge_body(const daemon::ApiOperation& operation, const std::string& host) {
+  return head_of(operation, host,
+                 "Content-Length: " + std::to_string(daemon::max_body(operation.takes) + 1) + "\r\n\r\n");
+}
+
+}  // namespace veneer::testing
