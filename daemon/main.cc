@@ -1,10 +1,12 @@
-// veneerd: arguments, signals, exit codes. 0 = ended as asked, 1 = could not work, 2 = unusable arguments.
+// veneerd: arguments, signals, exit codes. 0 = ended as asked, 1 = could not work, 2 = unusable arguments, 3 = ended
+// itself after an error of its own program, which the service manager answers with a new start.
 #include <grp.h>
 #include <sys/resource.h>
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
 #include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +16,7 @@
 #include "daemon/api/watchdog.h"
 #include "daemon/guarded_laser.h"
 #include "daemon/guardian_link.h"
+#include "daemon/reactor_run.h"
 #include "daemon/routes/bind_routes.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/unit/cell_health.h"
@@ -24,9 +27,11 @@ namespace {
 using namespace veneer;
 using namespace veneer::daemon;
 
-int fail(const Error& error) {
+constexpr int kCouldNotWork = 1, kBroken = 3;
+
+int fail(const Error& error, int status = kCouldNotWork) {
   std::fprintf(stderr, "veneerd: %s\n", error.message.c_str());
-  return 1;
+  return status;
 }
 
 HttpServerOptions server_options(const Config& config) {
@@ -57,6 +62,29 @@ GuardianOptions guardian_options(const Config& config, const std::string& socket
   return options;
 }
 
+// Ends what goes on, beam first, and stops the reactor once the database has written what the abort told it.
+class OrderlyEnd {
+ public:
+  OrderlyEnd(boost::asio::io_context& reactor, Cell& cell) : reactor_(reactor), cell_(cell), deadline_(reactor) {}
+
+  void begin(const std::string& reason) {
+    cell_.runner->abort(reason);
+    deadline_.expires_after(kPatience);
+    deadline_.async_wait([this](const boost::system::error_code& cancelled) {
+      if (!cancelled) reactor_.stop();
+    });
+    // Asked last, behind all that the abort has asked.
+    cell_.database->async([](Repositories&) { return 0; }, [this](int) { reactor_.stop(); });
+  }
+
+ private:
+  static constexpr std::chrono::seconds kPatience{5};  // a disk that hangs must not keep the laser's port from others
+
+  boost::asio::io_context& reactor_;
+  Cell& cell_;
+  boost::asio::steady_timer deadline_;
+};
+
 int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& guardian, const Logger& log) {
   const SteadyClock real_clock;
   const ScaledClock device_clock(config.sim.time_scale);
@@ -77,8 +105,12 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   router.on_change([&c](const Router::Change& change) { c.audit(change); });
   bind_routes(router, c);
   bind_console_routes(router, links, [&] { return tcp_port; });
+  HttpServerOptions options = server_options(config);
+  options.on_broken_change = [&c](const std::string& sentence) {
+    if (may_move(c.runner->view().state) || c.runner->view().framing) c.runner->abort(sentence);
+  };
   auto server = HttpServer::open(
-      reactor, server_options(config), router, c.hub, links,
+      reactor, std::move(options), router, c.hub, links,
       [&c](const Caller& caller) { return stop_at_once(*c.runner, caller); }, log);
   if (!server) return fail(server.error());
   tcp_port = (*server)->tcp_port();
@@ -98,14 +130,13 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; it must not end a job.
   std::signal(SIGXFSZ, SIG_IGN);
+  OrderlyEnd end(reactor, c);
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;
     log->info("ending: the beam is switched off");
     watchdog.stopping();
-    c.runner->abort("the daemon was told to end");
-    // What the abort writes goes through the database's thread, which is asked last.
-    c.database->async([](Repositories&) { return 0; }, [&](int) { reactor.stop(); });
+    end.begin("the daemon was told to end");
   });
   // Long enough for a machine that a killed daemon left behind to be darkened, before anybody can say Reset.
   guardian.begin(std::chrono::seconds(6));
@@ -114,10 +145,13 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   watchdog.ready();
   log->info("veneerd is ready: {}{}", config.api.unix_socket.string(),
             tcp_port != 0 ? ", http://127.0.0.1:" + std::to_string(tcp_port) : "");
-  reactor.run();
+  const Status ran = run_reactor(reactor, [&](const std::string& sentence) {
+    end.begin(sentence);
+    log->critical("{}", sentence);
+  });
   guardian.on_change({});
   (*server)->close();
-  return 0;
+  return ran ? 0 : fail(ran.error(), kBroken);
 }
 
 int run(const Config& config, const std::string& guardian_socket) {
@@ -128,7 +162,9 @@ int run(const Config& config, const std::string& guardian_socket) {
   boost::asio::io_context reactor(1);
   GuardianLink guardian(reactor, guardian_options(config, guardian_socket), log);
   const int status = serve(config, reactor, guardian, log);
-  guardian.done();  // the laser's driver has commanded the beam off and closed its port
+  // The laser's driver has commanded the beam off and closed its port. After an error of the program nobody vouches for
+  // that: then the guardian resets the machine once more.
+  if (status != kBroken) guardian.done();
   return status;
 }
 
