@@ -43,6 +43,16 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
           {"frame_max_power", options.frame_max_power.count()}};
 }
 
+// What a crash left behind, on the database's thread.
+Result<db::Recovery> recover(Repositories& r) {
+  constexpr std::chrono::hours kKeysLife{30 * 24};
+  auto recovery = r.jobs.recover(utc_timestamp());
+  if (!recovery) return recovery;
+  if (auto pruned = r.request_keys.prune(utc_timestamp(-std::chrono::seconds(kKeysLife))); !pruned)
+    return pruned.error();
+  return recovery;
+}
+
 json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid", o.rapid}, {"power", o.power}}; }
 
 }  // namespace
@@ -64,21 +74,15 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
                                          const Clock& real_clock, Logger log) {
   auto cell = std::unique_ptr<Cell>(new Cell(reactor, config, std::move(devices), real_clock, std::move(log)));
-  auto database = DatabaseThread::open(config.store.data_dir / "veneerd.db", reactor);
+  auto database = DatabaseThread::open_unchecked(config.store.data_dir / "veneerd.db", reactor);
   if (!database) return database.error();
   cell->database = std::move(*database);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
-  auto recovery = cell->database->call([&](Repositories& r) {
-    r.devices = named;
-    return r.jobs.recover(utc_timestamp());
-  });
-  if (!recovery) return recovery.error();
-  constexpr std::chrono::hours kKeysLife{30 * 24};
-  const auto pruned = cell->database->call(
-      [&](Repositories& r) { return r.request_keys.prune(utc_timestamp(-std::chrono::seconds(kKeysLife))); });
-  if (!pruned) return pruned.error();
+  cell->database->call([&](Repositories& r) { r.devices = named; });
 
   Cell& c = *cell;
+  c.integrity =
+      std::make_unique<DatabaseCheck>(reactor, config.store.data_dir / "veneerd.db", [&c] { c.broadcast_status(); });
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
@@ -109,13 +113,26 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                            c.end_overrides();
                                            c.broadcast_status();
                                          });
-  c.runner->begin(*recovery);
+  if (c.database->needs_check()) {
+    c.log->warn("the database was not closed in order and is checked before anything begins");
+    c.integrity->after_unclean_end(*c.database, [&c](const DatabaseCheck::Done& done) {
+      c.database->async(recover, [&c, done](const Result<db::Recovery>& recovery) {
+        if (recovery) c.runner->begin(*recovery);
+        done(recovery ? Ok() : Status(recovery.error()));
+      });
+    });
+  } else {
+    const auto recovery = c.database->call(recover);
+    if (!recovery) return recovery.error();
+    c.runner->begin(*recovery);
+  }
   c.refresh_counts();
   c.look_at_bed_regularly();
   return cell;
 }
 
 Cell::~Cell() {
+  if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
   scanner_worker.reset();
@@ -184,6 +201,8 @@ json Cell::status() const {
                   {"current_piece", job.current_piece.empty() ? json() : json(job.current_piece)},
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
+  if (integrity->state() != DatabaseCheck::State::kGood && view.reason.empty()) out["reason"] = integrity->sentence();
+  out["database"] = integrity->to_json();
   out["load"] = nullptr;
   if (view.load) out["load"] = load_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;

@@ -13,6 +13,7 @@
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
+#include "daemon/database_check.h"
 #include "daemon/database_thread.h"
 #include "daemon/query_pool.h"
 #include "daemon/services/bed_watcher.h"
@@ -38,7 +39,8 @@ struct Devices {
 
 class Cell {
  public:
-  // Opens the database and recovers what a crash left behind. Nothing moves.
+  // Opens the database and recovers what a crash left behind; where the database must be checked first, both happen
+  // while the reactor runs (database_check.h). Nothing moves.
   static Result<std::unique_ptr<Cell>> open(boost::asio::io_context& reactor, const Config& config, Devices devices,
                                             const Clock& real_clock, Logger log);
   ~Cell();
@@ -62,6 +64,7 @@ class Cell {
   PanelLibrary panel_library;
   std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at
   std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
+  std::unique_ptr<DatabaseCheck> integrity;
   PanelFigures panel_figures{panel_library};
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;

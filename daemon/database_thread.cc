@@ -2,21 +2,40 @@
 
 namespace veneer::daemon {
 
-Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(const std::filesystem::path& file,
-                                                             boost::asio::io_context& reactor) {
+Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(boost::asio::io_context& reactor,
+                                                             const std::function<Result<db::Database>()>& open_file) {
   auto thread = std::make_unique<DatabaseThread>(reactor);
   const Status opened = thread->worker_.call([&]() -> Status {
-    auto database = db::Database::open(file);
+    auto database = open_file();
     if (!database) return database.error();
     thread->database_.emplace(std::move(*database));
     thread->repositories_.emplace(*thread->database_);
+    thread->needs_check_ = thread->database_->needs_check();
     return Ok();
   });
   if (!opened) return opened.error();
   return thread;
 }
 
+Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(const std::filesystem::path& file,
+                                                             boost::asio::io_context& reactor) {
+  return open(reactor, [&file] { return db::Database::open(file); });
+}
+
+Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open_unchecked(const std::filesystem::path& file,
+                                                                       boost::asio::io_context& reactor) {
+  return open(reactor, [&file] { return db::Database::open_unchecked(file); });
+}
+
+void DatabaseThread::check(std::function<void(const Status&)> then) {
+  worker_.post([this, then = std::move(then)]() mutable {
+    const auto checked = [this] { return database_->check_integrity(checking_.get_token()); };
+    boost::asio::post(reactor_, [sound = caught(checked), then = std::move(then)] { then(sound); });
+  });
+}
+
 DatabaseThread::~DatabaseThread() {
+  cancel_check();
   worker_.call([this] {
     repositories_.reset();
     database_.reset();

@@ -6,8 +6,10 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -56,6 +58,15 @@ class DatabaseThread {
   // Opens the file on its own thread; fails as db::Database::open does.
   static Result<std::unique_ptr<DatabaseThread>> open(const std::filesystem::path& file,
                                                       boost::asio::io_context& reactor);
+  // The same as db::Database::open_unchecked does: while needs_check() every write is refused.
+  static Result<std::unique_ptr<DatabaseThread>> open_unchecked(const std::filesystem::path& file,
+                                                                boost::asio::io_context& reactor);
+  // As it was opened; check() is to be called then.
+  bool needs_check() const { return needs_check_; }
+  // Reads the whole file on this thread, before whatever is asked of it later. `then` runs on the reactor: with
+  // kStorage when it is damaged, and every write is refused for good, with kCancelled after cancel_check().
+  void check(std::function<void(const Status&)> then);
+  void cancel_check() { checking_.request_stop(); }
 
   template <class F>
   auto call(F work) {
@@ -74,7 +85,12 @@ class DatabaseThread {
   ~DatabaseThread();
 
  private:
+  static Result<std::unique_ptr<DatabaseThread>> open(boost::asio::io_context& reactor,
+                                                      const std::function<Result<db::Database>()>& open_file);
+
   boost::asio::io_context& reactor_;
+  bool needs_check_ = false;
+  std::stop_source checking_;
   // Both live and die on the worker.
   std::optional<db::Database> database_;
   std::optional<Repositories> repositories_;

@@ -69,6 +69,7 @@ class OrderlyEnd {
 
   void begin(const std::string& reason) {
     cell_.runner->abort(reason);
+    cell_.integrity->cancel();
     deadline_.expires_after(kPatience);
     deadline_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) reactor_.stop();

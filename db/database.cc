@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -66,7 +67,8 @@ void Database::close() noexcept {
     // Then the next start checks everything.
   }
   connection_ = nullptr;
-  if (checkpointed) write_clean_mark(file_);
+  // What nobody has checked is checked by the next one.
+  if (checkpointed && !needs_check_) write_clean_mark(file_);
 }
 
 Database& Database::operator=(Database&& other) noexcept {
@@ -76,10 +78,14 @@ Database& Database::operator=(Database&& other) noexcept {
   lock_ = std::move(other.lock_);
   connection_ = std::move(other.connection_);
   guard_ = std::move(other.guard_);
+  needs_check_ = other.needs_check_;
   return *this;
 }
 
-Result<Database> Database::open(const std::filesystem::path& file) {
+Result<Database> Database::open(const std::filesystem::path& file) { return open(file, true); }
+Result<Database> Database::open_unchecked(const std::filesystem::path& file) { return open(file, false); }
+
+Result<Database> Database::open(const std::filesystem::path& file, bool check) {
   std::error_code error;
   if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
   const std::string lock_file = file.string() + ".lock";
@@ -104,12 +110,16 @@ Result<Database> Database::open(const std::filesystem::path& file) {
     prepare(*connection);
     const bool newest = connection->execAndGet("PRAGMA user_version").getInt() == migrations().back().version;
     if (!fresh && !clean)
-      if (Status sound = newest ? check_all(*connection, file.string()) : check_pages(*connection, file.string());
+      if (Status sound = !newest ? check_pages(*connection, file.string())
+                         : check ? check_all(*connection, file.string())
+                                 : check_schema(*connection, file.string());
           !sound.ok())
         return sound.error();
     connection->exec("PRAGMA journal_mode = WAL");
     if (Status migrated = migrate(*connection, migrations()); !migrated.ok()) return migrated.error();
-    return Database(file, std::move(lock), std::move(connection));
+    Database database(file, std::move(lock), std::move(connection));
+    database.needs_check_ = !check && !fresh && !clean && newest;
+    return database;
   } catch (const SQLite::Exception& thrown) {
     return to_error(thrown, file.string());
   }
@@ -136,8 +146,23 @@ Result<Database> Database::open_for_reading(const std::filesystem::path& file) {
 
 int Database::schema_version() const { return connection_->execAndGet("PRAGMA user_version").getInt(); }
 
-Status Database::check_integrity() {
-  return guarded(*this, [this](SQLite::Database& connection) { return check_all(connection, file_.string()); });
+Status Database::check_integrity(const std::stop_token& stop) {
+  const Error cancelled{ErrorCode::kCancelled,
+                        fmt::format("the check of {} was stopped before its end", file_.string())};
+  if (stop.stop_requested()) return cancelled;
+  sqlite3* const handle = connection_->getHandle();
+  // The one ends what runs; the other sees to it that nothing begins after that.
+  const std::stop_callback interrupt(stop, [handle] { sqlite3_interrupt(handle); });
+  constexpr int kStepsBetweenLooks = 10'000;
+  sqlite3_progress_handler(
+      handle, kStepsBetweenLooks,
+      [](void* token) { return static_cast<const std::stop_token*>(token)->stop_requested() ? 1 : 0; },
+      const_cast<std::stop_token*>(&stop));  // NOLINT(cppcoreguidelines-pro-type-const-cast): SQLite's type
+  Status sound = guarded(*this, [this](SQLite::Database& connection) { return check_all(connection, file_.string()); });
+  sqlite3_progress_handler(handle, 0, nullptr, nullptr);
+  if (!sound.ok() && stop.stop_requested()) return cancelled;
+  if (sound.ok()) needs_check_ = false;
+  return sound;
 }
 
 Status Database::limit_pages_for_test(int pages) {

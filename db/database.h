@@ -15,6 +15,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "base/result.h"
@@ -33,6 +34,9 @@ class Database {
   // last writer left it is opened at once; any other, after a kill or a power cut, is checked whole first, and refused
   // when it is damaged.
   static Result<Database> open(const std::filesystem::path& file);
+  // The same without that wait, for whoever checks it next: only the schema is looked at, and an older schema whole
+  // before it is brought up to date. While needs_check() is true every write is refused.
+  static Result<Database> open_unchecked(const std::filesystem::path& file);
   // Read-only; the file must exist with this program's schema.
   static Result<Database> open_for_reading(const std::filesystem::path& file);
 
@@ -40,12 +44,15 @@ class Database {
   Database& operator=(Database&&) noexcept;
   ~Database();
 
+  // Not as its last writer left it, and check_integrity() has not passed since it was opened.
+  bool needs_check() const { return needs_check_; }
+
   int schema_version() const;
   const std::filesystem::path& file() const { return file_; }
   // kStorage with what was found first when anything is not as it was written: pages, indices, foreign keys, the
   // schema, the checksum of a row, the index of wood. Reads the whole file, some seconds of a large one: on demand it
-  // is called for a connection that reads, on a thread that may wait.
-  Status check_integrity();
+  // is called for a connection that reads, on a thread that may wait. kCancelled soon after `stop`.
+  Status check_integrity(const std::stop_token& stop = {});
   // Limits the file to `pages` pages, so that a test can fill the disk.
   Status limit_pages_for_test(int pages);
 
@@ -56,12 +63,14 @@ class Database {
  private:
   struct Lock;
   Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection);
+  static Result<Database> open(const std::filesystem::path& file, bool check);
   void close() noexcept;
 
   std::filesystem::path file_;
   std::unique_ptr<Lock> lock_;    // null when read-only; released after the connection is closed
   std::unique_ptr<Guard> guard_;  // outlives the connection, which asks it
   std::unique_ptr<SQLite::Database> connection_;
+  bool needs_check_ = false;
 };
 
 }  // namespace veneer::db

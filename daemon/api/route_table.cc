@@ -44,6 +44,7 @@ constexpr std::array kOperations = {
     ApiOperation{"recut", "POST", "/api/v1/jobs/{id}/recut", Role::kOperator, Takes::kJson},
     ApiOperation{"cancelJob", "POST", "/api/v1/jobs/{id}/cancel", Role::kOperator},
     ApiOperation{"settlePiece", "POST", "/api/v1/jobs/{id}/pieces/{mark}/settle", Role::kOperator, Takes::kJson},
+    ApiOperation{"checkIntegrity", "POST", "/api/v1/integrity-check", Role::kOperator},
     ApiOperation{"listTasks", "GET", "/api/v1/tasks", Role::kViewer},
     ApiOperation{"getTask", "GET", "/api/v1/tasks/{id}", Role::kViewer},
     ApiOperation{"cancelTask", "DELETE", "/api/v1/tasks/{id}", Role::kOperator},

@@ -78,6 +78,9 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
 Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Changes> changes, Handler handler) {
   return
       [&operation, changes = std::move(changes), handler = std::move(handler)](const ApiRequest& request, Reply reply) {
+        if (changes->may_begin)
+          if (const Status may = changes->may_begin(operation.id, request); !may)
+            return reply(ApiReply::error(may.error()));
         if (!request.idempotency_key.empty() && changes->keys != nullptr) {
           if (!usable_key(request.idempotency_key))
             return reply(

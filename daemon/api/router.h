@@ -43,6 +43,10 @@ class Router {
     bool refused = false;
   };
   void on_change(std::function<void(const Change&)> note) { changes_->note = std::move(note); }
+  // Asked before anything of a change is noted or done; what it says is the reply. Must not wait.
+  void gate_changes(std::function<Status(std::string_view operation, const ApiRequest&)> may_begin) {
+    changes_->may_begin = std::move(may_begin);
+  }
   // Requests with an Idempotency-Key are done once. `keys` outlives the router.
   void remember_in(IdempotencyKeys& keys) { changes_->keys = &keys; }
   // A route outside the table (the console's page).
@@ -60,6 +64,7 @@ class Router {
  private:
   struct Changes {
     std::function<void(const Change&)> note;
+    std::function<Status(std::string_view, const ApiRequest&)> may_begin;
     IdempotencyKeys* keys = nullptr;
   };
   static Handler noted(const ApiOperation& operation, std::shared_ptr<const Changes> changes, Handler handler);

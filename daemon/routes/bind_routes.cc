@@ -11,7 +11,11 @@ namespace veneer::daemon {
 void bind_routes(Router& router, Cell& cell) {
   Cell& c = cell;
   const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
-  bind_unit_routes(router, {*c.runner, *c.bed, *c.cuts, [&c] { return c.status(); }});
+  router.gate_changes([&c](std::string_view operation, const ApiRequest& request) {
+    return c.integrity->may_begin(operation, request);
+  });
+  bind_unit_routes(router,
+                   {*c.runner, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
   bind_stock_routes(router, {*c.scans, *c.scanner_worker, c.tasks, *c.queries, *c.pictures, c.panel_library,
                              c.panel_figures, [&c, on_reactor](const std::optional<PanelId>& panel) {
                                on_reactor([&c, panel] {

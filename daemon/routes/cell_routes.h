@@ -12,6 +12,7 @@
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
+#include "daemon/database_check.h"
 #include "daemon/database_thread.h"
 #include "daemon/query_pool.h"
 #include "daemon/services/bed_watcher.h"
@@ -26,11 +27,14 @@
 
 namespace veneer::daemon {
 
-// Status, commands, the bed's picture.
+// Status, commands, the bed's picture, the check of the database.
 struct UnitServices {
   JobRunner& unit;
   BedWatcher& bed;
   CutPlanner& cuts;
+  DatabaseCheck& integrity;
+  TaskRegistry& tasks;
+  QueryPool& queries;
   std::function<nlohmann::json()> status;
 };
 void bind_unit_routes(Router& router, const UnitServices& services);

@@ -46,6 +46,17 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   s.unit.command(*command, who, std::move(with_state), std::move(confirmed).value_or(std::vector<std::string>()));
 }
 
+// Large, and made elsewhere: copied beside the reactor, where it gets its ETag too. `made` may be called from any
+// thread.
+void reply_large(const UnitServices& s, const ApiRequest& request, const Reply& reply,
+                 std::function<std::string()> made, const std::string& content_type, const char* none_yet) {
+  s.queries.ask(request, reply, [made = std::move(made), content_type, none_yet](Repositories&) {
+    std::string bytes = made();
+    return bytes.empty() ? ApiReply::error({ErrorCode::kNotFound, none_yet})
+                         : ApiReply::bytes(std::move(bytes), content_type);
+  });
+}
+
 }  // namespace
 
 ApiReply stop_at_once(JobRunner& unit, const Caller& caller) {
@@ -58,18 +69,19 @@ void bind_unit_routes(Router& router, const UnitServices& s) {
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
   router.bind("stop",
               [s](const ApiRequest& request, const Reply& reply) { reply(stop_at_once(s.unit, request.caller)); });
-  router.bind("getBedPicture", [s](const ApiRequest&, const Reply& reply) {
-    std::string picture = s.bed.picture();
-    if (picture.empty())
-      return reply(
-          ApiReply::error({ErrorCode::kNotFound, "the bed has not been photographed since the daemon started"}));
-    reply(ApiReply::bytes(std::move(picture), "image/jpeg"));
+  router.bind("getBedPicture", [s](const ApiRequest& request, const Reply& reply) {
+    reply_large(
+        s, request, reply, [&bed = s.bed] { return bed.picture(); }, "image/jpeg",
+        "the bed has not been photographed since the daemon started");
   });
-  router.bind("getBedToolpath", [s](const ApiRequest&, const Reply& reply) {
-    std::string drawn = s.cuts.toolpath();
-    if (drawn.empty())
-      return reply(ApiReply::error({ErrorCode::kNotFound, "no toolpath was drawn yet: start a job and lay its panel"}));
-    reply(ApiReply::bytes(std::move(drawn), "application/json"));
+  router.bind("getBedToolpath", [s](const ApiRequest& request, const Reply& reply) {
+    reply_large(
+        s, request, reply, [&cuts = s.cuts] { return cuts.toolpath(); }, "application/json",
+        "no toolpath was drawn yet: start a job and lay its panel");
+  });
+  router.bind("checkIntegrity", [s](const ApiRequest&, const Reply& reply) {
+    const auto task = s.integrity.on_demand(s.tasks);
+    reply(task ? ApiReply::task(*task) : ApiReply::error(task.error()));
   });
 }
 

@@ -218,6 +218,21 @@ TEST(Veneerctl, AMissingPictureIsNamed) {
   EXPECT_EQ(json::parse(outcome.out)["error"]["code"], "not_found");
 }
 
+TEST(Veneerctl, TheDatabaseIsCheckedOnDemand) {
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("checkIntegrity", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("integrity check", "");
+      work.done({{"file", "veneerd.db"}, {"seconds", 1.24}, {"sound", true}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const Outcome outcome = ask(server, {"db", "check"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "The database is as it was written; reading it took 1.2 s.\n");
+}
+
 TEST(Veneerctl, AFailedTaskIsItsSentence) {
   ApiServer* running = nullptr;
   ApiServer server({}, {}, [&](Router& router) {

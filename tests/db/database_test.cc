@@ -102,6 +102,54 @@ TEST(Database, SaysWhenPagesAreDamaged) {
   EXPECT_THAT(opened.error().message, HasSubstr("is damaged"));
 }
 
+// As after a kill: nobody left the mark of a clean end.
+std::filesystem::path left_uncleanly(const testing::TempDirectory& directory) {
+  const auto file = directory / "veneerd.db";
+  {
+    Database database = must(Database::open(file));
+    for (int i = 0; i < 200; ++i)
+      VENEER_EXPECT_OK(Audit(database).append({0, kNow, "test", "fill", std::string(300, 'x')}));
+  }
+  std::filesystem::remove(file.string() + ".clean");
+  return file;
+}
+
+TEST(Database, OpenedUncheckedItIsReadAtOnceAndWrittenOnlyAfterItsCheck) {
+  const testing::TempDirectory directory;
+  Database database = must(Database::open_unchecked(left_uncleanly(directory)));
+  EXPECT_TRUE(database.needs_check());
+  EXPECT_EQ(must(Audit(database).latest(1)).size(), 1U);
+  const Status early = Audit(database).append({0, kNow, "test", "early", ""});
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(early.error().message, HasSubstr("has not passed its check"));
+  VENEER_ASSERT_OK(database.check_integrity());
+  EXPECT_FALSE(database.needs_check());
+  VENEER_EXPECT_OK(Audit(database).append({0, kNow, "test", "now", ""}));
+}
+
+TEST(Database, ThatNobodyCheckedIsNotMarkedAsCleanWhenItIsClosed) {
+  const testing::TempDirectory directory;
+  const auto file = left_uncleanly(directory);
+  must(Database::open_unchecked(file));
+  EXPECT_FALSE(std::filesystem::exists(file.string() + ".clean"));
+  EXPECT_TRUE(must(Database::open_unchecked(file)).needs_check());
+  must(Database::open(file));
+  EXPECT_FALSE(must(Database::open_unchecked(file)).needs_check()) << "checked, and closed in order";
+}
+
+TEST(Database, ACheckThatIsStoppedSaysSoAndProvesNothing) {
+  const testing::TempDirectory directory;
+  Database database = must(Database::open_unchecked(left_uncleanly(directory)));
+  std::stop_source stop;
+  stop.request_stop();
+  const Status stopped = database.check_integrity(stop.get_token());
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, ErrorCode::kCancelled);
+  EXPECT_TRUE(database.needs_check());
+  VENEER_EXPECT_OK(database.check_integrity());
+}
+
 TEST(Database, SaysWhenItsFolderCannotBeWritten) {
   const auto opened = Database::open("/proc/veneer/veneerd.db");
   ASSERT_FALSE(opened.ok());

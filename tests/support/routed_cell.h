@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/post.hpp>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,11 +22,13 @@ namespace veneer::testing {
 
 class RoutedCell : public ::testing::Test {
  protected:
-  RoutedCell() {
+  // `prepare` may put things into the data folder before the cell opens it.
+  explicit RoutedCell(const std::function<void(const std::filesystem::path& data_dir)>& prepare = {}) {
     config.laser.kind = "lihuiyu";
     config.laser.port = "file:" + (directory / "wire.bin").string();
     config.scanner.kind = config.camera.kind = "file";
     config.store.data_dir = directory / "data";
+    if (prepare) prepare(config.store.data_dir);
     auto devices = daemon::make_devices(config, clock, reactor, make_null_logger());
     if (!devices) throw std::runtime_error(devices.error().message);
     auto opened = daemon::Cell::open(reactor, config, std::move(*devices), clock, make_null_logger());

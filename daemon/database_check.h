@@ -1,0 +1,68 @@
+// Whether the database is as it was written. It is checked whole after an unclean end, before anything is written to
+// it, and whenever somebody asks, while the cell works. Reading the whole file takes seconds of a large one, so neither
+// happens on the reactor: until a check after an unclean end has passed, and after any that found damage, nothing is
+// begun that the database must keep. STOP, Hold, Stop and whatever only looks are never refused.
+//
+// Bound to the reactor.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "daemon/api/api_message.h"
+#include "daemon/api/tasks.h"
+#include "daemon/database_thread.h"
+#include "daemon/workers/worker.h"
+
+namespace veneer::daemon {
+
+class DatabaseCheck {
+ public:
+  enum class State { kGood, kChecking, kDamaged };
+
+  // `on_change` is called after every change of the state.
+  DatabaseCheck(boost::asio::io_context& reactor, std::filesystem::path file, std::function<void()> on_change);
+  ~DatabaseCheck();  // a check under way is given up
+  DatabaseCheck(const DatabaseCheck&) = delete;
+  DatabaseCheck& operator=(const DatabaseCheck&) = delete;
+
+  // After an unclean end: on the database's own thread, so that whatever is asked of it meanwhile waits. When the
+  // database is sound, `recover` sees to what the end left behind, and says how that went; only then things may begin.
+  using Done = std::function<void(const Status&)>;
+  void after_unclean_end(DatabaseThread& database, std::function<void(Done)> recover);
+  // A task, on a connection and a thread of its own. kConflict while a check is under way.
+  Result<std::int64_t> on_demand(TaskRegistry& tasks);
+  void cancel();
+
+  State state() const { return state_; }
+  // Why nothing may begin; "" when it may.
+  const std::string& sentence() const { return sentence_; }
+  // {"state": "good|checking|damaged", "sentence", "checked": when a check passed or failed last in this life, or null}
+  nlohmann::json to_json() const;
+  // Whether this operation of the API may go on: kUnavailable while the check is under way, kStorage after damage.
+  Status may_begin(std::string_view operation, const ApiRequest& request) const;
+
+ private:
+  void take(const Status& sound);
+  Done while_alive(Done then) const;
+
+  boost::asio::io_context& reactor_;
+  const std::filesystem::path file_;
+  std::function<void()> on_change_;
+  State state_ = State::kGood;
+  std::string sentence_, checked_at_;
+  DatabaseThread* checking_ = nullptr;  // after an unclean end
+  bool on_demand_ = false;              // a check that somebody asked for is under way
+  std::stop_source giving_up_;
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // what comes back to the reactor holds it weakly
+  Worker worker_{"integrity", 10};
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,172 @@
+// The database after an unclean end, and when somebody asks: what is refused meanwhile, and what never is.
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "db/audit.h"
+#include "db/database.h"
+#include "tests/support/routed_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
+
+// A database that was filled and whose last writer was killed.
+void leave_uncleanly(const std::filesystem::path& data_dir) {
+  const auto file = data_dir / "veneerd.db";
+  {
+    auto database = db::Database::open(file);
+    if (!database) throw std::runtime_error(database.error().message);
+    db::Audit audit(*database);
+    for (int i = 0; i < 300; ++i)
+      if (!audit.append({0, kThen, "test", "fill", "what the disk will change " + std::to_string(i)}))
+        throw std::runtime_error("the database cannot be filled");
+  }
+  std::filesystem::remove(file.string() + ".clean");
+}
+
+// One byte of one row, as a disk loses it.
+void damage(const std::filesystem::path& file) {
+  std::fstream raw(file, std::ios::in | std::ios::out | std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(raw)), {});
+  const auto at = bytes.find("what the disk will change 150");
+  if (at == std::string::npos) throw std::runtime_error("the row is not in the file");
+  raw.seekp(static_cast<std::streamoff>(at));
+  raw << "W";
+}
+
+class Checked : public testing::RoutedCell {
+ protected:
+  using RoutedCell::RoutedCell;
+
+  json status() { return body_of(ask("GET", "/api/v1/status")); }
+  void until_checked() {
+    while (cell->integrity->state() == DatabaseCheck::State::kChecking) {
+      reactor.restart();
+      reactor.run_one_for(std::chrono::seconds(10));
+    }
+  }
+  // The task of a check that was asked for, at its end.
+  TaskView checked_on_demand() {
+    const ApiReply begun = ask("POST", "/api/v1/integrity-check");
+    EXPECT_EQ(begun.status, 202) << begun.body;
+    const std::int64_t id = body_of(begun).value("task", std::int64_t{0});
+    while (cell->tasks.find(id)->state == TaskState::kRunning) {
+      reactor.restart();
+      reactor.run_one_for(std::chrono::seconds(10));
+    }
+    return *cell->tasks.find(id);
+  }
+};
+
+class AfterAnUncleanEnd : public Checked {
+ protected:
+  AfterAnUncleanEnd() : Checked(&leave_uncleanly) {}
+};
+
+class AfterADamagingEnd : public Checked {
+ protected:
+  AfterADamagingEnd()
+      : Checked([](const std::filesystem::path& data_dir) {
+          leave_uncleanly(data_dir);
+          damage(data_dir / "veneerd.db");
+        }) {}
+};
+
+class AfterACleanEnd : public Checked {};
+
+// The cell is open, and its reactor has not run yet: what the check found cannot be known.
+TEST_F(AfterAnUncleanEnd, NothingBeginsBeforeTheDatabaseIsCheckedAndTheStatusSaysWhy) {
+  EXPECT_EQ(cell->status()["database"]["state"], "checking");
+  EXPECT_THAT(cell->status()["reason"].get<std::string>(), HasSubstr("is being checked"));
+  ApiRequest reset;
+  reset.path_params = {{"command", "reset"}};
+  for (const auto& operation : {"newJob", "startJob", "scan", "laserTestPattern", "recut", "setRecipe"}) {
+    const Status refused = cell->integrity->may_begin(operation, reset);
+    ASSERT_FALSE(refused.ok()) << operation;
+    EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable) << operation;
+    EXPECT_THAT(refused.error().message, HasSubstr("try again in a minute")) << operation;
+  }
+  EXPECT_FALSE(cell->integrity->may_begin("command", reset).ok());
+}
+
+TEST_F(AfterAnUncleanEnd, WhatEndsSomethingIsNeverRefused) {
+  for (const char* word : {"abort", "hold", "stop", "stop-after-piece"}) {
+    ApiRequest request;
+    request.path_params = {{"command", word}};
+    EXPECT_TRUE(cell->integrity->may_begin("command", request).ok()) << word;
+  }
+  EXPECT_TRUE(cell->integrity->may_begin("laserJogStop", {}).ok());
+  EXPECT_TRUE(cell->integrity->may_begin("cancelTask", {}).ok());
+}
+
+TEST_F(AfterAnUncleanEnd, AllGoesOnOnceTheCheckHasPassed) {
+  until_checked();
+  EXPECT_EQ(status()["database"]["state"], "good");
+  EXPECT_TRUE(status()["database"]["sentence"].is_null());
+  EXPECT_EQ(
+      ask("POST", "/api/v1/recipes/oak/cut", {{"speed_mm_s", 9}, {"power", 0.8}, {"passes", 2}, {"kerf_back_mm", 0.31}})
+          .status,
+      200);
+}
+
+TEST_F(AfterADamagingEnd, TheCellSaysSoAndBeginsNothingButCanBeLookedAt) {
+  until_checked();
+  const json told = status();
+  EXPECT_EQ(told["database"]["state"], "damaged");
+  EXPECT_THAT(told["reason"].get<std::string>(), HasSubstr("put a backup in its place"));
+  const ApiReply refused = ask("POST", "/api/v1/commands/reset");
+  EXPECT_EQ(refused.status, 500);
+  EXPECT_THAT(refused.body, HasSubstr("is damaged"));
+  EXPECT_EQ(ask("GET", "/api/v1/jobs").status, 200);
+  const Status written = cell->database->call([](Repositories& r) {
+    return r.audit.append({0, kThen, "test", "write", ""});
+  });
+  EXPECT_FALSE(written.ok()) << "a damaged file is left as it is";
+}
+
+TEST_F(AfterACleanEnd, ACheckCanBeAskedForAndIsAudited) {
+  EXPECT_EQ(cell->status()["database"]["state"], "good");
+  EXPECT_TRUE(cell->status()["database"]["checked"].is_null());
+  const TaskView done = checked_on_demand();
+  EXPECT_EQ(done.state, TaskState::kDone) << done.error.value_or(Error{}).message;
+  EXPECT_EQ(done.result["sound"], true);
+  EXPECT_FALSE(cell->status()["database"]["checked"].is_null());
+  const auto noted = cell->database->call([](Repositories& r) { return r.audit.latest(5); });
+  ASSERT_TRUE(noted.ok());
+  EXPECT_EQ(noted->front().what, "api.checkIntegrity");
+}
+
+TEST_F(AfterACleanEnd, OneCheckAtATime) {
+  ASSERT_TRUE(cell->integrity->on_demand(cell->tasks).ok());
+  const auto second = cell->integrity->on_demand(cell->tasks);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, ErrorCode::kConflict);
+}
+
+TEST_F(AfterAnUncleanEnd, DamageFoundOnDemandRefusesWhatBegins) {
+  until_checked();
+  // What is in the log is in the file then, where the disk can change it.
+  cell->database->call([](Repositories&) { return 0; });
+  damage(config.store.data_dir / "veneerd.db");
+  const TaskView failed = checked_on_demand();
+  EXPECT_EQ(failed.state, TaskState::kFailed);
+  ASSERT_TRUE(failed.error);
+  EXPECT_EQ(failed.error->code, ErrorCode::kStorage);
+  EXPECT_EQ(status()["database"]["state"], "damaged");
+  EXPECT_EQ(ask("POST", "/api/v1/commands/reset").status, 500);
+  EXPECT_EQ(ask("POST", "/api/v1/integrity-check").status, 202) << "asked again, with the backup in place";
+}
+
+TEST_F(AfterACleanEnd, TheEndOfTheDaemonDoesNotWaitForACheck) {
+  ASSERT_TRUE(cell->integrity->on_demand(cell->tasks).ok());
+  cell->integrity->cancel();
+  cell.reset();
+}
+
+}  // namespace
+}  // namespace veneer::daemon
