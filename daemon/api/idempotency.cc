@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "base/hash.h"
@@ -62,6 +64,15 @@ class IdempotencyKeys::Pending {
   Reply reply_;
 };
 
+// Nobody's many keys make the cell forget what another began. What is still being done is forgotten last.
+void IdempotencyKeys::make_room(std::deque<std::shared_ptr<Record>>& records) {
+  std::map<std::string_view, std::size_t> held;
+  for (const auto& record : records) ++held[record->who];
+  const auto victim = std::ranges::max_element(
+      records, {}, [&held](const auto& record) { return std::pair(held[record->who], record->reply.has_value()); });
+  records.erase(victim);
+}
+
 std::optional<Reply> IdempotencyKeys::begin(const ApiRequest& request, Reply reply) {
   const std::string fingerprint = fingerprint_of(request);
   ApiReply known;
@@ -69,11 +80,12 @@ std::optional<Reply> IdempotencyKeys::begin(const ApiRequest& request, Reply rep
     const std::lock_guard lock(state_->mutex);
     auto& records = state_->records;
     const TimePoint now = state_->clock.now();
-    while (!records.empty() && (records.size() >= kMost || now - records.front()->at > kLife)) records.pop_front();
+    while (!records.empty() && now - records.front()->at > kLife) records.pop_front();
     const auto found = std::ranges::find_if(records, [&](const auto& record) {
       return record->who == request.caller.who && record->key == request.idempotency_key;
     });
     if (found == records.end()) {
+      if (records.size() >= kMost) make_room(records);
       auto record = std::make_shared<Record>(
           Record{request.caller.who, request.idempotency_key, fingerprint, now, std::nullopt, {}});
       records.push_back(record);

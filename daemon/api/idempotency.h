@@ -21,7 +21,7 @@ namespace veneer::daemon {
 class IdempotencyKeys {
  public:
   static constexpr std::chrono::hours kLife{24};
-  static constexpr std::size_t kMost = 256;            // the oldest go first
+  static constexpr std::size_t kMost = 256;            // the oldest of whoever has most of them goes first
   static constexpr std::size_t kLargestReply = 16384;  // a larger one is not kept
 
   // `clock` outlives this.
@@ -45,6 +45,7 @@ class IdempotencyKeys {
     std::deque<std::shared_ptr<Record>> records;  // guarded by mutex, as are they
   };
   class Pending;
+  static void make_room(std::deque<std::shared_ptr<Record>>& records);
   std::shared_ptr<State> state_;
 };
 

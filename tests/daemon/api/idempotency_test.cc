@@ -118,6 +118,16 @@ TEST_F(Idempotency, KeysGrowOldAndTheirNumberIsBounded) {
   EXPECT_EQ(scans, before + 1) << "the oldest is forgotten";
 }
 
+TEST_F(Idempotency, NobodysManyKeysMakeTheCellForgetWhatAnotherBegan) {
+  send("mine");
+  const auto first = last();
+  for (std::size_t i = 0; i < 3 * IdempotencyKeys::kMost; ++i) send("many-" + std::to_string(i), "{}", "uid 1001");
+  const int before = scans;
+  send("mine");
+  EXPECT_EQ(scans, before);
+  EXPECT_EQ(last(), first);
+}
+
 TEST_F(Idempotency, EveryChangeIsNotedWithWhoAskedAndEveryRefusalToo) {
   send("", R"({"more":true})", "uid 1000");
   refuse = true;
