@@ -11,9 +11,7 @@ let toolpath = null;      // the last GET /bed/toolpath
 let toolpathOf = "";      // the look it was drawn for
 
 async function showBed() {
-  try {
-    if (!await renewPicture($("bed-picture"), "/api/v1/bed.jpg")) return;
-  } catch (fault) { return; }
+  if (!await renewPicture($("bed-picture"), "/api/v1/bed.jpg")) return;
   $("bed-view").hidden = false;
   $("bed-none").hidden = true;
   bedAt = performance.now();

@@ -1,6 +1,11 @@
 // What the operator may do now, what is expected next, and what is asked before the beam comes on.
 "use strict";
 
+function showRefusal(sentence) {
+  $("refusal").textContent = asSentence(sentence);
+  $("refusal").hidden = false;
+}
+
 // Was it taken? A refusal is shown.
 async function command(path, body = null, timeoutMs = 20000) {
   $("refusal").hidden = true;
@@ -9,8 +14,7 @@ async function command(path, body = null, timeoutMs = 20000) {
     await ask("POST", path, timeoutMs, body);
   } catch (fault) {
     taken = false;
-    $("refusal").textContent = fault.message;
-    $("refusal").hidden = false;
+    showRefusal(fault.message);
   }
   try { takeStatus(await ask("GET", "/api/v1/status")); } catch (fault) { /* the age of the data tells */ }
   return taken;
@@ -26,12 +30,17 @@ const kAllowed = {
   "reset": ["Stopped", "Complete"],
 };
 
+// What begins something, and so needs a database that can keep it.
+const kBegins = ["unhold", "unsuspend", "clear", "reset"];
+const databaseSound = () => !cell.database || cell.database.state === "good";
+
 // What the operator is expected to do, and in which words.
 function nextStep() {
   const load = cell.load;
+  if (!databaseSound()) return ["", asSentence(cell.database.sentence)];
   switch (cell.state) {
     case "Stopped": return ["reset", "Reset homes the laser: hands off the machine."];
-    case "Complete": return ["reset", "The job is done: take the pieces out, then Reset."];
+    case "Complete": return ["reset", cell.job ? "The job is done: take the pieces out, then Reset." : "Take out what is on the bed, then Reset."];
     case "Idle": return startable() ? ["start", "Start asks for the panel first. Nothing moves before you say go on."] : ["", ""];
     case "Suspended":
       if (!load || !load.found) return ["", "Load the panel. Its tags are looked for as soon as it lies there."];
@@ -61,16 +70,17 @@ function showCommands() {
     const name = button.dataset.command;
     let allowed = kAllowed[name].includes(cell.state);
     if (name === "unsuspend" && !(found && allConfirmed())) allowed = false;
+    if (kBegins.includes(name) && !databaseSound()) allowed = false;
     button.disabled = !operator || !allowed;
     button.classList.toggle("next", operator && allowed && name === next);
   }
   const job = startable();
   const start = $("do-start");
   start.textContent = job ? `Start “${job.name}”` : "Start";
-  start.disabled = !operator || cell.state !== "Idle" || !job;
+  start.disabled = !operator || cell.state !== "Idle" || !job || !databaseSound();
   start.classList.toggle("next", !start.disabled && next === "start");
   $("frame").hidden = cell.state !== "Suspended";
-  $("do-frame").disabled = !operator || !found;
+  $("do-frame").disabled = !operator || !found || !databaseSound();
   const percent = framePercent();
   $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power` : "Trace the frame, dark";
   if (cell.load && cell.load.frame_max_power) $("frame-percent").max = 100 * cell.load.frame_max_power;

@@ -25,6 +25,7 @@ function takeStatus(fresh) {
   const turned = !before || before.state !== cell.state;
   if (turned || before.panels !== cell.panels) loadPanels();
   if (turned) loadJobs();
+  forgetStop();
   if (jobBefore !== jobNow) {
     loadPieces();
     recountJobs();
@@ -38,8 +39,7 @@ function takeTask(task) {
   cell.tasks = (cell.tasks || []).filter((known) => known.id !== task.id);
   if (task.state === "running") cell.tasks.push(task);
   if (task.state === "failed" && task.error) {
-    $("refusal").textContent = task.error.message;
-    $("refusal").hidden = false;
+    showRefusal(task.error.message);
   }
   showTasks();
 }

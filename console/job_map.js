@@ -12,7 +12,7 @@ async function loadPieces() {
     if (map.job !== job.id) {
       map.preview = new Image();
       map.preview.onload = drawMap;
-      map.preview.src = `/api/v1/jobs/${job.id}/preview.png?width=900`;
+      renewPicture(map.preview, `/api/v1/jobs/${job.id}/preview.png?width=900`);
       map.job = job.id;
     }
     map.pieces = await askAll(`/api/v1/jobs/${job.id}/pieces`, "pieces");

@@ -19,8 +19,7 @@ async function enter() {
   try {
     sessionStorage.setItem(kSession, (await ask("POST", "/api/v1/session", 5000, {token})).session);
   } catch (fault) {
-    $("refusal").textContent = fault.message;
-    $("refusal").hidden = false;
+    showRefusal(fault.message);
   }
 }
 
@@ -57,14 +56,26 @@ async function askAll(path, list) {
   return all;
 }
 
-// Shows the picture as it is now; the last one stays until it is there, and when none comes.
-async function renewPicture(image, path) {
-  const reply = await fetch(path, {cache: "no-cache", headers: headersOf({})});
-  if (!reply.ok) return false;
+// Asked for as this console, not as anybody's <img>: a crowd of anonymous clients does not take its place. "" when none
+// comes.
+async function pictureUrl(path) {
+  try {
+    const reply = await fetch(path, {cache: "no-cache", headers: headersOf({})});
+    return reply.ok ? URL.createObjectURL(await reply.blob()) : "";
+  } catch (fault) { return ""; }
+}
+
+function putPicture(image, url) {
   const before = image.dataset.url;
-  image.src = image.dataset.url = URL.createObjectURL(await reply.blob());
+  image.src = image.dataset.url = url;
   if (before) URL.revokeObjectURL(before);
-  return true;
+}
+
+// Shows the picture as it is now; the last one stays until it is there, and when none comes. Did it come?
+async function renewPicture(image, path) {
+  const url = await pictureUrl(path);
+  if (url) putPicture(image, url);
+  return Boolean(url);
 }
 
 async function poll() {
@@ -99,7 +110,18 @@ function listen() {
 
 function clockTime() { return new Date().toLocaleTimeString("en-GB"); }
 
+let stopNote = "";  // "" none, "told" what became of the last STOP, "aborting" and the status says so too
+
+// What a STOP has done is told until the cell is cleared.
+function forgetStop() {
+  if (cell.state.startsWith("Abort")) { if (stopNote) stopNote = "aborting"; return; }
+  if (stopNote !== "aborting") return;
+  stopNote = "";
+  $("stop-note").hidden = true;
+}
+
 function noteStop(text, bad) {
+  stopNote = bad ? "" : "told";
   $("stop-note").textContent = text;
   $("stop-note").classList.toggle("dead", bad);
   $("stop-note").hidden = false;

@@ -29,7 +29,7 @@ function showRecut() {
     $("recut-marks").replaceChildren(...cut.map((piece) => chip(piece.mark)));
   }
   $("do-recut").textContent = recutMarks.size ? `Cut ${[...recutMarks].join(", ")} again` : "Choose the pieces first";
-  $("do-recut").disabled = role === "viewer" || !recutMarks.size || !allConfirmed();
+  $("do-recut").disabled = role === "viewer" || !recutMarks.size || !allConfirmed() || !databaseSound();
 }
 
 async function recutChosen() {

@@ -28,7 +28,7 @@ function showState() {
   $("state").className = "state " + look;
   $("state-mark").textContent = mark;
   $("state-word").textContent = cell.state;
-  $("state-reason").textContent = cell.reason || reasonOf();
+  $("state-reason").textContent = asSentence(cell.reason) || reasonOf();
   document.title = `${cell.state} – cell`;
   $("role").textContent = role === "viewer" ? "view only" : `you operate (${role})`;
 }
@@ -114,6 +114,8 @@ function showFacts() {
   const words = [laser.state, laser.connected && laser.homed === false ? "not homed" : ""].filter(Boolean).join(", ");
   facts.push(laser.connected ? fact("Laser", words || "connected", false) : fact("Laser", laser.why_not_connected || "not connected yet: Reset connects it", Boolean(laser.why_not_connected)));
   if (laser.connected) facts.push(fact("Beam", laser.beam_on ? "ON" : "off", Boolean(laser.beam_on) && cell.state !== "Execute"));
+  if (laser.refusal) facts.push(fact("No beam", laser.refusal, true));
+  if (laser.controller && laser.controller !== "real") facts.push(fact("Controller", laser.controller === "twin" ? "the simulated cell" : laser.controller, false));
   facts.push(fact("Lid", cell.lid || "unknown", cell.lid === "open"));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
   if (turned.length) facts.push(fact("Overrides", turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
@@ -122,16 +124,20 @@ function showFacts() {
   const lacking = calibration.filter(([, state]) => state !== "valid");
   if (calibration.length && !lacking.length) facts.push(fact("Calibration", "valid", false));
   for (const [device, state] of lacking) facts.push(fact("Calibration", `${device}: ${state}`, true));
+  const database = cell.database || {};
+  if (database.state && database.state !== "good") facts.push(fact("Database", asSentence(database.sentence || database.state), database.state === "damaged"));
   if (laser.firmware) facts.push(fact("Firmware", laser.firmware, false));
   $("facts").replaceChildren(...facts);
 }
 
 // Only asks for a picture when it is another one, and shows it only once it is there.
-function setPicture(image, path) {
+async function setPicture(image, path) {
   if (image.dataset.path === path) return;
   image.dataset.path = path;
-  if (!path) { image.hidden = true; image.removeAttribute("src"); return; }
-  image.onload = () => { image.hidden = false; };
-  image.onerror = () => { image.hidden = true; };
-  image.src = path;
+  image.hidden = true;
+  const url = path ? await pictureUrl(path) : "";
+  if (image.dataset.path !== path) return;  // another one was wanted meanwhile
+  if (url) putPicture(image, url);
+  image.hidden = !url;
+  if (path && !url) setTimeout(() => { if (image.dataset.path === path) image.dataset.path = ""; }, 5000);
 }

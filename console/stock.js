@@ -14,7 +14,7 @@ async function loadPanels() {
 function stockPicture(panel) {
   const image = stockPictures.get(panel) || new Image();
   stockPictures.set(panel, image);
-  renewPicture(image, `/api/v1/panels/${encodeURIComponent(panel)}/stock.png?width=640`).catch(() => {});
+  renewPicture(image, `/api/v1/panels/${encodeURIComponent(panel)}/stock.png?width=640`);
   return image;
 }
 
@@ -61,7 +61,10 @@ function showJobs() {
     const image = jobPictures.get(job.id) || new Image();  // never changes
     jobPictures.set(job.id, image);
     image.alt = "";
-    if (!image.src) image.src = `/api/v1/jobs/${job.id}/preview.png?width=120`;
+    if (!image.dataset.asked) {
+      image.dataset.asked = "yes";
+      renewPicture(image, `/api/v1/jobs/${job.id}/preview.png?width=120`).then((came) => { if (!came) delete image.dataset.asked; });
+    }
     const words = document.createElement("span");
     const name = document.createElement("b");
     name.textContent = job.name;
