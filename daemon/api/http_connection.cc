@@ -26,6 +26,7 @@ namespace {
 constexpr std::string_view kStopPath = "/api/v1/stop";
 constexpr std::string_view kEventsPath = "/api/v1/events";
 constexpr std::chrono::seconds kLinger{2};
+constexpr std::size_t kMostSwallowed = 256 * 1024;
 constexpr std::chrono::milliseconds kDepartureCheck{250};
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
@@ -351,9 +352,11 @@ void HttpConnection::answer(ApiReply reply, bool close_after) {
   });
 }
 
-// Closing with unread bytes would reset the connection, and the client might never see why it was refused.
+// Closing with unread bytes would reset the connection, and the client might never see why it was refused. Whoever goes
+// on sending is not listening: its bytes would only keep the reactor busy.
 void HttpConnection::linger() {
   step(Doing::kReading);
+  swallowed_ = 0;
   error_code ignored;
   stream_.socket().shutdown(ApiSocket::shutdown_send, ignored);
   stream_.expires_after(kLinger);
@@ -362,8 +365,9 @@ void HttpConnection::linger() {
 
 void HttpConnection::swallow() {
   buffer_.clear();
-  stream_.async_read_some(buffer_.prepare(16 * 1024), [self = shared_from_this()](error_code fault, std::size_t) {
-    if (fault) return self->gone();
+  stream_.async_read_some(buffer_.prepare(16 * 1024), [self = shared_from_this()](error_code fault, std::size_t bytes) {
+    self->swallowed_ += bytes;
+    if (fault || self->swallowed_ > kMostSwallowed) return self->gone();
     self->swallow();
   });
 }

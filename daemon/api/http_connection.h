@@ -89,6 +89,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   Doing doing_ = Doing::kReading;
   std::uint64_t last_activity_ = 0;
   std::uint64_t request_number_ = 0;
+  std::size_t swallowed_ = 0;  // after the last reply
   bool awaiting_reply_ = false;
   std::stop_source gone_;  // of the request that is being handled
   ClientShares::Share request_share_, upload_share_, reply_share_;

@@ -28,7 +28,9 @@ struct HttpServerOptions {
   std::string listen;               // "127.0.0.1:8765", "[::1]:8765", "localhost:8765"; port 0 = any; empty: no TCP
   std::optional<unsigned> operator_gid;  // this group's members are operators over the socket
   std::size_t max_header_bytes = 16 * 1024;
-  std::size_t max_connections = 64;  // per door; beyond that one of the identity that holds most of them makes room
+  // Per door; beyond that one of the identity that holds most of them makes room. Whoever is slow costs less while it
+  // is left waiting than when it is shown the door and comes again at once.
+  std::size_t max_connections = 256;
   ClientShareLimits shares;
   std::chrono::milliseconds header_timeout{10'000};  // from the connection, or the end of the last reply
   std::chrono::milliseconds body_timeout{60'000};

@@ -6,6 +6,8 @@
 #   holds        1,000 Holds, 250 on each machine, with and without lid; also written as holds.json
 #   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
 #                under each of seven loads; also as stop.json
+#   clients      50 STOPs each over TCP, over the Unix socket and by a console, and how soon the console hears of each, while
+#                clients walk every route slowly, hugely, hanging up or a thousand at once; also as clients.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
 #   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on; several cuts
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
@@ -47,6 +49,8 @@ show_table=1 campaign "holds/thousand" "$seed" "$build/bin/veneer-soak-holds" --
   --out "$(dirname "$out")/holds.json"
 
 show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 100 --out "$(dirname "$out")/stop.json"
+
+show_table=1 campaign "clients/hostile" 0 "$build/bin/veneer-soak-clients" --stops 50 --out "$(dirname "$out")/clients.json"
 
 show_table=1 campaign "guardian/kills" 0 "$build/bin/veneer-soak-guardian" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"

@@ -4,15 +4,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <thread>
 
 #include "tests/soak/stop_loads.h"
+#include "tests/soak/stop_measure.h"
 #include "tests/support/temp_directory.h"
 
 namespace {
@@ -20,36 +19,10 @@ namespace {
 using namespace veneer;
 using namespace veneer::tests;
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
-
-double percentile(std::vector<double> values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
-}
-
-struct Door {
-  std::string name;
-  std::function<bool()> stop;
-  std::vector<double> ms;
-};
-
-// Burns until the beam is on, says STOP, gives the milliseconds until the byte was there; < 0 when something failed.
-double one_stop(LaserOnlyCell& cell, const Door& door, std::mt19937& random) {
-  if (!cell.begin_pattern(300)) return -1;
-  if (!cell.wait_for([&] { return cell.laser.beam_on(); })) return -1;
-  std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 400));  // anywhere in the stream
-  const std::size_t before = cell.laser.resets().size();
-  const auto asked = Clock::now();
-  if (!door.stop()) return -1;
-  if (!cell.wait_for([&] { return cell.laser.resets().size() > before && cell.state() == "Aborted"; })) return -1;
-  const double ms = std::chrono::duration<double, std::milli>(cell.laser.resets()[before] - asked).count();
-  return cell.api().post("/commands/clear").ok() ? ms : -1;
-}
 
 struct Figures {
   std::string load, done;
-  std::vector<Door> doors;
+  std::vector<StopDoor> doors;
   int failed = 0;
 };
 
@@ -83,8 +56,8 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
     const auto load = kind.begin(c, bin_dir, dir);
     // By turns, so that all meet the same load.
     for (int i = 0; i < stops; ++i)
-      for (Door& door : out.doors) {
-        const double ms = one_stop(c, door, random);
+      for (StopDoor& door : out.doors) {
+        const double ms = one_stop(c, door, random).ms;
         fmt::print(stderr, "{} {} of {}: {} {:.1f} ms\n", kind.name, i + 1, stops, door.name, ms);
         if (ms < 0)
           ++out.failed;
@@ -93,7 +66,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
       }
     out.done = load->done();
   }
-  for (Door& door : out.doors) door.stop = nullptr;
+  for (StopDoor& door : out.doors) door.stop = nullptr;
   return out;
 }
 
@@ -128,7 +101,7 @@ int main(int argc, char** argv) {
       continue;
     }
     good = good && figures->failed == 0;
-    for (const Door& door : figures->doors) {
+    for (const StopDoor& door : figures->doors) {
       const double p99 = percentile(door.ms, 0.99);
       good = good && p99 <= limit_ms;
       fmt::print("{:<9} {:<12} {:>4} stops  p50 {:8.2f} ms  p99 {:8.2f} ms  max {:8.2f} ms\n", kind.name, door.name,

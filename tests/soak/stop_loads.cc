@@ -237,6 +237,7 @@ Status book_pieces(daemon::Repositories& r) {
     db::NewPlan job;
     job.name = fmt::format("booked {}", first);
     job.plan_json = job.options_json = "{}";
+    job.planned_on = {{kBooked, 1}};
     for (int i = first; i < first + kPiecesPerJob; ++i) {
       db::PlannedPatch& piece = job.pieces.emplace_back();
       piece.mark = fmt::format("A{}", i);

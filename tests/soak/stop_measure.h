@@ -1,0 +1,53 @@
+// One STOP, from the request to the byte on the wire, as the campaigns measure it.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/laser_only_cell.h"
+
+namespace veneer::tests {
+
+inline double percentile(std::vector<double> values, double p) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(p * static_cast<double>(values.size())))];
+}
+
+inline double ms_between(std::chrono::steady_clock::time_point from, std::chrono::steady_clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+// A way to say STOP, and the milliseconds it took.
+struct StopDoor {
+  std::string name;
+  std::function<bool()> stop;
+  std::vector<double> ms;
+};
+
+struct OneStop {
+  double ms = -1;  // until the byte was there; < 0 when something failed
+  std::chrono::steady_clock::time_point asked;
+};
+
+// Burns until the beam is on, says STOP somewhere in the stream, waits for the end, Clears.
+inline OneStop one_stop(LaserOnlyCell& cell, const StopDoor& door, std::mt19937& random) {
+  OneStop out;
+  if (!cell.begin_pattern(300)) return out;
+  if (!cell.wait_for([&] { return cell.laser.beam_on(); })) return out;
+  std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 400));  // anywhere in the stream
+  const std::size_t before = cell.laser.resets().size();
+  out.asked = std::chrono::steady_clock::now();
+  if (!door.stop()) return out;
+  if (!cell.wait_for([&] { return cell.laser.resets().size() > before && cell.state() == "Aborted"; })) return out;
+  const double ms = ms_between(out.asked, cell.laser.resets()[before]);
+  if (cell.api().post("/commands/clear").ok()) out.ms = ms;
+  return out;
+}
+
+}  // namespace veneer::tests
