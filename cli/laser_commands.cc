@@ -61,7 +61,7 @@ void add_test_pattern(CLI::App& laser, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = laser.add_subcommand(
-      "test-pattern", "Home the laser and burn a calibration pattern; needs nothing of the cell but its laser");
+      "test-pattern", "Home the laser and burn a test pattern to measure; needs nothing of the cell but its laser");
   command->add_option("--size-mm", options->size_mm, "Side of its square")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -118,7 +118,8 @@ void add_override(CLI::App& laser, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = laser.add_subcommand(
       "override", "Turn speed and power while a job runs, in per cent of what it asks for; what is not named stays");
-  command->add_option("--feed", options->feed, "Of burning moves, 25 to 200");
+  command->add_option("--feed", options->feed,
+                      "Of burning moves, 25 to 200; above 100 the power has to come down as far");
   command->add_option("--rapid", options->rapid, "Of dark moves: 25, 50 or 100");
   command->add_option("--power", options->power, "Of the beam, 10 to 200");
   command->callback([options, &context] {

@@ -36,7 +36,7 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
     return std::unique_ptr<LaserDriver>(
         std::make_unique<lihuiyu::LihuiyuLaser>(std::move(*link), device_clock, reactor, log, options));
   }
-  if (records(config.laser) && config.laser.port.find("/") != kFilePort.size())
+  if (records(config.laser) && config.laser.port.find('/') != kFilePort.size())
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the port \"{}\" names no file by its full path: write file:/path", config.laser.port)};
   const bool simulated = config.laser.kind == "sim";

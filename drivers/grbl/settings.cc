@@ -95,9 +95,10 @@ std::optional<int> SettingsReader::told_differently() const {
   return second == values_.end() ? first->first : std::min(first->first, second->first);
 }
 
-// With the text that its owner may have given it ($I=...), which stands behind the version.
-std::string SettingsReader::identity(const std::string& firmware) const {
-  std::string words = firmware + " " + version_;
+// With the text that its owner may have given it ($I=...), which stands behind the version. Nothing of the banner: a
+// controller that runs already prints none.
+std::string SettingsReader::identity() const {
+  std::string words = firmware_.empty() ? version_ : firmware_ + " " + version_;
   for (const int number :
        {static_cast<int>(kDirections), static_cast<int>(kHomingEnable), static_cast<int>(kHomingDirections),
         static_cast<int>(kHomingPullOff), static_cast<int>(kMaxPower), static_cast<int>(kStepsPerMm), kStepsPerMm + 1,
@@ -114,7 +115,7 @@ Result<MachineSettings> SettingsReader::finish() const {
   const std::string version = version_.substr(0, version_.find('.', version_.find('.') + 1));
   s.firmware =
       banner_.empty() ? fmt::format("{} {}", name_of(s.family), version) : banner_.substr(0, banner_.find(" ["));
-  s.identity = identity(s.firmware);
+  s.identity = identity();
   const auto refuse = [&](const std::string& what) {
     return Error{ErrorCode::kRefused, fmt::format("the laser controller ({}) cannot be used: {}", s.firmware, what)};
   };

@@ -74,7 +74,7 @@ class SettingsReader {
   double value(int number, double otherwise) const;
   // The first setting that the two answers do not agree on; a line that only one of them had counts.
   std::optional<int> told_differently() const;
-  std::string identity(const std::string& firmware) const;
+  std::string identity() const;
   std::map<int, double> values_;
   std::optional<std::map<int, double>> first_;
   std::string signals_, banner_, version_, firmware_;

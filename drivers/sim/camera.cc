@@ -26,7 +26,7 @@ double honeycomb_wall(double x, double y, double pitch) {
   for (int r = r0; r <= r0 + 1; ++r) {
     const double shift = (r & 1) != 0 ? pitch / 2 : 0;
     const double c0 = std::floor((x - shift) / pitch);
-    for (double c = c0; c <= c0 + 1; ++c) {
+    for (const double c : {c0, c0 + 1}) {
       const double dx = x - shift - c * pitch, dy = y - r * row, d = dx * dx + dy * dy;
       if (d < nearest)
         second = nearest, nearest = d;

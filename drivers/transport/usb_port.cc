@@ -71,7 +71,7 @@ class UsbPort::Session {
       found.push_back(devices[i]);
       places += (places.empty() ? "@" : ", @") + place;
     }
-    const Status opened = claim(address, found, places);
+    Status opened = claim(address, found, places);
     if (devices != nullptr) libusb_free_device_list(devices, 1);
     if (opened.ok()) thread_ = std::thread([this] { reap(); });
     return opened;

@@ -260,8 +260,9 @@ TEST(Settings, ThatOnlyOneOfTheTwoAnswersHadAreNotGuessed) {
 }
 
 TEST(Settings, SayWhichMachineItIs) {
-  const auto identity = [](int number, double value, const char* version = "1.1h.20190825:") {
+  const auto identity = [](int number, double value, const char* version = "1.1h.20190825:", bool banner = true) {
     SettingsReader reader;
+    if (banner) reader.banner({"GrblHAL 1.1h ['$' for help]"});
     reader.version({version});
     tell_likely(reader);
     reader.setting({number, value});
@@ -272,6 +273,7 @@ TEST(Settings, SayWhichMachineItIs) {
   EXPECT_THAT(usual, HasSubstr("$130=400"));
   for (const int number : {3, 23, 27, 30, 100, 101, 130, 131, 132}) EXPECT_NE(usual, identity(number, 123)) << number;
   EXPECT_NE(usual, identity(11, 0.01, "1.1h.20190825:left one")) << "its owner's name for it";
+  EXPECT_EQ(usual, identity(11, 0.01, "1.1h.20190825:", false)) << "it was running already and printed no banner";
 }
 
 TEST(Settings, ThatAreUnlikelyAreTheOperatorsToConfirm) {

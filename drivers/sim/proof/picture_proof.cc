@@ -100,9 +100,8 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
 }
 
 double BlockMeans::at(int column, int row) const {
-  const auto across = static_cast<std::size_t>(column + columns_);
-  const auto down = static_cast<std::size_t>(row + rows_);
-  return means_[down * 2 * static_cast<std::size_t>(columns_) + across];
+  const auto width = static_cast<std::ptrdiff_t>(columns_), height = static_cast<std::ptrdiff_t>(rows_);
+  return means_[static_cast<std::size_t>((row + height) * 2 * width + column + width)];
 }
 
 BlockMeans BlockMeans::mirrored() const {

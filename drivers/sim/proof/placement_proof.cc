@@ -9,8 +9,9 @@ constexpr double kGrid = 10;  // mm
 
 template <class Visit>
 void over_grid(const sim::Sheet& sheet, Visit visit) {
-  for (double y = kGrid / 2; y < sheet.height_mm; y += kGrid)
-    for (double x = kGrid / 2; x < sheet.width_mm; x += kGrid) visit(Vec2{x, y});
+  const auto middle = [](int cell) { return (cell + 0.5) * kGrid; };
+  for (int row = 0; middle(row) < sheet.height_mm; ++row)
+    for (int column = 0; middle(column) < sheet.width_mm; ++column) visit(Vec2{middle(column), middle(row)});
 }
 
 }  // namespace
