@@ -74,8 +74,7 @@ class OrderlyEnd {
     deadline_.async_wait([this](const boost::system::error_code& cancelled) {
       if (!cancelled) reactor_.stop();
     });
-    // Asked last, behind all that the abort has asked.
-    cell_.database->async([](Repositories&) { return 0; }, [this](int) { reactor_.stop(); });
+    cell_.runner->when_written([this] { reactor_.stop(); });
   }
 
  private:
@@ -97,6 +96,12 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   auto cell = Cell::open(reactor, config, std::move(*devices), real_clock, log);
   if (!cell) return fail(cell.error());
   Cell& c = **cell;
+  // Most databases are checked in milliseconds after an unclean end: then the first answer says how things stand. A
+  // check that takes longer goes on behind open doors.
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  while (c.integrity->state() == DatabaseCheck::State::kChecking && std::chrono::steady_clock::now() < patience)
+    reactor.run_one_until(patience);
+  reactor.restart();
 
   Router router;
   ConsoleLinks links(real_clock);

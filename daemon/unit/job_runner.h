@@ -67,6 +67,8 @@ class JobRunner : private ActivityHost {
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
+  // `then` comes when the database has taken, or refused, what an abort before this call had to tell it.
+  void when_written(std::function<void()> then);
 
   // kRefused, naming what is missing, unless everything of RunnerOptions::confirm and LaserLimits::to_confirm is among
   // them.

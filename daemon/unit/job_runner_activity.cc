@@ -226,6 +226,13 @@ void JobRunner::abort(const std::string& reason) noexcept {
   break_off(reason, nullptr);
 }
 
+void JobRunner::when_written(std::function<void()> then) {
+  // The abort itself waits a turn of the reactor for what the laser tells of it (break_off).
+  boost::asio::post(reactor_, [this, then = std::move(then)]() mutable {
+    parts().database.async([](Repositories&) { return 0; }, [then = std::move(then)](int) { then(); });
+  });
+}
+
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told) {
   if (!after(view_.state, CellCommand::kAbort)) return;

@@ -94,7 +94,7 @@ TEST_F(JobRunnerTest, AnErrorOfTheProgramInACutEndsItInOrder) {
   const Status ran = run_reactor(io_, [&](const std::string& sentence) {
     runner_->abort(sentence);
     EXPECT_FALSE(laser_.burning()) << "dark before anything else";
-    database_->async([](Repositories&) { return 0; }, [&](int) { io_.stop(); });
+    runner_->when_written([&] { io_.stop(); });
   });
   EXPECT_FALSE(ran.ok());
   EXPECT_THAT(laser_.calls, Contains("abort"));
