@@ -31,6 +31,7 @@ Status run_reactor(boost::asio::io_context& reactor, const std::function<void(co
     } catch (...) {
       if (fault) continue;
       fault = Error{ErrorCode::kInternal, sentence_of_fault()};
+      reactor.restart();  // it stops by itself when the handler that threw was all it had to do
       end(fault->message);
     }
   }
