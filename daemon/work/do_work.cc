@@ -23,30 +23,27 @@ Result<json> done(Result<Answer> (*work)(const Request&, const path&, const Task
   return json(*answer);
 }
 
+template <auto kWork>
+Result<json> run(const json& request, const path& folder, const TaskProgress& progress) {
+  return done(kWork, request, folder, progress);
+}
+
 struct Kind {
   const char* word;
   Result<json> (*work)(const json& request, const path& folder, const TaskProgress& progress);
 };
 
 constexpr std::array kKinds{
-    Kind{MakePlan::kKind, [](const json& r, const path& f, const TaskProgress& p) { return done(make_plan, r, f, p); }},
-    Kind{ViewScan::kKind, [](const json& r, const path& f, const TaskProgress& p) { return done(view_scan, r, f, p); }},
-    Kind{RegisterScans::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(register_scans, r, f, p); }},
-    Kind{LookAtBed::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(look_at_bed, r, f, p); }},
-    Kind{ReadGridScan::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(read_grid_scan, r, f, p); }},
-    Kind{FitScanner::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(fit_scanner, r, f, p); }},
-    Kind{FitCamera::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(fit_camera, r, f, p); }},
-    Kind{ReadGridView::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(read_grid_view, r, f, p); }},
-    Kind{ReadPatternView::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(read_pattern_view, r, f, p); }},
-    Kind{ReadPatternScan::kKind,
-         [](const json& r, const path& f, const TaskProgress& p) { return done(read_pattern_scan, r, f, p); }},
+    Kind{MakePlan::kKind, run<make_plan>},
+    Kind{ViewScan::kKind, run<view_scan>},
+    Kind{RegisterScans::kKind, run<register_scans>},
+    Kind{LookAtBed::kKind, run<look_at_bed>},
+    Kind{ReadGridScan::kKind, run<read_grid_scan>},
+    Kind{FitScanner::kKind, run<fit_scanner>},
+    Kind{ReadGridView::kKind, run<read_grid_view>},
+    Kind{FitCamera::kKind, run<fit_camera>},
+    Kind{ReadPatternView::kKind, run<read_pattern_view>},
+    Kind{ReadPatternScan::kKind, run<read_pattern_scan>},
 };
 
 }  // namespace
