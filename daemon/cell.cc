@@ -136,6 +136,7 @@ Cell::~Cell() {
   if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
+  if (bed) bed->stop();
   scanner_worker.reset();
   planner_worker.reset();
   queries.reset();

@@ -35,11 +35,13 @@ void DatabaseCheck::take(const Status& sound) {
 
 void DatabaseCheck::after_unclean_end(DatabaseThread& database, std::function<void(Done)> recover) {
   checking_ = &database;
+  unrecovered_ = true;
   state_ = State::kChecking;
   sentence_ =
       "the database was not closed in order and is being checked: nothing begins before that is done, try again in a "
       "minute";
   const Done done = while_alive([this](const Status& sound) {
+    if (sound) unrecovered_ = false;
     take(sound);
     on_change_();
   });
@@ -74,7 +76,8 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
     boost::asio::post(reactor_, [this, alive, task, sound, seconds] {
       if (alive.expired()) return;
       on_demand_ = false;
-      take(sound);
+      // That the file is sound does not bring the recovery that failed: the next start does.
+      if (!sound || !unrecovered_) take(sound);
       if (sound)
         task.done({{"file", file_.string()}, {"seconds", seconds}, {"sound", true}});
       else

@@ -59,6 +59,7 @@ class DatabaseCheck {
   State state_ = State::kGood;
   std::string sentence_, checked_at_;
   DatabaseThread* checking_ = nullptr;  // after an unclean end
+  bool unrecovered_ = false;            // what an unclean end left behind was not seen to
   bool on_demand_ = false;              // a check that somebody asked for is under way
   std::stop_source giving_up_;
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // what comes back to the reactor holds it weakly

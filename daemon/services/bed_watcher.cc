@@ -110,16 +110,18 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
   order.readable = {*picture};
   order.deadline = std::chrono::seconds(config_.workers.look_limit_s);
   const auto quietly = [](double, const std::string&) {};
-  auto seen = have_done<BedSeen>(workers_, order, look, quietly, {});
+  auto seen = have_done<BedSeen>(workers_, order, look, quietly, ending_.get_token());
   // A process that was killed or crashed says nothing about the bed, and a run should not wait for people on its
   // account: once more.
-  if (!seen && (seen.error().code == ErrorCode::kUnavailable || seen.error().code == ErrorCode::kInternal ||
-                seen.error().code == ErrorCode::kTimeout))
-    seen = have_done<BedSeen>(workers_, std::move(order), look, quietly, {});
+  if (!seen && (seen.error().code == ErrorCode::kUnavailable || seen.error().code == ErrorCode::kInternal))
+    seen = have_done<BedSeen>(workers_, std::move(order), look, quietly, ending_.get_token());
   if (!seen) return seen.error();
-  std::ifstream shown(folder->path() / kMadeBedPicture, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(shown), {});
-  {
+  const auto made = folder->path() / kMadeBedPicture;
+  std::error_code unknown;
+  constexpr std::uintmax_t kMostBytes = 16 << 20;
+  if (std::filesystem::file_size(made, unknown) <= kMostBytes) {
+    std::ifstream shown(made, std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(shown), {});
     const std::lock_guard lock(picture_mutex_);
     picture_ = std::move(bytes);
   }

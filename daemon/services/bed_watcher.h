@@ -9,6 +9,7 @@
 #include <chrono>
 #include <functional>
 #include <mutex>
+#include <stop_token>
 #include <string>
 
 #include "daemon/config.h"
@@ -28,6 +29,9 @@ class BedWatcher final : public BedView {
              DatabaseThread& database, const Config& config, std::function<void()> on_picture);
 
   void look(std::function<void(Result<ProvenPose>)> reply) override;
+  // Gives up a look that is under way; at the end of the cell.
+  void stop() { ending_.request_stop(); }
+
   void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
   void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) override;
 
@@ -49,6 +53,7 @@ class BedWatcher final : public BedView {
   const Config& config_;
   WallTime hands_in_{};  // of the reactor; looks get a copy
   std::function<void()> on_picture_;
+  std::stop_source ending_;
   mutable std::mutex picture_mutex_;
   std::string picture_;  // guarded by picture_mutex_
 };

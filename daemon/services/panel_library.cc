@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -18,6 +19,29 @@ namespace {
 
 // Of small pictures, all together: some 40 MB, the stock of a workshop as its page shows it.
 constexpr std::size_t kKeptPixels = 12'000'000;
+
+// What a worker process has made will be decoded by this one. It may have been taken over by a hostile picture: only a
+// PNG of the kind the cell stores, of a size that can be, is taken.
+Status require_plain_png(const std::filesystem::path& made) {
+  constexpr std::array<unsigned char, 16> kHead{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n',
+                                                0,    0,   0,   13,  'I',  'H',  'D',  'R'};
+  constexpr double kMostPixels = 400e6;
+  std::array<unsigned char, 26> head{};
+  std::error_code failed;
+  const bool plain = std::filesystem::symlink_status(made, failed).type() == std::filesystem::file_type::regular;
+  std::ifstream in(made, std::ios::binary);
+  in.read(reinterpret_cast<char*>(head.data()), head.size());
+  const auto number = [&](std::size_t at) {
+    return head[at] * 16777216.0 + head[at + 1] * 65536.0 + head[at + 2] * 256.0 + head[at + 3];
+  };
+  const bool eight_bit = head[24] == 8 && (head[25] == 0 || head[25] == 2);  // grey or colour
+  if (plain && in && std::equal(kHead.begin(), kHead.end(), head.begin()) && eight_bit &&
+      number(16) * number(20) <= kMostPixels)
+    return Ok();
+  return Error{ErrorCode::kInternal,
+               "a picture that was made of this cannot be used: try again, and report it when it "
+               "comes back"};
+}
 
 }  // namespace
 
@@ -36,6 +60,7 @@ Result<PanelLibrary::Stored> PanelLibrary::store_picture(const cv::Mat& picture,
 
 Result<PanelLibrary::Stored> PanelLibrary::adopt(const std::filesystem::path& made, const std::string& folder,
                                                  const std::string& prefix) const {
+  if (const Status good = require_plain_png(made); !good) return good.error();
   const auto hash = sha256_hex_of_file(made);
   if (!hash) return hash.error();
   const std::string file = fmt::format("{}/{}-{}.png", folder, prefix, hash->substr(0, 16));

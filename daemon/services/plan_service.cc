@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -96,6 +97,11 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
 }
 
 Result<std::string> read_made(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMost = 512 << 20;
+  std::error_code failed;
+  if (std::filesystem::symlink_status(file, failed).type() != std::filesystem::file_type::regular ||
+      std::filesystem::file_size(file, failed) > kMost)
+    return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
   std::ifstream in(file, std::ios::binary);
   std::string out(std::istreambuf_iterator<char>(in), {});
   if (!in || out.empty())
@@ -104,14 +110,36 @@ Result<std::string> read_made(const std::filesystem::path& file) {
   return out;
 }
 
+constexpr std::size_t kMostPieces = 200'000;
+
+// Of what a worker process answers: could it be a piece at all? What is beyond all measure would keep the database's
+// thread, or be no number for the polygons.
+bool can_be(const db::NewPiece& piece) {
+  constexpr std::size_t kLongestMark = 40, kMostPoints = 5'000;
+  constexpr double kFarthest = 100'000;  // mm
+  const auto near = [](const auto& p) {
+    return std::abs(p.x.count()) <= kFarthest && std::abs(p.y.count()) <= kFarthest;
+  };
+  std::size_t points = piece.artwork_outline.size() + piece.panel_outline.size();
+  bool good = std::all_of(piece.artwork_outline.begin(), piece.artwork_outline.end(), near) &&
+              std::all_of(piece.panel_outline.begin(), piece.panel_outline.end(), near) &&
+              near(piece.panel_from_artwork.shift()) && (!piece.lead_in || near(*piece.lead_in));
+  for (const auto& ring : piece.allocation.rings()) {
+    points += ring.size();
+    good = good && std::all_of(ring.begin(), ring.end(), near);
+  }
+  return good && piece.mark.size() <= kLongestMark && points <= kMostPoints;
+}
+
 Result<std::vector<db::NewPiece>> read_pieces(const std::filesystem::path& file) {
   const auto text = read_made(file);
   if (!text) return text.error();
   try {
-    return nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
+    auto pieces = nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
+    if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
   } catch (const nlohmann::json::exception&) {
-    return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
   }
+  return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
 }
 
 MakePlan order_of(const JobRequest& request, Stock& stock, const Config& config, const PanelLibrary& library) {

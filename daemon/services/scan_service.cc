@@ -55,10 +55,12 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
     outcome.face = request.face;
     return outcome;
   }
-  auto outcome = finish(request, progress, stop);
-  // Good or bad, this series of tiles is over; a refused one is scanned anew.
-  tiles_.clear();
-  return outcome;
+  // Good or bad, this series of tiles is over, whatever is thrown; a refused one is scanned anew.
+  struct Forget {
+    std::vector<Tile>& tiles;
+    ~Forget() { tiles.clear(); }
+  } const forget{tiles_};
+  return finish(request, progress, stop);
 }
 
 Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
@@ -149,6 +151,8 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   }
   const auto read = have_done<PanelRead>(workers_, std::move(work), wanted, progress, stop);
   if (!read) return read.error();
+  if (read->lattices.size() != tiles_.size())
+    return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "entering stock");
   if (!known->panel) return add_panel(*read, *folder);
   if (known->face == Face::kBack) return add_back(*known, *read);

@@ -43,12 +43,17 @@ void write_text(const char* file, std::string_view text) {
   ::close(fd);
 }
 
+constexpr rlim_t kLargestFile = rlim_t{8} << 30;
+
 Status limit_resources(const Confinement& limits) {
   // The first to go when the machine runs out of memory. Lowering one's own chances needs no right.
   write_text("/proc/self/oom_score_adj", "1000");
   static_cast<void>(::setpriority(PRIO_PROCESS, 0, limits.nice));
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
+  // Of one file: the largest index of a panel, some times over.
+  const rlimit file{kLargestFile, kLargestFile};
+  ::setrlimit(RLIMIT_FSIZE, &file);
   if (limits.memory_bytes == 0 || kShadowMemory) return Ok();
   // Files that are mapped to be read do not count: the kernel can drop them.
   const rlimit data{limits.memory_bytes, limits.memory_bytes};
@@ -128,57 +133,25 @@ Status keep_files(const Confinement& limits) {
 // ---- System calls ------------------------------------------------------------------------------------------------
 
 // What reaches other processes, devices that are open already, the network, or the kernel's insides.
-constexpr std::initializer_list<int> kDenied = {SCMP_SYS(socket),
-                                                SCMP_SYS(socketpair),
-                                                SCMP_SYS(connect),
-                                                SCMP_SYS(bind),
-                                                SCMP_SYS(ptrace),
-                                                SCMP_SYS(process_vm_readv),
-                                                SCMP_SYS(process_vm_writev),
-                                                SCMP_SYS(process_madvise),
-                                                SCMP_SYS(pidfd_open),
-                                                SCMP_SYS(pidfd_getfd),
-                                                SCMP_SYS(pidfd_send_signal),
-                                                SCMP_SYS(kill),
-                                                SCMP_SYS(tkill),
-                                                SCMP_SYS(rt_sigqueueinfo),
-                                                SCMP_SYS(rt_tgsigqueueinfo),
-                                                SCMP_SYS(execve),
-                                                SCMP_SYS(execveat),
-                                                SCMP_SYS(fork),
-                                                SCMP_SYS(vfork),
-                                                SCMP_SYS(open_by_handle_at),
-                                                SCMP_SYS(mknod),
-                                                SCMP_SYS(mknodat),
-                                                SCMP_SYS(mount),
-                                                SCMP_SYS(umount2),
-                                                SCMP_SYS(move_mount),
-                                                SCMP_SYS(open_tree),
-                                                SCMP_SYS(fsopen),
-                                                SCMP_SYS(pivot_root),
-                                                SCMP_SYS(chroot),
-                                                SCMP_SYS(unshare),
-                                                SCMP_SYS(setns),
-                                                SCMP_SYS(bpf),
-                                                SCMP_SYS(perf_event_open),
-                                                SCMP_SYS(userfaultfd),
-                                                SCMP_SYS(io_uring_setup),
-                                                SCMP_SYS(keyctl),
-                                                SCMP_SYS(add_key),
-                                                SCMP_SYS(request_key),
-                                                SCMP_SYS(ioperm),
-                                                SCMP_SYS(iopl),
-                                                SCMP_SYS(init_module),
-                                                SCMP_SYS(finit_module),
-                                                SCMP_SYS(reboot),
-                                                SCMP_SYS(kexec_load),
-                                                SCMP_SYS(setuid),
-                                                SCMP_SYS(setgid),
-                                                SCMP_SYS(setresuid),
-                                                SCMP_SYS(setresgid),
-                                                SCMP_SYS(setgroups),
-                                                SCMP_SYS(swapon),
-                                                SCMP_SYS(swapoff)};
+constexpr std::initializer_list<int> kDenied = {
+    SCMP_SYS(socket), SCMP_SYS(socketpair), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(ptrace),
+    SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(process_madvise),
+    // Of other files and processes of this user; Landlock does not keep
+    // these, or only on younger kernels.
+    SCMP_SYS(truncate), SCMP_SYS(chmod), SCMP_SYS(fchmod), SCMP_SYS(fchmodat), SCMP_SYS(chown), SCMP_SYS(fchown),
+    SCMP_SYS(lchown), SCMP_SYS(fchownat), SCMP_SYS(utime), SCMP_SYS(utimes), SCMP_SYS(futimesat), SCMP_SYS(utimensat),
+    SCMP_SYS(setxattr), SCMP_SYS(lsetxattr), SCMP_SYS(fsetxattr), SCMP_SYS(removexattr), SCMP_SYS(lremovexattr),
+    SCMP_SYS(fremovexattr), SCMP_SYS(setpriority), SCMP_SYS(sched_setscheduler), SCMP_SYS(sched_setparam),
+    SCMP_SYS(sched_setattr), SCMP_SYS(sched_setaffinity), SCMP_SYS(ioprio_set), SCMP_SYS(pidfd_open),
+    SCMP_SYS(pidfd_getfd), SCMP_SYS(pidfd_send_signal), SCMP_SYS(kill), SCMP_SYS(tkill), SCMP_SYS(rt_sigqueueinfo),
+    SCMP_SYS(rt_tgsigqueueinfo), SCMP_SYS(execve), SCMP_SYS(execveat), SCMP_SYS(fork), SCMP_SYS(vfork),
+    SCMP_SYS(open_by_handle_at), SCMP_SYS(mknod), SCMP_SYS(mknodat), SCMP_SYS(mount), SCMP_SYS(umount2),
+    SCMP_SYS(move_mount), SCMP_SYS(open_tree), SCMP_SYS(fsopen), SCMP_SYS(pivot_root), SCMP_SYS(chroot),
+    SCMP_SYS(unshare), SCMP_SYS(setns), SCMP_SYS(bpf), SCMP_SYS(perf_event_open), SCMP_SYS(userfaultfd),
+    SCMP_SYS(io_uring_setup), SCMP_SYS(keyctl), SCMP_SYS(add_key), SCMP_SYS(request_key), SCMP_SYS(ioperm),
+    SCMP_SYS(iopl), SCMP_SYS(init_module), SCMP_SYS(finit_module), SCMP_SYS(reboot), SCMP_SYS(kexec_load),
+    SCMP_SYS(setuid), SCMP_SYS(setgid), SCMP_SYS(setresuid), SCMP_SYS(setresgid), SCMP_SYS(setgroups), SCMP_SYS(swapon),
+    SCMP_SYS(swapoff)};
 
 Status deny_calls() {
   const std::unique_ptr<void, decltype(&seccomp_release)> filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);

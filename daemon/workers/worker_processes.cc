@@ -137,19 +137,47 @@ struct Progressed {
 };
 using Message = std::variant<Nonsense, OutOfMemory, Progressed, Result<json>>;
 
+// What is nested deeper than any answer is would be copied and written by recursion, for which a stack is too small.
+bool nested_too_deeply(std::string_view line) {
+  constexpr int kDeepest = 32;
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (in_text && c == '\\')
+      ++i;
+    else if (c == '"')
+      in_text = !in_text;
+    else if (!in_text && (c == '[' || c == '{') && ++depth > kDeepest)
+      return true;
+    else if (!in_text && (c == ']' || c == '}'))
+      --depth;
+  }
+  return false;
+}
+
+// Of what a process says to people.
+std::string cut_to(std::string text, std::size_t most) {
+  if (text.size() > most) text.resize(most);
+  return text;
+}
+
 Message message_of(std::string_view line) {
+  constexpr std::size_t kMostOfProgress = 200, kMostOfAnError = 4000;
+  if (nested_too_deeply(line)) return Nonsense{};
   json said = json::parse(line, nullptr, false);
   if (!said.is_object()) return Nonsense{};
   if (const auto done = said.find("done"); done != said.end()) return Result<json>(std::move(*done));
   if (const auto failed = said.find("error"); failed != said.end()) {
     auto error = error_from_json(*failed);
     if (!error) return Nonsense{};
+    error->message = cut_to(std::move(error->message), kMostOfAnError);
     return Result<json>(std::move(*error));
   }
   if (said.contains("out_of_memory")) return OutOfMemory{};
   const auto fraction = said.find("progress"), text = said.find("text");
   if (fraction == said.end() || !fraction->is_number() || text == said.end() || !text->is_string()) return Nonsense{};
-  return Progressed{fraction->get<double>(), text->get<std::string>()};
+  return Progressed{fraction->get<double>(), cut_to(text->get<std::string>(), kMostOfProgress)};
 }
 
 // One process and the talk with it.

@@ -1,6 +1,7 @@
 // A worker that misbehaves as it is told to.
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -66,6 +67,22 @@ Result<json> work(const std::string& kind, const json& request, const std::files
     const auto path = request.at("path").get<std::string>();
     const int fd = ::open(path.c_str(), request.at("flags").get<int>() | O_CLOEXEC, 0600);
     return json{{"errno", fd < 0 ? errno : 0}};
+  }
+  if (kind == "meddle") {
+    const auto path = request.at("path").get<std::string>();
+    json out;
+    const auto note = [&](const char* name, long result) { out[name] = result < 0 ? errno : 0; };
+    note("truncate", ::truncate(path.c_str(), 0));
+    note("chmod", ::chmod(path.c_str(), 0));
+    note("chown", ::chown(path.c_str(), ::getuid(), ::getgid()));
+    note("utimensat", ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0));
+    note("setpriority", ::setpriority(PRIO_PROCESS, static_cast<id_t>(::getppid()), 19));
+    return out;
+  }
+  if (kind == "nest") {
+    std::string deep = "{\"done\":" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}\n";
+    answer(deep);
+    hang();
   }
   if (kind == "reach") {
     json out;

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include <opencv2/imgcodecs.hpp>
+
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -60,6 +64,32 @@ TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
   lose(often);
   EXPECT_TRUE(library_.load_small(often, 1500));
   EXPECT_FALSE(library_.load_small(first, 1500));
+}
+
+// What a worker process has made is decoded by the daemon later on; the worker may have been taken over.
+TEST(PanelLibraryAdopts, OnlyPlainPicturesOfASizeThatCanBe) {
+  const testing::TempDirectory folder;
+  const PanelLibrary library(folder.path());
+  const auto made = [&](const std::string& name, const cv::Mat& picture, const std::string& ending) {
+    std::vector<unsigned char> bytes;
+    EXPECT_TRUE(cv::imencode(ending, picture, bytes));
+    std::ofstream(folder / name, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return folder / name;
+  };
+  const cv::Mat grey(20, 30, CV_8UC1, cv::Scalar(90));
+  const auto good = library.adopt(made("good.png", grey, ".png"), "panels/P-0001", "mask");
+  ASSERT_TRUE(good.ok()) << good.error().message;
+  EXPECT_EQ(library.load_picture(good->file)->size(), grey.size());
+  EXPECT_FALSE(library.adopt(made("tiff.png", grey, ".tiff"), "panels/P-0001", "mask").ok());
+  EXPECT_FALSE(library.adopt(made("deep.png", cv::Mat(4, 4, CV_16UC1, cv::Scalar(9)), ".png"), "panels", "mask").ok());
+  EXPECT_FALSE(library.adopt(folder / "none.png", "panels/P-0001", "mask").ok());
+  made("behind.png", grey, ".png");
+  std::filesystem::create_symlink(folder / "behind.png", folder / "link.png");
+  EXPECT_FALSE(library.adopt(folder / "link.png", "panels/P-0001", "mask").ok());
+  std::string huge = "\x89PNG\r\n\x1a\n";
+  huge += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\0\0\0\0", 21);
+  std::ofstream(folder / "huge.png", std::ios::binary) << huge << std::string(100, 'x');
+  EXPECT_FALSE(library.adopt(folder / "huge.png", "panels/P-0001", "mask").ok());
 }
 
 }  // namespace

@@ -187,6 +187,22 @@ TEST_F(WorkerProcessesTest, ReadWhatTheyWereGivenAndWriteInTheirFolderOnly) {
   EXPECT_EQ(opened(mine / "new", O_RDWR, work), 0);
 }
 
+TEST_F(WorkerProcessesTest, ChangeNothingOfFilesAndProcessesThatAreNotTheirs) {
+  const testing::TempDirectory data;
+  std::ofstream(data / "veneerd.db") << "wood";
+  WorkOrder work = order("meddle", {{"path", (data / "veneerd.db").string()}});
+  work.readable = {data.path()};
+  const auto result = run(work);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  for (const auto& [call, failed] : result->items()) EXPECT_EQ(failed, EPERM) << call;
+  EXPECT_EQ(result->size(), 5U);
+  EXPECT_EQ(std::filesystem::file_size(data / "veneerd.db"), 4U);
+}
+
+TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyNestWithoutEnd) {
+  EXPECT_THAT(run(order("nest")).error().message, HasSubstr("nonsense"));
+}
+
 TEST_F(WorkerProcessesTest, ReachNoSocketAndNoOtherProcessAndInheritNothing) {
   const int inheritable = ::fcntl(STDERR_FILENO, F_DUPFD, 20);  // somebody forgot O_CLOEXEC
   ASSERT_GE(inheritable, 20);
