@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/hash.h"
+#include "daemon/orders/panel_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -12,7 +13,6 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/work/panel_wood.h"
 
 namespace veneer::daemon {
 namespace {

@@ -9,9 +9,9 @@
 #include <map>
 
 #include "base/clock.h"
+#include "daemon/orders/have_done.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
-#include "daemon/work/have_done.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {

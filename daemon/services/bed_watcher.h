@@ -1,7 +1,7 @@
 // Looks at the bed: which panel lies there, and how.
 //
 // The camera is waited for on the camera's worker; its pictures are looked at by worker processes
-// (daemon/work/bed_work.h). Replies come on the reactor. Bound to the reactor, except
+// (daemon/orders/bed_work.h). Replies come on the reactor. Bound to the reactor, except
 // picture(), which is thread-safe.
 #pragma once
 
@@ -14,8 +14,8 @@
 
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
+#include "daemon/orders/bed_work.h"
 #include "daemon/unit/bed_view.h"
-#include "daemon/work/bed_work.h"
 #include "daemon/workers/work_runner.h"
 #include "daemon/workers/worker.h"
 #include "drivers/camera_driver.h"

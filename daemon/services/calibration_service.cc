@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/orders/have_done.h"
 #include "daemon/services/calibration.h"
-#include "daemon/work/have_done.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {

@@ -1,6 +1,6 @@
 // The cell calibrates itself from pictures and burns: each function looks at what the operator laid down, fits, and
 // issues a certificate, or says in one sentence why not. Looking and fitting are done by worker processes
-// (daemon/work/calibration_work.h).
+// (daemon/orders/calibration_work.h).
 //
 // Threading: blocking; scanner() and kerf() on the scanner's worker, camera() and axes() on the camera's. pattern_job()
 // on the reactor.
@@ -16,9 +16,9 @@
 #include "calib/scanner_model.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
+#include "daemon/orders/calibration_work.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/scan_service.h"
-#include "daemon/work/calibration_work.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_job.h"

@@ -11,7 +11,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
-#include "daemon/work/panel_wood.h"
+#include "daemon/orders/panel_wood.h"
 #include "planner/matching/index_cache.h"
 
 namespace veneer::daemon {

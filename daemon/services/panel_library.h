@@ -18,7 +18,7 @@
 #include "calib/fiducials.h"
 #include "calib/registration.h"
 #include "daemon/database_thread.h"
-#include "daemon/work/stored_picture.h"
+#include "daemon/orders/stored_picture.h"
 #include "planner/stock.h"
 
 namespace veneer::daemon {

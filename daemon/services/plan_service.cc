@@ -12,9 +12,9 @@
 #include "base/clock.h"
 #include "base/files.h"
 #include "base/hash.h"
+#include "daemon/orders/have_done.h"
+#include "daemon/orders/plan_work.h"
 #include "daemon/services/calibration.h"
-#include "daemon/work/have_done.h"
-#include "daemon/work/plan_work.h"
 #include "daemon/workers/work_folder.h"
 #include "planner/plan_options.h"
 

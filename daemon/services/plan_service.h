@@ -1,5 +1,5 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
-// one transaction. The picture is looked at, and the plan made, by a worker process (daemon/work/plan_work.h).
+// one transaction. The picture is looked at, and the plan made, by a worker process (daemon/orders/plan_work.h).
 //
 // Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
 #pragma once

@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
-#include "daemon/work/have_done.h"
+#include "daemon/orders/have_done.h"
 
 namespace veneer::daemon {
 

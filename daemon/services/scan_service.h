@@ -1,8 +1,8 @@
 // From what lies on the scanner's glass to a panel in stock: capture, register, stitch, mask; or, for a panel that is
 // known already, its other face, or a comparison of its wood with the ledger.
 //
-// Pictures are looked at by worker processes (daemon/work/scan_work.h). Tiles of one face are collected until one comes
-// without `more`. Threading: add_tile() blocks and is called on the scanner's worker only.
+// Pictures are looked at by worker processes (daemon/orders/scan_work.h). Tiles of one face are collected until one
+// comes without `more`. Threading: add_tile() blocks and is called on the scanner's worker only.
 #pragma once
 
 #include <functional>
@@ -18,9 +18,9 @@
 #include "calib/registration.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
+#include "daemon/orders/scan_work.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
-#include "daemon/work/scan_work.h"
 #include "daemon/workers/work_folder.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/scanner_driver.h"

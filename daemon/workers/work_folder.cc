@@ -20,7 +20,8 @@ void remove_whole(const std::filesystem::path& path) {
 Result<WorkFolder> WorkFolder::make(const std::filesystem::path& data_dir) {
   std::error_code failed;
   std::filesystem::create_directories(work_dir(data_dir), failed);
-  std::string name = (std::filesystem::absolute(work_dir(data_dir), failed) / "XXXXXX").string();
+  // mkdtemp() wants six of these at the end, and puts a name that nobody has in their place.
+  std::string name = (std::filesystem::absolute(work_dir(data_dir), failed) / std::string(6, 'X')).string();
   if (::mkdtemp(name.data()) == nullptr)
     return Error{ErrorCode::kStorage,
                  fmt::format("cannot make a folder in {}: make room on the disk or give the daemon access, then try "

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/work/do_work.h"
+#include "daemon/orders/do_work.h"
 #include "daemon/workers/work_server.h"
 
 namespace {

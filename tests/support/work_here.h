@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/work/do_work.h"
+#include "daemon/orders/do_work.h"
 #include "daemon/workers/work_runner.h"
 
 namespace veneer::testing {

@@ -7,7 +7,7 @@
 
 #include "base/result.h"
 #include "calib/bed_pose.h"
-#include "daemon/work/shapes_json.h"
+#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
 
 namespace veneer::daemon {

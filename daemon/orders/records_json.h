@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/work/shapes_json.h"
+#include "daemon/orders/shapes_json.h"
 #include "db/materials.h"
 #include "db/plans.h"
 

@@ -1,4 +1,4 @@
-#include "daemon/work/job_wood.h"
+#include "daemon/orders/job_wood.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 #include <set>
 
-#include "daemon/work/panel_wood.h"
-#include "daemon/work/stored_picture.h"
+#include "daemon/orders/panel_wood.h"
+#include "daemon/orders/stored_picture.h"
 #include "planner/matching/index_cache.h"
 
 namespace veneer::daemon {

@@ -10,8 +10,8 @@
 
 #include "base/result.h"
 #include "daemon/config.h"
-#include "daemon/work/job_wood.h"
-#include "daemon/work/records_json.h"
+#include "daemon/orders/job_wood.h"
+#include "daemon/orders/records_json.h"
 #include "daemon/workers/work_runner.h"
 #include "planner/plan.h"
 

@@ -1,12 +1,12 @@
-#include "daemon/work/plan_work.h"
+#include "daemon/orders/plan_work.h"
 
 #include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "daemon/orders/stored_picture.h"
 #include "daemon/services/wood_recipes.h"
-#include "daemon/work/stored_picture.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"

@@ -1,4 +1,4 @@
-#include "daemon/work/panel_wood.h"
+#include "daemon/orders/panel_wood.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "base/polygon_ops.h"
 #include "base/result.h"
-#include "daemon/work/records_json.h"
+#include "daemon/orders/records_json.h"
 #include "planner/edits/plan_edits.h"
 #include "planner/stock.h"
 

@@ -1,13 +1,13 @@
-#include "daemon/work/do_work.h"
+#include "daemon/orders/do_work.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
-#include "daemon/work/bed_work.h"
-#include "daemon/work/calibration_work.h"
-#include "daemon/work/plan_work.h"
-#include "daemon/work/scan_work.h"
+#include "daemon/orders/bed_work.h"
+#include "daemon/orders/calibration_work.h"
+#include "daemon/orders/plan_work.h"
+#include "daemon/orders/scan_work.h"
 
 namespace veneer::daemon {
 namespace {

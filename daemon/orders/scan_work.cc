@@ -1,12 +1,12 @@
-#include "daemon/work/scan_work.h"
+#include "daemon/orders/scan_work.h"
 
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/stitcher.h"
 #include "calib/veneer_mask.h"
-#include "daemon/work/panel_wood.h"
-#include "daemon/work/stored_picture.h"
+#include "daemon/orders/panel_wood.h"
+#include "daemon/orders/stored_picture.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::daemon {

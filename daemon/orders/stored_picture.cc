@@ -1,4 +1,4 @@
-#include "daemon/work/stored_picture.h"
+#include "daemon/orders/stored_picture.h"
 
 #include <fmt/format.h>
 

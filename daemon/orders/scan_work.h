@@ -10,8 +10,8 @@
 #include "calib/fiducials.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
-#include "daemon/work/records_json.h"
-#include "daemon/work/shapes_json.h"
+#include "daemon/orders/records_json.h"
+#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
 #include "db/materials.h"
 

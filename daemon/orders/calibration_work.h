@@ -11,7 +11,7 @@
 #include "base/result.h"
 #include "calib/camera_fit.h"
 #include "calib/scanner_model.h"
-#include "daemon/work/shapes_json.h"
+#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
 
 namespace veneer::calib {

@@ -1,4 +1,4 @@
-#include "daemon/work/bed_work.h"
+#include "daemon/orders/bed_work.h"
 
 #include <fmt/format.h>
 

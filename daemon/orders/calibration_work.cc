@@ -1,4 +1,4 @@
-#include "daemon/work/calibration_work.h"
+#include "daemon/orders/calibration_work.h"
 
 #include <cmath>
 
