@@ -28,7 +28,6 @@ struct Board {
 void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
                      std::vector<std::string> confirmed) {
   const auto& travel = s.unit.limits().travel;
-  if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
   const Millimetres full(30);  // without a word about the board it nearly fills the bed
   auto strokes = s.calibrations.pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
                                             board.height > Millimetres(0) ? board.height : travel.height() - full);
@@ -58,9 +57,15 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     return reply(ApiReply::error(
         {ErrorCode::kNotFound,
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
+  if (device == "laser")
+    if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
   auto task = s.tasks.start("calibrate " + device, "waiting for the device");
   reply(ApiReply::task(task.id()));
-  if (device == "laser") return calibrate_laser(s, task, board, request.caller.who, std::move(confirmed));
+  if (device == "laser")
+    return when_homed(s.unit, task, request.caller.who,
+                      [s, task, board, who = request.caller.who, confirmed = std::move(confirmed)] {
+                        calibrate_laser(s, task, board, who, confirmed);
+                      });
   Worker& worker = device == "camera" ? s.camera : s.scanner;
   post_task(worker, task, [s, task, device, more, height] {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };

@@ -160,17 +160,4 @@ std::optional<CellState> completed(CellState state) {
   }
 }
 
-bool may_move(CellState state) {
-  switch (state) {
-    case S::kResetting:
-    case S::kExecute:
-    case S::kHolding:
-    case S::kUnholding:
-    case S::kStopping:
-      return true;
-    default:
-      return false;
-  }
-}
-
 }  // namespace veneer::daemon

@@ -57,7 +57,4 @@ std::optional<CellState> after(CellState state, CellCommand command);
 // Where an acting state goes when its work is done (Resetting -> Idle); nothing for waiting states.
 std::optional<CellState> completed(CellState state);
 
-// May the machine move in this state? True only where an operator's command stands behind the motion.
-bool may_move(CellState state);
-
 }  // namespace veneer::daemon

@@ -103,6 +103,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     audit(who, "cell.abort");
     return reply(Ok());
   }
+  if (command == CellCommand::kHold && view_.framing) return hold_frame(who, reply);
   if (!after(view_.state, command)) return reply(refuse(command));
   audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
   switch (command) {
@@ -247,6 +248,16 @@ void JobRunner::hold(Reply reply) {
   if (at_laser_ && !laser_held_) return parts().laser.hold();
   enter(CellState::kHeld, at_laser_ ? "held by the operator" : "held between two pieces");
   answer(Ok());
+}
+
+// A frame is no run that could go on: what is not burnt yet is given up, and what burns ends here, beam first.
+void JobRunner::hold_frame(const std::string& who, const Reply& reply) {
+  if (at_laser_)
+    abort("held while the frame was traced: Clear and Reset, then start the job again");
+  else
+    refused({ErrorCode::kCancelled, "held before the frame was traced"});
+  audit(who, "cell.hold");
+  reply(Ok());
 }
 
 void JobRunner::unhold(Reply reply) {

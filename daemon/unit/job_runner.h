@@ -75,6 +75,10 @@ class JobRunner : private ActivityHost {
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
 
   const CellView& view() const { return view_; }
+  // May the machine move, at once or without another word: homing, or an activity that is not held.
+  bool may_move() const {
+    return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
+  }
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }
@@ -93,6 +97,7 @@ class JobRunner : private ActivityHost {
   void stop(const Reply& reply);
   void clear(Reply reply);
   void hold(Reply reply);
+  void hold_frame(const std::string& who, const Reply& reply);
   void unhold(Reply reply);
   void unsuspend(Reply reply, const std::vector<std::string>& confirmed);
   void await_panel();

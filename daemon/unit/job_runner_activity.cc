@@ -76,6 +76,8 @@ void JobRunner::prove(Reply then) {
       if (!as_it_must_be) return then(as_it_must_be);
       lid_at_proof_ = openings;
       pieces_since_proof_ = 0;
+      // The next look has to see what becomes of it from now on; a camera that is a file may show this again.
+      if (activity_->proves_pose()) parts().bed.hands_were_in();
       if (lid_was_opened())
         return then(Error{ErrorCode::kRefused, "the lid was opened while the camera looked: close it and try again"});
       then(Ok());
