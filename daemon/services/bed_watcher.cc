@@ -12,6 +12,7 @@
 #include "daemon/orders/have_done.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/workers/error_json.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
@@ -191,7 +192,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   const auto seen = photograph(hands_in, std::move(look));
   if (!seen) return seen.error();
   if (!ready) return ready.error();
-  if (!seen->pose) return Error{static_cast<ErrorCode>(seen->why_code), seen->why_none};
+  if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
   const BedSeen::Pose& pose = *seen->pose;
   return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
 }

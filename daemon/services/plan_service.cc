@@ -15,6 +15,7 @@
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
 #include "daemon/services/calibration.h"
+#include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_folder.h"
 #include "planner/plan_options.h"
 
@@ -96,11 +97,10 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
   return out;
 }
 
-Result<std::string> read_made(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMost = 512 << 20;
+Result<std::string> read_made(const std::filesystem::path& file, std::uintmax_t most = 512 << 20) {
   std::error_code failed;
   if (std::filesystem::symlink_status(file, failed).type() != std::filesystem::file_type::regular ||
-      std::filesystem::file_size(file, failed) > kMost)
+      std::filesystem::file_size(file, failed) > most)
     return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
   std::ifstream in(file, std::ios::binary);
   std::string out(std::istreambuf_iterator<char>(in), {});
@@ -132,11 +132,14 @@ bool can_be(const db::NewPiece& piece) {
 }
 
 Result<std::vector<db::NewPiece>> read_pieces(const std::filesystem::path& file) {
-  const auto text = read_made(file);
+  constexpr std::uintmax_t kMostBytes = 64 << 20;  // some ten times as much in memory, once it is parsed
+  const auto text = read_made(file, kMostBytes);
   if (!text) return text.error();
   try {
-    auto pieces = nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
-    if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
+    if (!nested_too_deeply(*text)) {
+      auto pieces = nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
+      if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
+    }
   } catch (const nlohmann::json::exception&) {
   }
   return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
