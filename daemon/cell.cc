@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/unit/override_rules.h"
 #include "daemon/workers/work_folder.h"
 #include "daemon/workers/worker_processes.h"
 
@@ -110,7 +109,6 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {
-                                           c.end_overrides();
                                            c.follow_laser();
                                            c.broadcast_status();
                                          });
@@ -220,26 +218,6 @@ json Cell::status() const {
   for (const auto& task : tasks.list())
     if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));
   return out;
-}
-
-Status Cell::set_overrides(const LaserOverrides& wanted) {
-  const CellView& view = runner->view();
-  if (!overrides_belong_to(view.state)) {
-    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
-    if (Status none = devices.laser->set_overrides({}); !none) return none;
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view.state))};
-  }
-  if (Status allowed = check_overrides(wanted, view.job.has_value()); !allowed) return allowed;
-  Status taken = devices.laser->set_overrides(wanted);
-  broadcast_status();
-  return taken;
-}
-
-void Cell::end_overrides() {
-  if (!runner || overrides_belong_to(runner->view().state)) return;
-  if (devices.laser->status().overrides_wanted == LaserOverrides{}) return;
-  static_cast<void>(devices.laser->set_overrides({}));  // a laser that is being reset forgets them itself
 }
 
 // Another laser makes certificates void; the runner has told the database of it before.

@@ -50,9 +50,6 @@ class Cell {
 
   nlohmann::json status() const;
   void broadcast_status();
-  // Overrides of what runs, within what was stated (unit/override_rules.h). They end with it.
-  Status set_overrides(const LaserOverrides& wanted);
-  void end_overrides();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
 

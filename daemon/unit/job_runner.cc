@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "daemon/services/calibration.h"
 #include "daemon/unit/frame_trace.h"
+#include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/recut.h"
@@ -27,7 +28,8 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
           [this] {
             view_.load = wait_.view();
             on_change_();
-          }) {}
+          }),
+      proof_(*this, options_, log_) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -46,6 +48,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
   view_.state = state;
   view_.reason = std::move(reason);
+  end_overrides();
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
     parts().bed.hands_were_in();
@@ -232,7 +235,7 @@ void JobRunner::hold(Reply reply) {
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
-      if (parked_) parts().laser.stop_jog();
+      if (proof_.give_up()) parts().laser.stop_jog();
       refused({ErrorCode::kCancelled, "held before anything was burnt"});
       return reply(Ok());
     case CellState::kUnholding:
@@ -243,8 +246,7 @@ void JobRunner::hold(Reply reply) {
   }
   enter(CellState::kHolding);
   pending_.push_back(std::move(reply));
-  proving_ = 0;  // whatever the camera sees now, Unhold looks anew
-  if (std::exchange(parked_, nullptr)) return parts().laser.stop_jog();
+  if (proof_.give_up()) return parts().laser.stop_jog();  // whatever the camera sees now, Unhold looks anew
   if (at_laser_ && !laser_held_) return parts().laser.hold();
   enter(CellState::kHeld, at_laser_ ? "held by the operator" : "held between two pieces");
   answer(Ok());
@@ -408,6 +410,24 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
         fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   return parts().laser.jog(dx, dy, speed);
+}
+
+Status JobRunner::set_overrides(const LaserOverrides& wanted) {
+  if (!overrides_belong_to(view_.state)) {
+    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
+    if (Status none = parts().laser.set_overrides({}); !none) return none;
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view_.state))};
+  }
+  if (Status allowed = check_overrides(wanted, view_.job.has_value()); !allowed) return allowed;
+  Status taken = parts().laser.set_overrides(wanted);
+  on_change_();
+  return taken;
+}
+
+void JobRunner::end_overrides() {
+  if (overrides_belong_to(view_.state) || parts().laser.status().overrides_wanted == LaserOverrides{}) return;
+  static_cast<void>(parts().laser.set_overrides({}));  // a laser that is being reset forgets them itself
 }
 
 void JobRunner::stop_waiting_job() {
