@@ -217,10 +217,11 @@ class Planners final : public StopLoad {
     });
     crowd_.add([this, address = cell.api().address(), body = std::string(png.begin(), png.end())] {
       const cli::ApiClient api(address);
-      auto begun = api.request("POST", "/jobs?name=soak&size_mm=40&patch_mm=5", body, "application/octet-stream");
-      if (!begun) return pause();
+      auto begun = api.request("POST", "/jobs?name=soak&size_mm=40&patch_mm=5&panels=" + kFree.value, body,
+                               "application/octet-stream");
+      if (!begun) return refused(begun.error().message);
       const auto made = api.wait_task((*begun)["task"]);
-      if (!made) return pause();
+      if (!made) return refused(made.error().message);
       ++jobs_;
       static_cast<void>(api.post(fmt::format("/jobs/{}/cancel", (*made)["job"].get<int>())));
     });
@@ -228,10 +229,24 @@ class Planners final : public StopLoad {
   std::string done() const override {
     return fmt::format("{} plans by veneerctl, {} by the daemon", plans_.load(), jobs_.load());
   }
+  Status applied() const override {
+    const std::lock_guard lock(mutex_);
+    if (plans_ > 0 && jobs_ > 0) return Ok();
+    return Error{ErrorCode::kUnavailable, fmt::format("nothing was planned: {} by veneerctl, {} by the daemon; {}",
+                                                      plans_.load(), jobs_.load(), refusal_)};
+  }
 
  private:
-  static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }
+  void refused(const std::string& sentence) {
+    {
+      const std::lock_guard lock(mutex_);
+      refusal_ = sentence;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
   std::atomic<int> plans_{0}, jobs_{0};
+  mutable std::mutex mutex_;
+  std::string refusal_;  // of the daemon, the last one; guarded by mutex_
   Crowd crowd_;
 };
 
