@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "daemon/api/shared_text.h"
 
 namespace veneer::daemon {
 
@@ -46,7 +47,7 @@ struct ApiRequest {
   std::map<std::string, std::string> path_params;  // decoded; names as in the route's pattern
   std::map<std::string, std::string> query;        // decoded; read it with a RequestReader
   std::optional<std::string> repeated_query;       // a name that stands twice in the query
-  std::string body;                                // read it with a RequestReader, unless it is a picture
+  SharedText body;                                 // read it with a RequestReader, unless it is a picture
   std::string content_type;
   std::string if_none_match;    // ETags of what the client has already
   std::string idempotency_key;  // empty: none

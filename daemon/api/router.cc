@@ -68,7 +68,7 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
     line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
   if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kLargeJson)
     line += " (" + std::to_string(request.body.size()) + " bytes)";
-  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body;
+  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body.text();
   if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";
   return line;
 }

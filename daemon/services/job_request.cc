@@ -76,7 +76,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   return job;
 }
 
-Result<JobRequest> job_request_again(const std::string& name, std::string picture, const std::string& options_json) {
+Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json) {
   const Error damaged{ErrorCode::kStorage,
                       "what the plan was asked for cannot be read any more: plan the picture anew"};
   const json kept = json::parse(options_json, nullptr, false);

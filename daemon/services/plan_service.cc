@@ -198,7 +198,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   MakePlan wanted = order_of(request, *stock, config_, library_);
   wanted.kerf = *calibration->kerf;
   wanted.picture = (folder->path() / "picture").string();
-  const auto bytes = std::as_bytes(std::span(request.picture));
+  const auto bytes = std::as_bytes(std::span(request.picture.text()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
   if (earlier) {
     wanted.earlier = (folder->path() / "earlier.json").string();
@@ -217,7 +217,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (!plan_json) return plan_json.error();
   const auto preview_file = library_.adopt(folder->path() / kMadePreview, "previews", "preview");
   if (!preview_file) return preview_file.error();
-  const auto target_file = library_.store_bytes(request.picture, "targets", sha256_hex(bytes).substr(0, 16));
+  const auto target_file = library_.store_bytes(request.picture.text(), "targets", sha256_hex(bytes).substr(0, 16));
   if (!target_file) return target_file.error();
 
   db::NewPlan plan;
