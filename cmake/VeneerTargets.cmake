@@ -35,6 +35,7 @@ endif()
 # Most of a compilation is reading headers: sources of one folder share them (option VENEER_UNITY).
 function(veneer_compile_together name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  target_compile_options(${name} PRIVATE -Wconversion)
   if(VENEER_UNITY)
     # A source of a batch looks like a header to the compiler, which then warns of types in anonymous namespaces.
     target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
