@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -123,16 +124,24 @@ std::string difference_words(const json& difference) {
       {text_or(difference, "kind", "?"), where, fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))}, ", ");
 }
 
+// "other_device" as a person says it.
+std::string state_words(std::string state) {
+  std::replace(state.begin(), state.end(), '_', ' ');
+  return state;
+}
+
+std::string loudly(std::string text) {
+  for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return text;
+}
+
 std::string calibration_words(const json& calibration) {
   if (!calibration.is_object()) return "";
   std::vector<std::string> parts;
   for (const char* device : {"scanner", "camera", "axes", "kerf"}) {
     const std::string state = text_or(calibration, device, "");
     if (state.empty()) continue;
-    parts.push_back(std::string(device) + " " +
-                    (state == "valid"     ? state
-                     : state == "missing" ? "MISSING"
-                                          : "EXPIRED"));
+    parts.push_back(std::string(device) + " " + (state == "valid" ? state : loudly(state_words(state))));
   }
   return joined(parts, ", ");
 }
@@ -262,12 +271,12 @@ std::string render_scan_result(const json& result) {
 std::string render_certificates(const json& reply) {
   const json& list = member(reply, "certificates");
   if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
-  TextTable table({">NO", "DEVICE", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES"});
+  TextTable table({">NO", "OF", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES", "MADE ON"});
   for (const json& certificate : list) {
     table.add({std::to_string(whole_or(certificate, "id", 0)), text_or(certificate, "device", ""),
-               text_or(certificate, "state", ""), millimetres(certificate, "rms_mm", 3),
+               state_words(text_or(certificate, "state", "")), millimetres(certificate, "rms_mm", 3),
                millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
-               text_or(certificate, "expires", "")});
+               text_or(certificate, "expires", ""), text_or(certificate, "made_on", "")});
   }
   return table.str();
 }

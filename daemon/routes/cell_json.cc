@@ -88,12 +88,14 @@ json to_json(const db::RunRecord& run) {
           {"result", run.result}};
 }
 
-json to_json(const db::CertificateRecord& c, const std::string& now) {
+json to_json(const JudgedCertificate& certificate) {
+  const db::CertificateRecord& c = certificate.record;
   const json payload = json::parse(c.payload, nullptr, false);
   json out = {{"id", c.id.value},
               {"device", db::to_string(c.kind)},
               {"kind", db::to_string(c.kind)},
-              {"state", c.expires_at > now ? "valid" : "expired"},
+              {"state", to_string(certificate.state)},
+              {"made_on", certificate.made_on.empty() ? json() : json(certificate.made_on)},
               {"issued", c.issued_at},
               {"expires", c.expires_at},
               {"rms_mm", c.rms.count()}};
