@@ -218,11 +218,11 @@ std::string render_panels(const json& reply) {
   const json& panels = member(reply, "panels");
   if (!panels.is_array() || panels.empty())
     return "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
-  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM", "STATE"});
+  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
   for (const json& panel : panels) {
     table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
                square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
-               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", ""), text_or(panel, "state", "")});
+               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
   }
   return table.str();
 }
@@ -230,8 +230,7 @@ std::string render_panels(const json& reply) {
 std::string render_panel(const json& panel) {
   std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
   text += line("Name", text_or(panel, "name", ""));
-  text += line("State", text_or(panel, "state", ""));
-  text += line("Size", joined({size_of(panel), millimetres(panel, "thickness_mm", 1)}, " x "));
+  text += line("Size", size_of(panel));
   text += line("Usable", square_cm(panel, "usable_mm2"));
   text += line("Free", square_cm(panel, "free_mm2"));
   text += line("Reserved", square_cm(panel, "reserved_mm2"));
@@ -385,13 +384,12 @@ std::string render_new_job(const json& result) {
 }
 
 std::string render_pieces(const json& reply) {
-  TextTable table({">ID", "MARK", ">ROW", ">COLUMN", "PANEL", "STATE"});
+  TextTable table({">ID", "MARK", "PANEL", "STATE"});
   const json& pieces = member(reply, "pieces");
   if (!pieces.is_array()) return "";
   for (const json& piece : pieces) {
-    table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""),
-               std::to_string(whole_or(piece, "row", 0)), std::to_string(whole_or(piece, "col", 0)),
-               text_or(piece, "panel", ""), text_or(piece, "state", "")});
+    table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""), text_or(piece, "panel", ""),
+               text_or(piece, "state", "")});
   }
   return table.str();
 }
