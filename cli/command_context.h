@@ -40,6 +40,19 @@ int run(CLI::App& app, int argc, char** argv);
 Result<std::string> read_file(const std::string& path);
 Status write_file(const std::string& path, const std::string& bytes);
 
+// What the cell asks a person to see to before the beam comes on (`confirm` of the status) and is not in `confirmed`
+// (--confirm) is asked for at a terminal, "`what` Seen to: ...?". The whole of it then, or as it was when nothing is
+// asked. Without a terminal kInvalidArgument writes out the --confirm that are missing; kCancelled when the answer is
+// no.
+Result<std::vector<std::string>> seen_to(const CommandContext& context, std::vector<std::string> confirmed,
+                                         const std::string& what);
+// The same; ends the command where that fails.
+std::vector<std::string> seen_to_or_fail(const CommandContext& context, std::vector<std::string> confirmed,
+                                         const std::string& what = "The laser will move and burn.");
+// Asks at the terminal.
+bool yes(const std::string& question);
+bool at_terminal();
+
 // --confirm WHAT, as often as needed.
 void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed);
 // hold, unhold, unsuspend, frame, abort, clear, reset, stop-after-piece: at the top and below `job`.

@@ -78,6 +78,7 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {
     json body = {{"more", options->more}};
+    if (options->device == "laser") options->confirmed = seen_to_or_fail(context, options->confirmed);
     if (!options->confirmed.empty()) body["confirmed"] = options->confirmed;
     if (options->height_mm) body["height_mm"] = *options->height_mm;
     if (options->board_width_mm) body["board_width_mm"] = *options->board_width_mm;
