@@ -229,8 +229,10 @@ Status Cell::set_overrides(const LaserOverrides& wanted) {
   if (!overrides_belong_to(view.state)) {
     // A laser that has none says so, whatever the cell does; to any other this is what it has already.
     if (Status none = devices.laser->set_overrides({}); !none) return none;
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view.state))};
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
+                    to_string(view.state))};
   }
   if (Status allowed = check_overrides(wanted, view.job.has_value()); !allowed) return allowed;
   Status taken = devices.laser->set_overrides(wanted);
