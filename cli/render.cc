@@ -355,13 +355,14 @@ std::string gain_of(double before, double after) {
                      before > 0 ? 100 * (1 - after / before) : 0.0);
 }
 
-}  // namespace
-
-std::string render_new_job(const json& result) {
-  const auto id = whole_or(result, "job", 0);
+std::string pieces_words(const json& result) {
   const auto pieces = whole_or(result, "pieces", 0);
-  std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
-                                 id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
+  return pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "";
+}
+
+// What planning gained, and what it warns of.
+std::string outcome_words(const json& result) {
+  std::string text;
   if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
     text +=
         fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
@@ -381,6 +382,62 @@ std::string render_new_job(const json& result) {
   for (const json& warning : member(result, "warnings"))
     if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
   return text;
+}
+
+}  // namespace
+
+std::string render_new_job(const json& result) {
+  const auto id = whole_or(result, "job", 0);
+  return fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n", id,
+                     pieces_words(result), id) +
+         outcome_words(result);
+}
+
+std::string render_new_plan(const json& result) {
+  const auto id = whole_or(result, "plan", 0);
+  return fmt::format(
+             "Plan {0}{1} is kept, and no wood is reserved. `veneerctl job plans {0} --preview FILE` shows it, "
+             "`veneerctl "
+             "job change {0}` plans it otherwise, `veneerctl job new --plan {0}` makes a job of it.\n",
+             id, pieces_words(result)) +
+         outcome_words(result);
+}
+
+std::string render_plans(const json& reply) {
+  const json& plans = member(reply, "plans");
+  if (!plans.is_array() || plans.empty()) return "No plans yet. Make one with `veneerctl job plan PICTURE`.\n";
+  TextTable table({">PLAN", "NAME", ">OF", ">PIECES", ">PLACED", ">COST", "JOBS", "CREATED"});
+  for (const json& plan : plans) {
+    const json& parent = member(plan, "parent");
+    const json& cost = member(member(plan, "report"), "cost_per_pixel");
+    table.add({std::to_string(whole_or(plan, "id", 0)), text_or(plan, "name", ""),
+               parent.is_number_integer() ? parent.dump() : "", std::to_string(whole_or(plan, "pieces", 0)),
+               std::to_string(whole_or(plan, "placed", 0)),
+               cost.is_number() ? fmt::format("{:.5f}", cost.get<double>()) : "", names_of(member(plan, "jobs")),
+               text_or(plan, "created", "")});
+  }
+  return table.str();
+}
+
+std::string render_plan(const json& plan) {
+  std::string text = fmt::format("Plan {} \"{}\"\n", whole_or(plan, "id", 0), text_or(plan, "name", ""));
+  const json& report = member(plan, "report");
+  if (const json& parent = member(plan, "parent"); parent.is_number_integer())
+    text += line("Changes", "plan " + parent.dump());
+  text +=
+      line("Pieces", fmt::format("{}, {} of them placed", whole_or(plan, "pieces", 0), whole_or(plan, "placed", 0)));
+  if (const json& cost = member(report, "cost_per_pixel"); cost.is_number())
+    text += line("Cost", fmt::format("{:.5f} per pixel", cost.get<double>()));
+  std::vector<std::string> panels;
+  if (const json& list = member(plan, "panels"); list.is_array())
+    for (const json& panel : list) panels.push_back(text_or(panel, "panel", "?"));
+  text += line("Panels", joined(panels, ", "));
+  if (const std::string outdated = names_of(member(plan, "outdated_panels")); !outdated.empty())
+    text += line("Outdated", outdated + ": scanned again since, so no job can be made of it; plan again");
+  text += line("Jobs", names_of(member(plan, "jobs")));
+  text += line("Created", text_or(plan, "created", ""));
+  text += line("Asked by", text_or(plan, "asked_by", ""));
+  return text + outcome_words(report);
 }
 
 std::string render_pieces(const json& reply) {

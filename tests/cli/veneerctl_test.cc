@@ -215,6 +215,50 @@ TEST(Veneerctl, ANewJobPassesEveryOptionOn) {
   EXPECT_EQ(query, expected);
 }
 
+TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
+  std::vector<std::string> asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"newPlan", "changePlan", "newJob"})
+      router.bind(operation, [&asked, &running, operation](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.path + " " + request.body);
+        const TaskReporter work = running->tasks().start("plan", "");
+        work.done({{std::string(operation) == "newJob" ? "job" : "plan", 5}, {"pieces", 4}});
+        reply(ApiReply::task(work.id()));
+      });
+    const json plan = {{"id", 5},     {"name", "darker"},
+                       {"parent", 3}, {"pieces", 4},
+                       {"placed", 4}, {"report", {{"cost_per_pixel", 0.0125}}},
+                       {"jobs", {7}}, {"outdated_panels", {"P-0001"}}};
+    router.bind("listPlans", [plan](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"plans", {plan}}, {"next", nullptr}}));
+    });
+    router.bind("getPlan", [plan](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(plan)); });
+    router.bind("getPlanPreview",
+                [](const ApiRequest&, const Reply& reply) { reply(ApiReply::bytes("a picture", "image/png")); });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string(), preview = (server.folder() / "plan.png").string();
+  std::ofstream(picture) << "a picture";
+  EXPECT_NE(ask(server, {"job", "plan", picture}).out.find("`veneerctl job new --plan 5`"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "change", "5", "--swap", "A1-1,A1-2", "--take", "A2-1=2"}).status, 0);
+  EXPECT_NE(ask(server, {"job", "new", "--plan", "5"}).out.find("Job 5 (4 pieces)"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "plans"}).out,
+            "PLAN  NAME    OF  PIECES  PLACED     COST  JOBS  CREATED\n"
+            "   5  darker   3       4       4  0.01250  7\n");
+  const Outcome one = ask(server, {"job", "plans", "5", "--preview", preview});
+  EXPECT_NE(one.out.find("P-0001: scanned again since"), std::string::npos) << one.out;
+  EXPECT_TRUE(std::ifstream(preview).good());
+  EXPECT_EQ(ask(server, {"job", "plan"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new", "--plan", "5", "--rotations", "3"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "plans", "--preview", preview}).status, 2);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{"/api/v1/plans a picture",
+                                      R"(/api/v1/plans/5/changes {"swap":["A1-1,A1-2"],"take":["A2-1=2"]})",
+                                      R"(/api/v1/jobs {"plan":5})"}));
+}
+
 TEST(Veneerctl, AMissingPictureIsNamed) {
   ApiServer server;
   const Outcome outcome = ask(server, {"job", "new", "/nowhere/grace.jpg", "--json"});

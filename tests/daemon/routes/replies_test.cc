@@ -170,6 +170,7 @@ TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
   using cli::render_pieces;
   const std::vector<std::string> tables = {cli::render_panels(get("/panels")),
                                            cli::render_jobs(get("/jobs")),
+                                           cli::render_plans(get("/plans")),
                                            render_pieces(get("/jobs/1/pieces")),
                                            cli::render_ledger(get("/panels/P-0001/ledger")),
                                            cli::render_certificates(get("/certificates")),
@@ -183,7 +184,7 @@ TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
 TEST_F(Replies, WhatIsToldOfOneThingNamesIt) {
   for (const std::string& text :
        {cli::render_status(get("/status")), cli::render_panel(get("/panels/P-0003")), cli::render_job(get("/jobs/1")),
-        cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
+        cli::render_plan(get("/plans/2")), cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
         cli::render_registration(get("/panels/P-0003/registration"))})
     EXPECT_THAT(text, Not(HasSubstr("?")));
   EXPECT_THAT(cli::render_panel(get("/panels/P-0003")), HasSubstr("the large offcut"));
