@@ -71,9 +71,10 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option("--panels", wanted.panels, "Only these panels, separated by commas")->delimiter(',');
   command.add_option("--max-panels", wanted.max_panels,
                      "Use no more than this many panels: those with the most free wood");
-  command.add_option("--wood", wanted.woods, "Use only zones of this wood (repeatable)");
-  command.add_option("--wood-weight", wanted.wood_weights,
-                     "WOOD=F: count the area of panels of this wood F times when tones are mapped (repeatable)");
+  command.add_option("--material,--wood", wanted.woods, "Use only zones of this material (repeatable)");
+  command.add_option(
+      "--material-weight,--wood-weight", wanted.wood_weights,
+      "MATERIAL=F: count the area of panels of this material F times when tones are mapped (repeatable)");
   command.add_option(
       "--forbid", wanted.forbidden,
       "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");

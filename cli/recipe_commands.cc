@@ -90,7 +90,7 @@ void add_card(CLI::App& recipe, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* card = recipe.add_subcommand(
-      "card", "A test card for a wood: a field for every power and speed. --out draws it, --burn burns it");
+      "card", "A test card for a material: a field for every power and speed. --out draws it, --burn burns it");
   card->add_option("OPERATION", options->operation, "cut (squares to fall out) or engrave (filled squares)")
       ->check(CLI::IsMember({"cut", "engrave"}))
       ->capture_default_str();
@@ -142,7 +142,7 @@ void add_material(CLI::App& panel, CommandContext& context) {
     std::optional<int> zone;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = panel.add_subcommand("material", "Say what wood a panel is, so that its recipe is taken");
+  CLI::App* command = panel.add_subcommand("material", "Say of which material a panel is, so that its recipe is taken");
   command->add_option("PANEL", options->id, "Its name")->required();
   command->add_option("MATERIAL", options->material, "As in `recipe set`")->required();
   command->add_option("--zone", options->zone, "Only this strip, counted from the left; see `panel show`");
@@ -180,7 +180,7 @@ void add_export(CLI::App& job, CommandContext& context) {
 }  // namespace
 
 void add_recipe_commands(CLI::App& app, CommandContext& context) {
-  CLI::App* recipe = app.add_subcommand("recipe", "How each wood is cut and engraved");
+  CLI::App* recipe = app.add_subcommand("recipe", "How each material is cut and engraved");
   recipe->require_subcommand(1);
   recipe->add_subcommand("list", "All recipes")->callback([&context] {
     context.finish(context.client().get("/recipes"), render_recipes);
