@@ -209,11 +209,13 @@ json Cell::status() const {
   out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
   out["confirm"] = runner->options().confirm;
   for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
-  const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
-  out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
-                        {"camera", word(calibration && calibration->camera)},
-                        {"axes", word(calibration && calibration->bed)},
-                        {"kerf", word(calibration && calibration->kerf)}};
+  const auto word = [this, now = utc_timestamp()](db::CertificateKind kind) {
+    return to_string(calibration ? calibration->standing.at(kind).at(now) : CertificateState::kMissing);
+  };
+  out["calibration"] = {{"scanner", word(db::CertificateKind::kScanner)},
+                        {"camera", word(db::CertificateKind::kCamera)},
+                        {"axes", word(db::CertificateKind::kAxes)},
+                        {"kerf", word(db::CertificateKind::kKerf)}};
   out["tasks"] = json::array();
   for (const auto& task : tasks.list())
     if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));

@@ -42,7 +42,7 @@ struct PlannedPanel {
 struct NewPlan {
   std::string name;
   std::optional<PlanId> parent;
-  std::string who;  // asked for it: "local:1000"
+  std::string who;  // asked for it: "uid 1000"
   std::string target_file, preview_file;
   std::string plan_json, options_json;
   std::string report_json = "{}";  // what planning said of it: cost, warnings

@@ -20,10 +20,10 @@ namespace veneer::db {
 
 // Keys of different callers and operations never meet.
 struct KeyedRequest {
-  std::string who;           // the caller's identity: "local:1000"
+  std::string who;           // the caller's identity: "uid 1000"
   std::string operation;     // "newJob"
   std::string key;           // as the caller sent it
-  std::string request_hash;  // of everything the request asks for: SHA-256 of query and body
+  std::string request_hash;  // tells what the request asks for; SHA-256 of method, path, query and body
 };
 
 // Of an earlier request under the same key. Both empty: it was begun, and the daemon ended before it was answered.

@@ -79,18 +79,19 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
               fmt::format("the database {} is damaged ({}): put a backup in its place", file, thrown.what())};
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return {ErrorCode::kUnavailable, fmt::format("the database {} is busy: another program holds it", file)};
+      return {ErrorCode::kUnavailable,
+              fmt::format("the database {} is busy, because another program holds it: end that one", file)};
     case SQLITE_READONLY:
       return {ErrorCode::kStorage, fmt::format("the database {} cannot be written: check its permissions", file)};
     case SQLITE_CANTOPEN:
       return {ErrorCode::kStorage,
               fmt::format("the database {} cannot be opened: check the path and its permissions", file)};
     case SQLITE_CONSTRAINT:
-      return {ErrorCode::kConflict, fmt::format("the database refuses: {}", thrown.what())};
+      return {ErrorCode::kConflict, fmt::format("the database refuses it ({})", thrown.what())};
     default:
       break;
   }
-  return {ErrorCode::kStorage, fmt::format("the database {} failed: {}", file, thrown.what())};
+  return {ErrorCode::kStorage, fmt::format("the database {} failed ({})", file, thrown.what())};
 }
 
 void register_functions(SQLite::Database& connection) {

@@ -32,8 +32,10 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
 template <class Body>
 auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
   if (database.needs_check())
-    return Error{ErrorCode::kUnavailable,
-                 "the database was not closed in order and has not passed its check: nothing is written before it has"};
+    return Error{
+        ErrorCode::kUnavailable,
+        "the database was not closed in order and nothing is written before it has passed its check: try again in a "
+        "minute"};
   return guarded(database, [&](SQLite::Database& connection) {
     const WritePermission permission(database.guard());
     SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);

@@ -37,7 +37,7 @@ enum class TransportKind { kUnix, kTcp };
 
 struct Caller {
   Role role = Role::kViewer;
-  std::string who;  // for the audit: "uid 1000", "console", "anonymous"
+  std::string who;  // for the audit: "uid 1000", "console link 3 of uid 1000", "anonymous"
   TransportKind transport = TransportKind::kTcp;
 };
 
@@ -85,7 +85,7 @@ struct ApiReply {
 };
 
 // {"code", "sentence", "remedy", "message"}: what happened and what to do about it, apart and, for those who want one
-// sentence, together. By this program's custom a message says "what: remedy"; without a colon the remedy is null.
+// sentence, together. By this program's custom a message says "what: remedy"; where it does not, the remedy is null.
 nlohmann::json error_json(std::string_view code, std::string_view message);
 
 // Is `etag` among those of an If-None-Match header?

@@ -77,11 +77,10 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
 }
 
 Result<json> certificates_json(Repositories& r) {
-  auto list = r.certificates.list();
+  auto list = judged_certificates(r, utc_timestamp());
   if (!list) return list.error();
   json out = {{"certificates", json::array()}};
-  const std::string now = utc_timestamp();
-  for (const auto& c : *list) out["certificates"].push_back(to_json(c, now));
+  for (const auto& certificate : *list) out["certificates"].push_back(to_json(certificate));
   return out;
 }
 

@@ -94,10 +94,11 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
     for (const std::string& name : *wanted)
       if (std::find(confirmed.begin(), confirmed.end(), name) == confirmed.end()) missing.push_back(name);
   if (missing.empty()) return Ok();
-  return Error{ErrorCode::kRefused,
-               fmt::format("see to it and confirm before the beam comes on: {} (veneerctl: --confirm "
-                           "\"{}\")",
-                           fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("the beam waits for somebody's word that this was seen to ({}): confirm it, with veneerctl by "
+                  "--confirm \"{}\"",
+                  fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
 }
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
@@ -164,9 +165,10 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
                        "the laser does not find its corner by itself, so nothing says where the panel lies for it: fit "
                        "homing switches and switch homing on ($22=1)"});
   if (!limits_.burns)
-    return reply(Error{ErrorCode::kRefused,
-                       "the laser is a file that records its bytes: wood would be booked as cut that is whole. Put the "
-                       "laser's own port into the configuration"});
+    return reply(
+        Error{ErrorCode::kRefused,
+              "the laser is a file that records its bytes, so wood would be booked as cut that is whole: put the "
+              "laser's own port into the configuration"});
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
   pending_ = {std::move(reply)};
@@ -312,7 +314,7 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
   const bool cutting = view_.state == CellState::kExecute || view_.state == CellState::kHolding ||
                        view_.state == CellState::kHeld || view_.state == CellState::kUnholding;
   if (!cutting || !activity_->end_early(false))
-    return reply(Error{ErrorCode::kConflict, "no piece is being cut: nothing to stop after"});
+    return reply(Error{ErrorCode::kConflict, "no piece is being cut, so there is nothing to stop after"});
   audit(who, "cell.stop-after-piece");
   if (view_.state == CellState::kExecute) view_.reason = "stopping after this piece";
   on_change_();
@@ -337,7 +339,7 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
   if (!after(view_.state, CellCommand::kRecut) || view_.framing) return reply(refuse(CellCommand::kRecut));
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
-                       "nothing can be cut again: only pieces of the last panel, until it moves or the cell is reset"});
+                       "nothing can be cut again but pieces of the last panel, until it moves or the cell is reset"});
   std::vector<PieceBurn> burns;
   for (const auto& mark : marks) {
     const PieceBurn* cut = kept_.find(mark);
@@ -416,8 +418,10 @@ Status JobRunner::set_overrides(const LaserOverrides& wanted) {
   if (!overrides_belong_to(view_.state)) {
     // A laser that has none says so, whatever the cell does; to any other this is what it has already.
     if (Status none = parts().laser.set_overrides({}); !none) return none;
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view_.state))};
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
+                    to_string(view_.state))};
   }
   if (Status allowed = check_overrides(wanted, view_.job.has_value()); !allowed) return allowed;
   Status taken = parts().laser.set_overrides(wanted);

@@ -235,7 +235,7 @@ Status write_text(const std::string& text, const std::filesystem::path& path) {
   file.close();
   if (!file)
     return Error{ErrorCode::kStorage,
-                 fmt::format("{} cannot be written: {}", path.string(), std::generic_category().message(errno))};
+                 fmt::format("{} cannot be written ({})", path.string(), std::generic_category().message(errno))};
   return Ok();
 }
 

@@ -68,6 +68,24 @@ TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
   EXPECT_EQ(body["schema_version"], 1);
 }
 
+// Clients show the remedy as what to do.
+TEST(ApiMessage, WhatFollowsAColonIsARemedyAndNeverACauseOrForeignText) {
+  const auto remedy = [](std::string_view message) {
+    const auto error = error_json("conflict", message);
+    EXPECT_EQ(error["message"], message);
+    return error["remedy"].is_null() ? "none" : error["remedy"].get<std::string>();
+  };
+  EXPECT_EQ(remedy("the database refuses it (UNIQUE constraint failed: panels.name)"), "none");
+  EXPECT_EQ(remedy("the database is damaged (malformed: row 3): put a backup in its place"),
+            "put a backup in its place");
+  EXPECT_EQ(remedy("panel \"offcut: large\" is taken"), "none");
+  EXPECT_EQ(remedy("\"a: b\" is no name: choose another"), "choose another");
+  EXPECT_EQ(remedy("this was seen to (focus, air assist): confirm it by --confirm \"air assist\""),
+            "confirm it by --confirm \"air assist\"");
+  EXPECT_EQ(remedy("the answer (was cut: off"), "none") << "what is left open may hold anything";
+  EXPECT_EQ(remedy("piece A1-1: the lid is open: close it"), "close it");
+}
+
 TEST(ApiMessage, TextThatIsNotUtf8DoesNotThrow) {
   EXPECT_NE(ApiReply::json({{"name", "\xff\xfe"}}).body.find("name"), std::string::npos);
 }

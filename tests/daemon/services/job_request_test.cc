@@ -124,7 +124,7 @@ TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   EXPECT_THAT(refusal_of("size_mm", "0"), HasSubstr("size_mm is \"0\": it must be a number from 1 to 100000"));
   EXPECT_THAT(refusal_of("size_mm", "wide"), HasSubstr("size_mm is \"wide\": it must be a number"));
   for (const char* weight : {"oak", "=2", "oak=", "oak=much"})
-    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("WOOD=NUMBER")) << weight;
+    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("MATERIAL=NUMBER")) << weight;
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,3"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));

@@ -280,7 +280,7 @@ TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
   request.wood_weights = {{"oak", 2}};
   const auto none = plan(request);
   ASSERT_FALSE(none.ok());
-  EXPECT_EQ(none.error().message, "no panel is oak: there is maple, walnut");
+  EXPECT_EQ(none.error().message, "no panel is oak: choose from maple, walnut");
 }
 
 // Half of the panel is dark, half of it pale, and so is the picture.

@@ -33,11 +33,9 @@ TEST(CellState, CommandWordsAreReadBack) {
 
 TEST(CellState, AbortedIsLeftOnlyByClear) {
   for (auto c : all_commands()) EXPECT_EQ(after(CellState::kAborted, c).has_value(), c == CellCommand::kClear);
-  EXPECT_EQ(completed(CellState::kClearing), CellState::kStopped);
 }
 
-TEST(CellState, SuspendedIsNeverLeftByItself) {
-  EXPECT_FALSE(completed(CellState::kSuspended));
+TEST(CellState, SuspendedIsLeftOnlyByAWord) {
   for (auto c : all_commands()) {
     const auto next = after(CellState::kSuspended, c);
     if (!next) continue;
@@ -56,6 +54,12 @@ TEST(CellState, AbortIsAllowedWhereverSomethingCouldMove) {
     if (s == CellState::kAborting || s == CellState::kAborted) continue;
     EXPECT_EQ(after(s, CellCommand::kAbort), CellState::kAborting) << to_string(s);
   }
+}
+
+TEST(CellState, AbortIsTakenEverywhereButWhereItIsGoingOn) {
+  for (auto s : all_states())
+    EXPECT_EQ(after(s, CellCommand::kAbort).has_value(), s != CellState::kAborting && s != CellState::kAborted)
+        << to_string(s);
 }
 
 TEST(CellState, HoldIsTakenWhereverTheBeamMayComeOnWithoutAnotherWord) {

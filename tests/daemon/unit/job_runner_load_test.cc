@@ -66,8 +66,7 @@ TEST_F(JobRunnerTest, WhatAnOperatorMustConfirmIsAskedByNameEachTime) {
   make_runner();
   load_first_panel();
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("exhaust, focus at 2.1 mm"));
-  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
-              HasSubstr("confirm before the beam comes on: focus"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message, HasSubstr("seen to (focus)"));
   EXPECT_THAT(laser_.calls, Not(Contains("start")));
   ASSERT_TRUE(command(CellCommand::kUnsuspend, {"focus at 2.1 mm", "exhaust"}).ok());
   // The second panel: hands were in the machine again.
