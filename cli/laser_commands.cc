@@ -100,13 +100,15 @@ void add_override(CLI::App& laser, CommandContext& context) {
       "override", "Turn speed and power while a job runs, in per cent of what it asks for; what is not named stays");
   add_percent_option(
       *command, "--feed", kFeedOverride, [options](int percent) { options->feed = percent; },
-      "Speed of burning moves; above 100 the power has to come down as far");
+      fmt::format("Speed of burning moves, {} to {}; above 100 the power has to come down as far", kFeedOverride.least,
+                  kFeedOverride.most));
   add_percent_option(
       *command, "--rapid", kRapidOverride, [options](int percent) { options->rapid = percent; },
       "Speed of dark moves: 25, 50 or 100");
   add_percent_option(
       *command, "--power", kPowerOverride, [options](int percent) { options->power = percent; },
-      "Power of the beam, never above what was asked for");
+      fmt::format("Power of the beam, {} to {}: never above what was asked for", kPowerOverride.least,
+                  kPowerOverride.most));
   command->callback([options, &context] {
     json body = json::object();
     if (options->feed) body["feed"] = *options->feed;

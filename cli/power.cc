@@ -74,9 +74,7 @@ CLI::Option* add_percent_option(CLI::App& command, const std::string& name, cons
           name, fmt::format("it is {}, and must be whole per cent from {} to {}", text, range.least, range.most));
     take(static_cast<int>(written->value));
   };
-  return command
-      .add_option_function<std::string>(name, read, fmt::format("{}, {} to {}", help, range.least, range.most))
-      ->type_name("PERCENT");
+  return command.add_option_function<std::string>(name, read, help)->type_name("PERCENT");
 }
 
 }  // namespace veneer::cli

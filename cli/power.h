@@ -27,7 +27,7 @@ struct PercentRange {
 // What an override may be; the daemon holds it against the same (docs/openapi.json).
 inline constexpr PercentRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 100};
 
-// --feed 80 or --feed 80%: whole per cent of what is asked for; `help` is followed by the range.
+// --feed 80 or --feed 80%: whole per cent of what is asked for.
 CLI::Option* add_percent_option(CLI::App& command, const std::string& name, const PercentRange& range,
                                 std::function<void(int)> take, const std::string& help);
 

@@ -177,7 +177,9 @@ TEST_P(GrblFaultCase, EndsTheJobWithBeamOffAndThePieceSuspect) {
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
   EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().word));
   // The sentence ends with what to do, except where the machine said itself what it is.
-  if (GetParam().remedy != nullptr) EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().remedy));
+  if (GetParam().remedy != nullptr) {
+    EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().remedy));
+  }
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
 }
 
