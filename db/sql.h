@@ -17,6 +17,10 @@ namespace veneer::db {
 
 // One sentence for what SQLite threw: a full disk, a damaged file, a broken rule of the schema.
 Error to_error(const SQLite::Exception& thrown, const std::string& file);
+// kStorage: `what` is not as it was written.
+Error is_damaged(const std::string& file, const std::string& what);
+// Was that said of what SQLite threw? Of a row that is not what was written, too, which a trigger finds.
+bool means_damage(const SQLite::Exception& thrown);
 
 // Reads. `body` takes the connection and returns a Result or Status.
 template <class Body>
