@@ -81,8 +81,12 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   cell->database->call([&](Repositories& r) { r.devices = named; });
 
   Cell& c = *cell;
-  c.integrity =
-      std::make_unique<DatabaseCheck>(reactor, config.store.data_dir / "veneerd.db", [&c] { c.broadcast_status(); });
+  c.integrity = std::make_unique<DatabaseCheck>(reactor, *c.database, config.store.data_dir / "veneerd.db",
+                                                [&c] { c.broadcast_status(); });
+  c.database->on_doubt([&c](const std::string& why) {
+    c.log->error("{}", why);
+    c.integrity->is_due(c.tasks);
+  });
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
@@ -116,7 +120,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                          });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
-    c.integrity->after_unclean_end(*c.database, [&c](const DatabaseCheck::Done& done) {
+    c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<db::Recovery>& recovery) {
         if (recovery) c.runner->begin(*recovery);
         done(recovery ? Ok() : Status(recovery.error()));

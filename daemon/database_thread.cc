@@ -34,6 +34,25 @@ void DatabaseThread::check(std::function<void(const Status&)> then) {
   });
 }
 
+void DatabaseThread::distrust(const Error& why) {
+  worker_.post([this, why] { database_->distrust(why); });
+}
+
+void DatabaseThread::ask_may_write(std::function<void(const Status&)> then) {
+  worker_.post([this, then = std::move(then)]() mutable {
+    boost::asio::post(reactor_, [may = database_->may_write(), then = std::move(then)] { then(may); });
+  });
+}
+
+void DatabaseThread::tell_doubt() noexcept {
+  try {
+    if (auto why = database_->take_doubt(); why && on_doubt_)
+      boost::asio::post(reactor_, [told = on_doubt_, why = std::move(*why)] { told(why); });
+  } catch (const std::exception&) {
+    // Out of memory: the next start checks it all the same.
+  }
+}
+
 DatabaseThread::~DatabaseThread() {
   cancel_check();
   worker_.call([this] {

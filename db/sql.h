@@ -28,6 +28,7 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
   try {
     return body(database.connection());
   } catch (const SQLite::Exception& thrown) {
+    database.failed(thrown);
     return to_error(thrown, database.file().string());
   }
 }
@@ -35,12 +36,11 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
 // Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok.
 template <class Body>
 auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
-  if (database.needs_check())
-    return Error{ErrorCode::kUnavailable,
-                 "the database was not closed in order and has not passed its check: nothing is written before it has"};
+  if (Status may = database.may_write(); !may.ok()) return may.error();
   return guarded(database, [&](SQLite::Database& connection) {
     const WritePermission permission(database.guard());
     SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
+    database.look_for_others();
     auto result = body(connection);
     if (result.ok()) transaction.commit();
     return result;
