@@ -78,7 +78,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   if (!database) return database.error();
   cell->database = std::move(*database);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
-  cell->database->call([&](Repositories& r) { r.devices = named; });
+  cell->database->set_devices(named);
 
   Cell& c = *cell;
   c.integrity = std::make_unique<DatabaseCheck>(reactor, *c.database, config.store.data_dir / "veneerd.db",

@@ -11,6 +11,7 @@ Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(boost::asio::io_con
     thread->database_.emplace(std::move(*database));
     thread->repositories_.emplace(*thread->database_);
     thread->needs_check_ = thread->database_->needs_check();
+    thread->file_ = thread->database_->file();
     return Ok();
   });
   if (!opened) return opened.error();
@@ -25,6 +26,20 @@ Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(const std::filesyst
 Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open_unchecked(const std::filesystem::path& file,
                                                                        boost::asio::io_context& reactor) {
   return open(reactor, [&file] { return db::Database::open_unchecked(file); });
+}
+
+Result<std::unique_ptr<DatabaseReader>> DatabaseReader::open(const std::filesystem::path& file,
+                                                             const CellDevices& devices) {
+  auto database = db::Database::open_for_reading(file);
+  if (!database) return database.error();
+  auto reader = std::make_unique<DatabaseReader>(std::move(*database));
+  reader->repositories_.devices = devices;
+  return reader;
+}
+
+void DatabaseThread::set_devices(const CellDevices& devices) {
+  devices_ = devices;
+  call([&](Repositories& r) { r.devices = devices; });
 }
 
 void DatabaseThread::check(std::function<void(const Status&)> then) {

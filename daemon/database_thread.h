@@ -53,6 +53,20 @@ struct Repositories {
   CellDevices devices;
 };
 
+// A connection of its own that only reads, for a thread that may wait: it sees the last commit and delays no write.
+class DatabaseReader {
+ public:
+  static Result<std::unique_ptr<DatabaseReader>> open(const std::filesystem::path& file, const CellDevices& devices);
+  explicit DatabaseReader(db::Database&& database) : database_(std::move(database)), repositories_(database_) {}
+  DatabaseReader(const DatabaseReader&) = delete;
+  DatabaseReader& operator=(const DatabaseReader&) = delete;
+  Repositories& repositories() { return repositories_; }
+
+ private:
+  db::Database database_;
+  Repositories repositories_;
+};
+
 class DatabaseThread {
  public:
   // Opens the file on its own thread; fails as db::Database::open does.
@@ -74,6 +88,11 @@ class DatabaseThread {
   void ask_may_write(std::function<void(const Status&)> then);
   // On the reactor, why the file has to be checked now (db::Database::take_doubt). Before any work is asked for.
   void on_doubt(std::function<void(const std::string& why)> told) { on_doubt_ = std::move(told); }
+
+  // Whose certificates count. Before any other thread asks.
+  void set_devices(const CellDevices& devices);
+  // Fails as db::Database::open_for_reading does. From any thread.
+  Result<std::unique_ptr<DatabaseReader>> open_reader() const { return DatabaseReader::open(file_, devices_); }
 
   template <class F>
   auto call(F work) {
@@ -112,6 +131,8 @@ class DatabaseThread {
   void tell_doubt() noexcept;
 
   boost::asio::io_context& reactor_;
+  std::filesystem::path file_;
+  CellDevices devices_;
   bool needs_check_ = false;
   std::function<void(const std::string&)> on_doubt_;
   std::stop_source checking_;
