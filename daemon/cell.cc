@@ -77,6 +77,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   auto database = DatabaseThread::open_unchecked(config.store.data_dir / "veneerd.db", reactor);
   if (!database) return database.error();
   cell->database = std::move(*database);
+  cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -256,10 +257,8 @@ void Cell::follow_laser() {
 void Cell::audit(const Router::Change& change) {
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
-  database->async([entry = std::move(entry)](Repositories& r) { return r.audit.append(entry); },
-                  [kept_log = log](const Status& written) {
-                    if (!written) kept_log->error("the audit log could not be written: {}", written.error().message);
-                  });
+  if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
+  audit_log_->write(std::move(entry));
 }
 
 void Cell::broadcast_status() {
