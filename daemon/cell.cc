@@ -76,12 +76,17 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   auto database = DatabaseThread::open_unchecked(config.store.data_dir / "veneerd.db", reactor);
   if (!database) return database.error();
   cell->database = std::move(*database);
+  cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
-  cell->database->call([&](Repositories& r) { r.devices = named; });
+  cell->database->set_devices(named);
 
   Cell& c = *cell;
-  c.integrity =
-      std::make_unique<DatabaseCheck>(reactor, config.store.data_dir / "veneerd.db", [&c] { c.broadcast_status(); });
+  c.integrity = std::make_unique<DatabaseCheck>(reactor, *c.database, config.store.data_dir / "veneerd.db",
+                                                [&c] { c.broadcast_status(); });
+  c.database->on_doubt([&c](const std::string& why) {
+    c.log->error("{}", why);
+    c.integrity->is_due(c.tasks);
+  });
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
@@ -114,7 +119,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
                                          });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
-    c.integrity->after_unclean_end(*c.database, [&c](const DatabaseCheck::Done& done) {
+    c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<db::Recovery>& recovery) {
         if (recovery) c.runner->begin(*recovery);
         done(recovery ? Ok() : Status(recovery.error()));
@@ -232,10 +237,8 @@ void Cell::follow_laser() {
 void Cell::audit(const Router::Change& change) {
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
-  database->async([entry = std::move(entry)](Repositories& r) { return r.audit.append(entry); },
-                  [kept_log = log](const Status& written) {
-                    if (!written) kept_log->error("the audit log could not be written: {}", written.error().message);
-                  });
+  if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
+  audit_log_->write(std::move(entry));
 }
 
 void Cell::broadcast_status() {

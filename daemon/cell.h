@@ -13,6 +13,7 @@
 #include "daemon/api/event_hub.h"
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
+#include "daemon/audit_log.h"
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/database_thread.h"
@@ -84,6 +85,7 @@ class Cell {
   void look_at_bed_regularly();
   void follow_laser();
 
+  std::unique_ptr<AuditLog> audit_log_;
   std::string laser_identity_;
   boost::asio::steady_timer look_timer_;
 };

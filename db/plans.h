@@ -50,10 +50,6 @@ struct NewPlan {
   std::vector<PlannedPanel> planned_on;  // every panel that pieces are taken from
 };
 
-// What a job that is planned and made at once is given.
-using NewJob = NewPlan;
-using NewPiece = PlannedPatch;
-
 struct PlanRecord {
   PlanId id;
   std::string name;

@@ -57,17 +57,18 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     return reply(ApiReply::error(
         {ErrorCode::kNotFound,
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
-  if (device == "laser")
+  const std::string kind = "calibrate " + device, text = "waiting for the device";
+  if (device == "laser") {
     if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
-  auto task = s.tasks.start("calibrate " + device, "waiting for the device");
-  reply(ApiReply::task(task.id()));
-  if (device == "laser")
+    const TaskReporter task = s.tasks.start(kind, text);
+    reply(ApiReply::task(task.id()));
     return when_homed(s.unit, task, request.caller.who,
                       [s, task, board, who = request.caller.who, confirmed = std::move(confirmed)] {
                         calibrate_laser(s, task, board, who, confirmed);
                       });
+  }
   Worker& worker = device == "camera" ? s.camera : s.scanner;
-  post_task(worker, task, [s, task, device, more, height] {
+  start_task(s.tasks, worker, kind, text, reply, [s, device, more, height](const TaskReporter& task) {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
     finish_calibration(s, task,
                        device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())

@@ -22,6 +22,7 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
       reactor_(reactor),
       options_(std::move(options)),
       log_(std::move(log)),
+      audit_log_(parts.database, log_),
       on_change_(std::move(on_change)),
       wait_(
           parts.bed, parts.planner, [this](std::span<const PieceBurn> burns) { return check(burns); },
@@ -76,11 +77,7 @@ Status JobRunner::refuse(CellCommand command) const {
 }
 
 void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
-  parts().database.async([entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](
-                             Repositories& r) { return r.audit.append(entry); },
-                         [log = log_](const Status& written) {
-                           if (!written) log->error("the audit log could not be written: {}", written.error().message);
-                         });
+  audit_log_.write({0, utc_timestamp(), who, what, detail});
 }
 
 void JobRunner::answer(const Status& status) {
@@ -104,7 +101,7 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
     abort(fmt::format("STOP by {}", who));
-    audit(who, "cell.abort");
+    audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
     return reply(Ok());
   }
   if (command == CellCommand::kHold && view_.framing) return hold_frame(who, reply);

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "base/log.h"
+#include "daemon/audit_log.h"
 #include "daemon/unit/activity.h"
 #include "daemon/unit/bed_proof.h"
 #include "daemon/unit/broken_run.h"
@@ -145,6 +146,7 @@ class JobRunner : private ActivityHost {
   boost::asio::io_context& reactor_;
   const RunnerOptions options_;
   Logger log_;
+  AuditLog audit_log_;
   std::function<void()> on_change_;
 
   CellView view_;

@@ -44,6 +44,35 @@ TEST(Router, BindingTwiceOrTheUnknownIsABug) {
   EXPECT_DEATH(router.bind("getCoffee", kNothing), "");
 }
 
+// Anybody may try to open a session as often as he likes: only what was done is worth a line that is kept for ever.
+TEST(Router, TellsOfWhatNeedsNoLoginOnlyOnceItWasDone) {
+  Router router;
+  std::vector<std::string> told;
+  router.on_change([&](const Router::Change& change) {
+    told.push_back(std::string(change.operation) + (change.refused ? " refused" : ""));
+  });
+  router.bind("openSession", [](const ApiRequest& request, const Reply& reply) {
+    reply(request.body.find("good") != std::string::npos ? ApiReply::json({})
+                                                         : ApiReply::error(403, "forbidden", "unknown"));
+  });
+  router.bind("cancelJob", [](const ApiRequest&, const Reply& reply) {
+    reply(ApiReply::error(Error{ErrorCode::kConflict, "it is under way: stop it first"}));
+  });
+  const auto ask = [&](const std::string& path, const std::string& body) {
+    ApiRequest request;
+    request.method = "POST";
+    request.path = path;
+    request.body = body;
+    request.content_type = "application/json";
+    router.match("POST", path).route->handler(request, [](const ApiReply&) {});
+  };
+  for (int i = 0; i < 100; ++i) ask("/api/v1/session", R"({"token":"wrong"})");
+  EXPECT_TRUE(told.empty());
+  ask("/api/v1/session", R"({"token":"good"})");
+  ask("/api/v1/jobs/1/cancel", "");
+  EXPECT_EQ(told, (std::vector<std::string>{"openSession", "cancelJob", "cancelJob refused"}));
+}
+
 TEST(Url, DecodesWhatItMayAndRefusesTheRest) {
   EXPECT_EQ(percent_decode("a%20b+c", false), "a b+c");
   EXPECT_EQ(percent_decode("a%20b+c", true), "a b c");

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -301,13 +302,13 @@ TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesN
   ASSERT_TRUE(before.ok()) << before.error().message;
   EXPECT_EQ(dark_pieces(before->job), 2);
 
-  db::NewPiece all_dark;
+  db::PlannedPatch all_dark;
   all_dark.mark = "A1-1";
   all_dark.panel = PanelId{"P-0002"};
   all_dark.artwork_outline = {point<ArtworkFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
   all_dark.panel_outline = {point<PanelFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
   all_dark.allocation = Region<PanelFrame>(all_dark.panel_outline);
-  db::NewJob booked;
+  db::NewPlan booked;
   booked.name = "all that is dark";
   booked.pieces = {all_dark};
   booked.planned_on = {{PanelId{"P-0002"}, 1}};
@@ -322,6 +323,38 @@ TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesN
   const auto unmapped = plan(request);
   ASSERT_TRUE(unmapped.ok()) << unmapped.error().message;
   EXPECT_GT(unmapped->cost_per_pixel, 0.05);
+}
+
+// Says when the work is asked for.
+class Announced final : public WorkRunner {
+ public:
+  explicit Announced(WorkRunner& then) : then_(then) {}
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress& progress, std::stop_token stop) override {
+    asked_.set_value();
+    return then_.run(order, progress, std::move(stop));
+  }
+  bool asked_within(std::chrono::seconds wait) {
+    return asked_.get_future().wait_for(wait) == std::future_status::ready;
+  }
+
+ private:
+  WorkRunner& then_;
+  std::promise<void> asked_;
+};
+
+TEST_F(PlanServiceTest, TheThreadThatWritesIsNotAskedForTheWood) {
+  add_panel("P-0001", 255);
+  Announced announced(workers_);
+  std::promise<void> written;
+  database_->async([wait = written.get_future().share()](Repositories&) { return wait.wait(), 0; }, [](int) {});
+  auto planning = std::async(std::launch::async, [&] {
+    return PlanService(*database_, library_, announced, config_, make_null_logger())
+        .make_job(small_job(), [](double, const std::string&) {}, {});
+  });
+  EXPECT_TRUE(announced.asked_within(std::chrono::seconds(10))) << "while a write takes its time";
+  written.set_value();
+  const auto job = planning.get();
+  EXPECT_TRUE(job.ok()) << job.error().message;
 }
 
 // make_plan gives the best so far of a global choice that is stopped; whoever cancels a job wants none.
