@@ -57,10 +57,10 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     return reply(ApiReply::error(
         {ErrorCode::kNotFound,
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
-  const std::string kind = "calibrate " + device, text = "waiting for the device";
+  const std::string kind = "calibrate " + device, waiting = "waiting for the device";
   if (device == "laser") {
     if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
-    const TaskReporter task = s.tasks.start(kind, text);
+    const TaskReporter task = s.tasks.start(kind, waiting);
     reply(ApiReply::task(task.id()));
     return when_homed(s.unit, task, request.caller.who,
                       [s, task, board, who = request.caller.who, confirmed = std::move(confirmed)] {
@@ -68,7 +68,7 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
                       });
   }
   Worker& worker = device == "camera" ? s.camera : s.scanner;
-  start_task(s.tasks, worker, kind, text, reply, [s, device, more, height](const TaskReporter& task) {
+  start_task(s.tasks, worker, kind, waiting, reply, [s, device, more, height](const TaskReporter& task) {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
     finish_calibration(s, task,
                        device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())

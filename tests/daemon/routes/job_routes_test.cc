@@ -65,8 +65,12 @@ TEST_F(JobRoutes, ARepeatedRequestForAJobIsAnsweredWithTheJobAlsoAfterARestart) 
 
 // Whoever gets a 202 has a task that will be done.
 TEST_F(JobRoutes, WhatThePlannerHasNoRoomForIsRefusedAtOnce) {
-  std::promise<void> busy;
-  cell->planner_worker->post([wait = busy.get_future().share()] { wait.wait(); });
+  std::promise<void> begun, busy;
+  cell->planner_worker->post([&begun, wait = busy.get_future().share()] {
+    begun.set_value();
+    wait.wait();
+  });
+  begun.get_future().wait();
   std::vector<int> statuses;
   ApiReply last;
   for (int i = 0; i < 40 && last.status < 400; ++i) {
