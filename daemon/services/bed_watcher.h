@@ -1,7 +1,8 @@
 // Looks at the bed: which panel lies there, and how.
 //
 // The camera is waited for on the camera's worker; its pictures are looked at by worker processes
-// (daemon/orders/bed_work.h). Replies come on the reactor. Bound to the reactor, except picture(), which is thread-safe.
+// (daemon/orders/bed_work.h). Replies come on the reactor. Bound to the reactor, except picture(), which is
+// thread-safe.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
