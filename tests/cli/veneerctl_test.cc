@@ -160,7 +160,7 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   ApiServer server({}, {}, [&](Router& router) {
     router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
       query = request.query;
-      body = request.body;
+      body = request.body.text();
       work = running->tasks().start("plan", "matching patches");
       work->done({{"job", 7}});
       reply(ApiReply::task(work->id()));
@@ -221,7 +221,7 @@ TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
   ApiServer server({}, {}, [&](Router& router) {
     for (const char* operation : {"newPlan", "changePlan", "newJob"})
       router.bind(operation, [&asked, &running, operation](const ApiRequest& request, const Reply& reply) {
-        asked.push_back(request.path + " " + request.body);
+        asked.push_back(request.path + " " + request.body.text());
         const TaskReporter work = running->tasks().start("plan", "");
         work.done({{std::string(operation) == "newJob" ? "job" : "plan", 5}, {"pieces", 4}});
         reply(ApiReply::task(work.id()));
@@ -328,7 +328,7 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   ApiServer server({}, {}, [&](Router& router) {
     for (const char* operation : {"command", "recut", "settlePiece", "cancelJob"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
-        asked.push_back(request.path + " " + request.body);
+        asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
       });
   });
@@ -366,7 +366,7 @@ struct Asked {
           router.bind("listRecipes", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({})); });
           for (const char* operation : {"laserTestPattern", "laserRun", "burnTestCard"})
             router.bind(operation, [this](const ApiRequest& request, const Reply& reply) {
-              const json body = json::parse(request.body);
+              const json body = json::parse(request.body.text());
               told.push_back(body.value("dry", false) ? json("dry") : body.value("confirmed", json()));
               reply(ApiReply::json({{"dry", body.value("dry", false)}}));
             });
@@ -413,7 +413,7 @@ TEST(Veneerctl, AScriptSaysInWordsWhatWasSeenToBeforeTheBeamComesOn) {
 TEST(Veneerctl, OverridesAreHeldAgainstWhatTheirHelpSays) {
   ApiServer server({}, {}, [](Router& router) {
     router.bind("laserOverrides", [](const ApiRequest& request, const Reply& reply) {
-      reply(ApiReply::json({{"taken", true}, {"overrides_wanted", json::parse(request.body)}}));
+      reply(ApiReply::json({{"taken", true}, {"overrides_wanted", json::parse(request.body.text())}}));
     });
   });
   const std::string help = veneerctl({"laser", "override", "--help"}).out;

@@ -52,8 +52,8 @@ TEST(Router, TellsOfWhatNeedsNoLoginOnlyOnceItWasDone) {
     told.push_back(std::string(change.operation) + (change.refused ? " refused" : ""));
   });
   router.bind("openSession", [](const ApiRequest& request, const Reply& reply) {
-    reply(request.body.find("good") != std::string::npos ? ApiReply::json({})
-                                                         : ApiReply::error(403, "forbidden", "unknown"));
+    reply(request.body.text().find("good") != std::string::npos ? ApiReply::json({})
+                                                                : ApiReply::error(403, "forbidden", "unknown"));
   });
   router.bind("cancelJob", [](const ApiRequest&, const Reply& reply) {
     reply(ApiReply::error(Error{ErrorCode::kConflict, "it is under way: stop it first"}));
