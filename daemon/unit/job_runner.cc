@@ -93,7 +93,7 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
   if (missing.empty()) return Ok();
   return Error{
       ErrorCode::kRefused,
-      fmt::format("the beam waits for somebody's word that this was seen to ({}): confirm it, with veneerctl by "
+      fmt::format("nobody has confirmed yet what the beam needs ({}): see to it and confirm it, with veneerctl by "
                   "--confirm \"{}\"",
                   fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
 }

@@ -98,9 +98,9 @@ TEST_F(PlanRefusals, CountsBelowNothingAreRefused) {
 }
 
 TEST_F(PlanRefusals, AFileThatCannotBeWrittenIsNamedWithTheReason) {
-  EXPECT_EQ(write_text("x", path("")).error().message, path("") + " cannot be written: Is a directory");
+  EXPECT_EQ(write_text("x", path("")).error().message, path("") + " cannot be written (Is a directory)");
   EXPECT_EQ(write_text("x", path("text") + "/x").error().message,
-            path("text/x") + " cannot be written: Not a directory");
+            path("text/x") + " cannot be written (Not a directory)");
 }
 
 // Pictures with which all that follows would take minutes and gigabytes.

@@ -66,7 +66,8 @@ TEST_F(JobRunnerTest, WhatAnOperatorMustConfirmIsAskedByNameEachTime) {
   make_runner();
   load_first_panel();
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("exhaust, focus at 2.1 mm"));
-  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message, HasSubstr("seen to (focus)"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
+              HasSubstr("what the beam needs (focus at 2.1 mm): see to it"));
   EXPECT_THAT(laser_.calls, Not(Contains("start")));
   ASSERT_TRUE(command(CellCommand::kUnsuspend, {"focus at 2.1 mm", "exhaust"}).ok());
   // The second panel: hands were in the machine again.
@@ -80,8 +81,7 @@ TEST_F(JobRunnerTest, UnlikelySettingsOfTheControllerAreConfirmedAsWell) {
   laser_.to_confirm = {"$30 = 5 (full power)"};
   make_runner();
   load_first_panel();
-  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
-              HasSubstr("before the beam comes on: $30"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message, HasSubstr("what the beam needs ($30 = 5"));
   EXPECT_TRUE(command(CellCommand::kUnsuspend, {"$30 = 5 (full power)", "exhaust"}).ok());
 }
 
