@@ -177,6 +177,7 @@ struct Plan {
   Millimetres kerf;
   // Not part of what a plan is, and not in its file:
   PlanSeconds seconds;
+  std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;

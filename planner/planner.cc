@@ -219,6 +219,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->placements.begin(), staying->placements.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
+  for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
   if (options.alternatives > 0) {
     if (listed.ok()) listed = add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);

@@ -251,11 +251,13 @@ Result<Plan> read_plan(const std::filesystem::path& path) {
   return plan;
 }
 
-std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads) {
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
+                           std::optional<double> preview_cost_per_pixel) {
   const json out{{"schema_version", kSchemaVersion},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
                  {"cost_per_pixel", cost_per_pixel(plan)},
+                 {"preview_cost_per_pixel", preview_cost_per_pixel ? json(*preview_cost_per_pixel) : json()},
                  {"unfilled", unfilled(plan)},
                  {"seconds",
                   {{"load", seconds.load},
