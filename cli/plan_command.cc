@@ -39,8 +39,7 @@ using Clock = std::chrono::steady_clock;
 struct PlanCommandArguments {
   PlanArguments plan;
   EditArguments edits;
-  std::string layout = "grid", refine = "none", curves = "g0", formats = "svg,json";
-  double overlap_mm = 0;
+  std::string layout = "grid", formats = "svg,json";
   std::string out;
   std::string segmentation;
 };
@@ -51,9 +50,6 @@ void refuse_what_is_not_there(const PlanCommandArguments& a) {
     if (!there) end(kUnusableArguments, fmt::format("{} is not available in this version: {}", option, what_is_there));
   };
   only(a.layout == "grid", "--layout " + a.layout, "pictures are cut into squares, --layout grid");
-  only(a.refine == "none", "--refine " + a.refine, "borders stay where the layout draws them, --refine none");
-  only(a.curves == "g0", "--curves " + a.curves, "borders are straight and meet at corners, --curves g0");
-  only(a.overlap_mm == 0, fmt::format("--overlap-mm {}", a.overlap_mm), "pieces do not overlap, --overlap-mm 0");
   only(a.segmentation.empty(), "--segmentation", "the picture is not segmented, --layout grid");
 }
 
@@ -174,6 +170,16 @@ void tell_gain(const planner::GlobalReport& global) {
   }
 }
 
+void tell_gain(const planner::RefineReport& refined) {
+  const auto less = [&](double cost) { return refined.cost_before > 0 ? 100 * (1 - cost / refined.cost_before) : 0.0; };
+  std::cerr << fmt::format("veneerctl: borders refined, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
+                           refined.cost_refined, refined.cost_before, less(refined.cost_refined));
+  if (!refined.rounds.empty())
+    std::cerr << fmt::format(
+        "veneerctl: wood chosen again {} times for the refined shapes, cost {:.2f} ({:.1f} % less)\n",
+        refined.rounds.size(), refined.cost, less(refined.cost));
+}
+
 void tell_gain(const planner::FineReport& fine) {
   std::cerr << fmt::format("veneerctl: {} pieces turned finely, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
                            fine.moved, fine.cost, fine.cost_before,
@@ -209,6 +215,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
+  if (plan.refined) tell_gain(*plan.refined);
   std::error_code ignored;
   fs::remove(journal, ignored);
   warn(plan.warnings);
@@ -229,12 +236,8 @@ void add_plan_command(CLI::App& app) {
           "Without --interleave: the share of each picture's patches, its most salient, that choose before all "
           "others")
       ->capture_default_str();
-  // One value each so far; others are refused by name.
+  // One value so far; others are refused by name.
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")->capture_default_str();
-  plan->add_option("--refine", arguments->refine, "How borders between patches are refined")->capture_default_str();
-  plan->add_option("--curves", arguments->curves, "How smooth borders between patches are")->capture_default_str();
-  plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches extend over their borders, in millimetres")
-      ->capture_default_str();
   plan->add_option("--segmentation", arguments->segmentation)->group("");
   add_plan_only_arguments(*plan, arguments->plan);
   add_edit_arguments(*plan, arguments->edits);
