@@ -61,7 +61,7 @@ TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
   PlanOptions options = small_options();
   options.patch = 6_mm, options.refine = Refine::kDp, options.rematch = 2;
   const Plan plan = planned(options, 24_mm);
-  ASSERT_TRUE(plan.refined && !plan.refined->rounds.empty());
+  ASSERT_TRUE(plan.refined.has_value());
   ASSERT_FALSE(plan.layouts.empty());
   expect_published(plan);
 }
