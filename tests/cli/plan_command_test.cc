@@ -411,10 +411,6 @@ TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   };
   expect_refused("--layout morph", "--layout grid");
   expect_refused("--layout gird", "--layout grid");
-  expect_refused("--refine dp", "--refine none");
-  expect_refused("--curves g1", "--curves g0");
-  expect_refused("--overlap-mm 1.5", "--overlap-mm 0");
-  expect_refused("--overlap-mm nan", "--overlap-mm 0");
   expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available in this version: ");
 }
 
