@@ -43,7 +43,8 @@ class Workers : public OperatedCell {
       fs::copy_file(bin_dir() / program, programs() / program, fs::copy_options::skip_existing);
     fs::copy_file(bin_dir() / "veneer-faulty-worker", programs() / "veneer-worker", fs::copy_options::skip_existing);
     out.look_every = 4;
-    out.daemon_tables = "[workers]\nmemory_mb = 1500\nplanning_limit_s = 8\nscan_limit_s = 60\nlook_limit_s = 10\n";
+    // Workers give way to everything else: beside tests that keep all cores busy they are slow.
+    out.daemon_tables = "[workers]\nmemory_mb = 1500\nplanning_limit_s = 40\nscan_limit_s = 120\nlook_limit_s = 60\n";
     return out;
   }
   // The job takes longer than a few faults.
