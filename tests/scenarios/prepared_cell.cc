@@ -91,11 +91,16 @@ nlohmann::json PreparedCell::get(const std::string& target) const {
 }
 
 void PreparedCell::tamper(const std::vector<std::string>& without, const std::string& sql) const {
-  SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
-  database.setBusyTimeout(10000);
-  db::register_functions(database);  // without them nothing can be written
-  for (const auto& trigger : without) database.exec("DROP TRIGGER " + trigger);
-  database.exec(sql);
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  {
+    SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
+    database.setBusyTimeout(10000);
+    db::register_functions(database);  // without them nothing can be written
+    for (const auto& trigger : without) database.exec("DROP TRIGGER " + trigger);
+    database.exec(sql);
+  }
+  const Status started = cell_->start_daemon();
+  ASSERT_TRUE(started.ok()) << started.error().message;
 }
 
 }  // namespace veneer::tests
