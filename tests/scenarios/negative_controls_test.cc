@@ -126,7 +126,7 @@ TEST_F(NegativeControls, TwoSwappedPiecesAreWrong) {
     UPDATE patches SET mark = 'A4-3' WHERE plan = 1 AND mark = 'swap';)";
   tamper({"patches_are_never_edited"}, swap);
   ASSERT_TRUE(story_->cut(kJob).ok());
-  tamper({}, swap);
+  tamper({"patches_are_never_edited"}, swap);
   ASSERT_TRUE(story_->reconcile(kJob).ok());
   ASSERT_TRUE(story_->prove(bin_dir()).ok());
   EXPECT_THAT(red_figures(story_->report()), Contains(HasSubstr("/jobs/0/wrong_pieces = 2")));

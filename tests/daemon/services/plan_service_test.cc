@@ -213,6 +213,18 @@ TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
                                                                   "it to rebuild: is it the right picture?"));
 }
 
+// On the twin 1 mm2 of wood fell out between curved pieces of 12 mm that nobody had booked.
+TEST_F(PlanServiceTest, RefinedBordersAreRefusedUntilChipsBetweenThemAreBooked) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.refine = planner::Refine::kDp;
+  const auto job = plan(request);
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(job.error().message, ::testing::HasSubstr("refine=none"));
+  EXPECT_EQ(jobs(), 0U);
+}
+
 TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {
   add_panel("P-0001", 255, cv::Mat(160, 160, CV_8UC3, cv::Scalar::all(50)));
   add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
