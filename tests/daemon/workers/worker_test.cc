@@ -73,7 +73,7 @@ TEST(Worker, TakesNoMoreThanMayWait) {
 TEST(Worker, FailsTheTaskWhoseWorkThrew) {
   boost::asio::io_context reactor;
   const SteadyClock clock;
-  TaskRegistry tasks(reactor, clock, {});
+  TaskRegistry tasks(reactor, clock, make_reactor_timer(reactor), {});
   const auto id = [&] {
     Worker worker("test");
     auto task = tasks.start("plan", "waiting");
