@@ -15,7 +15,7 @@
 
 #include "base/clock.h"
 #include "base/result.h"
-#include "daemon/reactor_timer.h"
+#include "daemon/threads/reactor_timer.h"
 
 namespace veneer::daemon {
 

@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "daemon/orders/have_done.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {

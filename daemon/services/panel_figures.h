@@ -11,8 +11,8 @@
 
 #include "base/result.h"
 #include "base/units.h"
-#include "daemon/database_thread.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 

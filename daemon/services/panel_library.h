@@ -17,8 +17,8 @@
 #include "base/result.h"
 #include "calib/fiducials.h"
 #include "calib/registration.h"
-#include "daemon/database_thread.h"
 #include "daemon/orders/stored_picture.h"
+#include "daemon/store/database_thread.h"
 #include "planner/stock.h"
 
 namespace veneer::daemon {

@@ -8,7 +8,7 @@
 #include "base/geometry.h"
 #include "base/ids.h"
 #include "base/result.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/unit/proven_pose.h"
 #include "db/job_store.h"
 #include "drivers/laser_driver.h"

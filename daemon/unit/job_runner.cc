@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "daemon/unit/frame_trace.h"
 #include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "base/log.h"
-#include "daemon/audit_log.h"
+#include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
 #include "daemon/unit/bed_proof.h"
 #include "daemon/unit/broken_run.h"

@@ -22,9 +22,9 @@
 #include <thread>
 
 #include "calib/kerf_meter.h"
-#include "daemon/database_thread.h"
-#include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/store/calibration.h"
+#include "daemon/store/database_thread.h"
 #include "tests/support/event_listener.h"
 
 namespace veneer::tests {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-#include "daemon/reactor_timer.h"
+#include "daemon/threads/reactor_timer.h"
 
 namespace veneer::testing {
 

@@ -19,7 +19,7 @@
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"
 #include "calib/scanner_model.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 
