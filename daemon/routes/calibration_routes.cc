@@ -38,7 +38,9 @@ void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, con
     if (!burnt) return task.fail(burnt.error());
     post_task(s.camera, task, [s, task, thickness] {
       finish_calibration(
-          s, task, s.calibrations.axes(thickness, [&](double f, const std::string& text) { task.progress(f, text); }));
+          s, task,
+          s.calibrations.axes(
+              thickness, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token()));
     });
   };
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
@@ -73,7 +75,7 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
     finish_calibration(s, task,
                        device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())
-                       : device == "camera" ? s.calibrations.camera(more, height, progress)
+                       : device == "camera" ? s.calibrations.camera(more, height, progress, task.stop_token())
                                             : s.calibrations.kerf(progress, task.stop_token()));
   });
 }
