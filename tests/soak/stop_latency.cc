@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
   for (const StopLoadKind& kind : stop_loads()) {
     if (!only.empty() && kind.name != only) continue;
     const veneer::testing::TempDirectory dir(veneer::testing::TempDirectory::Place::kDisk);
-    const auto figures = measure(kind, stops, bin_dir, data.path(), dir.path());
+    const auto figures = measure(kind, stops, bin_dir, data.path(), dir.path(), seed);
     if (!figures) {
       fmt::print("{:<9} {}\n", kind.name, figures.error().message);
       good = false;
