@@ -158,6 +158,10 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "A picture that is white where the target matters most; the n-th belongs to the n-th target");
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
+  command
+      .add_option("--web-mm", arguments.web_mm,
+                  "Wood that stays standing between the kerfs of two pieces, in millimetres; 0: they may touch")
+      ->capture_default_str();
   command.add_option("--index-cache", arguments.options.index_cache,
                      "Directory that keeps what was measured of panels for later plans (default: none)");
   command.add_option("--threads", arguments.options.threads, "How many threads to use; 0: as many as the machine has")
@@ -174,6 +178,7 @@ Result<planner::PlanOptions> plan_options(const PlanArguments& arguments) {
     return unusable("--size-mm must lie between 0.1 and 100000");
   planner::PlanOptions options = arguments.options;
   options.kerf = Millimetres(arguments.kerf_mm);
+  options.web = Millimetres(arguments.web_mm);
   // Before any picture is read, which may take long.
   if (Status status = planner::check_options(options); !status.ok()) return status.error();
   options.threads = planner::threads_meant(options.threads);

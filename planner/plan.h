@@ -85,6 +85,9 @@ struct PlanOptions {
   double dpi = 300;        // working resolution: panels and artworks are resampled to it
   Millimetres kerf{0.15};  // k, the full width burnt away: outlines keep 2k from each other, k from wood that is gone
   Millimetres position_margin{0};  // kept from wood that is not free, on top of the kerf (across runs: 0.2 mm)
+  // What of the wood stays standing around each piece's kerf, between two pieces as towards wood that is not free: it
+  // holds the skeleton together, so that nothing but pieces falls out (docs/KERF.md). 0: kerfs may touch.
+  Millimetres web{0};
   // n_adaptive and w_adaptive: a patch may have 2^levels times the wished side, and stays that large where its cost per
   // pixel is at most `factor` times that of four smaller ones.
   int adaptive_levels = 0;
@@ -118,6 +121,10 @@ struct PlanOptions {
   std::size_t alternatives = 0;            // listed for each piece, at most
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
+
+  // What FreeWood is to know of the web: half of it is each piece's, the other half its neighbour's or the margin's.
+  Millimetres kerf_and_web() const { return kerf + web / 2; }
+  Millimetres margin_and_web() const { return position_margin + web / 2; }
 };
 
 // Where else a piece could be cut from wood that the plan leaves free.

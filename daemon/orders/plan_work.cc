@@ -78,6 +78,7 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector
   for (const auto& panel : stock)
     options.kerf =
         std::max(options.kerf, WoodRecipes({}, order.kerf, order.recipes, held(order, panel.id).zones).widest_kerf());
+  if (options.refine != planner::Refine::kNone) options.web = planner::kPieceWeb;
   options.index_cache = order.wood.index_dir;
   if (order.earlier.empty()) return options;
   auto earlier = planner::read_plan(order.earlier);
@@ -125,7 +126,8 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   if (const Status written = planner::write_text(nlohmann::json(pieces).dump(), folder / kMadePieces); !written)
     return written.error();
   if (const Status written = planner::write_plan(*plan, folder / kMadePlan); !written) return written.error();
-  return PlanMade{plan->kerf, planner::cost_per_pixel(*plan), *without_lead, plan->warnings, plan->global, plan->fine};
+  return PlanMade{plan->kerf, options->web, planner::cost_per_pixel(*plan), *without_lead, plan->warnings, plan->global,
+                  plan->fine, plan->refined};
 }
 
 }  // namespace veneer::daemon

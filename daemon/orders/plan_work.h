@@ -19,6 +19,8 @@ namespace veneer::planner {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GlobalReport, greedy_cost, cost, greedy_unfilled, unfilled, iterations, budget,
                                    stopped, seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FineReport, cost_before, cost, moved)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport::Round, cost, moved)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport, cost_before, cost_refined, cost, rounds, segments, length, seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanEdits, pins, replanned, swaps, takes)
 }  // namespace veneer::planner
 
@@ -48,11 +50,13 @@ struct MakePlan {
 inline constexpr const char *kMadePlan = "plan.json", *kMadePieces = "pieces.json", *kMadePreview = "preview.png";
 struct PlanMade {
   Millimetres kerf{0};  // of the whole plan: the widest any of the wood is cut with
+  Millimetres web{0};   // that its pieces keep around their kerfs
   double cost_per_pixel = 0;
   std::size_t without_lead = 0;  // pieces whose cut begins on their own edge, for want of waste beside them
   std::vector<std::string> warnings;
   std::optional<planner::GlobalReport> global;
   std::optional<planner::FineReport> fine;
+  std::optional<planner::RefineReport> refined;  // none of a plan that keeps an earlier one's curved pieces
 };
 // kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
 // planner::make_plan and load_job_wood say.
@@ -60,6 +64,6 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, size, options, threads, kerf, preview_dpi, wood, recipe,
                                    recipes, earlier, edits)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, cost_per_pixel, without_lead, warnings, global, fine)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined)
 
 }  // namespace veneer::daemon

@@ -159,7 +159,7 @@ json to_json(const db::PlannedPatch& piece) {
 
 json to_json(const JobOutcome& o) {
   json panels = json::array();
-  json global, fine;
+  json global, fine, refined;
   if (o.global)
     global = {{"greedy_cost", o.global->greedy_cost},
               {"greedy_unfilled", o.global->greedy_unfilled},
@@ -168,6 +168,11 @@ json to_json(const JobOutcome& o) {
               {"budget", o.global->budget},
               {"stopped", o.global->stopped}};
   if (o.fine) fine = {{"cost_before", o.fine->cost_before}, {"cost", o.fine->cost}, {"moved", o.fine->moved}};
+  if (o.refined)
+    refined = {{"cost_before", o.refined->cost_before},
+               {"cost_refined", o.refined->cost_refined},
+               {"cost", o.refined->cost},
+               {"rounds", o.refined->rounds.size()}};
   for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
   const bool planned = o.plan.value != 0;  // and no job made of it
   return {{planned ? "plan" : "job", planned ? o.plan.value : o.job.value},
@@ -177,7 +182,8 @@ json to_json(const JobOutcome& o) {
           {"panels", panels},
           {"warnings", o.warnings},
           {"global", global},
-          {"fine_rotation", fine}};
+          {"fine_rotation", fine},
+          {"refined", refined}};
 }
 
 json to_json(const CalibrationOutcome& o) {

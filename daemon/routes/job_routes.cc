@@ -12,6 +12,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/services/plan_web.h"
 
 namespace veneer::daemon {
 namespace {
@@ -33,6 +34,15 @@ Result<json> made_before(Repositories& r, const std::optional<db::KeyedRequest>&
               {"warnings", {fmt::format("this request was taken before: it is job {}", id.value)}}};
 }
 
+Result<JobId> reserve_plan(Repositories& r, db::PlanId id, const std::optional<db::KeyedRequest>& keyed) {
+  const auto plan = r.plans.find(id);
+  if (!plan) return plan.error();
+  const auto pieces = r.plans.patches(id);
+  if (!pieces) return pieces.error();
+  if (const Status apart = keeps_web(r, plan->options_json, *pieces); !apart) return apart.error();
+  return r.jobs.create(id, utc_timestamp(), keyed);
+}
+
 // A job of a plan that was made before: its wood is reserved, nothing is planned.
 void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
@@ -50,7 +60,7 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
       [id = db::PlanId{*plan}, keyed](Repositories& r) -> Result<json> {
         auto before = made_before(r, keyed);
         if (!before || !before->is_null()) return before;
-        auto job = r.jobs.create(id, utc_timestamp(), keyed);
+        auto job = reserve_plan(r, id, keyed);
         if (!job && keyed) static_cast<void>(r.request_keys.forget(*keyed));
         if (!job) return job.error();
         auto made = r.jobs.find(*job);
@@ -82,6 +92,18 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
   start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply, std::move(work));
 }
 
+// What refining gained, of what planning said; null when borders are straight.
+json refined_json(const std::string& report_json) {
+  const json report = json::parse(report_json, nullptr, false);
+  const auto refined = report.find("refined");
+  if (refined == report.end() || !refined->is_object()) return {};
+  json out = *refined;
+  return {{"cost_before", out["cost_before"]},
+          {"cost_refined", out["cost_refined"]},
+          {"cost", out["cost"]},
+          {"rounds", out["rounds"].size()}};
+}
+
 Result<json> job_json(Repositories& r, JobId id) {
   auto job = r.jobs.find(id);
   if (!job) return job.error();
@@ -98,6 +120,9 @@ Result<json> job_json(Repositories& r, JobId id) {
     ++panels[piece.panel->value].first;
     if (piece.state == db::PieceState::kCut) ++panels[piece.panel->value].second;
   }
+  const auto plan = r.plans.find(job->plan);
+  if (!plan) return plan.error();
+  out["refined"] = refined_json(plan->report_json);
   out["width_mm"] = box.empty() ? 0 : box.max.x.count();
   out["height_mm"] = box.empty() ? 0 : box.max.y.count();
   out["panels"] = json::array();

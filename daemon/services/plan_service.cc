@@ -14,6 +14,7 @@
 #include "base/hash.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
+#include "daemon/services/plan_web.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_folder.h"
@@ -169,13 +170,6 @@ PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, 
 
 Result<PlanService::Made> PlanService::make(const JobRequest& request, const std::optional<Earlier>& earlier,
                                             const TaskProgress& progress, const std::stop_token& stop) {
-  // Between two pieces with curved borders a chip of wood may be cut off on all sides and fall out, which the ledger
-  // would go on calling free.
-  if (request.options.refine != planner::Refine::kNone)
-    return Error{
-        ErrorCode::kRefused,
-        "the cell does not cut pieces with refined borders yet, because chips between them are not booked: plan "
-        "with straight borders (refine=none), or for another program with veneerctl plan --refine dp"};
   progress(0, "reading the picture");
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
@@ -233,6 +227,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   nlohmann::json used = options_json(request);
   used["preview_dpi"] = kPreviewDpi;
   used["kerf_mm"] = made->kerf.count();
+  used["web_mm"] = made->web.count();
   used["position_margin_mm"] = config_.panel.position_margin.count();
   plan.options_json = used.dump();
   plan.report_json = nlohmann::json(*made).dump();
@@ -250,6 +245,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   outcome.warnings = made->warnings;
   outcome.global = made->global;
   outcome.fine = made->fine;
+  outcome.refined = made->refined;
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   return Made{std::move(plan), std::move(outcome)};
 }
@@ -260,7 +256,10 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   if (!made) return made.error();
   progress(0.95, "reserving the wood");
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
-  auto id = database_.call([&](Repositories& r) { return r.jobs.create(made->plan, utc_timestamp(), request.keyed); });
+  auto id = database_.call([&](Repositories& r) -> Result<JobId> {
+    if (const Status apart = keeps_web(r, made->plan.options_json, made->plan.pieces); !apart) return apart.error();
+    return r.jobs.create(made->plan, utc_timestamp(), request.keyed);
+  });
   if (!id) return id.error();
   JobOutcome& outcome = made->outcome;
   outcome.job = *id;

@@ -32,9 +32,10 @@ struct JobOutcome {
   std::vector<std::pair<PanelId, std::size_t>> panels;  // pieces from each
   std::size_t without_lead = 0;       // pieces whose cut begins on their own edge, for want of waste beside them
   std::vector<std::string> warnings;  // the planner's, one sentence each
-  // What Optimize::kGlobal and fine_rotation gained, of a job that asked for them.
+  // What Optimize::kGlobal, fine_rotation and refine gained, of a job that asked for them.
   std::optional<planner::GlobalReport> global;
   std::optional<planner::FineReport> fine;
+  std::optional<planner::RefineReport> refined;
 };
 
 class PlanService {

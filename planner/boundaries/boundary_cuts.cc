@@ -292,8 +292,13 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
       fault.found = true, fault.everywhere = fault.everywhere || near.empty();
     }
     grown[i] = offset(Region<PanelFrame>(there), wood.kerf() + (FreeWood::kSlack + kRounding) / 2);
-    for (const auto& ring : grown[i].rings())
+    for (const auto& ring : grown[i].rings()) {
       for (const auto& p : ring) boxes[i].add(p);
+      if (signed_area(ring) > 0) continue;
+      // A bay whose mouth the kerf closes: the wood in it would fall out with the piece.
+      for (const auto& p : ring) fault.places.push_back(map.inverse() * p);
+      fault.found = true;
+    }
   });
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; placements[i] && j < i; ++j) {

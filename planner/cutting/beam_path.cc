@@ -10,6 +10,8 @@ namespace {
 
 constexpr double kSharp = kPi / 6;  // a corner, where a beginning hides
 constexpr std::size_t kMostDoors = 8;
+// What rounding may move a vertex by where the same outline lies elsewhere, several times over.
+constexpr Millimetres kMoved{0.005};
 constexpr double kCornerClearance = 0.75;  // mm from a bridge's edge to a corner: the tip of a corner breaks off
 
 std::vector<std::size_t> corners_of(const Ring<BedFrame>& ring) {
@@ -99,6 +101,16 @@ Polyline<BedFrame> part_of(const Walk& walk, double from, double to) {
   return part;
 }
 
+// The ring without edges of some micrometres, which offsets leave where an outline turns inwards: they point anywhere,
+// so that their ends would pass for corners.
+Ring<BedFrame> without_specks(Ring<BedFrame> ring) {
+  Ring<BedFrame> out;
+  for (const auto& p : ring)
+    if (out.empty() || distance(out.back(), p) > kMoved) out.push_back(p);
+  while (out.size() > 3 && distance(out.front(), out.back()) <= kMoved) out.pop_back();
+  return out.size() >= 3 ? out : ring;
+}
+
 }  // namespace
 
 Millimetres beam_offset(const Recipe& recipe, Millimetres fit_clearance) {
@@ -112,7 +124,7 @@ Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow
   auto rings = offset(region, grow).rings();
   if (rings.size() != 1)
     return Error{ErrorCode::kInvalidArgument, "has a part as narrow as the kerf: plan larger pieces"};
-  return std::move(rings.front());
+  return without_specks(std::move(rings.front()));
 }
 
 double turn_at(const Ring<BedFrame>& ring, std::size_t i) {
@@ -143,11 +155,16 @@ std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>&
 }
 
 Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead) {
-  const auto vertices = door_vertices(ring);
-  const auto nearest = std::min_element(vertices.begin(), vertices.end(), [&](std::size_t a, std::size_t b) {
-    return distance(ring[a], lead) < distance(ring[b], lead);
-  });
-  return {*nearest, lead};
+  const auto nearest = std::min_element(
+      ring.begin(), ring.end(), [&](const auto& a, const auto& b) { return distance(a, lead) < distance(b, lead); });
+  return {static_cast<std::size_t>(nearest - ring.begin()), lead};
+}
+
+bool leads_surely_to(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& lead) {
+  const Millimetres away = distance(ring[vertex], lead) + kMoved;
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    if (i != vertex && distance(ring[i], lead) < away) return false;
+  return true;
 }
 
 Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf) {

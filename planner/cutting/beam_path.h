@@ -47,8 +47,11 @@ std::vector<Door> doors_of(const Ring<BedFrame>& ring);
 std::vector<Door> hole_doors(const Ring<BedFrame>& ring, const Region<BedFrame>& waste, Millimetres kerf,
                              const LeadOptions& options);
 
-// The door of a cut that begins at `lead`: the corner nearest to it, on a smooth ring the nearest vertex.
+// The door of a cut that begins at `lead`: the vertex nearest to it. Where the same outline lies turned or mirrored, it
+// begins with another vertex and is rounded anew, so neither corners nor numbers of vertices are asked for.
 Door door_for(const Ring<BedFrame>& ring, const Point<BedFrame>& lead);
+// Whether that is `vertex` wherever the outline lies.
+bool leads_surely_to(const Ring<BedFrame>& ring, std::size_t vertex, const Point<BedFrame>& lead);
 
 // What a straight lead-in burns, `kerf` wide, the round end at its beginning included.
 Ring<BedFrame> lead_burn(const Point<BedFrame>& lead, const Point<BedFrame>& vertex, Millimetres kerf);

@@ -8,14 +8,12 @@
 #include <utility>
 
 #include "base/frames.h"
+#include "planner/matching/banded_polygon.h"
 #include "planner/matching/free_wood.h"
 
 namespace veneer::planner {
 namespace {
 
-// Wood that stays between a lead-in and whatever else is cut: it holds the waste, which would fall out as soon as
-// burns enclosed it, booked by nobody.
-constexpr Millimetres kWeb{0.4};
 // Wood deeper than this is as good as any other.
 constexpr double kDeep = 4;
 // Beginnings whose depths differ by less are as good as each other.
@@ -82,9 +80,11 @@ class Chooser {
     for (const Millimetres length : {options_.leads.length, options_.leads.length / 2}) {
       for (const std::size_t vertex : door_vertices(*ring))
         for (const auto& lead : leads_into(*ring, vertex, length)) {
-          if (door_for(*ring, lead).vertex != vertex) continue;
+          if (!leads_surely_to(*ring, vertex, lead)) continue;
           Candidate candidate{vertex, on_panel(lead), on_panel(lead_burn(lead, (*ring)[vertex], room_.kerf)), 0};
-          if (!free_for(i, candidate.burnt) || overlaps(Region<PanelFrame>(candidate.burnt), own)) continue;
+          if (!free_for(i, candidate.burnt) || overlaps(Region<PanelFrame>(candidate.burnt), own) ||
+              closes_a_bay(piece, candidate.burnt))
+            continue;
           candidate.depth = depth(i, candidate.begin);
           out.push_back(std::move(candidate));
         }
@@ -96,9 +96,7 @@ class Chooser {
 
   // Whether nobody but piece `i` holds any of this wood.
   bool free_for(std::size_t i, const Ring<PanelFrame>& burnt) const {
-    Ring<PanelFrame> counter_clockwise = burnt;
-    if (signed_area(burnt) < 0) std::reverse(counter_clockwise.begin(), counter_clockwise.end());
-    const Ring<PanelFrame> wide = grown(counter_clockwise, kWeb);
+    const Ring<PanelFrame> wide = with_web(burnt);
     if (!wood_.on_free_wood(wide)) return false;
     const Region<PanelFrame> area(wide);
     const Box<PanelFrame> box = bounds(wide);
@@ -111,6 +109,18 @@ class Chooser {
   void take(const Region<PanelFrame>& burnt) { leads_.push_back(taken(burnt)); }
 
  private:
+  static Ring<PanelFrame> with_web(const Ring<PanelFrame>& burnt) {
+    Ring<PanelFrame> counter_clockwise = burnt;
+    if (signed_area(burnt) < 0) std::reverse(counter_clockwise.begin(), counter_clockwise.end());
+    return grown(counter_clockwise, kWeb);
+  }
+
+  // Whether no web would stay between a lead-in and the far side of a bay of its own piece.
+  static bool closes_a_bay(const LeadPiece& piece, const Ring<PanelFrame>& burnt) {
+    if (is_convex(piece.outline)) return false;
+    return unite(piece.allocation, Region<PanelFrame>(with_web(burnt))).micro_area().rings.size() != 1;
+  }
+
   double depth(std::size_t i, const Point<PanelFrame>& p) const {
     double least = kDeep;
     Box<PanelFrame> at;

@@ -16,6 +16,12 @@
 
 namespace veneer::planner {
 
+// Wood that stays between a lead-in and whatever else is cut: it holds the waste, which would fall out as soon as burns
+// enclosed it, booked by nobody.
+inline constexpr Millimetres kWeb{0.4};
+// The same between two pieces with curved borders (PlanOptions::web); no wider, because it costs wood all around each.
+inline constexpr Millimetres kPieceWeb{0.2};
+
 // A piece to be cut, in PanelFrame.
 struct LeadPiece {
   Ring<PanelFrame> outline;

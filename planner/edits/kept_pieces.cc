@@ -95,7 +95,7 @@ class Keeper {
           outlines.push_back(placements[i]->panel_from_artwork * problem_.queue[i].match.outline);
       if (outlines.empty()) continue;
       for (const Ring<PanelFrame>& outline : outlines) block(free, grown_rings(outline, wood.kerf()));
-      wood = FreeWood(free, options_.kerf, options_.position_margin);
+      wood = FreeWood(free, options_.kerf_and_web(), options_.margin_and_web());
       for (const Ring<PanelFrame>& outline : outlines) wood.allocate(outline);
       wood.settle();
     }

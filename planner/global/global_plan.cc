@@ -43,7 +43,7 @@ class GlobalPlanner {
         progress_(progress),
         stop_(stop) {
     for (const Problem::Task& task : problem.queue)
-      footprints_.emplace_back(task.match.outline, options.kerf + FreeWood::kSlack);
+      footprints_.emplace_back(task.match.outline, options.kerf_and_web() + FreeWood::kSlack);
     for (std::size_t i = 0; i < greedy.size(); ++i) {
       greedy_.chosen.emplace_back(), greedy_.costs.push_back(0);
       if (!greedy[i]) continue;

@@ -3,6 +3,7 @@
 // Two rules, for an outline grown by the kerf (and, towards wood that was never free, by the position margin):
 //   it touches no pixel square of the stock raster that is not free, and lies within the raster;
 //   it does not overlap the grown outline of an earlier placement (touching is allowed).
+// A web that is to stay around the kerf comes as half of it in the kerf, half in the margin (PlanOptions::web).
 // Both work on the polygons themselves, not on rotated masks. kSlack keeps them stricter than the ledger's arithmetic
 // on whole micrometres. Outlines are simple polygons, counter-clockwise: convex ones are grown with pointed corners and
 // compared by their sides; all others are grown and intersected as the ledger does it (base/polygon_ops.h), which takes

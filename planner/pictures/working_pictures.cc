@@ -132,7 +132,7 @@ Result<MatchPanel> working_panel(const StockPanel& panel, const PlanOptions& opt
   if (const Status added = wood.edges.add(*responses, options, stop, *mask); !added.ok()) return added.error();
   Raster<PanelFrame> features = *picture;
   features.pixels = *responses;
-  return MatchPanel{std::move(features), FreeWood(free, options.kerf, options.position_margin)};
+  return MatchPanel{std::move(features), FreeWood(free, options.kerf_and_web(), options.margin_and_web())};
 }
 
 // `rms`: what its edges answer on the mean.

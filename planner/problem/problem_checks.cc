@@ -27,6 +27,7 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.rotations, 1, 360)) return unusable("the number of rotations must lie between 1 and 360");
   if (!within(o.kerf.count(), 0, 10)) return unusable("the kerf must lie between 0 and 10 mm");
   if (!within(o.position_margin.count(), 0, 100)) return unusable("the position margin must lie between 0 and 100 mm");
+  if (!within(o.web.count(), 0, 10)) return unusable("the web between pieces must lie between 0 and 10 mm");
   if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
   if (!within(o.optimize_seconds, 0, 1e9))
     return unusable("the seconds of the optimisation must lie between 0 and 1e9");
@@ -86,7 +87,7 @@ Status check_patches(const Artwork& artwork, std::span<const StockPanel> stock, 
         fmt::format("a patch of \"{}\" has only {} x {} pixels at {} dpi: choose larger patches or a finer "
                     "working resolution",
                     artwork.name, pixels(width), pixels(height), options.dpi));
-  const Millimetres margin = (options.kerf + options.position_margin) * 2;
+  const Millimetres margin = (options.kerf_and_web() + options.margin_and_web()) * 2;
   const auto all_turns = turns(options.rotations);
   const bool fit = std::any_of(stock.begin(), stock.end(), [&](const StockPanel& panel) {
     return fits(width + margin, height + margin, panel.picture.width(), panel.picture.height(), all_turns);

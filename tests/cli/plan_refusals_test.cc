@@ -59,6 +59,7 @@ TEST_F(PlanRefusals, NumbersAreCheckedBeforeAnyPictureIsRead) {
   EXPECT_THAT(refused_early("--w-edge nan"), HasSubstr("the edge weight must lie between 0 and 1"));
   EXPECT_THAT(refused_early("--dpi 0"), HasSubstr("the working resolution must lie between 10 and 2400 dpi"));
   EXPECT_THAT(refused_early("--kerf-mm -1"), HasSubstr("the kerf must lie between 0 and 10 mm"));
+  EXPECT_THAT(refused_early("--web-mm -1"), HasSubstr("the web between pieces must lie between 0 and 10 mm"));
   EXPECT_THAT(refused_early("--patch-mm nan"), HasSubstr("the patch size must lie between 0.1 and 10000 mm"));
   EXPECT_THAT(refused_early("--threads -1"), HasSubstr("the number of threads must not be negative"));
   EXPECT_THAT(refused_early("--w-hist 2"), HasSubstr("the histogram weight"));

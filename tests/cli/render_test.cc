@@ -140,6 +140,8 @@ TEST(Render, ANewJobTellsWhatItsOptionsGained) {
                   {"fine_rotation", {{"cost_before", 12}, {"cost", 11.4}, {"moved", 3}}}}),
             "Choosing together: cost 12.00 instead of 16.00 (25.0 % less).\n"
             "3 pieces turned finely: cost 11.40 instead of 12.00 (5.0 % less).\n");
+  EXPECT_EQ(told({{"job", 7}, {"refined", {{"cost_before", 12}, {"cost_refined", 10}, {"cost", 9}, {"rounds", 2}}}}),
+            "Borders follow the picture: cost 9.00 instead of 12.00 (25.0 % less), wood chosen again 2 times.\n");
   EXPECT_EQ(told({{"job", 7},
                   {"global", {{"greedy_unfilled", 2}, {"stopped", true}, {"iterations", 50}, {"budget", 90}}},
                   {"fine_rotation", nullptr}}),
@@ -157,6 +159,7 @@ TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
       {"width_mm", 200},
       {"height_mm", 250},
       {"options", {{"patch_mm", 12}}},
+      {"refined", {{"cost_before", 12}, {"cost_refined", 9}, {"cost", 9}, {"rounds", 0}}},
       {"panels",
        {{{"panel", "P-0001"}, {"pieces", 200}, {"cut", 150}}, {{"panel", "P-2"}, {"pieces", 100}, {"cut", 0}}}}};
   EXPECT_EQ(render_job(job),
@@ -165,6 +168,7 @@ TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
             "Cut          [############------------]  50 %  150 of 300 pieces\n"
             "Suspect      2: look at these pieces before you use them\n"
             "Picture      200 x 250 mm, patches of 12.0 mm\n"
+            "Borders      follow the picture: cost 9.00 instead of 12.00 (25.0 % less)\n"
             "  PANEL   PIECES  CUT\n"
             "  P-0001     200  150\n"
             "  P-2        100    0\n");

@@ -12,7 +12,9 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "daemon/routes/cell_json.h"
+#include "daemon/services/plan_web.h"
 #include "daemon/store/calibration.h"
+#include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
@@ -91,6 +93,14 @@ class PlanServiceTest : public ::testing::Test {
     request.picture = png(planner::test::blob_artwork("A", 20, 20, 6_mm, 3).picture);
     request.size = Millimetres(6);
     request.options.patch = Millimetres(3), request.options.rotations = 2, request.options.threads = 1;
+    return request;
+  }
+  // With curved borders.
+  static JobRequest refined_job() {
+    JobRequest request = small_job();
+    request.size = Millimetres(12);
+    request.options.patch = Millimetres(6), request.options.dpi = 100;
+    request.options.refine = planner::Refine::kDp;
     return request;
   }
   static std::string png(const cv::Mat& picture) {
@@ -213,16 +223,72 @@ TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
                                                                   "it to rebuild: is it the right picture?"));
 }
 
-// On the twin 1 mm2 of wood fell out between curved pieces of 12 mm that nobody had booked.
-TEST_F(PlanServiceTest, RefinedBordersAreRefusedUntilChipsBetweenThemAreBooked) {
-  add_panel("P-0001", 255);
-  JobRequest request = small_job();
-  request.options.refine = planner::Refine::kDp;
-  const auto job = plan(request);
-  ASSERT_FALSE(job.ok());
-  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(job.error().message, ::testing::HasSubstr("refine=none"));
-  EXPECT_EQ(jobs(), 0U);
+TEST_F(PlanServiceTest, APlanWithRefinedBordersKeepsAWebOfWoodAroundEachPiece) {
+  add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
+  const auto job = plan(refined_job());
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_GT(to_json(*job)["refined"]["cost_before"], to_json(*job)["refined"]["cost"]);
+  const auto live = database_->call([](Repositories& r) { return r.ledger.live_allocations(PanelId{"P-0001"}); });
+  ASSERT_EQ(live->size(), 4U);
+  bool curved = false;
+  for (const auto& one : *live) {
+    curved = curved || one.outline.size() > 8;
+    const Region<PanelFrame> webbed = offset(one.area, planner::kPieceWeb - Millimetres(0.01), Corners::kRound);
+    for (const auto& other : *live) EXPECT_TRUE(one.id == other.id || !overlaps(webbed, other.area));
+  }
+  EXPECT_TRUE(curved);
+  // Straight ones may touch.
+  const auto straight = stored_plan(small_job());
+  ASSERT_TRUE(straight.ok()) << straight.error().message;
+  EXPECT_TRUE(to_json(*straight)["refined"].is_null());
+  const auto kept = database_->call([&](Repositories& r) { return r.plans.find(straight->plan); });
+  EXPECT_EQ(nlohmann::json::parse(kept->options_json)["web_mm"], 0);
+}
+
+TEST_F(PlanServiceTest, APlanIsNoJobWhenOtherWoodCameNearerThanItsWeb) {
+  add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
+  const auto stored = stored_plan(refined_job());
+  ASSERT_TRUE(stored.ok()) << stored.error().message;
+  const auto pieces = database_->call([&](Repositories& r) { return r.plans.patches(stored->plan); });
+  const auto kept = database_->call([&](Repositories& r) { return r.plans.find(stored->plan); });
+  const auto keeps = [&] {
+    return database_->call([&](Repositories& r) { return keeps_web(r, kept->options_json, *pieces); });
+  };
+  EXPECT_TRUE(keeps().ok());
+  Millimetres right{0};
+  for (const auto& piece : *pieces)
+    for (const auto& ring : piece.allocation.rings())
+      for (const auto& p : ring) right = std::max(right, p.x);
+  const auto write_off = [&](Millimetres from) {
+    const Ring<PanelFrame> strip{{from, 0_mm}, {from + 1_mm, 0_mm}, {from + 1_mm, 34_mm}, {from, 34_mm}};
+    return database_->call([&](Repositories& r) {
+      return r.ledger.write_off(PanelId{"P-0001"}, Region<PanelFrame>(strip), "test", "2026-01-01T00:00:00.000Z");
+    });
+  };
+  ASSERT_TRUE(write_off(right + 1.4_mm).ok());
+  EXPECT_TRUE(keeps().ok());
+  ASSERT_TRUE(write_off(right + 0.1_mm).ok());
+  ASSERT_FALSE(keeps().ok());
+  EXPECT_EQ(keeps().error().code, ErrorCode::kConflict);
+  EXPECT_THAT(keeps().error().message, ::testing::HasSubstr("less than 0.2 mm of wood"));
+}
+
+TEST_F(PlanServiceTest, ARefinedPlanIsChangedWithItsWeb) {
+  add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
+  const auto stored = stored_plan(refined_job());
+  ASSERT_TRUE(stored.ok()) << stored.error().message;
+  PlanService::Change change;
+  change.plan = stored->plan;
+  change.edits.replanned = {"A1-1"};
+  change.threads = 1;
+  const auto after = changed(change);
+  ASSERT_TRUE(after.ok()) << after.error().message;
+  const auto before = pieces_of(stored->plan), now = pieces_of(after->plan);
+  for (const auto& [mark, piece] : now) {
+    EXPECT_EQ(piece.artwork_outline, before.at(mark).artwork_outline) << mark;
+    const Region<PanelFrame> webbed = offset(piece.allocation, planner::kPieceWeb - Millimetres(0.01), Corners::kRound);
+    for (const auto& [other, its] : now) EXPECT_TRUE(mark == other || !overlaps(webbed, its.allocation));
+  }
 }
 
 TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {

@@ -188,6 +188,43 @@ TEST(LeadChoice, AFullPanelFindsOneForNearlyEveryPiece) {
   EXPECT_GE(found(leads), 295);
 }
 
+// A square whose sides are waves, in short straight steps as flattened curves are.
+Ring<PanelFrame> wavy_square(double x, double y, double side, cv::RNG& random) {
+  constexpr int kSteps = 24;
+  Ring<PanelFrame> out;
+  const Ring<PanelFrame> corners = square(x, y, side);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto &a = corners[k], &b = corners[(k + 1) % 4];
+    const double ux = (b.x - a.x).count() / side, uy = (b.y - a.y).count() / side;
+    const double height = random.uniform(-2.5, 2.5), waves = random.uniform(1, 4);
+    for (int i = 0; i < kSteps; ++i) {
+      const double t = static_cast<double>(i) / kSteps;
+      const double along = t * side, aside = height * std::sin(kPi * t) * std::sin(waves * kPi * t);
+      out.push_back(point<PanelFrame>(a.x.count() + ux * along - uy * aside, a.y.count() + uy * along + ux * aside));
+    }
+  }
+  return out;
+}
+
+// On the bed the same outline begins elsewhere, is mirrored and rounded anew: its lead-in must end where it was booked.
+TEST(LeadChoice, CurvedPiecesAreBurntWhereTheyAreBooked) {
+  std::ptrdiff_t with_lead = 0;
+  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+    cv::RNG random(seed);
+    std::vector<LeadPiece> pieces;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) pieces.push_back(lead_piece(wavy_square(12 + 18.5 * c, 12 + 18.5 * r, 12, random)));
+    const LeadRoom room = sheet(75, 75);
+    const auto leads = choose_leads(pieces, room, options());
+    ASSERT_TRUE(leads.ok()) << leads.error().message;
+    expect_good(pieces, room, *leads);
+    expect_burnt_where_booked(pieces, *leads);
+    with_lead += found(leads);
+    ASSERT_FALSE(HasFailure()) << "seed " << seed;
+  }
+  EXPECT_GE(with_lead, 240) << "of 270";
+}
+
 RC_GTEST_PROP(LeadChoice, TakesNobodysWoodWhateverTheOutlines, ()) {
   // Stars of random radii in a loose lattice, on wood with random stains.
   std::vector<LeadPiece> pieces;

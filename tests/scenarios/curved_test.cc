@@ -1,0 +1,81 @@
+// A job with curved borders: whatever falls out of the panel is a piece, and booked, at every moment.
+#include <gmock/gmock.h>
+#include <signal.h>
+
+#include <fstream>
+
+#include "tests/scenarios/operated_cell.h"
+
+namespace veneer::tests {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Curved : public OperatedCell {
+ protected:
+  // In place of the prepared job, whose wood is released.
+  void plan_curved() {
+    ASSERT_EQ(post(fmt::format("/jobs/{}/cancel", kJob)), "");
+    std::ifstream file(dir_.parent_path() / "target.png", std::ios::binary);
+    auto started =
+        cell_->api().request("POST", "/jobs?name=curved&size_mm=48&patch_mm=12&refine=dp&rematch=2&optimize=global",
+                             std::string{std::istreambuf_iterator<char>(file), {}}, "application/octet-stream");
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    const auto planned = cell_->api().wait_task((*started)["task"]);
+    ASSERT_TRUE(planned.ok()) << planned.error().message;
+    ASSERT_TRUE((*planned)["refined"].is_object()) << planned->dump();
+    EXPECT_LT((*planned)["refined"]["cost"], (*planned)["refined"]["cost_before"]);
+    job_ = (*planned)["job"];
+    const json told = get(fmt::format("/jobs/{}", job_));
+    EXPECT_EQ(told["refined"], (*planned)["refined"]);
+    EXPECT_EQ(told["options"]["web_mm"], 0.2);
+    std::size_t corners = 0;
+    const json pieces = get(fmt::format("/jobs/{}/pieces", job_));
+    for (const auto& piece : pieces["pieces"]) corners += piece["panel_outline_mm"].size();
+    EXPECT_GT(corners, 16U * 8) << "the pieces are curved";
+    story_->resume({}, {job_});
+  }
+
+  // The whole of it, with what is wrong where.
+  std::string proof() const {
+    std::ifstream file(dir_ / "proof.json");
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  std::int64_t job_ = 0;
+};
+
+TEST_F(Curved, PiecesAndNothingElseFallOut) {
+  ASSERT_NO_FATAL_FAILURE(plan_curved());
+  const Status cut = story_->cut(job_);
+  ASSERT_TRUE(cut.ok()) << cut.error().message;
+  EXPECT_THAT(red(), IsEmpty()) << proof();
+  EXPECT_EQ(get(fmt::format("/jobs/{}", job_))["state"], "complete");
+}
+
+// Neighbours of pieces that are out stay whole, and what lies between them stays in the panel.
+TEST_F(Curved, AKilledDaemonLeavesTheLedgerTrueBetweenNeighbours) {
+  ASSERT_NO_FATAL_FAILURE(plan_curved());
+  ASSERT_EQ(post("/commands/reset"), "");
+  ASSERT_EQ(post(fmt::format("/jobs/{}/start", job_)), "");
+  lay();
+  wait_found();
+  signal_at_burn(cell_->daemon_pid(), SIGKILL, 360);
+  ASSERT_EQ(post("/commands/unsuspend"), "");
+  ASSERT_EQ(cell_->wait_daemon(), 128 + SIGKILL);
+  ASSERT_TRUE(cell_->start_daemon().ok());
+  EXPECT_EQ(get("/status")["state"], "Aborted");
+  const json job = get(fmt::format("/jobs/{}", job_));
+  EXPECT_GE(job["cut"], 4);
+  EXPECT_LT(job["cut"], 16);
+  lift();
+  for (const std::string& figure : red()) {
+    EXPECT_THAT(figure, ::testing::Not(HasSubstr("ledger_matches_burn"))) << proof();
+    EXPECT_THAT(figure, ::testing::Not(HasSubstr("edge_"))) << proof();
+  }
+}
+
+}  // namespace
+}  // namespace veneer::tests
