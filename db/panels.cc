@@ -178,10 +178,11 @@ Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask) {
 
 Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
-    SQLite::Statement rows(connection,
-                           "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2 FROM masks AS "
-                           "m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? "
-                           "ORDER BY m.version DESC");
+    SQLite::Statement rows(
+        connection,
+        "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2 FROM masks AS "
+        "m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? "
+        "ORDER BY m.version DESC");
     rows.bind(1, panel.value);
     std::vector<MaskRecord> out;
     while (rows.executeStep())

@@ -24,9 +24,9 @@ struct PanelRecord {
   PanelId id;  // "P-0001"
   std::string name;
   Millimetres width, height;
-  int mask_version = 1;             // of map and mask: counts up from 1; the highest is what counts
-  std::string map_file, mask_file;  // of that version, as the daemon named them; empty until stitched
-  std::string map_hash;             // SHA-256 of the map file
+  int mask_version = 1;                     // of map and mask: counts up from 1; the highest is what counts
+  std::string map_file, mask_file;          // of that version, as the daemon named them; empty until stitched
+  std::string map_hash;                     // SHA-256 of the map file
   std::optional<SquareMillimetres> usable;  // what that mask calls usable; nothing while nobody has counted it
   std::string created_at;
   std::optional<PanelId> parent;  // a remnant's panel before it; null for a fresh sheet

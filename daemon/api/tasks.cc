@@ -118,8 +118,8 @@ struct TaskRegistry::Entry {
   bool untold = false;  // something has changed since
 };
 
-TaskRegistry::TaskRegistry(boost::asio::io_context& reactor, const Clock& clock,
-                           std::unique_ptr<OneShotTimer> timer, std::function<void(const TaskView&)> on_change)
+TaskRegistry::TaskRegistry(boost::asio::io_context& reactor, const Clock& clock, std::unique_ptr<OneShotTimer> timer,
+                           std::function<void(const TaskView&)> on_change)
     : clock_(clock), timer_(std::move(timer)), on_change_(std::move(on_change)), gate_(std::make_shared<TaskGate>()) {
   gate_->reactor = &reactor;
   gate_->registry = this;

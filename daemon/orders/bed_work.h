@@ -29,15 +29,15 @@ struct LookAtBed {
 };
 // JPEG for people in the work's folder, with what was found drawn in.
 inline constexpr const char* kMadeBedPicture = "bed.jpg";
+struct SeenPose {
+  PanelId panel;
+  Face face_up = Face::kBack;
+  Isometry2<BedFrame, PanelFrame> bed_from_panel;
+  Millimetres rms{0};
+};
 struct BedSeen {
   std::vector<int> tags;
-  struct Pose {
-    PanelId panel;
-    Face face_up = Face::kBack;
-    Isometry2<BedFrame, PanelFrame> bed_from_panel;
-    Millimetres rms{0};
-  };
-  std::optional<Pose> pose;
+  std::optional<SeenPose> pose;
   std::string why_none;  // with `why_code`: why no pose is proven
   int why_code = 0;      // ErrorCode
 };
@@ -46,7 +46,7 @@ Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path&
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, tags, camera, height, panels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen::Pose, panel, face_up, bed_from_panel, rms)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, pose, why_none, why_code)
 
 }  // namespace veneer::daemon

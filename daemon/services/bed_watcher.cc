@@ -193,7 +193,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   if (!seen) return seen.error();
   if (!ready) return ready.error();
   if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
-  const BedSeen::Pose& pose = *seen->pose;
+  const SeenPose& pose = *seen->pose;
   return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
 }
 

@@ -272,8 +272,8 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
     if (const Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
     // A panel from before zones were kept gets them now.
     if (const Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
-    const auto version =
-        r.panels.add_mask(panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable});
+    const auto version = r.panels.add_mask(
+        panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable});
     return version ? Ok() : Status(version.error());
   });
   if (!written) return written.error();

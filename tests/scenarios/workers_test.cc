@@ -113,8 +113,8 @@ TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
                                                 "flood",      "memory",       "late-kill",  "late-crash", "late-leave",
                                                 "late-throw", "late-garbage", "late-memory"};
   const std::string picture = target();
-  // Those that can be begun beside a cut. A look at the bed is the cut's own (below); fits and views of the camera's and
-  // the laser's calibrations need the laser idle: their processes are the same (worker_processes_test).
+  // Those that can be begun beside a cut. A look at the bed is the cut's own (below); fits and views of the camera's
+  // and the laser's calibrations need the laser idle: their processes are the same (worker_processes_test).
   struct Kind {
     const char* name;
     const char* told;

@@ -97,7 +97,8 @@ class ApiServer {
   daemon::Router router_;
   daemon::EventHub hub_;
   daemon::ConsoleLinks links_{clock_};
-  daemon::TaskRegistry tasks_{reactor_, steady_, daemon::make_reactor_timer(reactor_), [this](const daemon::TaskView& task) {
+  daemon::TaskRegistry tasks_{reactor_, steady_, daemon::make_reactor_timer(reactor_),
+                              [this](const daemon::TaskView& task) {
                                 hub_.broadcast({{"type", "task"}, {"task", daemon::to_json(task)}});
                               }};
   std::unique_ptr<daemon::HttpServer> server_;

@@ -17,8 +17,8 @@ namespace veneer::daemon {
 namespace {
 
 using std::chrono::seconds;
-using testing::HandTimer;
 using ::testing::ElementsAre;
+using testing::HandTimer;
 
 struct NoteBook final : ServiceNotifier {
   void notify(const std::string& note) override { notes.push_back(note); }
