@@ -77,7 +77,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   progress(0.82, "finding usable wood");
   auto earlier = read_stored_raster(order.earlier_mask);
   if (!earlier) return earlier.error();
-  auto mask = calib::mask_veneer(*map, *order.known, {}, &*earlier);
+  const calib::EarlierLook look{*before, *earlier};
+  auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
   if (!mask) return mask.error();
   return write_panel(*map, *mask, folder, out);
 }
