@@ -8,6 +8,7 @@
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/power.h"
 #include "cli/render.h"
 
 namespace veneer::cli {
@@ -46,11 +47,13 @@ void add_unsuspend(CLI::App& parent, CommandContext& context) {
 
 void add_frame(CLI::App& parent, CommandContext& context) {
   const auto power = std::make_shared<double>(0);
-  CLI::App* frame = parent.add_subcommand("frame", "Trace the outline of what is about to be cut, dark");
-  frame->add_option("--power", *power, "Not dark but with this power, in per cent of the rated one")
-      ->check(CLI::Range(0.0, 100.0));
+  CLI::App* frame = parent.add_subcommand(
+      "frame", "Trace the outline of what is about to be cut, with the beam off unless --power is given");
+  add_power_option(
+      *frame, "--power", [power](double given) { *power = given; },
+      "With the beam on, as in 2% of the rated power: the wood under it is written off");
   frame->callback([&context, power] {
-    context.finish(context.client().post("/commands/frame", {{"power", *power / 100}}), render_state);
+    context.finish(context.client().post("/commands/frame", {{"power", *power}}), render_state);
   });
 }
 

@@ -89,4 +89,13 @@ Status write_file(const std::string& path, const std::string& bytes) {
   return Ok();
 }
 
+void save_parts(const CommandContext& context, const std::string& target, const std::vector<SavedPart>& parts) {
+  for (const SavedPart& wanted : parts) {
+    if (wanted.file.empty()) continue;
+    const auto bytes = context.client().get_bytes(target + wanted.part);
+    if (!bytes) fail(bytes.error());
+    if (Status written = write_file(wanted.file, *bytes); !written) fail(written.error());
+  }
+}
+
 }  // namespace veneer::cli

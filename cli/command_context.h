@@ -39,6 +39,25 @@ int run(CLI::App& app, int argc, char** argv);
 // A file for the API, kNotFound or kInvalidArgument in words when it cannot be read.
 Result<std::string> read_file(const std::string& path);
 Status write_file(const std::string& path, const std::string& bytes);
+// Saves what the API has at `target` + part in each file that is named; ends the command where that fails.
+struct SavedPart {
+  std::string file;  // "": not wanted
+  const char* part;  // "/preview.png"
+};
+void save_parts(const CommandContext& context, const std::string& target, const std::vector<SavedPart>& parts);
+
+// What the cell asks a person to see to before the beam comes on (`confirm` of the status) and is not in `confirmed`
+// (--confirm) is asked for at a terminal, "`what` Seen to: ...?". The whole of it then, or as it was when nothing is
+// asked. Without a terminal kInvalidArgument writes out the --confirm that are missing; kCancelled when the answer is
+// no.
+Result<std::vector<std::string>> seen_to(const CommandContext& context, std::vector<std::string> confirmed,
+                                         const std::string& what);
+// The same; ends the command where that fails.
+std::vector<std::string> seen_to_or_fail(const CommandContext& context, std::vector<std::string> confirmed,
+                                         const std::string& what = "The laser will move and burn.");
+// Asks at the terminal.
+bool yes(const std::string& question);
+bool at_terminal();
 
 // --confirm WHAT, as often as needed.
 void add_confirm_option(CLI::App& command, std::vector<std::string>& confirmed);
@@ -50,7 +69,7 @@ void add_job_stop(CLI::App& job, CommandContext& context);
 void add_stop_command(CLI::App& app, CommandContext& context);
 void add_cell_commands(CLI::App& app, CommandContext& context);    // status, stop, hold, ..., console
 void add_panel_commands(CLI::App& app, CommandContext& context);   // panel scan|list|show, calibrate, certificates
-void add_job_commands(CLI::App& app, CommandContext& context);     // job new|list|show|start|hold|..., task
+void add_job_commands(CLI::App& app, CommandContext& context);     // job new|plan|list|start|hold|..., task
 void add_laser_commands(CLI::App& app, CommandContext& context);   // laser test-pattern|run|jog|here|override
 void add_recipe_commands(CLI::App& app, CommandContext& context);  // recipe ..., panel material, job export
 void add_sim_commands(CLI::App& app, CommandContext& context);     // sim ...

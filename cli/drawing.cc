@@ -5,11 +5,28 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace veneer::cli {
 namespace {
 
 using nlohmann::json;
+
+// As json::parse, and kInvalidArgument also for a key that stands twice in one object, of which readers take either.
+Result<json> parse_once(const std::string& text) {
+  std::vector<std::set<std::string>> open;
+  std::optional<std::string> twice;
+  const auto see = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) open.emplace_back();
+    if (event == json::parse_event_t::object_end) open.pop_back();
+    if (event == json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
+      twice = parsed.get<std::string>();
+    return true;
+  };
+  json value = json::parse(text, see, false);
+  if (twice) return unusable(fmt::format("\"{}\" is given twice: give it once", *twice));
+  return value;
+}
 
 Error in_stroke(std::size_t index, const std::string& what) {
   return {ErrorCode::kInvalidArgument, fmt::format("stroke {}: {}", index, what)};
@@ -56,7 +73,9 @@ Result<DrawnLine> read_stroke(const json& stroke, std::size_t index) {
 }  // namespace
 
 Result<Drawing> read_strokes(const std::string& text) {
-  const json file = json::parse(text, nullptr, false);
+  const auto parsed = parse_once(text);
+  if (!parsed) return parsed.error();
+  const json& file = *parsed;
   if (!file.is_object() || !file.contains("strokes") || !file["strokes"].is_array())
     return Error{ErrorCode::kInvalidArgument,
                  "it is neither an SVG (.svg) nor strokes as JSON: {\"schema_version\": 1, \"strokes\": [...]}"};

@@ -3,7 +3,7 @@
 //
 // SVG: paths, lines, polylines, polygons, rectangles, circles and ellipses with all their transforms, as outlines; the
 // page's lower left corner is (0, 0). What would be burnt otherwise than it looks (text, pictures, clones, clips) is
-// refused by name. JSON: docs/LASER.md.
+// refused by name. JSON: docs/LASER.md, docs/schemas/strokes.schema.json.
 #pragma once
 
 #include <array>

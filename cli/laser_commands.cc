@@ -1,8 +1,6 @@
 // laser test-pattern|run|jog|here|override.
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +8,7 @@
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/power.h"
 #include "cli/run_command.h"
 
 namespace veneer::cli {
@@ -33,23 +32,6 @@ std::string render_overrides(const json& reply) {
   const json& wanted = member(reply, "overrides_wanted");
   return fmt::format("Feed {} %, rapid {} %, power {} % of what is asked for, until the job or pattern ends.\n",
                      whole_or(wanted, "feed", 100), whole_or(wanted, "rapid", 100), whole_or(wanted, "power", 100));
-}
-
-// What the cell asks by name before the beam comes on. A person at a terminal is asked for it; a script that runs this
-// command says with it that all of it was seen to.
-Result<std::vector<std::string>> seen_to(const CommandContext& context) {
-  const auto status = context.client().get("/status");
-  if (!status) return status.error();
-  std::vector<std::string> names;
-  if (const json& asked = member(*status, "confirm"); asked.is_array())
-    for (const json& name : asked)
-      if (name.is_string()) names.push_back(name.get<std::string>());
-  if (names.empty() || ::isatty(STDIN_FILENO) == 0) return names;
-  std::cerr << fmt::format("The laser will move and burn. Seen to: {}? [y/N] ", fmt::join(names, ", ")) << std::flush;
-  std::string answer;
-  std::getline(std::cin, answer);
-  if (answer == "y" || answer == "Y" || answer == "yes") return names;
-  return Error{ErrorCode::kCancelled, "nothing was burnt"};
 }
 
 void add_test_pattern(CLI::App& laser, CommandContext& context) {
@@ -77,11 +59,7 @@ void add_test_pattern(CLI::App& laser, CommandContext& context) {
                     "Lihuiyu board: there, --dry");
   add_confirm_option(*command, options->confirmed);
   command->callback([options, &context] {
-    if (!options->dry && !options->check && options->confirmed.empty()) {
-      auto names = seen_to(context);
-      if (!names) fail(names.error());
-      options->confirmed = std::move(*names);
-    }
+    if (!options->dry && !options->check) options->confirmed = seen_to_or_fail(context, options->confirmed);
     json body = {{"size_mm", options->size_mm},
                  {"dry", options->dry},
                  {"check", options->check},
@@ -99,9 +77,11 @@ void add_jog(CLI::App& laser, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* jog = laser.add_subcommand("jog", "Move the head, dark, while no job runs");
-  jog->add_option("--x-mm", options->x, "So far to the right");
-  jog->add_option("--y-mm", options->y, "So far away from you");
-  jog->add_option("--speed-mm-s", options->speed, "How fast")->check(CLI::PositiveNumber)->capture_default_str();
+  jog->add_option("--x-mm", options->x, "How far to the right, in millimetres; negative: to the left");
+  jog->add_option("--y-mm", options->y, "How far away from the operator, in millimetres; negative: towards");
+  jog->add_option("--speed-mm-s", options->speed, "Speed of the head, dark")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   jog->add_flag("--stop", options->stop, "End the jog that is on");
   jog->callback([options, &context] {
     if (options->stop) return context.finish(context.client().post("/laser/jog/stop"), render_stop);
@@ -118,10 +98,17 @@ void add_override(CLI::App& laser, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = laser.add_subcommand(
       "override", "Turn speed and power while a job runs, in per cent of what it asks for; what is not named stays");
-  command->add_option("--feed", options->feed,
-                      "Of burning moves, 25 to 200; above 100 the power has to come down as far");
-  command->add_option("--rapid", options->rapid, "Of dark moves: 25, 50 or 100");
-  command->add_option("--power", options->power, "Of the beam, 10 to 200");
+  add_percent_option(
+      *command, "--feed", kFeedOverride, [options](int percent) { options->feed = percent; },
+      fmt::format("Speed of burning moves, {} to {}; above 100 the power has to come down as far", kFeedOverride.least,
+                  kFeedOverride.most));
+  add_percent_option(
+      *command, "--rapid", kRapidOverride, [options](int percent) { options->rapid = percent; },
+      "Speed of dark moves: 25, 50 or 100");
+  add_percent_option(
+      *command, "--power", kPowerOverride, [options](int percent) { options->power = percent; },
+      fmt::format("Power of the beam, {} to {}: never above what was asked for", kPowerOverride.least,
+                  kPowerOverride.most));
   command->callback([options, &context] {
     json body = json::object();
     if (options->feed) body["feed"] = *options->feed;

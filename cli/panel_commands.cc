@@ -28,13 +28,6 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   });
 }
 
-void save_picture(const CommandContext& context, const std::string& target, const std::string& file) {
-  if (file.empty()) return;
-  const auto picture = context.client().get_bytes(target);
-  if (!picture) fail(picture.error());
-  if (Status written = write_file(file, *picture); !written) fail(written.error());
-}
-
 void add_panel_show(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, map, stock;
@@ -47,10 +40,7 @@ void add_panel_show(CLI::App& panel, CommandContext& context) {
   show->callback([options, &context] {
     const std::string target = "/panels/" + url_encode(options->id);
     const auto view = context.client().get(target);
-    if (view) {
-      save_picture(context, target + "/map.png", options->map);
-      save_picture(context, target + "/stock.png", options->stock);
-    }
+    if (view) save_parts(context, target, {{options->map, "/map.png"}, {options->stock, "/stock.png"}});
     context.finish(view, render_panel);
   });
 }
@@ -78,6 +68,7 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {
     json body = {{"more", options->more}};
+    if (options->device == "laser") options->confirmed = seen_to_or_fail(context, options->confirmed);
     if (!options->confirmed.empty()) body["confirmed"] = options->confirmed;
     if (options->height_mm) body["height_mm"] = *options->height_mm;
     if (options->board_width_mm) body["board_width_mm"] = *options->board_width_mm;

@@ -24,7 +24,7 @@ using planner::Artwork;
 using planner::StockPanel;
 
 struct PanelArgument {
-  std::string picture, mask, id, species, dpi_text;
+  std::string picture, mask, id, material, dpi_text;
   double dpi = 300;
 };
 
@@ -41,12 +41,15 @@ Result<double> number_of(const std::string& text, const std::string& what) {
   return value;
 }
 
-// IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME]; a comma in a file's name is taken as part of it when no key
-// follows.
+// IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,material=NAME]; a comma in a file's name is taken as part of it when no key
+// follows. species= is read as material=.
 Result<PanelArgument> panel_argument(const std::string& text) {
   PanelArgument panel;
-  const std::pair<std::string, std::string*> keys[] = {
-      {"mask=", &panel.mask}, {"dpi=", &panel.dpi_text}, {"id=", &panel.id}, {"species=", &panel.species}};
+  const std::pair<std::string, std::string*> keys[] = {{"mask=", &panel.mask},
+                                                       {"dpi=", &panel.dpi_text},
+                                                       {"id=", &panel.id},
+                                                       {"material=", &panel.material},
+                                                       {"species=", &panel.material}};
   std::string* open = &panel.picture;
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t comma = std::min(text.find(',', from), text.size());
@@ -70,7 +73,7 @@ Result<PanelArgument> panel_argument(const std::string& text) {
                                   key.substr(0, key.size() - 1), key));
   const std::size_t equals = panel.picture.rfind('='), comma = panel.picture.rfind(',');
   if (comma < equals && equals != std::string::npos && !fs::exists(panel.picture))
-    return unusable(fmt::format("--panel {} holds \"{}\", but only mask=, dpi=, id= and species= may follow a picture",
+    return unusable(fmt::format("--panel {} holds \"{}\", but only mask=, dpi=, id= and material= may follow a picture",
                                 text, panel.picture.substr(comma + 1, equals - comma)));
   if (!panel.dpi_text.empty()) {
     const Result<double> dpi = number_of(panel.dpi_text, "the dpi of --panel " + text);
@@ -99,7 +102,7 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
     return unusable(fmt::format("the dpi of panel {} must lie between 1 and 10000", argument.id));
   StockPanel panel;
   panel.id = {argument.id};
-  panel.species = argument.species;
+  panel.species = argument.material;
   // Decoding is most of what a small plan waits for before its work begins.
   auto beside = std::async(std::launch::async, [&]() -> Result<cv::Mat> {
     if (argument.mask.empty()) return cv::Mat();
@@ -141,11 +144,12 @@ void add_plan_option(CLI::App& command, const planner::NamedOption& option, plan
 
 void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
   command.add_option("--target", arguments.targets, "A picture to rebuild in wood (repeatable)")->required();
-  command.add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,species=NAME] (repeatable)")
+  command
+      .add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,material=NAME] (repeatable)")
       ->required();
-  command.add_option("--wood", arguments.woods, "Use only panels of this species (repeatable)");
-  command.add_option("--wood-weight", arguments.wood_weights,
-                     "SPECIES=F: count the area of this species F times when tones are mapped (repeatable)");
+  command.add_option("--material,--wood", arguments.woods, "Use only panels of this material (repeatable)");
+  command.add_option("--material-weight,--wood-weight", arguments.wood_weights,
+                     "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
   command.add_option("--size-mm", arguments.size_mm, "Length of the picture's shorter side, in millimetres")
       ->capture_default_str();
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -192,8 +196,9 @@ Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
   }
   for (const std::string& text : arguments.wood_weights) {
     const std::size_t equals = text.rfind('=');
-    if (equals == std::string::npos) return unusable(fmt::format("--wood-weight {} is not SPECIES=NUMBER", text));
-    const Result<double> weight = number_of(text.substr(equals + 1), "the number of --wood-weight " + text);
+    if (equals == std::string::npos)
+      return unusable(fmt::format("--material-weight {} is not MATERIAL=NUMBER: write it so", text));
+    const Result<double> weight = number_of(text.substr(equals + 1), "the number of --material-weight " + text);
     if (!weight.ok()) return weight.error();
     if (Status status = planner::weigh_tones(stock, text.substr(0, equals), *weight); !status.ok())
       return status.error();

@@ -39,8 +39,7 @@ using Clock = std::chrono::steady_clock;
 struct PlanCommandArguments {
   PlanArguments plan;
   EditArguments edits;
-  std::string layout = "grid", refine = "none", curves = "g0", formats = "svg,json";
-  double overlap_mm = 0;
+  std::string layout = "grid", formats = "svg,json";
   std::string out;
   std::string segmentation;
 };
@@ -51,9 +50,6 @@ void refuse_what_is_not_there(const PlanCommandArguments& a) {
     if (!there) end(kUnusableArguments, fmt::format("{} is not available in this version: {}", option, what_is_there));
   };
   only(a.layout == "grid", "--layout " + a.layout, "pictures are cut into squares, --layout grid");
-  only(a.refine == "none", "--refine " + a.refine, "borders stay where the layout draws them, --refine none");
-  only(a.curves == "g0", "--curves " + a.curves, "borders are straight and meet at corners, --curves g0");
-  only(a.overlap_mm == 0, fmt::format("--overlap-mm {}", a.overlap_mm), "pieces do not overlap, --overlap-mm 0");
   only(a.segmentation.empty(), "--segmentation", "the picture is not segmented, --layout grid");
 }
 
@@ -84,10 +80,15 @@ std::int64_t peak_rss_bytes() {
   return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
 }
 
-Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, const fs::path& out) {
+// Adds what the previews cost to `cost`.
+Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
+                      const fs::path& out, planner::PreviewCost& cost) {
   for (std::size_t i = 0; i < plan.artworks.size(); ++i) {
     const auto preview = planner::assemble_preview(plan, i, stock, ScanResolution::from_dpi(plan.dpi));
     if (!preview.ok()) return preview.error();
+    const auto own_cost = planner::preview_cost(plan, i, *preview, options);
+    if (!own_cost.ok()) return own_cost.error();
+    cost += *own_cost;
     // Several pictures: preview.png is the first, the others carry their letter.
     const fs::path path = out / (i == 0 ? "preview.png" : fmt::format("preview-{}.png", plan.artworks[i].letter));
     if (Status status = write_picture(preview->pixels, path); !status.ok()) return status;
@@ -111,16 +112,16 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
   return Ok();
 }
 
-// Adds to the plan's warnings what the cut files had to leave out.
-Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const std::set<std::string>& formats,
-                   const fs::path& out) {
+// Adds to the plan's warnings what the cut files had to leave out, and to `cost` what the previews cost.
+Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
+                   const std::set<std::string>& formats, const fs::path& out, planner::PreviewCost& cost) {
   // plan.json is always there: everything else can be made from it again.
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
-  Status shown = write_previews(plan, stock, out);
+  Status shown = write_previews(plan, stock, options, out, cost);
   if (Status status = drawn.get(); !status.ok()) return status;
   plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
   return shown;
@@ -169,6 +170,16 @@ void tell_gain(const planner::GlobalReport& global) {
   }
 }
 
+void tell_gain(const planner::RefineReport& refined) {
+  const auto less = [&](double cost) { return refined.cost_before > 0 ? 100 * (1 - cost / refined.cost_before) : 0.0; };
+  std::cerr << fmt::format("veneerctl: borders refined, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
+                           refined.cost_refined, refined.cost_before, less(refined.cost_refined));
+  if (!refined.rounds.empty())
+    std::cerr << fmt::format(
+        "veneerctl: wood chosen again {} times for the refined shapes, cost {:.2f} ({:.1f} % less)\n",
+        refined.rounds.size(), refined.cost, less(refined.cost));
+}
+
 void tell_gain(const planner::FineReport& fine) {
   std::cerr << fmt::format("veneerctl: {} pieces turned finely, cost {:.2f} instead of {:.2f} ({:.1f} % less)\n",
                            fine.moved, fine.cost, fine.cost_before,
@@ -196,12 +207,15 @@ void run_plan(const PlanCommandArguments& arguments) {
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
   Plan plan = plan_with_journal(artworks, stock, options, journal);
-  or_fail(write_files(plan, stock, formats, arguments.out));
+  planner::PreviewCost preview;
+  or_fail(write_files(plan, stock, options, formats, arguments.out, preview));
   spent.total = seconds();
-  const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads);
+  const std::string report =
+      planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads, preview.per_pixel());
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
+  if (plan.refined) tell_gain(*plan.refined);
   std::error_code ignored;
   fs::remove(journal, ignored);
   warn(plan.warnings);
@@ -222,12 +236,8 @@ void add_plan_command(CLI::App& app) {
           "Without --interleave: the share of each picture's patches, its most salient, that choose before all "
           "others")
       ->capture_default_str();
-  // One value each so far; others are refused by name.
+  // One value so far; others are refused by name.
   plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")->capture_default_str();
-  plan->add_option("--refine", arguments->refine, "How borders between patches are refined")->capture_default_str();
-  plan->add_option("--curves", arguments->curves, "How smooth borders between patches are")->capture_default_str();
-  plan->add_option("--overlap-mm", arguments->overlap_mm, "How far patches extend over their borders, in millimetres")
-      ->capture_default_str();
   plan->add_option("--segmentation", arguments->segmentation)->group("");
   add_plan_only_arguments(*plan, arguments->plan);
   add_edit_arguments(*plan, arguments->edits);

@@ -8,6 +8,7 @@
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/power.h"
 #include "cli/render.h"
 
 namespace veneer::cli {
@@ -38,7 +39,10 @@ void add_set(CLI::App& recipe, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember({"cut", "engrave"}));
   set->add_option("--speed-mm-s", options->speed_mm_s, "Speed of the head")->required()->check(CLI::PositiveNumber);
-  set->add_option("--power", options->power, "Fraction of the rated power, 0 to 1")->required();
+  add_power_option(
+      *set, "--power", [options](double power) { options->power = power; },
+      "Power of the beam, as in 60% of the rated one")
+      ->required();
   set->add_option("--passes", options->passes, "How often the path is burnt")->capture_default_str();
   set->add_flag("--no-air", options->no_air, "Without air assist");
   set->add_option("--kerf-back-mm", options->kerf_back_mm,
@@ -86,11 +90,11 @@ void add_card(CLI::App& recipe, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* card = recipe.add_subcommand(
-      "card", "A test card for a wood: a field for every power and speed. --out draws it, --burn burns it");
+      "card", "A test card for a material: a field for every power and speed. --out draws it, --burn burns it");
   card->add_option("OPERATION", options->operation, "cut (squares to fall out) or engrave (filled squares)")
       ->check(CLI::IsMember({"cut", "engrave"}))
       ->capture_default_str();
-  card->add_option("--powers", options->powers, "Fractions of the rated power, one row each")->delimiter(',');
+  add_powers_option(*card, "--powers", options->powers, "As in 20%,40%,60% of the rated power: one row each");
   card->add_option("--speeds-mm-s", options->speeds_mm_s, "One column each")->delimiter(',');
   card->add_option("--passes", options->passes, "cut: how often each square is burnt")->capture_default_str();
   card->add_option("--side-mm", options->side_mm, "Side of a field [8]");
@@ -117,7 +121,7 @@ void add_card(CLI::App& recipe, CommandContext& context) {
     if (options->x_mm) body["x_mm"] = *options->x_mm, body["y_mm"] = *options->y_mm;
     if (options->burn) {
       body["dry"] = options->dry;
-      body["confirmed"] = options->confirmed;
+      body["confirmed"] = options->dry ? options->confirmed : seen_to_or_fail(context, options->confirmed);
       return context.finish(context.run_task(context.client().post("/laser/test-card", body)), [](const json& result) {
         return std::string(flag_or(result, "dry", false) ? "The card ran with the beam off.\n"
                                                          : "The card is burnt.\n");
@@ -138,7 +142,7 @@ void add_material(CLI::App& panel, CommandContext& context) {
     std::optional<int> zone;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = panel.add_subcommand("material", "Say what wood a panel is, so that its recipe is taken");
+  CLI::App* command = panel.add_subcommand("material", "Say of which material a panel is, so that its recipe is taken");
   command->add_option("PANEL", options->id, "Its name")->required();
   command->add_option("MATERIAL", options->material, "As in `recipe set`")->required();
   command->add_option("--zone", options->zone, "Only this strip, counted from the left; see `panel show`");
@@ -176,7 +180,7 @@ void add_export(CLI::App& job, CommandContext& context) {
 }  // namespace
 
 void add_recipe_commands(CLI::App& app, CommandContext& context) {
-  CLI::App* recipe = app.add_subcommand("recipe", "How each wood is cut and engraved");
+  CLI::App* recipe = app.add_subcommand("recipe", "How each material is cut and engraved");
   recipe->require_subcommand(1);
   recipe->add_subcommand("list", "All recipes")->callback([&context] {
     context.finish(context.client().get("/recipes"), render_recipes);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -123,16 +124,24 @@ std::string difference_words(const json& difference) {
       {text_or(difference, "kind", "?"), where, fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))}, ", ");
 }
 
+// "other_device" as a person says it.
+std::string state_words(std::string state) {
+  std::replace(state.begin(), state.end(), '_', ' ');
+  return state;
+}
+
+std::string loudly(std::string text) {
+  for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return text;
+}
+
 std::string calibration_words(const json& calibration) {
   if (!calibration.is_object()) return "";
   std::vector<std::string> parts;
   for (const char* device : {"scanner", "camera", "axes", "kerf"}) {
     const std::string state = text_or(calibration, device, "");
     if (state.empty()) continue;
-    parts.push_back(std::string(device) + " " +
-                    (state == "valid"     ? state
-                     : state == "missing" ? "MISSING"
-                                          : "EXPIRED"));
+    parts.push_back(std::string(device) + " " + (state == "valid" ? state : loudly(state_words(state))));
   }
   return joined(parts, ", ");
 }
@@ -209,11 +218,11 @@ std::string render_panels(const json& reply) {
   const json& panels = member(reply, "panels");
   if (!panels.is_array() || panels.empty())
     return "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
-  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM", "STATE"});
+  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
   for (const json& panel : panels) {
     table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
                square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
-               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", ""), text_or(panel, "state", "")});
+               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
   }
   return table.str();
 }
@@ -221,8 +230,7 @@ std::string render_panels(const json& reply) {
 std::string render_panel(const json& panel) {
   std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
   text += line("Name", text_or(panel, "name", ""));
-  text += line("State", text_or(panel, "state", ""));
-  text += line("Size", joined({size_of(panel), millimetres(panel, "thickness_mm", 1)}, " x "));
+  text += line("Size", size_of(panel));
   text += line("Usable", square_cm(panel, "usable_mm2"));
   text += line("Free", square_cm(panel, "free_mm2"));
   text += line("Reserved", square_cm(panel, "reserved_mm2"));
@@ -262,12 +270,12 @@ std::string render_scan_result(const json& result) {
 std::string render_certificates(const json& reply) {
   const json& list = member(reply, "certificates");
   if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
-  TextTable table({">NO", "DEVICE", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES"});
+  TextTable table({">NO", "OF", "STATE", ">RMS", ">WORST", "ISSUED", "EXPIRES", "MADE ON"});
   for (const json& certificate : list) {
     table.add({std::to_string(whole_or(certificate, "id", 0)), text_or(certificate, "device", ""),
-               text_or(certificate, "state", ""), millimetres(certificate, "rms_mm", 3),
+               state_words(text_or(certificate, "state", "")), millimetres(certificate, "rms_mm", 3),
                millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
-               text_or(certificate, "expires", "")});
+               text_or(certificate, "expires", ""), text_or(certificate, "made_on", "")});
   }
   return table.str();
 }
@@ -347,13 +355,14 @@ std::string gain_of(double before, double after) {
                      before > 0 ? 100 * (1 - after / before) : 0.0);
 }
 
-}  // namespace
-
-std::string render_new_job(const json& result) {
-  const auto id = whole_or(result, "job", 0);
+std::string pieces_words(const json& result) {
   const auto pieces = whole_or(result, "pieces", 0);
-  std::string text = fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n",
-                                 id, pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "", id);
+  return pieces > 0 ? fmt::format(" ({} pieces)", pieces) : "";
+}
+
+// What planning gained, and what it warns of.
+std::string outcome_words(const json& result) {
+  std::string text;
   if (const auto edge = whole_or(result, "without_lead_in", 0); edge > 0)
     text +=
         fmt::format("{} of its pieces lie too close to others for a lead-in: their cuts begin on their edges.\n", edge);
@@ -375,14 +384,69 @@ std::string render_new_job(const json& result) {
   return text;
 }
 
+}  // namespace
+
+std::string render_new_job(const json& result) {
+  const auto id = whole_or(result, "job", 0);
+  return fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n", id,
+                     pieces_words(result), id) +
+         outcome_words(result);
+}
+
+std::string render_new_plan(const json& result) {
+  const auto id = whole_or(result, "plan", 0);
+  return fmt::format(
+             "Plan {0}{1} is kept, and no wood is reserved. `veneerctl job plans {0} --preview FILE` shows it, "
+             "`veneerctl "
+             "job change {0}` plans it otherwise, `veneerctl job new --plan {0}` makes a job of it.\n",
+             id, pieces_words(result)) +
+         outcome_words(result);
+}
+
+std::string render_plans(const json& reply) {
+  const json& plans = member(reply, "plans");
+  if (!plans.is_array() || plans.empty()) return "No plans yet. Make one with `veneerctl job plan PICTURE`.\n";
+  TextTable table({">PLAN", "NAME", ">OF", ">PIECES", ">PLACED", ">COST", "JOBS", "CREATED"});
+  for (const json& plan : plans) {
+    const json& parent = member(plan, "parent");
+    const json& cost = member(member(plan, "report"), "cost_per_pixel");
+    table.add({std::to_string(whole_or(plan, "id", 0)), text_or(plan, "name", ""),
+               parent.is_number_integer() ? parent.dump() : "", std::to_string(whole_or(plan, "pieces", 0)),
+               std::to_string(whole_or(plan, "placed", 0)),
+               cost.is_number() ? fmt::format("{:.5f}", cost.get<double>()) : "", names_of(member(plan, "jobs")),
+               text_or(plan, "created", "")});
+  }
+  return table.str();
+}
+
+std::string render_plan(const json& plan) {
+  std::string text = fmt::format("Plan {} \"{}\"\n", whole_or(plan, "id", 0), text_or(plan, "name", ""));
+  const json& report = member(plan, "report");
+  if (const json& parent = member(plan, "parent"); parent.is_number_integer())
+    text += line("Changes", "plan " + parent.dump());
+  text +=
+      line("Pieces", fmt::format("{}, {} of them placed", whole_or(plan, "pieces", 0), whole_or(plan, "placed", 0)));
+  if (const json& cost = member(report, "cost_per_pixel"); cost.is_number())
+    text += line("Cost", fmt::format("{:.5f} per pixel", cost.get<double>()));
+  std::vector<std::string> panels;
+  if (const json& list = member(plan, "panels"); list.is_array())
+    for (const json& panel : list) panels.push_back(text_or(panel, "panel", "?"));
+  text += line("Panels", joined(panels, ", "));
+  if (const std::string outdated = names_of(member(plan, "outdated_panels")); !outdated.empty())
+    text += line("Outdated", outdated + ": scanned again since, so no job can be made of it; plan again");
+  text += line("Jobs", names_of(member(plan, "jobs")));
+  text += line("Created", text_or(plan, "created", ""));
+  text += line("Asked by", text_or(plan, "asked_by", ""));
+  return text + outcome_words(report);
+}
+
 std::string render_pieces(const json& reply) {
-  TextTable table({">ID", "MARK", ">ROW", ">COLUMN", "PANEL", "STATE"});
+  TextTable table({">ID", "MARK", "PANEL", "STATE"});
   const json& pieces = member(reply, "pieces");
   if (!pieces.is_array()) return "";
   for (const json& piece : pieces) {
-    table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""),
-               std::to_string(whole_or(piece, "row", 0)), std::to_string(whole_or(piece, "col", 0)),
-               text_or(piece, "panel", ""), text_or(piece, "state", "")});
+    table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""), text_or(piece, "panel", ""),
+               text_or(piece, "state", "")});
   }
   return table.str();
 }

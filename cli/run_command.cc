@@ -1,6 +1,5 @@
 // laser run FILE: burn a drawing as it is, on the laser alone.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -16,6 +15,7 @@
 #include "cli/command_context.h"
 #include "cli/drawing.h"
 #include "cli/json_read.h"
+#include "cli/power.h"
 #include "cli/run_command.h"
 
 namespace veneer::cli {
@@ -41,7 +41,7 @@ struct RunOptions {
 
 Error bad_layer(const std::string& text) {
   return {ErrorCode::kInvalidArgument,
-          fmt::format("--layer \"{}\" does not read: write NAME:power=0.5,speed=20,passes=2,air=on, where NAME is a "
+          fmt::format("--layer \"{}\" does not read: write NAME:power=50%,speed=20,passes=2,air=on, where NAME is a "
                       "layer or a colour as #ff0000",
                       text)};
 }
@@ -65,9 +65,11 @@ Result<std::pair<std::string, Setting>> parse_layer(const std::string& text) {
     if (equals == std::string::npos) return bad_layer(text);
     const std::string key = entry.substr(0, equals), value = entry.substr(equals + 1);
     const auto number = number_of(value);
-    if (key == "power" && number)
-      setting.power = *number;
-    else if (key == "speed" && number)
+    if (key == "power") {
+      const auto power = power_of(value);
+      if (!power) return unusable(fmt::format("--layer \"{}\": power {}", text, power.error().message));
+      setting.power = *power;
+    } else if (key == "speed" && number)
       setting.speed_mm_s = *number;
     else if (key == "passes" && number && *number == static_cast<int>(*number))
       setting.passes = static_cast<int>(*number);
@@ -131,7 +133,7 @@ Status fill_from_recipe(const Drawing& drawing, const json& recipes, std::vector
   if (unknown.empty()) return Ok();
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("nothing says how to burn {}: give --power and --speed-mm-s, or --layer "
-                           "NAME:power=...,speed=... for each",
+                           "NAME:power=50%,speed=20 for each",
                            fmt::join(unknown, ", "))};
 }
 
@@ -176,13 +178,6 @@ std::string render_run(const json& result) {
   return fmt::format("{} {:.0f} points in {:.1f} s, {:.0f} a second.\n", what, points, seconds, points / seconds);
 }
 
-bool yes(const std::string& question) {
-  std::cerr << question << " [y/N] " << std::flush;
-  std::string answer;
-  std::getline(std::cin, answer);
-  return answer == "y" || answer == "Y" || answer == "yes";
-}
-
 void run_file(const RunOptions& options, const CommandContext& context) {
   auto text = read_file(options.file);
   if (!text) fail(text.error(), kUnusableArguments);
@@ -204,26 +199,19 @@ void run_file(const RunOptions& options, const CommandContext& context) {
     body["check"] = check;
     return context.run_task(context.client().post("/laser/run", body));
   };
-  const bool at_terminal = ::isatty(STDIN_FILENO) != 0;
   if (options.dry || options.check) return context.finish(run(options.dry, options.check), render_run);
   std::vector<std::string> confirmed = options.confirmed;
-  if (confirmed.empty() && !at_terminal)
-    fail({ErrorCode::kInvalidArgument,
-          "nobody is there to ask: run it with --dry first, then with --confirm for all that `veneerctl status` lists"},
-         kUnusableArguments);
+  if (!at_terminal()) confirmed = seen_to_or_fail(context, confirmed);  // before anything moves for nothing
   if (!options.no_dry) {
     std::cerr << "First with the beam off. Watch that the head stays over the material.\n";
     if (const auto dry = run(true, false); !dry) return context.finish(dry, render_run);
   }
-  if (at_terminal && options.confirmed.empty()) {
-    const auto status = context.client().get("/status");
-    if (!status) fail(status.error());
-    if (const json& asked = member(*status, "confirm"); asked.is_array())
-      for (const json& name : asked)
-        if (name.is_string()) confirmed.push_back(name.get<std::string>());
-    if (!yes(fmt::format("Now with the beam on. Seen to: {}?",
-                         confirmed.empty() ? "all" : fmt::format("{}", fmt::join(confirmed, ", ")))))
+  if (at_terminal()) {
+    const std::vector<std::string> all = seen_to_or_fail(context, confirmed, "Now with the beam on.");
+    // Who watched the dry run says what it showed, also when nothing else is asked.
+    if (!options.no_dry && all == confirmed && confirmed.empty() && !yes("Now with the beam on?"))
       fail({ErrorCode::kCancelled, "nothing was burnt"});
+    confirmed = all;
   }
   body["confirmed"] = confirmed;
   context.finish(run(false, false), render_run);
@@ -238,15 +226,17 @@ void add_run_command(CLI::App& laser, CommandContext& context) {
       "Burn a drawing as it is: an SVG's lines, or strokes as JSON. The whole file is checked, its bounds are shown, "
       "and it is run with the beam off before it is burnt");
   command->add_option("FILE", options->file, "The drawing: .svg, else JSON")->required();
-  command->add_option("--power", options->all.power, "Of the beam, 0 to 1")->check(CLI::Range(0.0, 1.0));
-  command->add_option("--speed-mm-s", options->all.speed_mm_s, "Of burning")->check(CLI::PositiveNumber);
+  add_power_option(
+      *command, "--power", [options](double power) { options->all.power = power; },
+      "Power of the beam, as in 60% of the rated one");
+  command->add_option("--speed-mm-s", options->all.speed_mm_s, "Speed of burning")->check(CLI::PositiveNumber);
   command->add_option("--passes", options->all.passes, "How often each line is burnt")->check(CLI::Range(1, 20));
   command->add_flag_callback(
       "--air", [options] { options->all.air = true; }, "With air assist");
   command
       ->add_option("--layer", options->layers,
                    "How the lines of a layer or a colour are burnt, as often as needed: "
-                   "NAME:power=0.5,speed=20,passes=2,air=on. Layers called cut and engrave have the configuration's "
+                   "NAME:power=50%,speed=20,passes=2,air=on. Layers called cut and engrave have the configuration's "
                    "recipe")
       ->take_all();
   CLI::Option* x =

@@ -93,7 +93,7 @@ void add_faults(CLI::App& sim, CommandContext& context) {
   const auto value = std::make_shared<std::string>();
   CLI::App* fault = sim.add_subcommand("fault", "Break something: scanner_dead, laser_unplug, drop_ok 3, ...");
   fault->add_option("NAME", *name, "Which fault")->required();
-  fault->add_option("VALUE", *value, "Its value");
+  fault->add_option("VALUE", *value, "How often, how much or which, where the fault takes that; as in 3");
   fault->callback([name, value, &context] { call(context, "fault", fault_arguments(*name, *value)); });
 
   const auto lid = std::make_shared<std::string>();

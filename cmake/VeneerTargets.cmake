@@ -1,8 +1,17 @@
 # veneer_add_library(<name> SOURCES ... [DEPS ...] [PRIVATE_DEPS ...])   one static library per folder
 # veneer_add_program(<name> SOURCES ... [DEPS ...])
-# veneer_add_test(<name> SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT s]) one executable per topic
+# veneer_add_test(<name> SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT s] [AS_SHIPPED]) one executable per topic
+#
+# A test is a unit test unless LABELS say otherwise. './dev test' runs unit tests under sanitizers, which see all that an
+# optimised build would and more; AS_SHIPPED ones, whose subject is not the same there (kernels that are compiled for
+# each processor, limits of memory), in the optimised build as well.
 #
 # DEPS are what a folder may include (docs/ARCHITECTURE.md: rooms include base and never each other).
+
+# Every test with the label unit; what a sanitizer run builds.
+add_custom_target(veneer_unit_tests)
+# Every program, and the tests that './dev test' runs in the optimised build.
+add_custom_target(veneer_as_shipped)
 
 add_library(veneer_settings INTERFACE)
 target_compile_features(veneer_settings INTERFACE cxx_std_20)
@@ -26,6 +35,7 @@ endif()
 # Most of a compilation is reading headers: sources of one folder share them (option VENEER_UNITY).
 function(veneer_compile_together name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  target_compile_options(${name} PRIVATE -Wconversion)
   if(VENEER_UNITY)
     # A source of a batch looks like a header to the compiler, which then warns of types in anonymous namespaces.
     target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
@@ -44,6 +54,7 @@ function(veneer_add_program name)
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS})
   veneer_compile_together(${name})
+  add_dependencies(veneer_as_shipped ${name})
 endfunction()
 
 # What nearly every test begins with, read once (tests/CMakeLists.txt makes the target).
@@ -55,11 +66,8 @@ function(veneer_precompile_test_headers name)
     <optional> <random> <string> <thread> <vector>)
 endfunction()
 
-# Every test with the label unit; what a sanitizer run builds.
-add_custom_target(veneer_unit_tests)
-
 function(veneer_add_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;DEPS;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_SHIPPED" "TIMEOUT" "SOURCES;DEPS;LABELS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS} GTest::gmock GTest::gtest_main)
   target_precompile_headers(${name} REUSE_FROM veneer_test_headers)
@@ -72,6 +80,11 @@ function(veneer_add_test name)
   endif()
   if("unit" IN_LIST arg_LABELS)
     add_dependencies(veneer_unit_tests ${name})
+  endif()
+  if("unit" IN_LIST arg_LABELS AND NOT arg_AS_SHIPPED)
+    list(APPEND arg_LABELS sanitizers_suffice)
+  else()
+    add_dependencies(veneer_as_shipped ${name})
   endif()
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77

@@ -53,8 +53,7 @@ function nextStep() {
   }
 }
 
-const kOver = ["complete", "completed", "done", "cancelled", "ended"];
-const isOver = (job) => kOver.includes(String(job.state).toLowerCase());
+const isOver = (job) => job.state === "complete" || job.state === "cancelled";
 
 function startable() {
   const open = jobs.filter((job) => !isOver(job));

@@ -23,9 +23,20 @@ async function enter() {
   }
 }
 
+// A browser has six connections to one server, and a request that finds them taken waits in the browser. Nothing that
+// only reads may stand before STOP there: pictures, which can be slow, take two at most, and STOP ends all reading.
+const kPicturesAtOnce = 2;
+let reading = new AbortController();
+
+function stopReading() {
+  reading.abort();
+  reading = new AbortController();
+}
+
 async function ask(method, path, timeoutMs = 5000, body = null) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
+  if (method === "GET") reading.signal.addEventListener("abort", () => giveUp.abort(), {once: true});
   try {
     const headers = {};
     if (body) headers["Content-Type"] = "application/json";
@@ -56,13 +67,23 @@ async function askAll(path, list) {
   return all;
 }
 
+let picturesOnTheirWay = 0;
+const picturesWaiting = [];
+
 // Asked for as this console, not as anybody's <img>: a crowd of anonymous clients does not take its place. "" when none
 // comes.
 async function pictureUrl(path) {
+  if (picturesOnTheirWay >= kPicturesAtOnce) await new Promise((turn) => picturesWaiting.push(turn));
+  ++picturesOnTheirWay;
   try {
-    const reply = await fetch(path, {cache: "no-cache", headers: headersOf({})});
+    const reply = await fetch(path, {cache: "no-cache", headers: headersOf({}), signal: reading.signal});
     return reply.ok ? URL.createObjectURL(await reply.blob()) : "";
-  } catch (fault) { return ""; }
+  } catch (fault) {
+    return "";
+  } finally {
+    --picturesOnTheirWay;
+    if (picturesWaiting.length > 0) picturesWaiting.shift()();
+  }
 }
 
 function putPicture(image, url) {
@@ -129,6 +150,7 @@ function noteStop(text, bad) {
 
 async function stop(event) {
   event.preventDefault();
+  stopReading();
   noteStop(`STOP pressed at ${clockTime()}, not confirmed yet.`, true);
   for (let tries = 0; tries < 20; ++tries) {
     try {

@@ -115,7 +115,7 @@ function showFacts() {
   facts.push(laser.connected ? fact("Laser", words || "connected", false) : fact("Laser", laser.why_not_connected || "not connected yet: Reset connects it", Boolean(laser.why_not_connected)));
   if (laser.connected) facts.push(fact("Beam", laser.beam_on ? "ON" : "off", Boolean(laser.beam_on) && cell.state !== "Execute"));
   if (laser.refusal) facts.push(fact("No beam", laser.refusal, true));
-  if (laser.controller && laser.controller !== "real") facts.push(fact("Controller", laser.controller === "twin" ? "the simulated cell" : laser.controller, false));
+  if (laser.controller && laser.controller !== "real") facts.push(fact("Controller", laser.controller === "twin" ? "the simulated cell" : "a test controller, no laser", false));
   facts.push(fact("Lid", cell.lid || "unknown", cell.lid === "open"));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
   if (turned.length) facts.push(fact("Overrides", turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
@@ -123,7 +123,7 @@ function showFacts() {
   const calibration = Object.entries(cell.calibration || {});
   const lacking = calibration.filter(([, state]) => state !== "valid");
   if (calibration.length && !lacking.length) facts.push(fact("Calibration", "valid", false));
-  for (const [device, state] of lacking) facts.push(fact("Calibration", `${device}: ${state}`, true));
+  for (const [device, state] of lacking) facts.push(fact("Calibration", `${device}: ${state.replaceAll("_", " ")}`, true));
   const database = cell.database || {};
   if (database.state && database.state !== "good") facts.push(fact("Database", asSentence(database.sentence || database.state), database.state === "damaged"));
   if (laser.firmware) facts.push(fact("Firmware", laser.firmware, false));

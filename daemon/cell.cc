@@ -4,7 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/unit/override_rules.h"
 #include "daemon/workers/work_folder.h"
 #include "daemon/workers/worker_processes.h"
 
@@ -77,12 +76,17 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   auto database = DatabaseThread::open_unchecked(config.store.data_dir / "veneerd.db", reactor);
   if (!database) return database.error();
   cell->database = std::move(*database);
+  cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
-  cell->database->call([&](Repositories& r) { r.devices = named; });
+  cell->database->set_devices(named);
 
   Cell& c = *cell;
-  c.integrity =
-      std::make_unique<DatabaseCheck>(reactor, config.store.data_dir / "veneerd.db", [&c] { c.broadcast_status(); });
+  c.integrity = std::make_unique<DatabaseCheck>(reactor, *c.database, config.store.data_dir / "veneerd.db",
+                                                [&c] { c.broadcast_status(); });
+  c.database->on_doubt([&c](const std::string& why) {
+    c.log->error("{}", why);
+    c.integrity->is_due(c.tasks);
+  });
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
@@ -110,13 +114,12 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {
-                                           c.end_overrides();
                                            c.follow_laser();
                                            c.broadcast_status();
                                          });
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
-    c.integrity->after_unclean_end(*c.database, [&c](const DatabaseCheck::Done& done) {
+    c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<db::Recovery>& recovery) {
         if (recovery) c.runner->begin(*recovery);
         done(recovery ? Ok() : Status(recovery.error()));
@@ -211,35 +214,17 @@ json Cell::status() const {
   out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
   out["confirm"] = runner->options().confirm;
   for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
-  const auto word = [this](bool valid) { return calibration && valid ? "valid" : "missing"; };
-  out["calibration"] = {{"scanner", word(calibration && calibration->scanner)},
-                        {"camera", word(calibration && calibration->camera)},
-                        {"axes", word(calibration && calibration->bed)},
-                        {"kerf", word(calibration && calibration->kerf)}};
+  const auto word = [this, now = utc_timestamp()](db::CertificateKind kind) {
+    return to_string(calibration ? calibration->standing.at(kind).at(now) : CertificateState::kMissing);
+  };
+  out["calibration"] = {{"scanner", word(db::CertificateKind::kScanner)},
+                        {"camera", word(db::CertificateKind::kCamera)},
+                        {"axes", word(db::CertificateKind::kAxes)},
+                        {"kerf", word(db::CertificateKind::kKerf)}};
   out["tasks"] = json::array();
   for (const auto& task : tasks.list())
     if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));
   return out;
-}
-
-Status Cell::set_overrides(const LaserOverrides& wanted) {
-  const CellView& view = runner->view();
-  if (!overrides_belong_to(view.state)) {
-    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
-    if (Status none = devices.laser->set_overrides({}); !none) return none;
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the cell is {}: overrides are for what runs, and end with it", to_string(view.state))};
-  }
-  if (Status allowed = check_overrides(wanted, view.job.has_value()); !allowed) return allowed;
-  Status taken = devices.laser->set_overrides(wanted);
-  broadcast_status();
-  return taken;
-}
-
-void Cell::end_overrides() {
-  if (!runner || overrides_belong_to(runner->view().state)) return;
-  if (devices.laser->status().overrides_wanted == LaserOverrides{}) return;
-  static_cast<void>(devices.laser->set_overrides({}));  // a laser that is being reset forgets them itself
 }
 
 // Another laser makes certificates void; the runner has told the database of it before.
@@ -252,10 +237,8 @@ void Cell::follow_laser() {
 void Cell::audit(const Router::Change& change) {
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
-  database->async([entry = std::move(entry)](Repositories& r) { return r.audit.append(entry); },
-                  [kept_log = log](const Status& written) {
-                    if (!written) kept_log->error("the audit log could not be written: {}", written.error().message);
-                  });
+  if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
+  audit_log_->write(std::move(entry));
 }
 
 void Cell::broadcast_status() {

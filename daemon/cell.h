@@ -13,6 +13,7 @@
 #include "daemon/api/event_hub.h"
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
+#include "daemon/audit_log.h"
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/database_thread.h"
@@ -50,9 +51,6 @@ class Cell {
 
   nlohmann::json status() const;
   void broadcast_status();
-  // Overrides of what runs, within what was stated (unit/override_rules.h). They end with it.
-  Status set_overrides(const LaserOverrides& wanted);
-  void end_overrides();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
 
@@ -87,6 +85,7 @@ class Cell {
   void look_at_bed_regularly();
   void follow_laser();
 
+  std::unique_ptr<AuditLog> audit_log_;
   std::string laser_identity_;
   boost::asio::steady_timer look_timer_;
 };

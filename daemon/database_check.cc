@@ -14,27 +14,36 @@ namespace veneer::daemon {
 
 using nlohmann::json;
 
-DatabaseCheck::DatabaseCheck(boost::asio::io_context& reactor, std::filesystem::path file,
+DatabaseCheck::DatabaseCheck(boost::asio::io_context& reactor, DatabaseThread& database, std::filesystem::path file,
                              std::function<void()> on_change)
-    : reactor_(reactor), file_(std::move(file)), on_change_(std::move(on_change)) {}
+    : reactor_(reactor), database_(database), file_(std::move(file)), on_change_(std::move(on_change)) {}
 
 DatabaseCheck::~DatabaseCheck() { cancel(); }
 
+namespace {
+
+// A file that could not be read this time, or not to its end, may be sound.
+bool proves_damage(const Error& error) {
+  return error.code != ErrorCode::kCancelled && error.code != ErrorCode::kUnavailable;
+}
+
+}  // namespace
+
 void DatabaseCheck::cancel() {
   giving_up_.request_stop();
-  if (checking_ != nullptr) checking_->cancel_check();
+  database_.cancel_check();
 }
 
 void DatabaseCheck::take(const Status& sound) {
   if (!sound && sound.error().code == ErrorCode::kCancelled) return;
   checked_at_ = utc_timestamp();
+  if (state_ == State::kDamaged) return;
   // Nobody can tell a check that could not read the file from a file that cannot be read.
   state_ = sound ? State::kGood : State::kDamaged;
   sentence_ = sound ? "" : sound.error().message;
 }
 
-void DatabaseCheck::after_unclean_end(DatabaseThread& database, std::function<void(Done)> recover) {
-  checking_ = &database;
+void DatabaseCheck::after_unclean_end(std::function<void(Done)> recover) {
   unrecovered_ = true;
   state_ = State::kChecking;
   sentence_ =
@@ -45,10 +54,8 @@ void DatabaseCheck::after_unclean_end(DatabaseThread& database, std::function<vo
     take(sound);
     on_change_();
   });
-  database.check(while_alive([this, done, recover = std::move(recover)](const Status& sound) {
-    checking_ = nullptr;
-    sound ? recover(done) : done(sound);
-  }));
+  database_.check(
+      while_alive([done, recover = std::move(recover)](const Status& sound) { sound ? recover(done) : done(sound); }));
 }
 
 DatabaseCheck::Done DatabaseCheck::while_alive(Done then) const {
@@ -67,25 +74,43 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
     const std::stop_callback by_task(task.stop_token(), [&stop] { stop.request_stop(); });
     const std::stop_callback by_end(giving_up, [&stop] { stop.request_stop(); });
     const auto begun = SteadyClock().now();
-    const auto check = [&]() -> Status {
-      auto database = db::Database::open_for_reading(file_);
-      return database ? database->check_integrity(stop.get_token()) : Status(database.error());
-    };
-    const Status sound = caught(check);
+    const Status sound = caught([&] { return read_whole(stop.get_token()); });
     const double seconds = std::chrono::duration<double>(SteadyClock().now() - begun).count();
-    boost::asio::post(reactor_, [this, alive, task, sound, seconds] {
+    // At once, so that it holds although the daemon ends before its reactor hears of it.
+    if (!sound && proves_damage(sound.error())) database_.distrust(sound.error());
+    // Whoever writes may have another file open than the one that was read.
+    database_.ask_may_write([this, alive, task, sound, seconds](const Status& may_write) {
       if (alive.expired()) return;
-      on_demand_ = false;
-      // That the file is sound does not bring the recovery that failed: the next start does.
-      if (!sound || !unrecovered_) take(sound);
-      if (sound)
-        task.done({{"file", file_.string()}, {"seconds", seconds}, {"sound", true}});
-      else
-        task.fail(sound.error());
-      on_change_();
+      const bool replaced = sound && !may_write && proves_damage(may_write.error());
+      end_on_demand(task, replaced ? may_write : sound, seconds);
     });
   });
   return task.id();
+}
+
+Status DatabaseCheck::read_whole(const std::stop_token& stop) const {
+  auto database = db::Database::open_for_reading(file_);
+  return database ? database->check_integrity(stop) : Status(database.error());
+}
+
+void DatabaseCheck::end_on_demand(const TaskReporter& task, const Status& sound, double seconds) {
+  on_demand_ = false;
+  // That the file is sound does not bring the recovery that failed: the next start does.
+  if (sound ? !unrecovered_ : proves_damage(sound.error())) take(sound);
+  if (sound)
+    task.done({{"file", file_.string()}, {"seconds", seconds}, {"sound", true}});
+  else
+    task.fail(sound.error());
+  on_change_();
+  if (TaskRegistry* tasks = std::exchange(due_, nullptr)) is_due(*tasks);
+}
+
+void DatabaseCheck::is_due(TaskRegistry& tasks) {
+  if (state_ == State::kDamaged) return;
+  if (on_demand_)
+    due_ = &tasks;
+  else
+    static_cast<void>(on_demand(tasks));  // refused while all is read after an unclean end
 }
 
 json DatabaseCheck::to_json() const {

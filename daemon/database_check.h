@@ -1,7 +1,8 @@
 // Whether the database is as it was written. It is checked whole after an unclean end, before anything is written to
 // it, and whenever somebody asks, while the cell works. Reading the whole file takes seconds of a large one, so neither
 // happens on the reactor: until a check after an unclean end has passed, and after any that found damage, nothing is
-// begun that the database must keep. STOP, Hold, Stop and whatever only looks are never refused.
+// begun that the database must keep. STOP, Hold, Stop and whatever only looks are never refused. Damage is for good in
+// this life of the daemon, which has the damaged file open whatever is put in its place; nothing is written to it.
 //
 // Bound to the reactor.
 #pragma once
@@ -27,8 +28,9 @@ class DatabaseCheck {
  public:
   enum class State { kGood, kChecking, kDamaged };
 
-  // `on_change` is called after every change of the state.
-  DatabaseCheck(boost::asio::io_context& reactor, std::filesystem::path file, std::function<void()> on_change);
+  // `on_change` is called after every change of the state. `database` outlives this.
+  DatabaseCheck(boost::asio::io_context& reactor, DatabaseThread& database, std::filesystem::path file,
+                std::function<void()> on_change);
   ~DatabaseCheck();  // a check under way is given up
   DatabaseCheck(const DatabaseCheck&) = delete;
   DatabaseCheck& operator=(const DatabaseCheck&) = delete;
@@ -36,9 +38,11 @@ class DatabaseCheck {
   // After an unclean end: on the database's own thread, so that whatever is asked of it meanwhile waits. When the
   // database is sound, `recover` sees to what the end left behind, and says how that went; only then things may begin.
   using Done = std::function<void(const Status&)>;
-  void after_unclean_end(DatabaseThread& database, std::function<void(Done)> recover);
+  void after_unclean_end(std::function<void(Done)> recover);
   // A task, on a connection and a thread of its own. kConflict while a check is under way.
   Result<std::int64_t> on_demand(TaskRegistry& tasks);
+  // The same now, or once the check that is under way is done: something was seen that makes it necessary.
+  void is_due(TaskRegistry& tasks);
   void cancel();
 
   State state() const { return state_; }
@@ -51,16 +55,19 @@ class DatabaseCheck {
 
  private:
   void take(const Status& sound);
+  Status read_whole(const std::stop_token& stop) const;
+  void end_on_demand(const TaskReporter& task, const Status& sound, double seconds);
   Done while_alive(Done then) const;
 
   boost::asio::io_context& reactor_;
+  DatabaseThread& database_;
   const std::filesystem::path file_;
   std::function<void()> on_change_;
   State state_ = State::kGood;
   std::string sentence_, checked_at_;
-  DatabaseThread* checking_ = nullptr;  // after an unclean end
-  bool unrecovered_ = false;            // what an unclean end left behind was not seen to
-  bool on_demand_ = false;              // a check that somebody asked for is under way
+  bool unrecovered_ = false;     // what an unclean end left behind was not seen to
+  bool on_demand_ = false;       // a check that somebody asked for is under way
+  TaskRegistry* due_ = nullptr;  // another one is due after that
   std::stop_source giving_up_;
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);  // what comes back to the reactor holds it weakly
   Worker worker_{"integrity", 10};

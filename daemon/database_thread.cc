@@ -11,6 +11,7 @@ Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open(boost::asio::io_con
     thread->database_.emplace(std::move(*database));
     thread->repositories_.emplace(*thread->database_);
     thread->needs_check_ = thread->database_->needs_check();
+    thread->file_ = thread->database_->file();
     return Ok();
   });
   if (!opened) return opened.error();
@@ -27,11 +28,44 @@ Result<std::unique_ptr<DatabaseThread>> DatabaseThread::open_unchecked(const std
   return open(reactor, [&file] { return db::Database::open_unchecked(file); });
 }
 
+Result<std::unique_ptr<DatabaseReader>> DatabaseReader::open(const std::filesystem::path& file,
+                                                             const CellDevices& devices) {
+  auto database = db::Database::open_for_reading(file);
+  if (!database) return database.error();
+  auto reader = std::make_unique<DatabaseReader>(std::move(*database));
+  reader->repositories_.devices = devices;
+  return reader;
+}
+
+void DatabaseThread::set_devices(const CellDevices& devices) {
+  devices_ = devices;
+  call([&](Repositories& r) { r.devices = devices; });
+}
+
 void DatabaseThread::check(std::function<void(const Status&)> then) {
   worker_.post([this, then = std::move(then)]() mutable {
     const auto checked = [this] { return database_->check_integrity(checking_.get_token()); };
     boost::asio::post(reactor_, [sound = caught(checked), then = std::move(then)] { then(sound); });
   });
+}
+
+void DatabaseThread::distrust(const Error& why) {
+  worker_.post([this, why] { database_->distrust(why); });
+}
+
+void DatabaseThread::ask_may_write(std::function<void(const Status&)> then) {
+  worker_.post([this, then = std::move(then)]() mutable {
+    boost::asio::post(reactor_, [may = database_->may_write(), then = std::move(then)] { then(may); });
+  });
+}
+
+void DatabaseThread::tell_doubt() noexcept {
+  try {
+    if (auto why = database_->take_doubt(); why && on_doubt_)
+      boost::asio::post(reactor_, [told = on_doubt_, why = std::move(*why)] { told(why); });
+  } catch (const std::exception&) {
+    // Out of memory: the next start checks it all the same.
+  }
 }
 
 DatabaseThread::~DatabaseThread() {

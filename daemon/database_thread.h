@@ -53,6 +53,20 @@ struct Repositories {
   CellDevices devices;
 };
 
+// A connection of its own that only reads, for a thread that may wait: it sees the last commit and delays no write.
+class DatabaseReader {
+ public:
+  static Result<std::unique_ptr<DatabaseReader>> open(const std::filesystem::path& file, const CellDevices& devices);
+  explicit DatabaseReader(db::Database&& database) : database_(std::move(database)), repositories_(database_) {}
+  DatabaseReader(const DatabaseReader&) = delete;
+  DatabaseReader& operator=(const DatabaseReader&) = delete;
+  Repositories& repositories() { return repositories_; }
+
+ private:
+  db::Database database_;
+  Repositories repositories_;
+};
+
 class DatabaseThread {
  public:
   // Opens the file on its own thread; fails as db::Database::open does.
@@ -67,15 +81,33 @@ class DatabaseThread {
   // kStorage when it is damaged, and every write is refused for good, with kCancelled after cancel_check().
   void check(std::function<void(const Status&)> then);
   void cancel_check() { checking_.request_stop(); }
+  // The file was found damaged: writes end for good, and it is not marked as clean. From any thread; it holds for
+  // whatever is asked of the database later.
+  void distrust(const Error& why);
+  // Whether rows may be written, as db::Database::may_write says, on the reactor.
+  void ask_may_write(std::function<void(const Status&)> then);
+  // On the reactor, why the file has to be checked now (db::Database::take_doubt). Before any work is asked for.
+  void on_doubt(std::function<void(const std::string& why)> told) { on_doubt_ = std::move(told); }
+
+  // Whose certificates count. Before any other thread asks.
+  void set_devices(const CellDevices& devices);
+  // Fails as db::Database::open_for_reading does. From any thread.
+  Result<std::unique_ptr<DatabaseReader>> open_reader() const { return DatabaseReader::open(file_, devices_); }
 
   template <class F>
   auto call(F work) {
-    return worker_.call([&] { return work(*repositories_); });
+    return worker_.call([&] {
+      const Doubts doubts(*this);
+      return work(*repositories_);
+    });
   }
   template <class F, class Then>
   void async(F work, Then then) {
     worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {
-      const auto asked = [&] { return work(*repositories_); };
+      const auto asked = [&] {
+        const Doubts doubts(*this);
+        return work(*repositories_);
+      };
       boost::asio::post(reactor_,
                         [result = caught(asked), then = std::move(then)]() mutable { then(std::move(result)); });
     });
@@ -88,8 +120,21 @@ class DatabaseThread {
   static Result<std::unique_ptr<DatabaseThread>> open(boost::asio::io_context& reactor,
                                                       const std::function<Result<db::Database>()>& open_file);
 
+  // What came up in a piece of work goes to the reactor at its end, before its result.
+  struct Doubts {
+    explicit Doubts(DatabaseThread& of) : thread(of) {}
+    Doubts(const Doubts&) = delete;
+    Doubts& operator=(const Doubts&) = delete;
+    ~Doubts() { thread.tell_doubt(); }
+    DatabaseThread& thread;
+  };
+  void tell_doubt() noexcept;
+
   boost::asio::io_context& reactor_;
+  std::filesystem::path file_;
+  CellDevices devices_;
   bool needs_check_ = false;
+  std::function<void(const std::string&)> on_doubt_;
   std::stop_source checking_;
   // Both live and die on the worker.
   std::optional<db::Database> database_;

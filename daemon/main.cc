@@ -17,6 +17,7 @@
 #include "daemon/guarded_laser.h"
 #include "daemon/guardian_link.h"
 #include "daemon/reactor_run.h"
+#include "daemon/reactor_timer.h"
 #include "daemon/routes/bind_routes.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/unit/cell_health.h"
@@ -113,7 +114,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   bind_console_routes(router, links, [&] { return tcp_port; });
   HttpServerOptions options = server_options(config);
   options.on_broken_change = [&c](const std::string& sentence) {
-    if (may_move(c.runner->view().state) || c.runner->view().framing) c.runner->abort(sentence);
+    if (c.runner->may_move()) c.runner->abort(sentence);
   };
   auto server = HttpServer::open(
       reactor, std::move(options), router, c.hub, links,
@@ -122,16 +123,16 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   tcp_port = (*server)->tcp_port();
 
   SystemdNotifier notifier;
-  CellHealth health(real_clock, {[&c](std::function<void()> answered) {
-                                   c.database->async([](Repositories&) { return 0; },
-                                                     [answered = std::move(answered)](int) { answered(); });
-                                 },
-                                 [&c] { return may_move(c.runner->view().state) || c.runner->view().framing; },
-                                 [&c] { return c.devices.laser->status().connected; },
-                                 [&](const std::string& sentence) {
-                                   c.runner->abort(sentence);
-                                   log->error("what was going on is stopped: {}", sentence);
-                                 }});
+  CellHealth health(real_clock,
+                    {[&c](std::function<void()> answered) {
+                       c.database->async([](Repositories&) { return 0; },
+                                         [answered = std::move(answered)](int) { answered(); });
+                     },
+                     [&c] { return c.runner->may_move(); }, [&c] { return c.devices.laser->status().connected; },
+                     [&](const std::string& sentence) {
+                       c.runner->abort(sentence);
+                       log->error("what was going on is stopped: {}", sentence);
+                     }});
   Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; it must not end a job.

@@ -105,20 +105,25 @@ void QueryPool::run(int number, db::Database database) {
   }
 }
 
+ApiReply QueryPool::made(const Question& question, Repositories& repositories) {
+  try {
+    ApiReply reply = question.work(repositories);
+    if (reply.status != 200) return reply;
+    if (reply.etag.empty()) reply.etag = etag_of(reply.body);
+    return etag_matches(question.if_none_match, reply.etag) ? ApiReply::not_modified(reply.etag) : reply;
+  } catch (...) {
+    return ApiReply::error(error_of_exception());
+  }
+}
+
 void QueryPool::answer(Question question, Repositories& repositories) {
   if (question.gone.stop_requested()) return;
   const Reply reply_to = std::move(question.reply);
-  ApiReply reply;
   try {
-    reply = question.work(repositories);
+    reply_to(made(question, repositories));
   } catch (...) {
-    reply = ApiReply::error(error_of_exception());
+    // There is no memory left to say so: the client's connection ends by its own deadline.
   }
-  if (reply.status == 200) {
-    if (reply.etag.empty()) reply.etag = etag_of(reply.body);
-    if (etag_matches(question.if_none_match, reply.etag)) reply = ApiReply::not_modified(reply.etag);
-  }
-  reply_to(std::move(reply));
 }
 
 }  // namespace veneer::daemon

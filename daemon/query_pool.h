@@ -63,6 +63,7 @@ class QueryPool {
   explicit QueryPool(Options options) : options_(std::move(options)) {}
   void run(int number, db::Database database);
   bool take(std::unique_lock<std::mutex>& lock, Question& next, Lane& lane);
+  static ApiReply made(const Question& question, Repositories& repositories);
   static void answer(Question question, Repositories& repositories);
   static void forget_gone(std::deque<Question>& lane);
 

@@ -15,8 +15,8 @@ namespace veneer::db {
 struct AuditEntry {
   std::int64_t id = 0;  // 0 on insertion
   std::string at;
-  std::string who;     // "local:1000", "console", "veneerd"
-  std::string what;    // "job.start"
+  std::string who;     // "uid 1000", "console link 3 of uid 1000", "anonymous"
+  std::string what;    // "api.cancelJob", "job.start"
   std::string detail;  // free text
 };
 

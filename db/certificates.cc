@@ -32,6 +32,14 @@ std::optional<std::string> laser_at(SQLite::Database& connection, CertificateId 
   return text(row.getColumn(0));
 }
 
+// The one of its kind that was issued last.
+std::optional<CertificateRecord> read_last(SQLite::Database& connection, CertificateKind kind) {
+  SQLite::Statement rows(connection, std::string(kColumns) + "WHERE kind = ? ORDER BY id DESC LIMIT 1");
+  rows.bind(1, to_string(kind));
+  if (!rows.executeStep()) return std::nullopt;
+  return read(rows);
+}
+
 // The one that told last.
 std::optional<std::string> laser_now(SQLite::Database& connection) {
   SQLite::Statement row(connection, "SELECT identity FROM lasers ORDER BY id DESC LIMIT 1");
@@ -68,12 +76,11 @@ Result<CertificateId> Certificates::issue(const CertificateRecord& certificate) 
 
 Result<CertificateRecord> Certificates::latest_valid(CertificateKind kind, const std::string& now) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<CertificateRecord> {
-    SQLite::Statement rows(connection, std::string(kColumns) + "WHERE kind = ? ORDER BY id DESC LIMIT 1");
-    rows.bind(1, to_string(kind));
-    if (!rows.executeStep())
+    auto found = read_last(connection, kind);
+    if (!found)
       return Error{ErrorCode::kNotFound,
                    fmt::format("there is no {} certificate: run that calibration", to_string(kind))};
-    CertificateRecord last = read(rows);
+    CertificateRecord& last = *found;
     if (last.issued_at > now)
       return Error{ErrorCode::kNotFound,
                    fmt::format("the last {} certificate is of {}, later than this machine's clock: set the clock, or "
@@ -87,7 +94,19 @@ Result<CertificateRecord> Certificates::latest_valid(CertificateKind kind, const
                    fmt::format("the last {} certificate was made on another laser, or before this "
                                "one's settings were changed: run that calibration again",
                                to_string(kind))};
-    return last;
+    return std::move(last);
+  });
+}
+
+Result<std::optional<CertificateRecord>> Certificates::last(CertificateKind kind) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<CertificateRecord>> {
+    return read_last(connection, kind);
+  });
+}
+
+Result<bool> Certificates::on_this_laser(const CertificateRecord& certificate) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<bool> {
+    return !depends_on_laser(certificate.kind) || laser_at(connection, certificate.id) == laser_now(connection);
   });
 }
 

@@ -3,6 +3,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,11 @@ class Certificates {
   // which calibration to run. An older one never takes its place. One that depends on the laser (axes, kerf) counts
   // only while the laser is there that was there when it was issued.
   Result<CertificateRecord> latest_valid(CertificateKind kind, const std::string& now);
+  // The one of its kind that was issued last, in force or not; nothing when there is none.
+  Result<std::optional<CertificateRecord>> last(CertificateKind kind);
+  // Is the laser there that was there when it was issued? True also of kinds that do not depend on the laser, and while
+  // no laser has told what it is.
+  Result<bool> on_this_laser(const CertificateRecord& certificate);
   Result<std::vector<CertificateRecord>> list();  // the one issued last first
 
   // The laser at the port has told what it is (LaserLimits::identity), "" when it cannot. What was issued before

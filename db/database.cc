@@ -6,7 +6,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <exception>
 #include <system_error>
+#include <utility>
 
 #include "db/clean_mark.h"
 #include "db/guard.h"
@@ -61,14 +63,72 @@ void Database::close() noexcept {
   if (!connection_ || !lock_) return;
   bool checkpointed = false;
   try {
+    look_for_others();
     SQLite::Statement checkpoint(*connection_, "PRAGMA wal_checkpoint(TRUNCATE)");
     checkpointed = checkpoint.executeStep() && checkpoint.getColumn(0).getInt() == 0;
   } catch (const SQLite::Exception&) {
     // Then the next start checks everything.
   }
-  connection_ = nullptr;
   // What nobody has checked is checked by the next one.
-  if (checkpointed && !needs_check_) write_clean_mark(file_);
+  const bool known = checkpointed && !needs_check_ && !distrusted_ && !doubted_ && !was_replaced();
+  connection_ = nullptr;
+  if (known) write_clean_mark(file_);
+}
+
+void Database::distrust(Error why) {
+  if (!distrusted_) distrusted_ = std::move(why);
+}
+
+bool Database::was_replaced() const {
+  int moved = 0;
+  return sqlite3_file_control(connection_->getHandle(), "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK &&
+         moved != 0;
+}
+
+Status Database::may_write() {
+  if (!distrusted_ && lock_ && was_replaced()) {
+    distrust({ErrorCode::kStorage,
+              fmt::format("the file {} was moved or replaced while it was in use, so nothing is written any more: stop "
+                          "veneerd, see that the right file is in its place, then start it",
+                          file_.string())});
+    doubt(distrusted_->message);
+  }
+  if (distrusted_) return *distrusted_;
+  if (needs_check_)
+    return Error{
+        ErrorCode::kUnavailable,
+        "the database was not closed in order and nothing is written before it has passed its check: try again in "
+        "a minute"};
+  return Ok();
+}
+
+void Database::doubt(std::string why) {
+  doubted_ = true;
+  doubt_ = std::move(why);
+}
+
+std::optional<std::string> Database::take_doubt() { return std::exchange(doubt_, std::nullopt); }
+
+void Database::look_for_others() {
+  const int found = connection_->execAndGet("PRAGMA data_version").getInt();
+  if (std::exchange(data_version_, found) != found)
+    doubt(
+        fmt::format("another program wrote to the database {}: it has to be checked whole; let none but veneerd write "
+                    "to it",
+                    file_.string()));
+}
+
+void Database::failed(const SQLite::Exception& thrown) noexcept {
+  if (!lock_) return;
+  const int code = thrown.getErrorCode();
+  try {
+    if (means_damage(thrown)) doubt(to_error(thrown, file_.string()).message);
+    // SQLite has dropped what it knew of the file, which looks like another program's write.
+    if (code == SQLITE_FULL || code == SQLITE_IOERR)
+      data_version_ = connection_->execAndGet("PRAGMA data_version").getInt();
+  } catch (const std::exception&) {
+    // Then a check comes that need not have been.
+  }
 }
 
 Database& Database::operator=(Database&& other) noexcept {
@@ -79,6 +139,10 @@ Database& Database::operator=(Database&& other) noexcept {
   connection_ = std::move(other.connection_);
   guard_ = std::move(other.guard_);
   needs_check_ = other.needs_check_;
+  distrusted_ = std::move(other.distrusted_);
+  doubted_ = other.doubted_;
+  doubt_ = std::move(other.doubt_);
+  data_version_ = other.data_version_;
   return *this;
 }
 
@@ -119,6 +183,7 @@ Result<Database> Database::open(const std::filesystem::path& file, bool check) {
     if (Status migrated = migrate(*connection, migrations()); !migrated.ok()) return migrated.error();
     Database database(file, std::move(lock), std::move(connection));
     database.needs_check_ = !check && !fresh && !clean && newest;
+    database.data_version_ = database.connection_->execAndGet("PRAGMA data_version").getInt();
     return database;
   } catch (const SQLite::Exception& thrown) {
     return to_error(thrown, file.string());

@@ -7,14 +7,17 @@
 // an exclusive lock on `<file>.lock` keeps every other writer out, in this process or another. Other threads open
 // read-only connections; their reads never block the writer and see the last commit.
 // Rows are written only by the stores of this folder, inside their transactions: any other statement that would write
-// is refused, on this connection (db/guard.h) and on every other (the schema calls functions that only this program
-// has). Errors: exceptions of SQLiteCpp stop in db's .cc files. kStorage is the file or the disk, kUnavailable is
-// another writer, kInvalidArgument a file that is not ours or newer than this program. Timestamps are ISO 8601 UTC
-// strings with a trailing Z, passed in by the caller (base/clock.h), and compare as text.
+// is refused, on this connection (db/guard.h) and, for rows, on every other (the schema calls functions that only this
+// program has). What another program can still change, the schema and the index of wood, is not refused but found: the
+// next transaction here notices that somebody wrote, and check_integrity() what. Errors: exceptions of SQLiteCpp stop
+// in db's .cc files. kStorage is the file or the disk, kUnavailable is another writer, kInvalidArgument a file that is
+// not ours or newer than this program. Timestamps are ISO 8601 UTC strings with a trailing Z, passed in by the caller
+// (base/clock.h), and compare as text.
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -22,6 +25,7 @@
 
 namespace SQLite {
 class Database;
+class Exception;
 }  // namespace SQLite
 
 namespace veneer::db {
@@ -47,6 +51,16 @@ class Database {
   // Not as its last writer left it, and check_integrity() has not passed since it was opened.
   bool needs_check() const { return needs_check_; }
 
+  // It was found damaged: from now on every write is refused with `why`, and the next start checks it whole, however
+  // this one ends.
+  void distrust(Error why);
+  // Ok() while rows may be written. kUnavailable while needs_check(), kStorage once it is distrusted, or when its file
+  // was moved or replaced, which is for good as well.
+  Status may_write();
+  // Why it has to be checked now, if anything happened since this was asked last: another program wrote to it, or a
+  // row was found damaged. The next start checks it whole in any case.
+  std::optional<std::string> take_doubt();
+
   int schema_version() const;
   const std::filesystem::path& file() const { return file_; }
   // kStorage with what was found first when anything is not as it was written: pages, indices, foreign keys, the
@@ -59,18 +73,26 @@ class Database {
   // For db's own .cc files.
   SQLite::Database& connection() { return *connection_; }
   Guard& guard() { return *guard_; }
+  void look_for_others();  // inside a transaction, where nobody else can write; throws SQLite::Exception
+  void failed(const SQLite::Exception& thrown) noexcept;  // what SQLite threw at a store, once all is rolled back
 
  private:
   struct Lock;
   Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection);
   static Result<Database> open(const std::filesystem::path& file, bool check);
   void close() noexcept;
+  bool was_replaced() const;
+  void doubt(std::string why);
 
   std::filesystem::path file_;
   std::unique_ptr<Lock> lock_;    // null when read-only; released after the connection is closed
   std::unique_ptr<Guard> guard_;  // outlives the connection, which asks it
   std::unique_ptr<SQLite::Database> connection_;
   bool needs_check_ = false;
+  std::optional<Error> distrusted_;
+  bool doubted_ = false;  // ever
+  std::optional<std::string> doubt_;
+  int data_version_ = 0;  // SQLite's, of this connection: it changes with what others commit
 };
 
 }  // namespace veneer::db

@@ -11,10 +11,6 @@
 namespace veneer::db {
 namespace {
 
-Error is_damaged(const std::string& file, const std::string& what) {
-  return {ErrorCode::kStorage, fmt::format("the database {} is damaged ({}): put a backup in its place", file, what)};
-}
-
 std::vector<std::string> texts_of(SQLite::Database& connection, const std::string& query) {
   SQLite::Statement rows(connection, query);
   std::vector<std::string> out;

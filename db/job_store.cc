@@ -27,7 +27,7 @@ Status move_job(SQLite::Database& connection, JobId job, JobState to, const std:
   SQLite::bind(allowed, to_string(*from), to_string(to));
   if (!allowed.executeStep())
     return Error{ErrorCode::kConflict,
-                 fmt::format("job {} is {}: it cannot become {}", job.value, to_string(*from), to_string(to))};
+                 fmt::format("job {} is {} and cannot become {}", job.value, to_string(*from), to_string(to))};
   SQLite::Statement update(connection, "UPDATE jobs SET state = ?, changed_at = ? WHERE id = ?");
   SQLite::bind(update, to_string(to), at, job.value);
   update.exec();
@@ -82,7 +82,7 @@ Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, Allocatio
   row.bind(1, piece.value);
   if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("there is no piece {}", piece.value)};
   return Error{ErrorCode::kConflict,
-               fmt::format("piece {} of job {} is {}: it cannot become {}", text(row.getColumn(1)),
+               fmt::format("piece {} of job {} is {} and cannot become {}", text(row.getColumn(1)),
                            row.getColumn(2).getInt64(), text(row.getColumn(0)), to_string(to))};
 }
 

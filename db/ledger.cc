@@ -126,8 +126,4 @@ Result<SquareMillimetres> Ledger::area_of(AllocationId allocation) {
   });
 }
 
-Result<std::vector<AllocationRecord>> Ledger::all_allocations(const PanelId& panel) {
-  return read_allocations(*database_, panel, "");
-}
-
 }  // namespace veneer::db

@@ -60,8 +60,6 @@ class Ledger {
   Result<SquareMillimetres> area_of(AllocationId allocation);
   // At most `limit` of all, released ones too, behind `after`.
   Result<std::vector<AllocationRecord>> allocations(const PanelId& panel, AllocationId after, int limit);
-  // Released ones too.
-  Result<std::vector<AllocationRecord>> all_allocations(const PanelId& panel);
 
  private:
   Database* database_;

@@ -158,8 +158,8 @@ Status Plans::remove(PlanId plan) {
     held.bind(1, plan.value);
     if (!held.executeStep()) return no_such_plan(plan);
     if (!held.getColumn(0).isNull())
-      return Error{ErrorCode::kConflict,
-                   fmt::format("job {} was made of plan {}: it stays", held.getColumn(0).getInt64(), plan.value)};
+      return Error{ErrorCode::kConflict, fmt::format("plan {} stays, because job {} was made of it", plan.value,
+                                                     held.getColumn(0).getInt64())};
     if (!held.getColumn(1).isNull())
       return Error{ErrorCode::kConflict, fmt::format("plan {} came from plan {}: remove that first",
                                                      held.getColumn(1).getInt64(), plan.value)};

@@ -42,17 +42,13 @@ struct PlannedPanel {
 struct NewPlan {
   std::string name;
   std::optional<PlanId> parent;
-  std::string who;  // asked for it: "local:1000"
+  std::string who;  // asked for it: "uid 1000"
   std::string target_file, preview_file;
   std::string plan_json, options_json;
   std::string report_json = "{}";  // what planning said of it: cost, warnings
   std::vector<PlannedPatch> pieces;
   std::vector<PlannedPanel> planned_on;  // every panel that pieces are taken from
 };
-
-// What a job that is planned and made at once is given.
-using NewJob = NewPlan;
-using NewPiece = PlannedPatch;
 
 struct PlanRecord {
   PlanId id;

@@ -10,19 +10,6 @@ namespace {
 
 constexpr const char* kOfKey = " WHERE who = ? AND operation = ? AND key = ?";
 
-Error never_begun(const KeyedRequest& request) {
-  return {ErrorCode::kNotFound, fmt::format("no request was begun under the key {}", request.key)};
-}
-
-Status set(Database& database, const KeyedRequest& request, const char* column, const std::string& text) {
-  return in_transaction(database, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement update(connection, fmt::format("UPDATE request_keys SET {} = ?{}", column, kOfKey));
-    SQLite::bind(update, text, request.who, request.operation, request.key);
-    if (update.exec() == 0) return never_begun(request);
-    return Ok();
-  });
-}
-
 }  // namespace
 
 Status write_result(SQLite::Database& connection, const KeyedRequest& request, const std::string& result) {
@@ -36,13 +23,13 @@ Status write_result(SQLite::Database& connection, const KeyedRequest& request, c
 
 Result<std::optional<KeyedOutcome>> RequestKeys::begin(const KeyedRequest& request, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<std::optional<KeyedOutcome>> {
-    SQLite::Statement known(connection, std::string("SELECT request_hash, reply, result FROM request_keys") + kOfKey);
+    SQLite::Statement known(connection, std::string("SELECT request_hash, result FROM request_keys") + kOfKey);
     SQLite::bind(known, request.who, request.operation, request.key);
     if (known.executeStep()) {
       if (text(known.getColumn(0)) != request.request_hash)
         return Error{ErrorCode::kConflict,
                      fmt::format("the key {} was used for another request: use a new one", request.key)};
-      return std::optional(KeyedOutcome{text_or_null(known.getColumn(1)), text_or_null(known.getColumn(2))});
+      return std::optional(KeyedOutcome{text_or_null(known.getColumn(1))});
     }
     SQLite::Statement insert(connection,
                              "INSERT INTO request_keys (who, operation, key, request_hash, at) VALUES (?, ?, ?, ?, ?)");
@@ -50,14 +37,6 @@ Result<std::optional<KeyedOutcome>> RequestKeys::begin(const KeyedRequest& reque
     insert.exec();
     return std::optional<KeyedOutcome>();
   });
-}
-
-Status RequestKeys::reply(const KeyedRequest& request, const std::string& text) {
-  return set(*database_, request, "reply", text);
-}
-
-Status RequestKeys::finish(const KeyedRequest& request, const std::string& result) {
-  return set(*database_, request, "result", result);
 }
 
 Status RequestKeys::forget(const KeyedRequest& request) {

@@ -2,9 +2,8 @@
 // and not done again, also after a restart.
 //
 //   begin()    before anything is done. No value: the key is new and is now ours. A value: somebody was here before.
-//   reply()    what was answered at once, to be answered again.
-//   finish()   what came of it, when it ends later (a task). What must never be done twice writes this itself in its
-//              own transaction (JobStore::create).
+//              What comes of it is written by whatever must never be done twice, in its own transaction
+//              (JobStore::create).
 //   forget()   the request was refused before it did anything, so that the key may be used again.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
@@ -20,16 +19,15 @@ namespace veneer::db {
 
 // Keys of different callers and operations never meet.
 struct KeyedRequest {
-  std::string who;           // the caller's identity: "local:1000"
+  std::string who;           // the caller's identity: "uid 1000"
   std::string operation;     // "newJob"
   std::string key;           // as the caller sent it
-  std::string request_hash;  // of everything the request asks for: SHA-256 of query and body
+  std::string request_hash;  // tells what the request asks for; SHA-256 of method, path, query and body
 };
 
-// Of an earlier request under the same key. Both empty: it was begun, and the daemon ended before it was answered.
+// Of an earlier request under the same key.
 struct KeyedOutcome {
-  std::optional<std::string> reply;   // as given to reply()
-  std::optional<std::string> result;  // as given to finish(); of a job {"job":N}
+  std::optional<std::string> result;  // of a job {"job":N}; nothing while it goes on, or when the daemon ended before
 };
 
 class RequestKeys {
@@ -38,9 +36,6 @@ class RequestKeys {
 
   // kConflict when the key was used for a request that asked for something else.
   Result<std::optional<KeyedOutcome>> begin(const KeyedRequest& request, const std::string& at);
-  // kNotFound when the request was never begun.
-  Status reply(const KeyedRequest& request, const std::string& text);
-  Status finish(const KeyedRequest& request, const std::string& result);
   // Keeps a request that has a result: it did something.
   Status forget(const KeyedRequest& request);
   // Drops what was begun before that time; how many.

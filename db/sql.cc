@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <exception>
 #include <new>
+#include <string_view>
 
 #include "base/polygon_ops.h"
 #include "db/checksum.h"
@@ -63,7 +64,21 @@ void overlap_function(sqlite3_context* context, int, sqlite3_value** arguments) 
 
 }  // namespace
 
+Error is_damaged(const std::string& file, const std::string& what) {
+  return {ErrorCode::kStorage,
+          fmt::format("the database {} is damaged ({}): stop veneerd, put a backup in its place, then start it", file,
+                      what)};
+}
+
+bool means_damage(const SQLite::Exception& thrown) {
+  const int code = thrown.getErrorCode();
+  if (code == SQLITE_CORRUPT || code == SQLITE_NOTADB) return true;
+  // What the schema's triggers of soundness raise; to SQLite it is one more broken rule.
+  return code == SQLITE_CONSTRAINT && std::string_view(thrown.what()) == "a row is damaged";
+}
+
 Error to_error(const SQLite::Exception& thrown, const std::string& file) {
+  if (means_damage(thrown)) return is_damaged(file, thrown.what());
   switch (thrown.getErrorCode()) {
     case SQLITE_FULL:
       return {ErrorCode::kStorage,
@@ -73,24 +88,23 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
       if (thrown.getExtendedErrorCode() != SQLITE_IOERR_WRITE) break;
       return {ErrorCode::kStorage,
               fmt::format("nothing can be written to {}: make room on the disk or in its quota and try again", file)};
-    case SQLITE_CORRUPT:
-    case SQLITE_NOTADB:
-      return {ErrorCode::kStorage,
-              fmt::format("the database {} is damaged ({}): put a backup in its place", file, thrown.what())};
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return {ErrorCode::kUnavailable, fmt::format("the database {} is busy: another program holds it", file)};
+      return {ErrorCode::kUnavailable,
+              fmt::format("the database {} is busy, because another program holds it: end that one", file)};
     case SQLITE_READONLY:
       return {ErrorCode::kStorage, fmt::format("the database {} cannot be written: check its permissions", file)};
     case SQLITE_CANTOPEN:
-      return {ErrorCode::kStorage,
-              fmt::format("the database {} cannot be opened: check the path and its permissions", file)};
+      return {ErrorCode::kUnavailable,
+              fmt::format("the database {} cannot be opened: check the path and its permissions, and whether this "
+                          "program has too many files open",
+                          file)};
     case SQLITE_CONSTRAINT:
-      return {ErrorCode::kConflict, fmt::format("the database refuses: {}", thrown.what())};
+      return {ErrorCode::kConflict, fmt::format("the database refuses it ({})", thrown.what())};
     default:
       break;
   }
-  return {ErrorCode::kStorage, fmt::format("the database {} failed: {}", file, thrown.what())};
+  return {ErrorCode::kStorage, fmt::format("the database {} failed ({})", file, thrown.what())};
 }
 
 void register_functions(SQLite::Database& connection) {

@@ -17,6 +17,10 @@ namespace veneer::db {
 
 // One sentence for what SQLite threw: a full disk, a damaged file, a broken rule of the schema.
 Error to_error(const SQLite::Exception& thrown, const std::string& file);
+// kStorage: `what` is not as it was written.
+Error is_damaged(const std::string& file, const std::string& what);
+// Was that said of what SQLite threw? Of a row that is not what was written, too, which a trigger finds.
+bool means_damage(const SQLite::Exception& thrown);
 
 // Reads. `body` takes the connection and returns a Result or Status.
 template <class Body>
@@ -24,6 +28,7 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
   try {
     return body(database.connection());
   } catch (const SQLite::Exception& thrown) {
+    database.failed(thrown);
     return to_error(thrown, database.file().string());
   }
 }
@@ -31,12 +36,11 @@ auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body,
 // Writes: one IMMEDIATE transaction, committed last and only when `body` returned ok.
 template <class Body>
 auto in_transaction(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
-  if (database.needs_check())
-    return Error{ErrorCode::kUnavailable,
-                 "the database was not closed in order and has not passed its check: nothing is written before it has"};
+  if (Status may = database.may_write(); !may.ok()) return may.error();
   return guarded(database, [&](SQLite::Database& connection) {
     const WritePermission permission(database.guard());
     SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
+    database.look_for_others();
     auto result = body(connection);
     if (result.ok()) transaction.commit();
     return result;

@@ -30,8 +30,8 @@ Status check_stroke(const Stroke& stroke, std::size_t index, const JobLimits& li
   for (const auto& p : reached)
     if (!std::isfinite(p.x.count()) || !std::isfinite(p.y.count()) || !travel.contains(p))
       return refuse(
-          fmt::format("leaves the machine's travel at ({:.2f}, {:.2f}) mm: x is {:.1f} to {:.1f}, y is {:.1f} "
-                      "to {:.1f}; lay the panel nearer to the middle of the bed",
+          fmt::format("leaves the machine's travel at ({:.2f}, {:.2f}) mm (x is {:.1f} to {:.1f}, y is {:.1f} "
+                      "to {:.1f}): lay the panel nearer to the middle of the bed",
                       p.x.count(), p.y.count(), travel.min.x.count(), travel.max.x.count(), travel.min.y.count(),
                       travel.max.y.count()));
   const bool moves = std::any_of(reached.begin(), reached.end(),

@@ -24,12 +24,21 @@ namespace fs = std::filesystem;
 class Lines {
  public:
   explicit Lines(int descriptor) : descriptor_(descriptor) {}
-  std::optional<std::string> next() {
+  // `patience`: for the whole line; for ever without it.
+  std::optional<std::string> next(const std::optional<std::chrono::milliseconds>& patience = {}) {
+    const auto deadline = std::chrono::steady_clock::now() + patience.value_or(std::chrono::milliseconds(0));
     for (;;) {
       if (const auto end = heard_.find('\n'); end != std::string::npos) {
         std::string line = heard_.substr(0, end);
         heard_.erase(0, end + 1);
         return line;
+      }
+      if (patience) {
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+        pollfd something{descriptor_, POLLIN, 0};
+        const int ready = left.count() > 0 ? ::poll(&something, 1, static_cast<int>(left.count())) : 0;
+        if (ready == 0) return std::nullopt;
+        if (ready < 0) continue;  // a signal
       }
       std::array<char, 512> chunk{};
       const ssize_t count = ::read(descriptor_, chunk.data(), chunk.size());
@@ -47,6 +56,13 @@ class Lines {
 void tell(int connection, std::string line) {
   line += '\n';
   static_cast<void>(::send(connection, line.data(), line.size(), MSG_NOSIGNAL));
+}
+
+// Connected, or made this pair of sockets.
+bool is_of(int connection, uid_t user) {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  return ::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.uid == user;
 }
 
 bool hung_up(int connection, std::chrono::milliseconds wait) {
@@ -85,8 +101,10 @@ class Watch::Lock {
 };
 
 void Watch::serve(int connection) {
+  if (!is_of(connection, options_.daemon)) return log_->warn("somebody who is not the daemon's user was refused");
+  // Whoever says nothing keeps the guardian from the daemon that comes next.
   Lines lines(connection);
-  const auto first = lines.next();
+  const auto first = lines.next(options_.first_line);
   const auto space = first ? first->find(' ') : std::string::npos;
   const auto machine = space == std::string::npos ? std::nullopt : machine_from_text(first->substr(space + 1));
   const std::string word = first ? first->substr(0, space) : "";

@@ -7,6 +7,9 @@
 // Blocking; one thread.
 #pragma once
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -24,6 +27,8 @@ struct WatchOptions {
   std::function<Status(const GuardedMachine&)> darken;
   int tries = 20;  // after a death, half a second apart; then the record stays for the next start
   std::chrono::milliseconds pause{500};
+  uid_t daemon = ::geteuid();  // whoever else connects is shown the door, and so is who says nothing for so long
+  std::chrono::milliseconds first_line{2000};
 };
 
 class Watch {

@@ -20,6 +20,7 @@
 #include "base/ids.h"
 #include "base/raster.h"
 #include "base/result.h"
+#include "planner/layout/partition.h"
 #include "planner/stock.h"
 
 namespace veneer::planner {
@@ -47,6 +48,11 @@ enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
 
+// kDp: borders are cut by dynamic programming once wood is chosen (boundaries/refinement.h).
+enum class Refine { kNone, kDp };
+// Where curved borders' segments meet, and at crossings: kG0, they may turn; kG1, they go on in the same direction.
+enum class Curves { kG0, kG1 };
+
 // Where a piece's wood really comes from.
 struct Placement {
   PanelId panel;
@@ -59,6 +65,13 @@ struct KeptPiece {
   int cells = 1;                       // side in cells of the grid (Piece::cells)
   std::optional<Placement> placement;  // none: wood is looked for anew
   bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
+  Ring<ArtworkFrame> outline{};        // of a curved piece; empty: its layout's
+};
+
+// The layout of an earlier plan's artwork; faces in the order of its pieces.
+struct KeptLayout {
+  std::string letter;  // of the artwork
+  Partition layout;
 };
 
 // Defaults are the paper's Table 1.
@@ -85,6 +98,11 @@ struct PlanOptions {
   // At last turn and shift each new piece continuously (fine_rotation.h): rotations are then no multiples of
   // 360 / n_rot degrees any more. Kept pieces stay as they are.
   bool fine_rotation = false;
+  Refine refine = Refine::kNone;
+  Curves curves = Curves::kG0;
+  Millimetres overlap{0};      // how far refined pieces grow over their borders; 0: three eighths of a patch
+  Millimetres min_width{1.5};  // of any part of a refined piece (fabrication.h)
+  int rematch = 0;             // how often at most wood is chosen again for refined shapes, which are then cut again
   Optimize optimize = Optimize::kGreedy;
   // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
   // the clock stopped is repeated by the iterations that it reports.
@@ -96,7 +114,8 @@ struct PlanOptions {
   // All pieces that an earlier plan has of some of these artworks, in the same grid; with adaptive levels their sizes
   // are those of that plan. Empty: nothing is kept.
   std::vector<KeptPiece> kept{};
-  std::size_t alternatives = 0;  // listed for each piece, at most
+  std::vector<KeptLayout> kept_layouts{};  // of kept pieces that are curved
+  std::size_t alternatives = 0;            // listed for each piece, at most
   std::uint64_t seed = 1;
   int threads = 0;  // 0: as many as the machine has
 };
@@ -168,6 +187,21 @@ struct FineReport {
   std::size_t moved = 0;  // pieces
 };
 
+// What `PlanOptions::refine` gained.
+struct RefineReport {
+  double cost_before = 0;   // with straight borders
+  double cost_refined = 0;  // with refined ones, on the same wood
+  double cost = 0;          // in the end
+  struct Round {
+    double cost = 0;
+    std::size_t moved = 0;  // pieces that took other wood
+  };
+  std::vector<Round> rounds;  // of choosing wood again
+  std::size_t segments = 0;   // cubic curves of all borders between pieces
+  Millimetres length{0};      // of these borders
+  double seconds = 0;         // not part of what a plan is
+};
+
 // Pieces in reading order: artwork by artwork, row by row.
 struct Plan {
   std::vector<PlanArtwork> artworks;
@@ -175,11 +209,15 @@ struct Plan {
   std::vector<Piece> pieces;
   double dpi = 0;
   Millimetres kerf;
+  // Of each artwork, with a face for each of its pieces, in their order. Empty: all borders are straight.
+  std::vector<Partition> layouts;
   // Not part of what a plan is, and not in its file:
   PlanSeconds seconds;
+  std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;
+  std::optional<RefineReport> refined;
   std::vector<std::string> warnings;  // one sentence each
 };
 

@@ -63,6 +63,18 @@ Status read(std::string_view name, std::string_view text, Optimize& out) {
   return Ok();
 }
 
+Status read(std::string_view name, std::string_view text, Refine& out) {
+  if (text != "none" && text != "dp") return unusable_option(name, "none or dp", text);
+  out = text == "dp" ? Refine::kDp : Refine::kNone;
+  return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, Curves& out) {
+  if (text != "g0" && text != "g1") return unusable_option(name, "g0 or g1", text);
+  out = text == "g1" ? Curves::kG1 : Curves::kG0;
+  return Ok();
+}
+
 template <class Number>
 std::string written(Number value) {
   return fmt::format("{}", value);
@@ -71,6 +83,9 @@ std::string written(bool value) { return value ? "1" : "0"; }
 std::string written(Millimetres value) { return written(value.count()); }
 std::string written(Priority value) { return value == Priority::kCentre ? "center" : "saliency"; }
 std::string written(Optimize value) { return value == Optimize::kGlobal ? "global" : "greedy"; }
+
+std::string written(Refine value) { return value == Refine::kDp ? "dp" : "none"; }
+std::string written(Curves value) { return value == Curves::kG1 ? "g1" : "g0"; }
 
 struct Field {
   std::string_view name;
@@ -90,6 +105,11 @@ constexpr std::array kFields = {
     field<&PlanOptions::adaptive_factor>("adaptive_factor"),
     field<&PlanOptions::rotations>("rotations"),
     field<&PlanOptions::fine_rotation>("fine_rotation"),
+    field<&PlanOptions::refine>("refine"),
+    field<&PlanOptions::curves>("curves"),
+    field<&PlanOptions::overlap>("overlap_mm"),
+    field<&PlanOptions::min_width>("min_width_mm"),
+    field<&PlanOptions::rematch>("rematch"),
     field<&PlanOptions::dpi>("dpi"),
     field<&PlanOptions::w_intensity>("w_intensity"),
     field<&PlanOptions::w_edge>("w_edge"),

@@ -2,10 +2,12 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <tuple>
 
 #include <fmt/format.h>
 
+#include "planner/boundaries/refinement.h"
 #include "planner/edits/kept_pieces.h"
 #include "planner/files/plan_journal.h"
 #include "planner/global/global_plan.h"
@@ -107,6 +109,42 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
   }
 }
 
+// Faces as add_pieces() adds their pieces.
+std::vector<Partition> in_reading_order(const Problem& problem, const Refinement& refined) {
+  std::vector<std::size_t> place(problem.queue.size());
+  const std::vector<std::size_t> order = reading_order(problem);
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  std::vector<Partition> out;
+  for (std::size_t a = 0; a < refined.layouts.size(); ++a) {
+    std::vector<std::size_t> faces(refined.faces[a].size());
+    std::iota(faces.begin(), faces.end(), std::size_t{0});
+    std::sort(faces.begin(), faces.end(),
+              [&](std::size_t f, std::size_t g) { return place[refined.faces[a][f]] < place[refined.faces[a][g]]; });
+    out.push_back(with_faces(refined.layouts[a], faces));
+  }
+  return out;
+}
+
+// Of the artworks that an earlier plan had, and of those that are planned beside them.
+std::vector<Partition> layouts_kept(const Problem& problem, const PlanOptions& options, const Plan& plan) {
+  std::vector<Partition> out;
+  for (std::size_t a = 0; a < plan.artworks.size(); ++a) {
+    const PlanArtwork& artwork = plan.artworks[a];
+    const auto kept = std::find_if(options.kept_layouts.begin(), options.kept_layouts.end(),
+                                   [&](const KeptLayout& it) { return it.letter == artwork.letter; });
+    if (kept != options.kept_layouts.end()) {
+      out.push_back(kept->layout);
+      continue;
+    }
+    std::vector<Patch> patches;
+    for (const std::size_t i : reading_order(problem))
+      if (const Problem::Task& task = problem.queue[i]; task.artwork == a)
+        patches.push_back(problem.artworks[a].patches[task.patch]);
+    out.push_back(partition_of(artwork.width, artwork.height, patches));
+  }
+  return out;
+}
+
 // Whoever moved pieces since they were placed, from now on the matcher knows what the plan takes. kCancelled: a stop
 // was requested, and the matcher must not be asked any more.
 Status take_anew(Matcher& matcher, const Problem& problem, const PatchPlacements& placements, int threads,
@@ -143,7 +181,9 @@ Status add_alternatives(std::span<const StockPanel> stock, const Problem& proble
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
                        const Progress& progress, std::stop_token stop, PlanJournal* journal, SharedWork* shared) {
   constexpr double kIndexShare = 0.1;
-  const double fine_share = options.fine_rotation ? 0.1 : 0;
+  const double refine_share = options.refine == Refine::kNone ? 0 : options.rematch > 0 ? 0.6 : 0.3;
+  const double fine_share = options.fine_rotation ? 0.1 * (1 - refine_share) : 0;
+  const double placed_share = 1 - refine_share;  // and turned
   Reporter report(progress);
   const Stopwatch start;
   report(0, "reading the wood");
@@ -177,7 +217,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const Stopwatch match_start;
   const std::size_t count = problem->queue.size() + problem->squares.size();
   // Of what the index leaves, greedy's part of the time.
-  const double greedy_share = (1 - kIndexShare - fine_share) * (options.optimize == Optimize::kGlobal ? 0.2 : 1);
+  const double greedy_share =
+      (placed_share - kIndexShare - fine_share) * (options.optimize == Optimize::kGlobal ? 0.2 : 1);
   const auto on_placed = [&](std::size_t placed) {
     report(kIndexShare + greedy_share * static_cast<double>(placed) / static_cast<double>(count),
            fmt::format("placing pieces: {} of {}", placed, count));
@@ -191,18 +232,18 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     const double done = kIndexShare + greedy_share;
     GlobalOutcome global = plan_globally(
         *problem, *matcher, *chosen, options, threads,
-        [&](double share, const std::string& text) { report(done + (1 - fine_share - done) * share, text); }, stop,
-        journal);
+        [&](double share, const std::string& text) { report(done + (placed_share - fine_share - done) * share, text); },
+        stop, journal);
     patches = std::move(global.patches);
     plan.global = global.report;
   }
   plan.seconds.match = match_start.seconds();
   if (options.fine_rotation) {
     const Stopwatch fine_start;
-    report(1 - fine_share, "turning pieces finely");
+    report(placed_share - fine_share, "turning pieces finely");
     FineOutcome fine = turn_finely(
         *problem, *matcher, std::move(patches), threads,
-        [&](double share) { report(1 - fine_share * (1 - share), "turning pieces finely"); }, stop, journal);
+        [&](double share) { report(placed_share - fine_share * (1 - share), "turning pieces finely"); }, stop, journal);
     if (stop.stop_requested()) {
       if (!plan.global) return cancelled();
       plan.warnings.emplace_back("not all pieces are turned finely, because planning was stopped");
@@ -210,6 +251,23 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
     patches = std::move(fine.patches);
     plan.fine = fine.report;
     plan.seconds.refine = fine_start.seconds();
+  }
+  Refinement refined;
+  if (options.refine != Refine::kNone && !problem->queue.empty()) {
+    const Stopwatch refine_start;
+    report(placed_share, "refining borders");
+    refined = refine_boundaries(
+        *problem, *matcher, std::move(patches), artworks, options, threads,
+        [&](double share) { report(1 - refine_share * (1 - share), "refining borders"); }, stop);
+    if (refined.stopped) {
+      if (!plan.global) return cancelled();
+      plan.warnings.emplace_back("borders are not refined to the end, because planning was stopped");
+    }
+    std::move(refined.warnings.begin(), refined.warnings.end(), std::back_inserter(plan.warnings));
+    patches = std::move(refined.patches);
+    plan.refined = std::move(refined.report);
+    plan.refined->seconds = refine_start.seconds();
+    plan.seconds.refine += plan.refined->seconds;
   }
   const std::optional<Shortage> shortage = shortage_of(*problem, *matcher, patches, options.patch, stop);
   Status listed;  // whether the matcher knows what the plan takes, and then whether all pieces have their alternatives
@@ -219,6 +277,9 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->placements.begin(), staying->placements.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
+  if (plan.refined) plan.layouts = in_reading_order(*problem, refined);
+  if (!options.kept_layouts.empty()) plan.layouts = layouts_kept(*problem, options, plan);
+  for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
   if (options.alternatives > 0) {
     if (listed.ok()) listed = add_alternatives(stock, *problem, *matcher, options.alternatives, threads, stop, plan);

@@ -14,8 +14,8 @@ Error no_such_species(std::span<const StockPanel> stock, const std::string& spec
   for (const StockPanel& panel : stock)
     if (!panel.species.empty()) known.insert(panel.species);
   return {ErrorCode::kInvalidArgument,
-          known.empty() ? fmt::format("no panel is known to be {}: no panel names its species", species)
-                        : fmt::format("no panel is {}: there is {}", species, fmt::join(known, ", "))};
+          known.empty() ? fmt::format("no panel is known to be {}, because none names its material: name it", species)
+                        : fmt::format("no panel is {}: choose from {}", species, fmt::join(known, ", "))};
 }
 
 }  // namespace

@@ -15,6 +15,22 @@ std::optional<Number> parse_whole(std::string_view text) {
   return value;
 }
 
+// Where the message's last ": " begins that stands neither in brackets nor in quotation marks: those hold what others
+// said (SQLite, the system), which is no advice. npos also where one of them is left open.
+std::size_t before_remedy(std::string_view message) {
+  std::size_t found = std::string_view::npos;
+  int brackets = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < message.size(); ++i) {
+    if (message[i] == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (message[i] == '(') ++brackets;
+    if (message[i] == ')' && brackets > 0) --brackets;
+    if (brackets == 0 && message.substr(i, 2) == ": ") found = i;
+  }
+  return quoted || brackets > 0 ? std::string_view::npos : found;
+}
+
 }  // namespace
 
 const std::string& ApiRequest::path_param(const std::string& name) const {
@@ -33,11 +49,10 @@ Result<std::int64_t> ApiRequest::path_number(const std::string& name) const {
 }
 
 nlohmann::json error_json(std::string_view code, std::string_view message) {
-  constexpr std::string_view kBetween = ": ";
-  const std::size_t colon = message.rfind(kBetween);
+  const std::size_t colon = before_remedy(message);
   nlohmann::json out = {
       {"code", code}, {"sentence", message.substr(0, colon)}, {"remedy", nullptr}, {"message", message}};
-  if (colon != std::string_view::npos) out["remedy"] = message.substr(colon + kBetween.size());
+  if (colon != std::string_view::npos) out["remedy"] = message.substr(colon + 2);
   return out;
 }
 

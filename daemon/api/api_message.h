@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "daemon/api/shared_text.h"
 
 namespace veneer::daemon {
 
@@ -36,7 +37,7 @@ enum class TransportKind { kUnix, kTcp };
 
 struct Caller {
   Role role = Role::kViewer;
-  std::string who;  // for the audit: "uid 1000", "console", "anonymous"
+  std::string who;  // for the audit: "uid 1000", "console link 3 of uid 1000", "anonymous"
   TransportKind transport = TransportKind::kTcp;
 };
 
@@ -46,7 +47,7 @@ struct ApiRequest {
   std::map<std::string, std::string> path_params;  // decoded; names as in the route's pattern
   std::map<std::string, std::string> query;        // decoded; read it with a RequestReader
   std::optional<std::string> repeated_query;       // a name that stands twice in the query
-  std::string body;                                // read it with a RequestReader, unless it is a picture
+  SharedText body;                                 // read it with a RequestReader, unless it is a picture
   std::string content_type;
   std::string if_none_match;    // ETags of what the client has already
   std::string idempotency_key;  // empty: none
@@ -84,7 +85,7 @@ struct ApiReply {
 };
 
 // {"code", "sentence", "remedy", "message"}: what happened and what to do about it, apart and, for those who want one
-// sentence, together. By this program's custom a message says "what: remedy"; without a colon the remedy is null.
+// sentence, together. By this program's custom a message says "what: remedy"; where it does not, the remedy is null.
 nlohmann::json error_json(std::string_view code, std::string_view message);
 
 // Is `etag` among those of an If-None-Match header?

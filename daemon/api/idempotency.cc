@@ -17,8 +17,8 @@ std::string fingerprint_of(const ApiRequest& request) {
   constexpr std::size_t kEnd = 16 * 1024;
   std::string text = request.method + " " + request.path + "?";
   for (const auto& [name, value] : request.query) text += fmt::format("{}={}&", name, value);
-  text += "\n" + std::to_string(request.body.size()) + "\n" + request.body.substr(0, kEnd);
-  if (request.body.size() > kEnd) text += request.body.substr(std::max(kEnd, request.body.size() - kEnd));
+  text += "\n" + std::to_string(request.body.size()) + "\n" + request.body.text().substr(0, kEnd);
+  if (request.body.size() > kEnd) text += request.body.text().substr(std::max(kEnd, request.body.size() - kEnd));
   return sha256_hex(std::as_bytes(std::span(text)));
 }
 

@@ -2,8 +2,8 @@
 // (Idempotency-Key), and a repetition with the same key gets the reply of the first.
 //
 // What was refused is forgotten, because nothing was done; what is still being done answers both when it is done. Keys
-// belong to who sent them. They live in memory; what must hold beyond a restart is written in
-// the transaction that does it (db/request_keys.h). Thread-safe, since replies come from any thread.
+// belong to who sent them. They live in memory; what must hold beyond a restart is written in the transaction that does
+// it (db/request_keys.h). Thread-safe, since replies come from any thread.
 #pragma once
 
 #include <deque>

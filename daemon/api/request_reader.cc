@@ -78,7 +78,7 @@ std::optional<double> parse_number(std::string_view text) {
 RequestReader RequestReader::body_of(const ApiRequest& request) {
   RequestReader reader(false);
   if (request.body.empty()) return reader;
-  auto parsed = parse_object(request.body);
+  auto parsed = parse_object(request.body.text());
   if (parsed)
     reader.values_ = std::move(*parsed);
   else

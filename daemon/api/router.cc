@@ -68,7 +68,7 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
     line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
   if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kLargeJson)
     line += " (" + std::to_string(request.body.size()) + " bytes)";
-  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body;
+  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body.text();
   if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";
   return line;
 }
@@ -76,26 +76,33 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
 }  // namespace
 
 Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Changes> changes, Handler handler) {
-  return
-      [&operation, changes = std::move(changes), handler = std::move(handler)](const ApiRequest& request, Reply reply) {
-        if (changes->may_begin)
-          if (const Status may = changes->may_begin(operation.id, request); !may)
-            return reply(ApiReply::error(may.error()));
-        if (!request.idempotency_key.empty() && changes->keys != nullptr) {
-          if (!usable_key(request.idempotency_key))
-            return reply(
-                ApiReply::error(unusable("Idempotency-Key must be 1 to 200 visible ASCII characters: choose another")));
-          auto first = changes->keys->begin(request, std::move(reply));
-          if (!first) return;
-          reply = std::move(*first);
-        }
-        if (!changes->note) return handler(request, std::move(reply));
-        changes->note({request.caller, operation.id, line_of(operation, request)});
-        handler(request, [&operation, changes, caller = request.caller, reply = std::move(reply)](ApiReply made) {
-          if (made.status >= 400) changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
-          reply(std::move(made));
-        });
-      };
+  return [&operation, changes = std::move(changes), handler = std::move(handler)](const ApiRequest& request,
+                                                                                  Reply reply) {
+    if (changes->may_begin)
+      if (const Status may = changes->may_begin(operation.id, request); !may)
+        return reply(ApiReply::error(may.error()));
+    if (!request.idempotency_key.empty() && changes->keys != nullptr) {
+      if (!usable_key(request.idempotency_key))
+        return reply(
+            ApiReply::error(unusable("Idempotency-Key must be 1 to 200 visible ASCII characters: choose another")));
+      auto first = changes->keys->begin(request, std::move(reply));
+      if (!first) return;
+      reply = std::move(*first);
+    }
+    if (!changes->note) return handler(request, std::move(reply));
+    const std::string line = line_of(operation, request);
+    // What needs no login, anybody may ask for without end.
+    const bool by_anybody = operation.role == Role::kViewer;
+    if (!by_anybody) changes->note({request.caller, operation.id, line});
+    handler(request,
+            [&operation, changes, by_anybody, line, caller = request.caller, reply = std::move(reply)](ApiReply made) {
+              const bool refused = made.status >= 400;
+              if (by_anybody && !refused) changes->note({caller, operation.id, line});
+              if (!by_anybody && refused)
+                changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
+              reply(std::move(made));
+            });
+  };
 }
 
 void Router::bind(std::string_view operation_id, Handler handler) {

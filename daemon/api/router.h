@@ -35,7 +35,8 @@ class Router {
   // body that the operation does not take is refused before the handler sees it.
   // An unknown id, or one bound twice, is a bug and aborts.
   void bind(std::string_view operation_id, Handler handler);
-  // Told of every operation that changes something before its handler runs, and again when it was refused.
+  // Told of every operation that changes something before its handler runs, and again when it was refused; of one that
+  // needs no login only once it was done.
   struct Change {
     const Caller& caller;
     std::string_view operation;  // its id

@@ -3,30 +3,10 @@
 #include <systemd/sd-daemon.h>
 
 #include <algorithm>
-#include <boost/asio/steady_timer.hpp>
 #include <chrono>
 #include <cstdint>
 
 namespace veneer::daemon {
-namespace {
-
-class ReactorTimer final : public OneShotTimer {
- public:
-  explicit ReactorTimer(boost::asio::io_context& reactor) : timer_(reactor) {}
-  void after(Duration delay, std::function<void()> then) override {
-    timer_.expires_after(delay);
-    timer_.async_wait([then = std::move(then)](boost::system::error_code fault) {
-      if (!fault) then();
-    });
-  }
-  void cancel() override { timer_.cancel(); }
-
- private:
-  boost::asio::steady_timer timer_;
-};
-
-}  // namespace
-
 SystemdNotifier::SystemdNotifier() {
   std::uint64_t microseconds = 0;
   if (sd_watchdog_enabled(/*unset_environment=*/0, &microseconds) > 0) {
@@ -35,20 +15,6 @@ SystemdNotifier::SystemdNotifier() {
 }
 
 void SystemdNotifier::notify(const std::string& note) { sd_notify(/*unset_environment=*/0, note.c_str()); }
-
-std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reactor) {
-  return std::make_unique<ReactorTimer>(reactor);
-}
-
-Repeater::Repeater(std::unique_ptr<OneShotTimer> timer, Duration period, std::function<void()> act)
-    : timer_(std::move(timer)), period_(period), act_(std::move(act)) {}
-
-void Repeater::begin() {
-  timer_->after(period_, [this] {
-    act_();
-    begin();
-  });
-}
 
 Watchdog::Watchdog(ServiceNotifier& notifier, std::unique_ptr<OneShotTimer> timer)
     : notifier_(notifier), timer_(std::move(timer)) {}

@@ -5,12 +5,11 @@
 // Bound to the reactor.
 #pragma once
 
-#include <boost/asio/io_context.hpp>
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "base/clock.h"
+#include "daemon/reactor_timer.h"
 
 namespace veneer::daemon {
 
@@ -31,27 +30,6 @@ class SystemdNotifier final : public ServiceNotifier {
 
  private:
   Duration period_{0};
-};
-
-// Runs `then` once on the reactor, after `delay`; a later call replaces an earlier one.
-class OneShotTimer {
- public:
-  virtual ~OneShotTimer() = default;
-  virtual void after(Duration delay, std::function<void()> then) = 0;
-  virtual void cancel() = 0;
-};
-std::unique_ptr<OneShotTimer> make_reactor_timer(boost::asio::io_context& reactor);
-
-// Does the same again and again, a period after each time it was done.
-class Repeater {
- public:
-  Repeater(std::unique_ptr<OneShotTimer> timer, Duration period, std::function<void()> act);
-  void begin();  // for the first time after one period
-
- private:
-  std::unique_ptr<OneShotTimer> timer_;
-  Duration period_;
-  std::function<void()> act_;
 };
 
 class Watchdog {

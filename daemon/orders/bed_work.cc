@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <opencv2/imgcodecs.hpp>
+#include <fstream>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/tag_detector.h"
 #include "daemon/services/calibration.h"
+#include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/pictures.h"
 
 namespace veneer::daemon {
@@ -17,7 +18,11 @@ Status write_shown(const cv::Mat& picture, const std::string& file) {
   cv::Mat small = picture;
   if (picture.cols > kWidth)
     cv::resize(picture, small, {kWidth, picture.rows * kWidth / picture.cols}, 0, 0, cv::INTER_AREA);
-  if (cv::imwrite(file, small, {cv::IMWRITE_JPEG_QUALITY, 85})) return Ok();
+  constexpr int kQuality = 85;
+  if (const auto bytes = planner::encode_jpeg(small, kQuality)) {
+    std::ofstream out(file, std::ios::binary);
+    if (out.write(bytes->data(), static_cast<std::streamsize>(bytes->size())).flush()) return Ok();
+  }
   return Error{ErrorCode::kStorage, fmt::format("cannot write {}: make room on the disk, then try again", file)};
 }
 

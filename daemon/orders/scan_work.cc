@@ -1,5 +1,7 @@
 #include "daemon/orders/scan_work.h"
 
+#include <cmath>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -86,16 +88,23 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
 }  // namespace
 
 std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px) {
-  constexpr int kStep = 64;  // 5.4 mm at 300 dpi: the scanner's map bends far more slowly
-  const int columns = (width_px + kStep - 1) / kStep + 1, rows = (height_px + kStep - 1) / kStep + 1;
+  // 5.4 mm at 300 dpi: the scanner's map bends far more slowly. Farther apart where there are more pixels, for all
+  // tiles together are one line of an answer.
+  constexpr int kMostPoints = 10'000;
+  int step = 64, columns = 0, rows = 0;
+  for (;; step *= 2) {
+    columns = (width_px + step - 1) / step + 1, rows = (height_px + step - 1) / step + 1;
+    if (static_cast<std::int64_t>(columns) * rows <= kMostPoints) break;
+  }
+  const auto rounded = [](Millimetres length) { return std::round(length.count() * 1e5) / 1e5; };
   nlohmann::json panel_mm = nlohmann::json::array();
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
-      const auto p = panel_from_scan * point<ScanFrame>(c * kStep, r * kStep);
-      panel_mm.push_back({p.x.count(), p.y.count()});
+      const auto p = panel_from_scan * point<ScanFrame>(c * step, r * step);
+      panel_mm.push_back({rounded(p.x), rounded(p.y)});
     }
   return nlohmann::json{
-      {"origin_px", {0, 0}}, {"step_px", kStep}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
+      {"origin_px", {0, 0}}, {"step_px", step}, {"cols", columns}, {"rows", rows}, {"panel_mm", panel_mm}}
       .dump();
 }
 

@@ -1,8 +1,10 @@
 // Shapes, maps and sightings as JSON between the daemon and its worker processes. Lengths in the frame's own unit;
-// numbers keep their last bit. Reading throws nlohmann::json exceptions; have_done() and do_work() catch them.
+// numbers keep their last bit. Reading throws nlohmann::json exceptions, of numbers beyond all measure too; have_done()
+// and do_work() catch them.
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
@@ -46,9 +48,16 @@ template <class Unit>
 void to_json(nlohmann::json& j, const Quantity<Unit>& q) {
   j = q.count();
 }
+// Neither a length of this world nor a pixel of any picture: it would be no number any more in whole micrometres.
+inline bool beyond_all_measure(double value) {
+  constexpr double kMost = 1e9;
+  return !(std::abs(value) <= kMost);
+}
 template <class Unit>
 void from_json(const nlohmann::json& j, Quantity<Unit>& q) {
-  q = Quantity<Unit>(j.get<double>());
+  const auto value = j.get<double>();
+  if (beyond_all_measure(value)) throw nlohmann::json::out_of_range::create(406, "beyond all measure", &j);
+  q = Quantity<Unit>(value);
 }
 inline void to_json(nlohmann::json& j, const ScanResolution& r) { j = r.px_per_mm; }
 inline void from_json(const nlohmann::json& j, ScanResolution& r) { r.px_per_mm = j.get<double>(); }
@@ -109,7 +118,12 @@ void from_json(const nlohmann::json& j, Region<Frame>& region) {
   MicroArea area;
   for (const auto& points : j) {
     MicroRing& ring = area.rings.emplace_back();
-    for (const auto& p : points) ring.push_back({p.at(0).get<std::int64_t>(), p.at(1).get<std::int64_t>()});
+    for (const auto& p : points) {
+      const auto x_um = p.at(0).get<double>(), y_um = p.at(1).get<double>();
+      if (beyond_all_measure(x_um) || beyond_all_measure(y_um))
+        throw nlohmann::json::out_of_range::create(406, "beyond all measure", &p);
+      ring.push_back({static_cast<std::int64_t>(x_um), static_cast<std::int64_t>(y_um)});
+    }
   }
   region = Region<Frame>(std::move(area));
 }

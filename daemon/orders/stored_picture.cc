@@ -2,16 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <opencv2/imgcodecs.hpp>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 
 Result<cv::Mat> read_stored_picture(const std::filesystem::path& file) {
-  cv::Mat picture = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
-  if (picture.empty())
-    return Error{ErrorCode::kStorage,
-                 fmt::format("cannot read {}: restore it from a backup or scan the panel again", file.string())};
-  return picture;
+  std::error_code failed;
+  if (std::filesystem::is_regular_file(file, failed)) {  // reading a folder throws
+    std::ifstream in(file, std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(in), {});
+    if (in)
+      if (auto picture = planner::decode_png(bytes)) return *picture;
+  }
+  return Error{ErrorCode::kStorage,
+               fmt::format("cannot read {}: restore it from a backup or scan the panel again", file.string())};
 }
 
 Result<Raster<PanelFrame>> read_stored_raster(const std::filesystem::path& file) {
@@ -21,7 +29,10 @@ Result<Raster<PanelFrame>> read_stored_raster(const std::filesystem::path& file)
 }
 
 Status write_stored_picture(const cv::Mat& picture, const std::filesystem::path& file) {
-  if (cv::imwrite(file.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 1})) return Ok();
+  if (const auto bytes = planner::encode_png(picture)) {
+    std::ofstream out(file, std::ios::binary);
+    if (out.write(bytes->data(), static_cast<std::streamsize>(bytes->size())).flush()) return Ok();
+  }
   return Error{ErrorCode::kStorage,
                fmt::format("cannot write {}: make room on the disk, then try again", file.string())};
 }

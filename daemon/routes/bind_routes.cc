@@ -40,8 +40,7 @@ void bind_routes(Router& router, Cell& cell) {
                          }};
   bind_job_routes(router, jobs);
   bind_plan_routes(router, jobs);
-  bind_laser_routes(router, {*c.runner, *c.devices.laser, c.tasks, c.config.recipe, *c.pictures, on_reactor,
-                             [&c](const LaserOverrides& wanted) { return c.set_overrides(wanted); }});
+  bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
   bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
   bind_task_routes(router, c.tasks);
 }

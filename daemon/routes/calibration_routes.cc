@@ -28,7 +28,6 @@ struct Board {
 void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
                      std::vector<std::string> confirmed) {
   const auto& travel = s.unit.limits().travel;
-  if (travel.empty()) return task.fail({ErrorCode::kConflict, "the laser is not connected yet: Reset the cell first"});
   const Millimetres full(30);  // without a word about the board it nearly fills the bed
   auto strokes = s.calibrations.pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
                                             board.height > Millimetres(0) ? board.height : travel.height() - full);
@@ -58,11 +57,18 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     return reply(ApiReply::error(
         {ErrorCode::kNotFound,
          fmt::format("nothing to calibrate is called {}: use scanner, camera, laser or kerf", device)}));
-  auto task = s.tasks.start("calibrate " + device, "waiting for the device");
-  reply(ApiReply::task(task.id()));
-  if (device == "laser") return calibrate_laser(s, task, board, request.caller.who, std::move(confirmed));
+  const std::string kind = "calibrate " + device, waiting = "waiting for the device";
+  if (device == "laser") {
+    if (const Status able = may_home(s.unit); !able) return reply(ApiReply::error(able.error()));
+    const TaskReporter task = s.tasks.start(kind, waiting);
+    reply(ApiReply::task(task.id()));
+    return when_homed(s.unit, task, request.caller.who,
+                      [s, task, board, who = request.caller.who, confirmed = std::move(confirmed)] {
+                        calibrate_laser(s, task, board, who, confirmed);
+                      });
+  }
   Worker& worker = device == "camera" ? s.camera : s.scanner;
-  post_task(worker, task, [s, task, device, more, height] {
+  start_task(s.tasks, worker, kind, waiting, reply, [s, device, more, height](const TaskReporter& task) {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
     finish_calibration(s, task,
                        device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())
@@ -72,11 +78,10 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
 }
 
 Result<json> certificates_json(Repositories& r) {
-  auto list = r.certificates.list();
+  auto list = judged_certificates(r, utc_timestamp());
   if (!list) return list.error();
   json out = {{"certificates", json::array()}};
-  const std::string now = utc_timestamp();
-  for (const auto& c : *list) out["certificates"].push_back(to_json(c, now));
+  for (const auto& certificate : *list) out["certificates"].push_back(to_json(certificate));
   return out;
 }
 

@@ -51,6 +51,7 @@ json to_json(const db::JobRecord& job) {
     if (state != db::PieceState::kUnfilled) planned += count;
   json out = {{"id", job.id.value},
               {"name", job.name},
+              {"plan", job.plan.value},
               {"state", db::to_string(job.state)},
               {"pieces", planned},
               {"cut", job.count(db::PieceState::kCut)},
@@ -88,12 +89,14 @@ json to_json(const db::RunRecord& run) {
           {"result", run.result}};
 }
 
-json to_json(const db::CertificateRecord& c, const std::string& now) {
+json to_json(const JudgedCertificate& certificate) {
+  const db::CertificateRecord& c = certificate.record;
   const json payload = json::parse(c.payload, nullptr, false);
   json out = {{"id", c.id.value},
               {"device", db::to_string(c.kind)},
               {"kind", db::to_string(c.kind)},
-              {"state", c.expires_at > now ? "valid" : "expired"},
+              {"state", to_string(certificate.state)},
+              {"made_on", certificate.made_on.empty() ? json() : json(certificate.made_on)},
               {"issued", c.issued_at},
               {"expires", c.expires_at},
               {"rms_mm", c.rms.count()}};
@@ -125,11 +128,11 @@ json to_json(const ScanOutcome& o) {
 }
 
 json to_json(const db::PlanRecord& plan) {
-  json out = {{"plan", plan.id.value},
+  json out = {{"id", plan.id.value},
               {"name", plan.name},
               {"parent", plan.parent ? json(plan.parent->value) : json()},
               {"asked_by", plan.who},
-              {"created_at", plan.created_at},
+              {"created", plan.created_at},
               {"options", json::parse(plan.options_json, nullptr, false)},
               {"report", json::parse(plan.report_json, nullptr, false)},
               {"pieces", plan.patches},

@@ -28,7 +28,7 @@ nlohmann::json to_json(const db::PlanRecord& plan);
 nlohmann::json to_json(const db::PlannedPatch& piece);
 nlohmann::json to_json(const db::PieceRecord& piece);
 nlohmann::json to_json(const db::RunRecord& run);
-nlohmann::json to_json(const db::CertificateRecord& certificate, const std::string& now);
+nlohmann::json to_json(const JudgedCertificate& certificate);
 nlohmann::json to_json(const ScanOutcome& outcome);
 nlohmann::json to_json(const JobOutcome& outcome);
 nlohmann::json to_json(const CalibrationOutcome& outcome);

@@ -85,12 +85,10 @@ void bind_plan_routes(Router& router, const JobServices& services);
 // Test pattern, drawings, jog, overrides.
 struct LaserServices {
   JobRunner& unit;
-  LaserDriver& laser;
   TaskRegistry& tasks;
   const RecipeConfig& recipe;
   QueryPool& pictures;  // large drawings are read there
   std::function<void(std::function<void()>)> on_reactor;
-  std::function<Status(const LaserOverrides&)> set_overrides;  // within what was stated
 };
 // The laser on its own: homes it first unless the cell is Idle, then goes on. Refused at once where a Reset is not
 // possible; an operator's command must stand behind it.

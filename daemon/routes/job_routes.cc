@@ -65,13 +65,11 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
 }
 
 void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply) {
-  if (request.body.starts_with('{')) return new_job_of_plan(s, request, reply);  // no picture begins like that
+  if (request.body.text().starts_with('{')) return new_job_of_plan(s, request, reply);  // no picture begins like that
   auto job = read_job_request(request);
   if (!job) return reply(ApiReply::error(job.error()));
   job->options.threads = s.planner_threads;
-  auto task = s.tasks.start("plan", "waiting for the planner");
-  reply(ApiReply::task(task.id()));
-  const auto work = [s, task, job = std::move(*job)] {
+  auto work = [s, job = std::move(*job)](const TaskReporter& task) {
     auto before = s.database.call([&](Repositories& r) { return made_before(r, job.keyed); });
     if (!before || !before->is_null()) return task.finish(std::move(before));
     auto outcome = s.plans.make_job(
@@ -81,7 +79,7 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
       static_cast<void>(s.database.call([&](Repositories& r) { return r.request_keys.forget(*job.keyed); }));
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
   };
-  post_task(s.planner, task, work);
+  start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply, std::move(work));
 }
 
 Result<json> job_json(Repositories& r, JobId id) {

@@ -1,15 +1,15 @@
 #include "daemon/routes/picture_reply.h"
 
-#include <opencv2/imgcodecs.hpp>
-#include <vector>
+#include <utility>
+
+#include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 
 ApiReply png_reply(const cv::Mat& picture) {
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3}))
-    return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
-  return ApiReply::bytes({bytes.begin(), bytes.end()}, "image/png");
+  auto bytes = planner::encode_png(picture);
+  if (!bytes) return ApiReply::error({ErrorCode::kInternal, "the picture could not be encoded"});
+  return ApiReply::bytes(std::move(*bytes), "image/png");
 }
 
 ApiReply preview_reply(const PanelLibrary& library, const std::string& file, std::optional<std::int64_t> width) {

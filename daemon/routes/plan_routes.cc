@@ -17,12 +17,11 @@ using nlohmann::json;
 // `make` runs on the planner's worker.
 template <class F>
 void plan_as_task(const JobServices& s, const Reply& reply, F make) {
-  auto task = s.tasks.start("plan", "waiting for the planner");
-  reply(ApiReply::task(task.id()));
-  post_task(s.planner, task, [task, make = std::move(make)] {
-    auto outcome = make([&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
-  });
+  start_task(
+      s.tasks, s.planner, "plan", "waiting for the planner", reply, [make = std::move(make)](const TaskReporter& task) {
+        auto outcome = make([&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+        task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+      });
 }
 
 void new_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {

@@ -19,6 +19,6 @@ inline constexpr NumberRange kPasses{1, 20};
 inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kPointsOfStroke{2, 500'000};
 inline constexpr NumberRange kSwitch{0, 1};                                                             // off, on
-inline constexpr NumberRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 200};  // per cent
+inline constexpr NumberRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 100};  // per cent
 
 }  // namespace veneer::daemon::ranges

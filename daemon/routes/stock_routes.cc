@@ -161,14 +161,12 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
   wanted.more = body.flag("more").value_or(false);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  auto task = s.tasks.start("scan", "waiting for the scanner");
-  post_task(s.scanner, task, [s, task, wanted] {
+  start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
     auto outcome = s.scans.add_tile(
         wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     s.on_scanned(outcome ? outcome->panel : std::nullopt);
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
   });
-  reply(ApiReply::task(task.id()));
 }
 
 }  // namespace

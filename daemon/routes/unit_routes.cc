@@ -40,8 +40,7 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
   if (word == "frame") return s.unit.frame(PowerFraction(power.value_or(0)), who, std::move(with_state));
   const auto command = command_from_string(word);
-  if (!command || *command == CellCommand::kStart || *command == CellCommand::kSuspend ||
-      *command == CellCommand::kComplete || *command == CellCommand::kRecut)
+  if (!command || *command == CellCommand::kStart || *command == CellCommand::kRecut)
     return reply(ApiReply::error(no_such_command(word)));
   s.unit.command(*command, who, std::move(with_state), std::move(confirmed).value_or(std::vector<std::string>()));
 }

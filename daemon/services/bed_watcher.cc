@@ -12,6 +12,7 @@
 #include "daemon/orders/have_done.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/workers/error_json.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
@@ -60,22 +61,49 @@ Result<std::map<int, PanelId>> read_tags(Repositories& r) {
 
 BedWatcher::BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker,
                        WorkRunner& workers, DatabaseThread& database, const Config& config,
-                       std::function<void()> on_picture)
+                       std::function<void()> on_picture, std::function<std::unique_ptr<OneShotTimer>()> make_timer)
     : reactor_(reactor),
       camera_(camera),
       worker_(camera_worker),
       workers_(workers),
       database_(database),
       config_(config),
-      on_picture_(std::move(on_picture)) {}
+      on_picture_(std::move(on_picture)),
+      make_timer_(make_timer ? std::move(make_timer) : [this] { return make_reactor_timer(reactor_); }) {}
 
 std::string BedWatcher::picture() const {
   const std::lock_guard lock(picture_mutex_);
   return picture_;
 }
 
+// A camera on a dead network drive, or a driver that hangs, would leave a run waiting for ever, without a word.
+template <class Seen>
+std::function<void(Result<Seen>)> BedWatcher::in_time(std::function<void(Result<Seen>)> reply) {
+  struct Waiting {
+    std::function<void(Result<Seen>)> reply;
+    std::unique_ptr<OneShotTimer> timer;
+  };
+  const auto waiting = std::make_shared<Waiting>(Waiting{std::move(reply), make_timer_()});
+  const auto answer = [waiting](Result<Seen> seen) {
+    waiting->timer->cancel();
+    if (auto first = std::exchange(waiting->reply, nullptr)) first(std::move(seen));
+  };
+  waiting->timer->after(patience(), [answer, device = camera_.device()] {
+    answer(Error{ErrorCode::kTimeout,
+                 fmt::format("{} gives no picture and no error: see whether it is still there, and restart veneerd if "
+                             "it stays so",
+                             device)});
+  });
+  return answer;
+}
+
+// Two looks of a worker, and what a camera may take.
+Duration BedWatcher::patience() const {
+  return 2 * std::chrono::seconds(config_.workers.look_limit_s) + std::chrono::seconds(30);
+}
+
 void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
-  worker_.post([this, hands_in = hands_in_, reply = std::move(reply)]() mutable {
+  worker_.post([this, hands_in = hands_in_, reply = in_time(std::move(reply))]() mutable {
     auto pose = caught([&] { return look_now(hands_in); });
     boost::asio::post(reactor_, [this, pose = std::move(pose), reply = std::move(reply)]() mutable {
       on_picture_();
@@ -85,7 +113,7 @@ void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
 }
 
 void BedWatcher::stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) {
-  worker_.post([this, hands_in = hands_in_, reply = std::move(reply)]() mutable {
+  worker_.post([this, hands_in = hands_in_, reply = in_time(std::move(reply))]() mutable {
     auto seen = caught([&] { return stock_in_sight_now(hands_in); });
     boost::asio::post(reactor_, [this, seen = std::move(seen), reply = std::move(reply)]() mutable {
       on_picture_();
@@ -126,10 +154,11 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
     picture_ = std::move(bytes);
   }
   if (!stale) return seen;
-  return Error{ErrorCode::kRefused,
-               fmt::format("the picture of {} was taken before hands were last at the bed, so it shows what may lie "
-                           "otherwise by now: take a new one",
-                           camera_.device())};
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("the picture of {} was taken before hands were last at the bed or the bed was last proven, so "
+                  "it shows what may lie otherwise by now: take a new one",
+                  camera_.device())};
 }
 
 Result<std::vector<PanelId>> BedWatcher::stock_in_sight_now(WallTime hands_in) {
@@ -163,7 +192,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   const auto seen = photograph(hands_in, std::move(look));
   if (!seen) return seen.error();
   if (!ready) return ready.error();
-  if (!seen->pose) return Error{static_cast<ErrorCode>(seen->why_code), seen->why_none};
+  if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
   const BedSeen::Pose& pose = *seen->pose;
   return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
 }

@@ -1,20 +1,23 @@
 // Looks at the bed: which panel lies there, and how.
 //
 // The camera is waited for on the camera's worker; its pictures are looked at by worker processes
-// (daemon/orders/bed_work.h). Replies come on the reactor. Bound to the reactor, except
-// picture(), which is thread-safe.
+// (daemon/orders/bed_work.h). Replies come on the reactor. Bound to the reactor, except picture(), which is
+// thread-safe.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <string>
 
+#include "base/clock.h"
 #include "daemon/config.h"
 #include "daemon/database_thread.h"
 #include "daemon/orders/bed_work.h"
+#include "daemon/reactor_timer.h"
 #include "daemon/unit/bed_view.h"
 #include "daemon/workers/work_runner.h"
 #include "daemon/workers/worker.h"
@@ -24,22 +27,28 @@ namespace veneer::daemon {
 
 class BedWatcher final : public BedView {
  public:
-  // `on_picture` is called on the reactor when picture() has changed. All references outlive this.
+  // `on_picture` is called on the reactor when picture() has changed. All references outlive this. `make_timer` is for
+  // tests; the reactor's own by default.
   BedWatcher(boost::asio::io_context& reactor, CameraDriver& camera, Worker& camera_worker, WorkRunner& workers,
-             DatabaseThread& database, const Config& config, std::function<void()> on_picture);
+             DatabaseThread& database, const Config& config, std::function<void()> on_picture,
+             std::function<std::unique_ptr<OneShotTimer>()> make_timer = {});
 
+  // kTimeout when neither the camera nor a worker has said anything for patience().
   void look(std::function<void(Result<ProvenPose>)> reply) override;
   // Gives up a look that is under way; at the end of the cell.
   void stop() { ending_.request_stop(); }
 
   void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
   void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) override;
+  Duration patience() const;
 
   // The last look as JPEG, with what was found drawn in; empty before the first.
   std::string picture() const;
 
  private:
   using WallTime = std::chrono::system_clock::time_point;
+  template <class Seen>
+  std::function<void(Result<Seen>)> in_time(std::function<void(Result<Seen>)> reply);
   Result<ProvenPose> look_now(WallTime hands_in);
   Result<std::vector<PanelId>> stock_in_sight_now(WallTime hands_in);
   // A fresh picture, and what `look` asks of it; kRefused when it is older than `hands_in`. People see it either way.
@@ -53,6 +62,7 @@ class BedWatcher final : public BedView {
   const Config& config_;
   WallTime hands_in_{};  // of the reactor; looks get a copy
   std::function<void()> on_picture_;
+  std::function<std::unique_ptr<OneShotTimer>()> make_timer_;
   std::stop_source ending_;
   mutable std::mutex picture_mutex_;
   std::string picture_;  // guarded by picture_mutex_

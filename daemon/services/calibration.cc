@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace veneer::daemon {
 namespace {
 
@@ -63,22 +65,70 @@ Affine2<MachineFrame, BedFrame> affine_from_json(const json& j) {
   return {linear, Eigen::Vector2d(m[0][2], m[1][2])};
 }
 
-// The payload of the latest valid certificate; nothing when there is none.
-Result<std::optional<std::pair<CertificateId, json>>> payload_of(Repositories& r, db::CertificateKind kind,
-                                                                 const std::string& now) {
-  using Found = std::optional<std::pair<CertificateId, json>>;
-  auto record = r.certificates.latest_valid(kind, now);
-  if (!record) {
-    if (record.error().code == ErrorCode::kNotFound) return Found{};
-    return record.error();
+constexpr std::array kKinds = {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
+                               db::CertificateKind::kKerf};
+
+std::string made_on(const json& payload) {
+  if (!payload.is_object()) return "";
+  const auto device = payload.find("device");
+  return device != payload.end() && device->is_string() ? device->get<std::string>() : "";
+}
+
+// The certificate of a kind that was issued last.
+struct Last {
+  CertificateStanding standing;
+  json payload;                // null when there is none
+  bool on_its_device = false;  // and neither expired nor ahead: what it says of the device is so
+};
+
+Result<Last> judge(Repositories& r, const db::CertificateRecord& record, const std::string& now) {
+  Last last{
+      {CertificateState::kValid, record.id, record.expires_at}, json::parse(record.payload, nullptr, false), false};
+  if (last.payload.is_discarded())
+    return Error{ErrorCode::kStorage, fmt::format("certificate {} is damaged: calibrate again", record.id.value)};
+  const auto on_this_laser = r.certificates.on_this_laser(record);
+  if (!on_this_laser) return on_this_laser.error();
+  const std::string device = device_name(record.kind, r.devices);
+  if (record.issued_at > now)
+    last.standing.state = CertificateState::kAhead;
+  else if (record.expires_at <= now)
+    last.standing.state = CertificateState::kExpired;
+  else if (!*on_this_laser || (!device.empty() && made_on(last.payload) != device))
+    last.standing.state = CertificateState::kOtherDevice;
+  else
+    last.on_its_device = true;
+  return last;
+}
+
+// Axes measured with another lens certificate say nothing about this one's bed frame.
+void lean_on_camera(Last& axes, const Last& camera) {
+  if (!axes.on_its_device) return;
+  if (axes.payload.at("camera_certificate").get<std::int64_t>() != camera.standing.certificate.value) {
+    axes.standing.state = CertificateState::kReplaced;
+    return;
   }
-  json payload = json::parse(record->payload, nullptr, false);
-  if (payload.is_discarded())
-    return Error{ErrorCode::kStorage, fmt::format("certificate {} is damaged: calibrate again", record->id.value)};
-  const std::string device = device_name(kind, r.devices);
-  const auto made_on = payload.find("device");
-  if (!device.empty() && (made_on == payload.end() || *made_on != device)) return Found{};
-  return Found{std::pair(record->id, std::move(payload))};
+  axes.standing.state = camera.standing.state;
+  axes.standing.expires_at = std::min(axes.standing.expires_at, camera.standing.expires_at);
+}
+
+// Of every kind. Throws what the readers throw.
+Result<std::map<db::CertificateKind, Last>> last_ones(Repositories& r, const std::string& now) {
+  std::map<db::CertificateKind, Last> found;
+  for (const auto kind : kKinds) {
+    auto record = r.certificates.last(kind);
+    if (!record) return record.error();
+    Last& last = found[kind];
+    if (!*record) continue;
+    auto judged = judge(r, **record, now);
+    if (!judged) return judged.error();
+    last = std::move(*judged);
+  }
+  lean_on_camera(found.at(db::CertificateKind::kAxes), found.at(db::CertificateKind::kCamera));
+  return found;
+}
+
+Error unreadable(const json::exception& e) {
+  return {ErrorCode::kStorage, fmt::format("a certificate cannot be read ({}): calibrate again", e.what())};
 }
 
 Status require_size(const char* device, const char* command, int width, int height, int wanted_width,
@@ -110,43 +160,82 @@ std::string device_name(db::CertificateKind kind, const CellDevices& devices) {
   return "";
 }
 
+const char* to_string(CertificateState state) {
+  switch (state) {
+    case CertificateState::kMissing:
+      return "missing";
+    case CertificateState::kValid:
+      return "valid";
+    case CertificateState::kExpired:
+      return "expired";
+    case CertificateState::kOtherDevice:
+      return "other_device";
+    case CertificateState::kReplaced:
+      return "replaced";
+    case CertificateState::kAhead:
+      return "ahead_of_clock";
+  }
+  return "missing";
+}
+
+CertificateState CertificateStanding::at(const std::string& now) const {
+  return state == CertificateState::kValid && expires_at <= now ? CertificateState::kExpired : state;
+}
+
 Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
-  auto scanner = payload_of(r, db::CertificateKind::kScanner, now);
-  if (!scanner) return scanner.error();
-  auto camera = payload_of(r, db::CertificateKind::kCamera, now);
-  if (!camera) return camera.error();
-  auto axes = payload_of(r, db::CertificateKind::kAxes, now);
-  if (!axes) return axes.error();
-  auto kerf = payload_of(r, db::CertificateKind::kKerf, now);
-  if (!kerf) return kerf.error();
   try {
+    const auto found = last_ones(r, now);
+    if (!found) return found.error();
     Calibration out;
-    if (*scanner) {
-      out.scanner = scanner_from_json((*scanner)->second);
-      if (const auto size = (*scanner)->second.find("scan_px"); size != (*scanner)->second.end())
+    for (const auto& [kind, last] : *found) out.standing[kind] = last.standing;
+    // Its payload, while it is in force.
+    const auto in_force = [&](db::CertificateKind kind) {
+      const Last& last = found->at(kind);
+      return last.standing.state == CertificateState::kValid ? &last.payload : nullptr;
+    };
+    if (const json* scanner = in_force(db::CertificateKind::kScanner)) {
+      out.scanner = scanner_from_json(*scanner);
+      if (const auto size = scanner->find("scan_px"); size != scanner->end())
         out.scan_size = size->get<std::array<int, 2>>();
     }
-    if (*camera) {
-      out.camera = camera_from_json((*camera)->second);
-      out.camera_certificate = (*camera)->first;
+    if (const json* camera = in_force(db::CertificateKind::kCamera)) {
+      out.camera = camera_from_json(*camera);
+      out.camera_certificate = out.standing.at(db::CertificateKind::kCamera).certificate;
     }
-    // Axes measured with another lens certificate say nothing about this one's bed frame.
-    if (*axes && *camera &&
-        (*axes)->second.at("camera_certificate").get<std::int64_t>() == out.camera_certificate.value)
-      out.bed = BedCalibration{camera_from_json((*axes)->second.at("camera")),
-                               affine_from_json((*axes)->second.at("machine_from_bed"))};
+    if (const json* axes = in_force(db::CertificateKind::kAxes))
+      out.bed = BedCalibration{camera_from_json(axes->at("camera")), affine_from_json(axes->at("machine_from_bed"))};
     // The board was burnt by the machine, whatever has become of the camera since.
-    if (*axes)
-      if (const auto area = (*axes)->second.find("pattern_area_mm"); area != (*axes)->second.end()) {
+    if (const Last& axes = found->at(db::CertificateKind::kAxes); axes.on_its_device)
+      if (const auto area = axes.payload.find("pattern_area_mm"); area != axes.payload.end()) {
         const auto corners = area->get<std::array<double, 4>>();
         out.pattern_area.emplace();
         out.pattern_area->add(point<MachineFrame>(corners[0], corners[1]));
         out.pattern_area->add(point<MachineFrame>(corners[2], corners[3]));
       }
-    if (*kerf) out.kerf = Millimetres((*kerf)->second.at("kerf_mm").get<double>());
+    if (const json* kerf = in_force(db::CertificateKind::kKerf))
+      out.kerf = Millimetres(kerf->at("kerf_mm").get<double>());
     return out;
   } catch (const json::exception& e) {
-    return Error{ErrorCode::kStorage, fmt::format("a certificate cannot be read ({}): calibrate again", e.what())};
+    return unreadable(e);
+  }
+}
+
+Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, const std::string& now) {
+  auto list = r.certificates.list();
+  if (!list) return list.error();
+  try {
+    const auto last = last_ones(r, now);
+    if (!last) return last.error();
+    std::vector<JudgedCertificate> out;
+    for (auto& record : *list) {
+      const CertificateStanding& standing = last->at(record.kind).standing;
+      const CertificateState state = record.id == standing.certificate ? standing.state : CertificateState::kReplaced;
+      std::string device = made_on(json::parse(record.payload, nullptr, false));
+      out.push_back({std::move(record), state, std::move(device)});
+    }
+    return out;
+  } catch (const json::exception& e) {
+    return unreadable(e);
   }
 }
 

@@ -6,9 +6,11 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/frames.h"
 #include "base/result.h"
@@ -27,6 +29,25 @@ struct BedCalibration {
   Affine2<MachineFrame, BedFrame> machine_from_bed;
 };
 
+enum class CertificateState {
+  kMissing,      // none was ever issued
+  kValid,        // in force
+  kExpired,      //
+  kOtherDevice,  // made on another device, or on this one before it was set otherwise
+  kReplaced,     // a newer one took its place; of axes: the place of the camera certificate they were made with
+  kAhead,        // issued later than this machine's clock
+};
+const char* to_string(CertificateState state);  // as the API has it: "missing", "other_device", ...
+
+// Of the certificate of a kind that was issued last, the only one that can be in force.
+struct CertificateStanding {
+  CertificateState state = CertificateState::kMissing;
+  CertificateId certificate;  // {0}: missing
+  std::string expires_at;
+  // What it is at `now`, no earlier than when this was found.
+  CertificateState at(const std::string& now) const;
+};
+
 struct Calibration {
   std::optional<calib::ScannerModel> scanner;
   std::optional<std::array<int, 2>> scan_size;  // columns and rows of the scans it was made from, pixels
@@ -34,15 +55,25 @@ struct Calibration {
   CertificateId camera_certificate;
   std::optional<BedCalibration> bed;
   std::optional<Millimetres> kerf;
-  std::optional<Box<MachineFrame>> pattern_area;  // of the pattern the axes were measured with
+  std::optional<Box<MachineFrame>> pattern_area;                // of the pattern the axes were measured with
+  std::map<db::CertificateKind, CertificateStanding> standing;  // of every kind
+};
+
+// A certificate and what is so of it. Axes count only with the camera certificate they were made with, and while that
+// one does.
+struct JudgedCertificate {
+  db::CertificateRecord record;
+  CertificateState state = CertificateState::kMissing;
+  std::string made_on;  // the device, or devices; "" where the certificate names none
 };
 
 // The devices that a certificate of this kind is bound to, as one name; "" when one of them has none.
 std::string device_name(db::CertificateKind kind, const CellDevices& devices);
 
-// Certificates in force at `now` on the devices of the repositories; those that are missing, expired or made on others
-// stay empty.
+// Certificates in force at `now` on the devices of the repositories; all others stay empty, and `standing` says why.
 Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
+// All certificates, the one issued last first.
+Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& repositories, const std::string& now);
 
 // kRefused with the command that makes the missing certificate.
 Status require_scanner(const Calibration& calibration);

@@ -11,6 +11,24 @@
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
+namespace {
+
+// The views that were collected may be no good together, and are taken anew then. A process that died, took too long or
+// found the disk full says nothing of them.
+bool is_about_the_views(const Error& error) {
+  switch (error.code) {
+    case ErrorCode::kUnavailable:
+    case ErrorCode::kInternal:
+    case ErrorCode::kTimeout:
+    case ErrorCode::kCancelled:
+    case ErrorCode::kStorage:
+      return false;
+    default:
+      return true;
+  }
+}
+
+}  // namespace
 
 CalibrationService::CalibrationService(ScannerDriver& scanner, CameraDriver& camera, DatabaseThread& database,
                                        WorkRunner& workers, const Config& config, Logger log)
@@ -79,7 +97,8 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   grid_scans_.push_back(std::move(*seen));
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
-  auto fit = have<Fit>(FitScanner{std::exchange(grid_scans_, {})}, {}, progress, stop);
+  auto fit = have<Fit>(FitScanner{grid_scans_}, {}, progress, stop);
+  if (fit || is_about_the_views(fit.error())) grid_scans_.clear();
   if (!fit) return fit.error();
   if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
@@ -96,7 +115,8 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   grid_views_.width_px = seen->width_px, grid_views_.height_px = seen->height_px;
   CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
-  auto fit = have<Fit>(std::exchange(grid_views_, {}), {}, progress);
+  auto fit = have<Fit>(grid_views_, {}, progress);
+  if (fit || is_about_the_views(fit.error())) grid_views_ = {};
   if (!fit) return fit.error();
   if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();

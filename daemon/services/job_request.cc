@@ -31,8 +31,8 @@ void read_wood_weights(RequestReader& query, JobRequest& job) {
     const std::size_t equals = std::min(part.rfind('='), part.size());
     const auto weight = parse_number(std::string_view(part).substr(std::min(equals + 1, part.size())));
     if (equals == 0 || !weight)
-      return query.refuse(
-          unusable(fmt::format("wood_weight must be WOOD=NUMBER, separated by commas, not \"{}\": correct it", part)));
+      return query.refuse(unusable(
+          fmt::format("wood_weight must be MATERIAL=NUMBER, separated by commas, not \"{}\": correct it", part)));
     job.wood_weights.emplace_back(part.substr(0, equals), *weight);
   }
 }
@@ -76,7 +76,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   return job;
 }
 
-Result<JobRequest> job_request_again(const std::string& name, std::string picture, const std::string& options_json) {
+Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json) {
   const Error damaged{ErrorCode::kStorage,
                       "what the plan was asked for cannot be read any more: plan the picture anew"};
   const json kept = json::parse(options_json, nullptr, false);

@@ -19,7 +19,7 @@ namespace veneer::daemon {
 
 struct JobRequest {
   std::string name;
-  std::string picture;             // the file's bytes
+  SharedText picture;              // the file's bytes
   Millimetres size{360};           // shorter side
   planner::PlanOptions options;    // threads, kerf and position margin are the cell's own
   std::vector<PanelId> panels;     // empty = all in stock
@@ -38,7 +38,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request);
 
 // The same request again, from what options_json() kept of it: for a plan that changes an earlier one. kStorage: it
 // cannot be read.
-Result<JobRequest> job_request_again(const std::string& name, std::string picture, const std::string& options_json);
+Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json);
 
 // All but name and picture, under the names of the parameters: what is kept with the job, and shown.
 nlohmann::json options_json(const JobRequest& request);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <span>
 
@@ -13,6 +12,7 @@
 #include "base/hash.h"
 #include "daemon/orders/panel_wood.h"
 #include "planner/matching/index_cache.h"
+#include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 namespace {
@@ -47,14 +47,12 @@ Status require_plain_png(const std::filesystem::path& made) {
 
 Result<PanelLibrary::Stored> PanelLibrary::store_picture(const cv::Mat& picture, const std::string& folder,
                                                          const std::string& prefix) const {
-  std::vector<unsigned char> png;
-  // Level 1: a scan's noise hardly compresses, and the operator waits.
-  if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-    return Error{ErrorCode::kInternal, "a picture could not be encoded as PNG"};
-  const std::string hash = sha256_hex(std::as_bytes(std::span(png)));
+  const auto png = planner::encode_png(picture);
+  if (!png) return Error{ErrorCode::kInternal, "a picture could not be encoded as PNG"};
+  const auto bytes = std::as_bytes(std::span(*png));
+  const std::string hash = sha256_hex(bytes);
   const std::string file = fmt::format("{}/{}-{}.png", folder, prefix, hash.substr(0, 16));
-  if (const Status written = write_whole(data_dir_ / file, std::as_bytes(std::span(png))); !written)
-    return written.error();
+  if (const Status written = write_whole(data_dir_ / file, bytes); !written) return written.error();
   return Stored{file, hash};
 }
 

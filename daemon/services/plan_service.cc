@@ -15,6 +15,7 @@
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
 #include "daemon/services/calibration.h"
+#include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_folder.h"
 #include "planner/plan_options.h"
 
@@ -25,10 +26,10 @@ namespace {
 constexpr double kPreviewDpi = 300;
 
 std::vector<db::PlannedPanel> panels_used(std::vector<db::PlannedPanel> in_stock,
-                                          const std::vector<db::NewPiece>& pieces) {
+                                          const std::vector<db::PlannedPatch>& pieces) {
   std::erase_if(in_stock, [&](const db::PlannedPanel& p) {
     return std::none_of(pieces.begin(), pieces.end(),
-                        [&](const db::NewPiece& piece) { return piece.panel == p.panel; });
+                        [&](const db::PlannedPatch& piece) { return piece.panel == p.panel; });
   });
   return in_stock;
 }
@@ -96,11 +97,10 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
   return out;
 }
 
-Result<std::string> read_made(const std::filesystem::path& file) {
-  constexpr std::uintmax_t kMost = 512 << 20;
+Result<std::string> read_made(const std::filesystem::path& file, std::uintmax_t most = 512 << 20) {
   std::error_code failed;
   if (std::filesystem::symlink_status(file, failed).type() != std::filesystem::file_type::regular ||
-      std::filesystem::file_size(file, failed) > kMost)
+      std::filesystem::file_size(file, failed) > most)
     return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
   std::ifstream in(file, std::ios::binary);
   std::string out(std::istreambuf_iterator<char>(in), {});
@@ -114,7 +114,7 @@ constexpr std::size_t kMostPieces = 200'000;
 
 // Of what a worker process answers: could it be a piece at all? What is beyond all measure would keep the database's
 // thread, or be no number for the polygons.
-bool can_be(const db::NewPiece& piece) {
+bool can_be(const db::PlannedPatch& piece) {
   constexpr std::size_t kLongestMark = 40, kMostPoints = 5'000;
   constexpr double kFarthest = 100'000;  // mm
   const auto near = [](const auto& p) {
@@ -131,12 +131,15 @@ bool can_be(const db::NewPiece& piece) {
   return good && piece.mark.size() <= kLongestMark && points <= kMostPoints;
 }
 
-Result<std::vector<db::NewPiece>> read_pieces(const std::filesystem::path& file) {
-  const auto text = read_made(file);
+Result<std::vector<db::PlannedPatch>> read_pieces(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMostBytes = 64 << 20;  // some ten times as much in memory, once it is parsed
+  const auto text = read_made(file, kMostBytes);
   if (!text) return text.error();
   try {
-    auto pieces = nlohmann::json::parse(*text).get<std::vector<db::NewPiece>>();
-    if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
+    if (!nested_too_deeply(*text)) {
+      auto pieces = nlohmann::json::parse(*text).get<std::vector<db::PlannedPatch>>();
+      if (pieces.size() <= kMostPieces && std::all_of(pieces.begin(), pieces.end(), can_be)) return pieces;
+    }
   } catch (const nlohmann::json::exception&) {
   }
   return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
@@ -164,21 +167,25 @@ PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, 
                          const Config& config, Logger log)
     : database_(database), library_(library), workers_(workers), config_(config), log_(std::move(log)) {}
 
-Result<std::string> PlanService::preview_file(JobId job) {
-  auto record = database_.call([&](Repositories& r) { return r.jobs.find(job); });
-  if (!record) return record.error();
-  return record->preview_file;
-}
-
 Result<PlanService::Made> PlanService::make(const JobRequest& request, const std::optional<Earlier>& earlier,
                                             const TaskProgress& progress, const std::stop_token& stop) {
+  // Between two pieces with curved borders a chip of wood may be cut off on all sides and fall out, which the ledger
+  // would go on calling free.
+  if (request.options.refine != planner::Refine::kNone)
+    return Error{
+        ErrorCode::kRefused,
+        "the cell does not cut pieces with refined borders yet, because chips between them are not booked: plan "
+        "with straight borders (refine=none), or for another program with veneerctl plan --refine dp"};
   progress(0, "reading the picture");
-  auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
+  auto reader = database_.open_reader();
+  if (!reader) return reader.error();
+  auto calibration = load_calibration((*reader)->repositories(), utc_timestamp());
   if (!calibration) return calibration.error();
   if (!calibration->kerf)
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  auto stock = database_.call([&](Repositories& r) { return read_stock(r, request.panels, library_); });
+  auto stock = read_stock((*reader)->repositories(), request.panels, library_);
+  reader->reset();
   if (!stock) return stock.error();
   library_.keep_index_only(stock->in_stock);
 
@@ -195,7 +202,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   MakePlan wanted = order_of(request, *stock, config_, library_);
   wanted.kerf = *calibration->kerf;
   wanted.picture = (folder->path() / "picture").string();
-  const auto bytes = std::as_bytes(std::span(request.picture));
+  const auto bytes = std::as_bytes(std::span(request.picture.text()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
   if (earlier) {
     wanted.earlier = (folder->path() / "earlier.json").string();
@@ -214,7 +221,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (!plan_json) return plan_json.error();
   const auto preview_file = library_.adopt(folder->path() / kMadePreview, "previews", "preview");
   if (!preview_file) return preview_file.error();
-  const auto target_file = library_.store_bytes(request.picture, "targets", sha256_hex(bytes).substr(0, 16));
+  const auto target_file = library_.store_bytes(request.picture.text(), "targets", sha256_hex(bytes).substr(0, 16));
   if (!target_file) return target_file.error();
 
   db::NewPlan plan;
@@ -282,9 +289,12 @@ Result<JobOutcome> PlanService::make_plan(const JobRequest& request, const std::
 
 Result<JobOutcome> PlanService::change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
                                             const std::stop_token& stop) {
-  const auto record = database_.call([&](Repositories& r) { return r.plans.find(change.plan); });
+  auto reader = database_.open_reader();
+  if (!reader) return reader.error();
+  const auto record = (*reader)->repositories().plans.find(change.plan);
   if (!record) return record.error();
-  auto plan_json = database_.call([&](Repositories& r) { return r.plans.plan_json(change.plan); });
+  auto plan_json = (*reader)->repositories().plans.plan_json(change.plan);
+  reader->reset();
   if (!plan_json) return plan_json.error();
   auto picture = library_.load_bytes(record->target_file);
   if (!picture) return picture.error();

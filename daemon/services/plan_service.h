@@ -1,7 +1,8 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
 // one transaction. The picture is looked at, and the plan made, by a worker process (daemon/orders/plan_work.h).
 //
-// Threading: make_job() blocks and is called on the planner's worker only, preview_file() on any worker.
+// Threading: all of it blocks and is called on the planner's worker only. What it reads of the database it reads
+// itself; the thread that writes is asked for what is written alone.
 #pragma once
 
 #include <optional>
@@ -60,8 +61,6 @@ class PlanService {
   };
   Result<JobOutcome> change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
                                  const std::stop_token& stop);
-  // The job's assembled picture as it was planned, PNG; any worker. kNotFound, kStorage.
-  Result<std::string> preview_file(JobId job);
 
  private:
   // An earlier plan, and what is asked of it.

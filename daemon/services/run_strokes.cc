@@ -37,7 +37,7 @@ Status check_lists(const DrawnStrokes& s) {
   if (points > static_cast<double>(kMostPointsToRun))
     return unfit(fmt::format("it has more than {} points: split the drawing", kMostPointsToRun));
   if (2 * points != static_cast<double>(s.points_mm.size()))
-    return unfit(fmt::format("points_mm has {} numbers, but strokes asks for {}: two for each point",
+    return unfit(fmt::format("points_mm has {} numbers, but strokes asks for {}: give two for each point",
                              s.points_mm.size(), 2 * points));
   for (const auto& [name, list] :
        {std::pair("speeds_mm_s", &s.speeds_mm_s), {"powers", &s.powers}, {"passes", &s.passes}, {"air", &s.air}})
@@ -83,8 +83,8 @@ Status check_fits(const LaserJob& job, const LaserLimits& limits) {
   const Box<MachineFrame>& travel = limits.travel;
   if (travel.contains(box.min) && travel.contains(box.max)) return Ok();
   return unfit(
-      fmt::format("the drawing lies at x {:.1f} to {:.1f}, y {:.1f} to {:.1f} mm and leaves the laser's travel: "
-                  "x is {:.1f} to {:.1f}, y is {:.1f} to {:.1f} mm; place it elsewhere (--x-mm, --y-mm), or "
+      fmt::format("the drawing lies at x {:.1f} to {:.1f}, y {:.1f} to {:.1f} mm and leaves the laser's travel (x "
+                  "{:.1f} to {:.1f}, y {:.1f} to {:.1f} mm): place it elsewhere (--x-mm, --y-mm), or "
                   "make it smaller",
                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count(), travel.min.x.count(),
                   travel.max.x.count(), travel.min.y.count(), travel.max.y.count()));

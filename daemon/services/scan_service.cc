@@ -2,14 +2,37 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
 #include "daemon/orders/have_done.h"
+#include "daemon/workers/json_depth.h"
 
 namespace veneer::daemon {
+namespace {
+
+// Of what a worker process answers: could it be what was asked for? It is kept, and read again whenever somebody asks.
+bool can_be(const PanelRead& read, std::size_t tiles) {
+  constexpr std::size_t kMostTags = 2'000, kMostZones = 10'000, kMostPoints = 10'000, kMostDifferences = 10'000;
+  constexpr std::size_t kLongestLattice = 2 << 20;
+  constexpr Millimetres kSmallest{1}, kLargest{20'000};
+  const auto is_lattice = [](const std::string& text) {
+    if (text.size() > kLongestLattice || nested_too_deeply(text)) return false;
+    const auto lattice = nlohmann::json::parse(text, nullptr, false);
+    return lattice.is_object() && lattice.contains("panel_mm") && lattice["panel_mm"].is_array();
+  };
+  const auto is_side = [&](Millimetres side) { return side >= kSmallest && side <= kLargest; };
+  return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
+         (read.sheet.empty() || (is_side(read.sheet.width()) && is_side(read.sheet.height()))) &&
+         read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
+         std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
+         (!read.differences || read.differences->size() <= kMostDifferences);
+}
+
+}  // namespace
 
 ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library,
                          WorkRunner& workers, const Config& config, Logger log)
@@ -151,7 +174,7 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   }
   const auto read = have_done<PanelRead>(workers_, std::move(work), wanted, progress, stop);
   if (!read) return read.error();
-  if (read->lattices.size() != tiles_.size())
+  if (!can_be(*read, tiles_.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "entering stock");
   if (!known->panel) return add_panel(*read, *folder);

@@ -65,7 +65,7 @@ Result<LaserJob> make_test_pattern(const LaserLimits& limits, const RecipeConfig
   if (!travel.contains(corner) || !travel.contains({corner.x + options.size, corner.y + options.size}))
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("a test pattern of {:.1f} mm with its lower left corner at ({:.1f}, {:.1f}) leaves the "
-                             "travel: x is {:.1f} to {:.1f} mm, y is {:.1f} to {:.1f} mm",
+                             "travel (x {:.1f} to {:.1f} mm, y {:.1f} to {:.1f} mm): choose another corner or size",
                              size, corner.x.count(), corner.y.count(), travel.min.x.count(), travel.max.x.count(),
                              travel.min.y.count(), travel.max.y.count())};
   PatternMaker pattern(corner, recipe, options.dark);

@@ -9,17 +9,15 @@ namespace {
 using S = CellState;
 using C = CellCommand;
 
-constexpr std::array<std::pair<C, std::string_view>, 11> kCommands{{{C::kReset, "reset"},
-                                                                    {C::kStart, "start"},
-                                                                    {C::kHold, "hold"},
-                                                                    {C::kUnhold, "unhold"},
-                                                                    {C::kSuspend, "suspend"},
-                                                                    {C::kUnsuspend, "unsuspend"},
-                                                                    {C::kComplete, "complete"},
-                                                                    {C::kStop, "stop"},
-                                                                    {C::kAbort, "abort"},
-                                                                    {C::kClear, "clear"},
-                                                                    {C::kRecut, "recut"}}};
+constexpr std::array<std::pair<C, std::string_view>, 9> kCommands{{{C::kReset, "reset"},
+                                                                   {C::kStart, "start"},
+                                                                   {C::kHold, "hold"},
+                                                                   {C::kUnhold, "unhold"},
+                                                                   {C::kUnsuspend, "unsuspend"},
+                                                                   {C::kStop, "stop"},
+                                                                   {C::kAbort, "abort"},
+                                                                   {C::kClear, "clear"},
+                                                                   {C::kRecut, "recut"}}};
 
 // Wherever the beam may come on without another word.
 bool holdable(S state) {
@@ -114,12 +112,8 @@ std::optional<CellState> after(CellState state, CellCommand command) {
       return holdable(state) ? std::optional(S::kHolding) : std::nullopt;
     case C::kUnhold:
       return state == S::kHeld ? std::optional(S::kUnholding) : std::nullopt;
-    case C::kSuspend:
-      return state == S::kExecute || state == S::kStarting ? std::optional(S::kSuspending) : std::nullopt;
     case C::kUnsuspend:
       return state == S::kSuspended ? std::optional(S::kUnsuspending) : std::nullopt;
-    case C::kComplete:
-      return state == S::kExecute ? std::optional(S::kCompleting) : std::nullopt;
     case C::kStop:
       return stoppable(state) ? std::optional(S::kStopping) : std::nullopt;
     case C::kAbort:
@@ -131,46 +125,6 @@ std::optional<CellState> after(CellState state, CellCommand command) {
                                                                                      : std::nullopt;
   }
   return std::nullopt;
-}
-
-std::optional<CellState> completed(CellState state) {
-  switch (state) {
-    case S::kResetting:
-      return S::kIdle;
-    case S::kStarting:
-      return S::kExecute;
-    case S::kHolding:
-      return S::kHeld;
-    case S::kUnholding:
-      return S::kExecute;
-    case S::kSuspending:
-      return S::kSuspended;
-    case S::kUnsuspending:
-      return S::kExecute;
-    case S::kCompleting:
-      return S::kComplete;
-    case S::kStopping:
-      return S::kStopped;
-    case S::kAborting:
-      return S::kAborted;
-    case S::kClearing:
-      return S::kStopped;
-    default:
-      return std::nullopt;
-  }
-}
-
-bool may_move(CellState state) {
-  switch (state) {
-    case S::kResetting:
-    case S::kExecute:
-    case S::kHolding:
-    case S::kUnholding:
-    case S::kStopping:
-      return true;
-    default:
-      return false;
-  }
 }
 
 }  // namespace veneer::daemon

@@ -1,7 +1,7 @@
 // The unit's state after PackML (ISA-TR88.00.02), as docs/ARCHITECTURE.md narrows it.
 //
-// Pure: a table of which command leads where. What has to happen in an acting state (Resetting, Holding, ...) is the
-// job runner's business; it reports completion with `completed()`.
+// Pure: a table of which command leads where. What has to happen in an acting state (Resetting, Holding, ...), and
+// where it leads when that is done, is the job runner's business.
 #pragma once
 
 #include <optional>
@@ -30,34 +30,16 @@ enum class CellState {
   kClearing,
 };
 
-enum class CellCommand {
-  kReset,
-  kStart,
-  kHold,
-  kUnhold,
-  kSuspend,
-  kUnsuspend,
-  kComplete,
-  kStop,
-  kAbort,
-  kClear,
-  kRecut
-};
+enum class CellCommand { kReset, kStart, kHold, kUnhold, kUnsuspend, kStop, kAbort, kClear, kRecut };
 
 std::string_view to_string(CellState state);      // "Suspended"
 std::string_view to_string(CellCommand command);  // "unsuspend"
 std::optional<CellCommand> command_from_string(std::string_view word);
 
 // The acting state a command leads to, or nothing when it is not allowed there. Abort is allowed everywhere but in
-// Aborting, Aborted and Clearing; Hold wherever the beam may come on without another word; Suspended is left only by
+// Aborting and Aborted; Hold wherever the beam may come on without another word; Suspended is left only by
 // Unsuspend, Recut, Stop or Abort, and Aborted only by Clear. Recut is ours: an Unsuspend for a panel that was cut and
 // still lies there; the unit comes back to where it was.
 std::optional<CellState> after(CellState state, CellCommand command);
-
-// Where an acting state goes when its work is done (Resetting -> Idle); nothing for waiting states.
-std::optional<CellState> completed(CellState state);
-
-// May the machine move in this state? True only where an operator's command stands behind the motion.
-bool may_move(CellState state);
 
 }  // namespace veneer::daemon

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "daemon/services/calibration.h"
 #include "daemon/unit/frame_trace.h"
+#include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/recut.h"
@@ -21,13 +22,15 @@ JobRunner::JobRunner(boost::asio::io_context& reactor, const UnitParts& parts, R
       reactor_(reactor),
       options_(std::move(options)),
       log_(std::move(log)),
+      audit_log_(parts.database, log_),
       on_change_(std::move(on_change)),
       wait_(
           parts.bed, parts.planner, [this](std::span<const PieceBurn> burns) { return check(burns); },
           [this] {
             view_.load = wait_.view();
             on_change_();
-          }) {}
+          }),
+      proof_(*this, options_, log_) {}
 
 JobRunner::~JobRunner() {
   alive_.reset();
@@ -46,6 +49,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
   view_.state = state;
   view_.reason = std::move(reason);
+  end_overrides();
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
     parts().bed.hands_were_in();
@@ -73,11 +77,7 @@ Status JobRunner::refuse(CellCommand command) const {
 }
 
 void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
-  parts().database.async([entry = db::AuditEntry{0, utc_timestamp(), who, what, detail}](
-                             Repositories& r) { return r.audit.append(entry); },
-                         [log = log_](const Status& written) {
-                           if (!written) log->error("the audit log could not be written: {}", written.error().message);
-                         });
+  audit_log_.write({0, utc_timestamp(), who, what, detail});
 }
 
 void JobRunner::answer(const Status& status) {
@@ -91,18 +91,20 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
     for (const std::string& name : *wanted)
       if (std::find(confirmed.begin(), confirmed.end(), name) == confirmed.end()) missing.push_back(name);
   if (missing.empty()) return Ok();
-  return Error{ErrorCode::kRefused,
-               fmt::format("see to it and confirm before the beam comes on: {} (veneerctl: --confirm "
-                           "\"{}\")",
-                           fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("nobody has confirmed yet what the beam needs ({}): see to it and confirm it, with veneerctl by "
+                  "--confirm \"{}\"",
+                  fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
 }
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
     abort(fmt::format("STOP by {}", who));
-    audit(who, "cell.abort");
+    audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
     return reply(Ok());
   }
+  if (command == CellCommand::kHold && view_.framing) return hold_frame(who, reply);
   if (!after(view_.state, command)) return reply(refuse(command));
   audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
   switch (command) {
@@ -160,9 +162,10 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
                        "the laser does not find its corner by itself, so nothing says where the panel lies for it: fit "
                        "homing switches and switch homing on ($22=1)"});
   if (!limits_.burns)
-    return reply(Error{ErrorCode::kRefused,
-                       "the laser is a file that records its bytes: wood would be booked as cut that is whole. Put the "
-                       "laser's own port into the configuration"});
+    return reply(
+        Error{ErrorCode::kRefused,
+              "the laser is a file that records its bytes, so wood would be booked as cut that is whole: put the "
+              "laser's own port into the configuration"});
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
   pending_ = {std::move(reply)};
@@ -231,7 +234,7 @@ void JobRunner::hold(Reply reply) {
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
-      if (parked_) parts().laser.stop_jog();
+      if (proof_.give_up()) parts().laser.stop_jog();
       refused({ErrorCode::kCancelled, "held before anything was burnt"});
       return reply(Ok());
     case CellState::kUnholding:
@@ -242,11 +245,20 @@ void JobRunner::hold(Reply reply) {
   }
   enter(CellState::kHolding);
   pending_.push_back(std::move(reply));
-  proving_ = 0;  // whatever the camera sees now, Unhold looks anew
-  if (std::exchange(parked_, nullptr)) return parts().laser.stop_jog();
+  if (proof_.give_up()) return parts().laser.stop_jog();  // whatever the camera sees now, Unhold looks anew
   if (at_laser_ && !laser_held_) return parts().laser.hold();
   enter(CellState::kHeld, at_laser_ ? "held by the operator" : "held between two pieces");
   answer(Ok());
+}
+
+// A frame is no run that could go on: what is not burnt yet is given up, and what burns ends here, beam first.
+void JobRunner::hold_frame(const std::string& who, const Reply& reply) {
+  if (at_laser_)
+    abort("held while the frame was traced: Clear and Reset, then start the job again");
+  else
+    refused({ErrorCode::kCancelled, "held before the frame was traced"});
+  audit(who, "cell.hold");
+  reply(Ok());
 }
 
 void JobRunner::unhold(Reply reply) {
@@ -299,7 +311,7 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
   const bool cutting = view_.state == CellState::kExecute || view_.state == CellState::kHolding ||
                        view_.state == CellState::kHeld || view_.state == CellState::kUnholding;
   if (!cutting || !activity_->end_early(false))
-    return reply(Error{ErrorCode::kConflict, "no piece is being cut: nothing to stop after"});
+    return reply(Error{ErrorCode::kConflict, "no piece is being cut, so there is nothing to stop after"});
   audit(who, "cell.stop-after-piece");
   if (view_.state == CellState::kExecute) view_.reason = "stopping after this piece";
   on_change_();
@@ -324,7 +336,7 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
   if (!after(view_.state, CellCommand::kRecut) || view_.framing) return reply(refuse(CellCommand::kRecut));
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
-                       "nothing can be cut again: only pieces of the last panel, until it moves or the cell is reset"});
+                       "nothing can be cut again but pieces of the last panel, until it moves or the cell is reset"});
   std::vector<PieceBurn> burns;
   for (const auto& mark : marks) {
     const PieceBurn* cut = kept_.find(mark);
@@ -397,6 +409,26 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
         fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   return parts().laser.jog(dx, dy, speed);
+}
+
+Status JobRunner::set_overrides(const LaserOverrides& wanted) {
+  if (!overrides_belong_to(view_.state)) {
+    // A laser that has none says so, whatever the cell does; to any other this is what it has already.
+    if (Status none = parts().laser.set_overrides({}); !none) return none;
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
+                    to_string(view_.state))};
+  }
+  if (Status allowed = check_overrides(wanted, view_.job.has_value()); !allowed) return allowed;
+  Status taken = parts().laser.set_overrides(wanted);
+  on_change_();
+  return taken;
+}
+
+void JobRunner::end_overrides() {
+  if (overrides_belong_to(view_.state) || parts().laser.status().overrides_wanted == LaserOverrides{}) return;
+  static_cast<void>(parts().laser.set_overrides({}));  // a laser that is being reset forgets them itself
 }
 
 void JobRunner::stop_waiting_job() {

@@ -23,7 +23,9 @@
 #include <vector>
 
 #include "base/log.h"
+#include "daemon/audit_log.h"
 #include "daemon/unit/activity.h"
+#include "daemon/unit/bed_proof.h"
 #include "daemon/unit/broken_run.h"
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/cell_view.h"
@@ -65,6 +67,12 @@ class JobRunner : private ActivityHost {
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
   // Moves the head dark; only when Idle or Complete. The reply is at once, the way takes its time.
   Status jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const std::string& who);
+  void stop_jog() { parts().laser.stop_jog(); }
+  // Where the head stands is the start corner, says the operator (LaserDriver::corner_is_here).
+  Status corner_is_here() { return parts().laser.corner_is_here(); }
+  // Overrides of what runs, within what was stated (override_rules.h). They end with it.
+  Status set_overrides(const LaserOverrides& wanted);
+  LaserOverrides overrides_wanted() const { return parts().laser.status().overrides_wanted; }
   // STOP. The reset byte is on the wire when this returns; the rest follows.
   void abort(const std::string& reason) noexcept override;
   // `then` comes when the database has taken, or refused, what an abort before this call had to tell it.
@@ -75,6 +83,10 @@ class JobRunner : private ActivityHost {
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
 
   const CellView& view() const { return view_; }
+  // May the machine move, at once or without another word: homing, or an activity that is not held.
+  bool may_move() const {
+    return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
+  }
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }
@@ -93,6 +105,7 @@ class JobRunner : private ActivityHost {
   void stop(const Reply& reply);
   void clear(Reply reply);
   void hold(Reply reply);
+  void hold_frame(const std::string& who, const Reply& reply);
   void unhold(Reply reply);
   void unsuspend(Reply reply, const std::vector<std::string>& confirmed);
   void await_panel();
@@ -103,9 +116,7 @@ class JobRunner : private ActivityHost {
   void next() override;
   void burn(const LaserJob& strokes) override;
   void prove(Reply then);
-  bool park(std::function<void()> then);
   void prove_again();
-  bool lid_was_opened() const;
   void rest(const std::string& reason);
   void ending(Afterwards afterwards) override;
   void ended(Afterwards afterwards, const std::string& reason) override;
@@ -120,6 +131,7 @@ class JobRunner : private ActivityHost {
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
   void stop_waiting_job();
+  void end_overrides();
   void forget_cuts();
   void refresh_job(std::function<void()> then);
 
@@ -134,25 +146,21 @@ class JobRunner : private ActivityHost {
   boost::asio::io_context& reactor_;
   const RunnerOptions options_;
   Logger log_;
+  AuditLog audit_log_;
   std::function<void()> on_change_;
 
   CellView view_;
   bool laser_connected_ = false;
   LaserLimits limits_;
-  std::optional<Point<MachineFrame>> home_;  // where the head stood after homing: out of the picture
   PanelWait wait_;
+  BedProof proof_;
   KeptCuts kept_;
 
   std::unique_ptr<Activity> activity_;
   CellState from_ = CellState::kStopped;  // where the unit was when the activity was asked for
   std::string reason_from_;
-  bool at_laser_ = false;         // the laser has strokes of it and has not told their end
-  bool laser_held_ = false;       // in the middle of them
-  int proofs_ = 0;                // looks begun
-  int proving_ = 0;               // the one under way; 0 = none
-  std::function<void()> parked_;  // while the head is on its way out of the picture
-  int lid_at_proof_ = 0;          // LaserStatus::lid_openings when the bed was proven last
-  int pieces_since_proof_ = 0;
+  bool at_laser_ = false;    // the laser has strokes of it and has not told their end
+  bool laser_held_ = false;  // in the middle of them
 
   std::vector<Reply> pending_;          // the command whose acting state is on
   Reply check_reply_;                   // while the controller reads a pattern

@@ -33,13 +33,12 @@ void JobRunner::begun(const std::string& doing) {
 // ---- The door ----------------------------------------------------------------------------------------------------
 
 void JobRunner::next() {
-  if (!activity_ || at_laser_ || proving_ != 0 || committing()) return;
+  if (!activity_ || at_laser_ || proof_.under_way() || committing()) return;
   const bool word_holds = view_.state == CellState::kExecute || view_.state == CellState::kStopping || view_.framing;
   if (!word_holds) return;
   if (activity_->next_start()) {
-    if (lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
-    if (activity_->proves_pose() && options_.look_every > 0 && pieces_since_proof_ >= options_.look_every)
-      return prove_again();
+    if (proof_.lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
+    if (proof_.is_due(*activity_)) return prove_again();
   }
   activity_->go_on();
 }
@@ -50,8 +49,6 @@ void JobRunner::burn(const LaserJob& strokes) {
   parts().laser.start(strokes);
 }
 
-bool JobRunner::lid_was_opened() const { return parts().laser.status().lid_openings != lid_at_proof_; }
-
 // Nothing more is begun until the operator says so.
 void JobRunner::rest(const std::string& reason) {
   if (view_.framing) return refused({ErrorCode::kRefused, reason});
@@ -59,32 +56,7 @@ void JobRunner::rest(const std::string& reason) {
   enter(CellState::kHeld, reason);
 }
 
-void JobRunner::prove(Reply then) {
-  const int proof = proving_ = ++proofs_;
-  const auto look = [this, proof, then = std::move(then)] {
-    if (proving_ != proof) return;
-    const LaserStatus laser = parts().laser.status();
-    if (lid_is_open(laser)) {  // hands may be in until it is closed, which nobody counts
-      proving_ = 0;
-      return then(Error{ErrorCode::kRefused, "the lid is open: close it"});
-    }
-    // Counted before the picture is taken: a lid that opens later spoils it.
-    const int openings = laser.lid_openings;
-    const auto seen = [this, proof, openings, then](const Status& as_it_must_be) {
-      if (proving_ != proof) return;
-      proving_ = 0;
-      if (!as_it_must_be) return then(as_it_must_be);
-      lid_at_proof_ = openings;
-      pieces_since_proof_ = 0;
-      if (lid_was_opened())
-        return then(Error{ErrorCode::kRefused, "the lid was opened while the camera looked: close it and try again"});
-      then(Ok());
-    };
-    if (!activity_->needs_look()) return seen(Ok());
-    activity_->look(while_current(seen));
-  };
-  if (!park(look)) look();
-}
+void JobRunner::prove(Reply then) { proof_.begin(*activity_, !at_laser_, std::move(then)); }
 
 // Every now and then, while a run goes on: a panel creeps, or is bumped into.
 void JobRunner::prove_again() {
@@ -96,26 +68,6 @@ void JobRunner::prove_again() {
     on_change_();
     next();
   });
-}
-
-// Sends the head back to where it stood after homing, if the machine can and the way there and on is free. False when
-// it stays.
-bool JobRunner::park(std::function<void()> then) {
-  if (at_laser_ || !activity_->proves_pose() || !home_) return false;
-  const LaserStatus laser = parts().laser.status();
-  const Millimetres dx = home_->x - laser.position.x, dy = home_->y - laser.position.y;
-  if (std::max(std::abs(dx.count()), std::abs(dy.count())) < 1) return false;
-  const auto on = activity_->next_start();
-  for (const KeepOut& zone : options_.keep_out)
-    if (crosses(zone.area, laser.position, *home_) || (on && crosses(zone.area, *home_, *on))) return false;
-  MmPerSecond speed = options_.frame_speed;
-  if (limits_.fastest > MmPerSecond(0)) speed = std::min(speed, limits_.fastest);
-  if (const Status moves = parts().laser.jog(dx, dy, speed); !moves) {
-    log_->debug("the head stays in the picture: {}", moves.error().message);
-    return false;
-  }
-  parked_ = std::move(then);
-  return true;
 }
 
 Status JobRunner::check(std::span<const PieceBurn> burns) const {
@@ -211,8 +163,7 @@ void JobRunner::go_back(const std::string& reason) {
 std::unique_ptr<Activity> JobRunner::retire() {
   end_epoch();
   at_laser_ = laser_held_ = false;
-  proving_ = 0;
-  parked_ = nullptr;
+  proof_.give_up();
   return std::move(activity_);
 }
 

@@ -23,7 +23,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
     on_failed(failed->error);
   } else if (std::holds_alternative<Homed>(event)) {
     if (view_.state != CellState::kResetting) return;
-    home_ = parts().laser.status().position;
+    proof_.homed_at(parts().laser.status().position);
     enter(CellState::kIdle);
     answer(Ok());
   } else if (std::holds_alternative<Held>(event)) {
@@ -92,11 +92,11 @@ void JobRunner::on_resumed() {
 void JobRunner::on_done(const std::string& remark) {
   if (!at_laser_) return;
   at_laser_ = laser_held_ = false;
-  ++pieces_since_proof_;
+  proof_.piece_burnt();
   if (view_.state == CellState::kHolding) {
     enter(CellState::kHeld, "held between two pieces");
     answer(Ok());
-  } else if (view_.state == CellState::kUnholding && proving_ == 0) {
+  } else if (view_.state == CellState::kUnholding && !proof_.under_way()) {
     enter(CellState::kExecute);
     answer(Ok());
   }
@@ -106,7 +106,7 @@ void JobRunner::on_done(const std::string& remark) {
 void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
   // A jog that ended in a reset has lost the position.
   if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
-  if (parked_) return std::exchange(parked_, nullptr)();
+  if (proof_.jog_ended()) return;
   if (view_.state != CellState::kHolding || at_laser_) return;
   enter(CellState::kHeld, "held between two pieces");
   answer(Ok());

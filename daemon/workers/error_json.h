@@ -13,6 +13,12 @@ inline nlohmann::json error_to_json(const Error& error) {
   return {{"code", to_string(error.code)}, {"message", error.message}};
 }
 
+// A number that names no code is kInternal.
+inline ErrorCode error_code_of(int number) {
+  return number >= 0 && number <= static_cast<int>(ErrorCode::kInternal) ? static_cast<ErrorCode>(number)
+                                                                         : ErrorCode::kInternal;
+}
+
 // None for what is no such object; a code that is not known is kInternal.
 inline std::optional<Error> error_from_json(const nlohmann::json& json) {
   if (!json.is_object()) return std::nullopt;

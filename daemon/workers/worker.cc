@@ -77,6 +77,11 @@ bool Worker::try_post(std::size_t most, std::function<void()> work, std::functio
   return true;
 }
 
+std::size_t Worker::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return queue_.size();
+}
+
 void Worker::run(const std::string& name, int nice) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
   // Linux keeps the priority per thread; without the right to change it the work is merely less polite.

@@ -52,6 +52,9 @@ class Worker {
   [[nodiscard]] bool try_post(std::size_t most, std::function<void()> work,
                               std::function<void(const Error&)> failed = {});
 
+  // What is posted and not begun.
+  std::size_t waiting() const;
+
   // What `work` throws comes back as its error where its result can be one, else as the exception.
   template <class F>
   std::invoke_result_t<F> call(F work) {
@@ -79,7 +82,7 @@ class Worker {
   };
   void run(const std::string& name, int nice);
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Posted> queue_;  // guarded by mutex_
   bool stopping_ = false;     // guarded by mutex_

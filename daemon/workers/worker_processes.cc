@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -19,6 +20,7 @@
 #include <variant>
 
 #include "daemon/workers/error_json.h"
+#include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_server.h"
 
 namespace veneer::daemon {
@@ -28,6 +30,7 @@ using nlohmann::json;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
 constexpr std::size_t kLongestLine = 4 << 20;
+constexpr std::chrono::milliseconds kDiskLook{200};
 
 class Descriptor {
  public:
@@ -137,25 +140,6 @@ struct Progressed {
 };
 using Message = std::variant<Nonsense, OutOfMemory, Progressed, Result<json>>;
 
-// What is nested deeper than any answer is would be copied and written by recursion, for which a stack is too small.
-bool nested_too_deeply(std::string_view line) {
-  constexpr int kDeepest = 32;
-  int depth = 0;
-  bool in_text = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (in_text && c == '\\')
-      ++i;
-    else if (c == '"')
-      in_text = !in_text;
-    else if (!in_text && (c == '[' || c == '{') && ++depth > kDeepest)
-      return true;
-    else if (!in_text && (c == ']' || c == '}'))
-      --depth;
-  }
-  return false;
-}
-
 // Of what a process says to people.
 std::string cut_to(std::string text, std::size_t most) {
   if (text.size() > most) text.resize(most);
@@ -188,17 +172,23 @@ class Conversation {
 
   Result<json> hold(Child& child, Descriptor requests, Descriptor answers) {
     const SteadyTime deadline = std::chrono::steady_clock::now() + order_.deadline;
+    const std::uint64_t reserve = disk_reserve();
+    SteadyTime disk_seen = std::chrono::steady_clock::now();
     rest_ = request_line();
     ::fcntl(requests.get(), F_SETFL, O_NONBLOCK);
     ::fcntl(answers.get(), F_SETFL, O_NONBLOCK);
     for (;;) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+      const SteadyTime now = std::chrono::steady_clock::now();
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - now);
       if (left.count() <= 0) return too_slow();
+      if (now - disk_seen >= kDiskLook) {
+        disk_seen = now;
+        if (options_.free_space(order_.folder).value_or(reserve) < reserve) return fills_the_disk();
+      }
       // The pipe for requests stays open: its end tells the process that nobody listens any more.
       std::array<pollfd, 3> wait{pollfd{answers.get(), POLLIN, 0}, pollfd{wake_, POLLIN, 0},
                                  pollfd{rest_.empty() ? -1 : requests.get(), POLLOUT, 0}};
-      const int ready =
-          ::poll(wait.data(), wait.size(), static_cast<int>(std::min<std::int64_t>(left.count(), 1'000'000)));
+      const int ready = ::poll(wait.data(), wait.size(), static_cast<int>(std::min(left, kDiskLook).count()));
       if (ready < 0 && errno != EINTR)
         return Error{ErrorCode::kInternal, fmt::format("{} could not be followed: try again", order_.what)};
       if (ready <= 0) continue;
@@ -262,6 +252,18 @@ class Conversation {
                         "[workers] of the configuration",
                         order_.what, std::chrono::duration<double>(order_.deadline).count())};
   }
+  // What must stay free: enough for the ledger of many jobs, and on a small disk half of what there was.
+  std::uint64_t disk_reserve() const {
+    constexpr std::uint64_t kForTheLedger = 256 << 20;
+    return std::min(kForTheLedger, options_.free_space(order_.folder).value_or(0) / 2);
+  }
+
+  Error fills_the_disk() const {
+    return {ErrorCode::kStorage,
+            fmt::format("{} was ended because the disk is nearly full, and the ledger needs what is left: make room on "
+                        "it, then try again",
+                        order_.what)};
+  }
   Error needs_more() const {
     return {ErrorCode::kUnavailable,
             fmt::format("{} needs more memory than the {} MB a worker may take: ask for something smaller, or raise "
@@ -324,6 +326,13 @@ Result<json> WorkerProcesses::run(const WorkOrder& order, const TaskProgress& pr
   if (!result && result.error().code != ErrorCode::kCancelled)
     log_->info("worker {} ({}): {}", pid, order.kind, result.error().message);
   return result;
+}
+
+std::optional<std::uint64_t> free_on_disk(const std::filesystem::path& folder) {
+  std::error_code failed;
+  const auto space = std::filesystem::space(folder, failed);
+  if (failed) return std::nullopt;
+  return space.available;
 }
 
 std::filesystem::path worker_program() {

@@ -101,7 +101,10 @@ void GrblCore::ask() {
   if (machine_.fell_silent() && phase_->minds_silence()) {
     // The link may be dead, but if it is not, this stops the machine.
     machine_.reset();
-    phase_->link_lost({ErrorCode::kDisconnected, "the laser controller stopped answering"});
+    phase_->link_lost({ErrorCode::kDisconnected,
+                       "the laser controller stopped answering, because its link is broken, it hangs or is busy with "
+                       "something else, or this computer was too loaded to hear it: check its cable and supply, end "
+                       "other heavy programs, then Clear and Reset"});
     machine_.close_link();
     return;
   }

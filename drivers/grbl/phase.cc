@@ -13,7 +13,8 @@ void Phase::start(LaserJob&&) { fail(busy()); }
 Status Phase::check(const LaserJob&) { return busy(); }
 Status Phase::jog(Millimetres, Millimetres, MmPerSecond) { return busy_for_jogs(); }
 Status Phase::set_overrides(const LaserOverrides&) {
-  return Error{ErrorCode::kConflict, "the laser is not ready: overrides are set at rest or while a job runs"};
+  return Error{ErrorCode::kConflict,
+               "the laser is not ready for overrides: set them when it rests or while a job runs"};
 }
 Status Phase::corner_is_here() { return no_corner_now(); }
 
@@ -140,7 +141,7 @@ Status Ready::jog(Millimetres dx, Millimetres dy, MmPerSecond speed) {
   const auto here = m_.settings.from_wire((*m_.position())[0], (*m_.position())[1]);
   if (m_.homed && !travel.contains({here.x + dx, here.y + dy}))
     return Error{ErrorCode::kRefused,
-                 fmt::format("the jog leaves the travel: x is {:.1f} to {:.1f} mm, y is {:.1f} to {:.1f} mm",
+                 fmt::format("the jog leaves the travel (x {:.1f} to {:.1f} mm, y {:.1f} to {:.1f} mm): jog less far",
                              travel.min.x.count(), travel.max.x.count(), travel.min.y.count(), travel.max.y.count())};
   const WirePoint from = *m_.place();
   const WirePoint to{from.x_um + std::llround(dx.count() * 1000), from.y_um + std::llround(dy.count() * 1000)};

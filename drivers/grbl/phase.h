@@ -93,7 +93,9 @@ class Phase {
 
  protected:
   static Error busy() { return {ErrorCode::kConflict, "the laser is busy"}; }
-  static Error busy_for_jogs() { return {ErrorCode::kConflict, "the laser is busy: it is jogged between jobs only"}; }
+  static Error busy_for_jogs() {
+    return {ErrorCode::kConflict, "the laser is busy, and is jogged between jobs only: wait until it stands still"};
+  }
   Error no_corner_now() const;
   void fail(Error error) { host_.tell(laser_event::Failed{std::move(error)}); }
   // The position is no longer known, and no job is there that would say so.

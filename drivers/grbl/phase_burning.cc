@@ -228,10 +228,11 @@ void Burning::answered(const Outstanding& line, std::optional<int> error) {
   }
   run().acknowledged(line.line, m_.now);
   if (line.line.kind == LineKind::kEcho && !std::exchange(m_.modes_told, false))
-    stop_softly({ErrorCode::kDeviceFault,
-                 fmt::format("the laser controller did not tell how it understood stroke {}: its answers "
-                             "do not match the lines it was sent",
-                             line.line.stroke)});
+    stop_softly(
+        {ErrorCode::kDeviceFault,
+         fmt::format("the laser controller did not tell how it understood stroke {}, so its answers "
+                     "do not match the lines it was sent: check the cable for disturbance, then Clear and Reset",
+                     line.line.stroke)});
 }
 
 void Burning::modes_told(const ParserState& state) {
@@ -291,8 +292,9 @@ void Burning::follow_path(const std::optional<Poll>& poll) {
   if (late_s <= std::chrono::duration<double>(m_.options.late_tolerance).count()) return;
   stop_softly({ErrorCode::kDeviceFault,
                fmt::format("the laser is {:.1f} s later than its settings allow at ({:.3f}, {:.3f}) in its own "
-                           "coordinates: its controller was busy with something else, this computer was too loaded to "
-                           "feed it, or a byte was changed on the cable",
+                           "coordinates, because its controller was busy with something else, this computer was too "
+                           "loaded to feed it, or a byte was changed on the cable: end other heavy programs, check the "
+                           "cable, then Clear and Reset",
                            late_s, x, y)});
 }
 
@@ -323,7 +325,9 @@ void Burning::follow_hold(const StatusReport& report) {
       return host_.tell(laser_event::Held{});
     case Hold::kHeld:
       if (report.is("Run"))
-        emergency({ErrorCode::kDeviceFault, "the laser began to move while it was held: nobody asked it to"});
+        emergency({ErrorCode::kDeviceFault,
+                   "the laser began to move while it was held, and nothing here asked it to: see that nobody uses its "
+                   "controller's own buttons and no other program its port, then Clear and Reset"});
       return;
     case Hold::kResuming:
       if (report.state == "Door:1" || report.state == "Door:2") {  // the lid was opened again
@@ -363,8 +367,8 @@ void Burning::verify_group() {
       std::abs(dy) > tolerance + 0.5 / m_.settings.y.steps_per_mm) {
     burn_.stray.slipped(std::hypot(dx, dy));
     return emergency({ErrorCode::kDeviceFault,
-                      fmt::format("the laser stands ({:.3f}, {:.3f}) mm from where the piece ends: bytes were lost or "
-                                  "changed on the way; check the cable",
+                      fmt::format("the laser stands ({:.3f}, {:.3f}) mm from where the piece ends, because bytes were "
+                                  "lost or changed on the way: check the cable, then Clear and Reset",
                                   dx, dy)});
   }
   motion().all_executed();
@@ -374,7 +378,7 @@ void Burning::verify_group() {
     m_.reset();
     return end(
         {ErrorCode::kDeviceFault,
-         fmt::format("{}. The rest of the piece is finished. Look at it before the panel is moved and say whether "
+         fmt::format("{}. The rest of the piece is finished: look at it before the panel is moved and say whether "
                      "it is cut (veneerctl job settle); Clear, Reset and Start go on with the other pieces",
                      gap_words())},
         false);
@@ -393,7 +397,7 @@ std::string Burning::gap_words() const {
   const auto& [x, y] = *run().doubt_at();
   const Point<MachineFrame> at = m_.settings.from_wire(x, y);
   return fmt::format(
-      "the lid was opened while the beam was on: if its switch darkens the tube at once, there may be a gap in the cut "
+      "the lid was opened while the beam was on; if its switch darkens the tube at once, there may be a gap in the cut "
       "before ({:.1f}, {:.1f}) mm on the bed",
       at.x.count(), at.y.count());
 }
@@ -415,11 +419,16 @@ void Burning::deadline() {
 void Burning::tick() {
   if (hold_ != Hold::kNone) return;
   if (idle_since_ && m_.now - *idle_since_ >= m_.options.lost_reply_timeout)
-    return emergency({ErrorCode::kDeviceFault,
-                      fmt::format("the laser is idle but left {} lines unanswered, from line {} on: answers were lost",
-                                  m_.outstanding().size(), m_.outstanding().front().number)});
+    return emergency(
+        {ErrorCode::kDeviceFault,
+         fmt::format("the laser is idle but left {} lines unanswered, from line {} on, so answers were lost "
+                     "on the cable or this computer was too loaded to take them: check the cable for "
+                     "disturbance, end other heavy programs, then Clear and Reset",
+                     m_.outstanding().size(), m_.outstanding().front().number)});
   if (m_.now - last_progress_ >= m_.options.stall_timeout)
-    emergency({ErrorCode::kDeviceFault, "the laser neither moves nor answers lines: it is stuck"});
+    emergency({ErrorCode::kDeviceFault,
+               "the laser neither moves nor answers lines, as if its controller hung or the cable had lost a byte: see "
+               "that the head is free, check cable and supply, then Clear and Reset"});
 }
 
 TimePoint Burning::next_deadline() const {

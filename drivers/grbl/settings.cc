@@ -117,7 +117,8 @@ Result<MachineSettings> SettingsReader::finish() const {
       banner_.empty() ? fmt::format("{} {}", name_of(s.family), version) : banner_.substr(0, banner_.find(" ["));
   s.identity = identity();
   const auto refuse = [&](const std::string& what) {
-    return Error{ErrorCode::kRefused, fmt::format("the laser controller ({}) cannot be used: {}", s.firmware, what)};
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the laser controller ({}) cannot be used, because {}", s.firmware, what)};
   };
   if (const auto number = told_differently())
     return Error{
@@ -128,9 +129,10 @@ Result<MachineSettings> SettingsReader::finish() const {
   for (const int needed :
        std::initializer_list<int>{kHomingEnable, kMaxPower, kLaserMode, kTravel, kTravel + 1, kMaxRate, kMaxRate + 1,
                                   kAcceleration, kAcceleration + 1, kStepsPerMm, kStepsPerMm + 1})
-    if (!values_.contains(needed)) return refuse(fmt::format("it did not tell its setting ${}", needed));
-  if (value(kLaserMode, 0) != 1) return refuse("laser mode is off; set $32=1 so that the beam goes out at rest");
-  if (value(kReportInches, 0) != 0) return refuse("it reports in inches; set $13=0");
+    if (!values_.contains(needed))
+      return refuse(fmt::format("it did not tell its setting ${}: check the cable, then connect again", needed));
+  if (value(kLaserMode, 0) != 1) return refuse("laser mode is off: set $32=1 so that the beam goes out at rest");
+  if (value(kReportInches, 0) != 0) return refuse("it reports in inches: set $13=0");
   s.receive_bytes = options_.receive_bytes.value_or(128);
   if (s.receive_bytes < 80) return refuse(fmt::format("its receive buffer of {} bytes is too small", s.receive_bytes));
   s.planner_blocks = options_.planner_blocks.value_or(15);
@@ -150,10 +152,10 @@ Result<MachineSettings> SettingsReader::finish() const {
     place_axis(axis, ((home_corner >> i) & 1U) != 0, zero_at_home, s.pull_off_mm);
     if (axis.travel_mm <= 2 * s.pull_off_mm || axis.steps_per_mm <= 0 || axis.max_rate_mm_s <= 0 ||
         axis.acceleration_mm_s2 <= 0)
-      return refuse(fmt::format("check ${}, ${}, ${} and ${} (steps, rate, acceleration, travel)", kStepsPerMm + i,
-                                kMaxRate + i, kAcceleration + i, kTravel + i));
+      return refuse(fmt::format("its steps, rate, acceleration or travel is none: check ${}, ${}, ${} and ${}",
+                                kStepsPerMm + i, kMaxRate + i, kAcceleration + i, kTravel + i));
   }
-  if (s.max_power < 1) return refuse("its full power $30 is below 1");
+  if (s.max_power < 1) return refuse("its full power is below 1: set $30");
   s.lid_switch = options_.letters.find('+') != std::string::npos || signals_.find('D') != std::string::npos;
   for (const Likely& likely : kLikely)
     if (const double is = value(likely.number, 0); is < likely.low || is > likely.high)

@@ -124,10 +124,12 @@ void Burning::program_ended() {
   const double lasted_s = std::chrono::duration<double>(end - *program_begin_).count();
   const double shortest_s = m_.options.earliest_share * run_.program().shortest_s;
   if (lasted_s < shortest_s)
-    return emergency({ErrorCode::kDeviceFault,
-                      fmt::format("the laser board reports the end of a program after {:.1f} s that lasts at least "
-                                  "{:.1f} s: it has not executed all of it",
-                                  lasted_s, shortest_s)});
+    return emergency(
+        {ErrorCode::kDeviceFault,
+         fmt::format("the laser board reports the end of a program after {:.1f} s that lasts at least "
+                     "{:.1f} s, so it has not executed all of it: check the laser's supply and the USB cable, then "
+                     "Clear and Reset",
+                     lasted_s, shortest_s)});
   awaiting_end_ = false;
   deadline_.reset();
   program_begin_.reset();

@@ -29,7 +29,9 @@ void StreamTransport::run_on(int descriptor) {
   descriptor_.assign(descriptor, error);
   if (error) {
     ::close(descriptor);
-    return fail({ErrorCode::kUnavailable, fmt::format("{} does not work as a device: {}", name_, error.message())});
+    return fail(
+        {ErrorCode::kUnavailable, fmt::format("{} does not work as a device ({}): check the port in the configuration",
+                                              name_, error.message())});
   }
   descriptor_.non_blocking(true, error);
   read_more();

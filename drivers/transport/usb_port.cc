@@ -56,7 +56,9 @@ class UsbPort::Session {
   Status open(const UsbAddress& address) {
     if (const int error = libusb_init(&context_); error != 0) {
       context_ = nullptr;
-      return Error{ErrorCode::kUnavailable, fmt::format("USB cannot be used here: {}", libusb_strerror(error))};
+      return Error{
+          ErrorCode::kUnavailable,
+          fmt::format("USB cannot be used here ({}): give the daemon access to USB devices", libusb_strerror(error))};
     }
     libusb_device** devices = nullptr;
     const ssize_t count = libusb_get_device_list(context_, &devices);

@@ -1,4 +1,4 @@
-// How a material is burnt: its settings, one set for each species of wood.
+// How a material is burnt: its settings, one set for each material.
 #pragma once
 
 #include <algorithm>

@@ -60,8 +60,9 @@ class Keeper {
         if (!piece.placement) continue;
         placements[patch->second] = kept(*piece.placement, problem_.queue[patch->second].match);
         if (must && !placements[patch->second])
-          return Error{ErrorCode::kInvalidArgument,
-                       fmt::format("piece {} cannot be cut there: that wood is not free", piece.mark)};
+          return Error{
+              ErrorCode::kInvalidArgument,
+              fmt::format("piece {} cannot be cut there, because that wood is not free: plan it anew", piece.mark)};
       }
     }
     take_wood(placements);

@@ -121,7 +121,8 @@ Result<std::vector<KeptPiece>> kept_pieces(const Plan& plan, Keep keep, std::spa
     if (stays && !piece.placement)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("piece {} has no wood in the plan that is kept", piece.mark)};
-    KeptPiece& kept = out.emplace_back(KeptPiece{piece.mark, piece.cells, {}, stays});
+    KeptPiece& kept = out.emplace_back(KeptPiece{piece.mark, piece.cells, {}, stays, {}});
+    if (!plan.layouts.empty()) kept.outline = piece.artwork_outline;
     if (!piece.placement || goes || (keep == Keep::kOnly && !stays)) continue;
     kept.placement = piece.placement;
   }
@@ -143,6 +144,11 @@ Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   auto kept = kept_pieces(plan, edits.pins.empty() ? Keep::kAll : Keep::kOnly, staying, edits.replanned);
   if (!kept.ok()) return kept.error();
   options.kept = std::move(*kept);
+  // What it refined stays as it is.
+  if (!plan.layouts.empty()) options.refine = Refine::kNone;
+  options.kept_layouts.clear();
+  for (std::size_t a = 0; a < plan.layouts.size(); ++a)
+    options.kept_layouts.push_back({plan.artworks[a].letter, plan.layouts[a]});
   for (const KeptPiece& piece : options.kept)
     options.adaptive_levels =
         std::max(options.adaptive_levels, static_cast<int>(std::bit_width(static_cast<unsigned>(piece.cells))) - 1);

@@ -43,7 +43,8 @@ struct PlanEdits {
   std::vector<std::pair<std::string, std::size_t>> takes;  // mark, number of its alternative
 };
 // Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved or pinned must stay. Pieces of several
-// sizes are understood without saying again how many there were.
+// sizes are understood without saying again how many there were, and curved ones keep their shapes: such a plan is not
+// refined again.
 Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options);
 
 }  // namespace veneer::planner

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -22,6 +23,15 @@ json ring_to_json(const Ring<Frame>& ring) {
   for (const auto& p : ring) out.push_back({p.x.count(), p.y.count()});
   return out;
 }
+
+// Whole ones as whole numbers.
+json micrometres(Millimetres length) {
+  const double um = length.count() * 1000;
+  const auto whole = std::llround(um);
+  return static_cast<double>(whole) / 1000 == length.count() ? json(whole) : json(um);
+}
+// The way back: whole micrometres give the number that they came from.
+Millimetres from_micrometres(double um) { return Millimetres(um / 1000); }
 
 // Every member is checked on the way; the first that is missing or of the wrong kind is named.
 class PlanReader {
@@ -92,6 +102,27 @@ json placement_to_json(const Placement& placement, const Piece& piece) {
            {{"angle_rad", map.angle().count()}, {"x_mm", map.shift().x.count()}, {"y_mm", map.shift().y.count()}}}};
 }
 
+// Controls in micrometres. Whose edges they are, the pieces say.
+json layout_to_json(const Partition& layout) {
+  json edges = json::array();
+  for (const PartitionEdge& edge : layout.edges) {
+    json curve = json::array();
+    for (const auto& p : edge.curve) curve.push_back({micrometres(p.x), micrometres(p.y)});
+    edges.push_back({{"curve_um", std::move(curve)}});
+  }
+  return {{"edges", std::move(edges)}};
+}
+
+// Numbers of edges from 1, negative where they are followed backwards.
+json boundary_to_json(const PartitionFace& face) {
+  json out = json::array();
+  for (const DirectedEdge& it : face.boundary) {
+    const auto number = static_cast<std::int64_t>(it.edge) + 1;
+    out.push_back(it.backwards ? -number : number);
+  }
+  return out;
+}
+
 json piece_to_json(const Piece& piece) {
   json out{{"id", piece.mark},
            {"artwork", piece.artwork},
@@ -153,6 +184,68 @@ Piece piece_from_json(const json& from, std::size_t artworks, PlanReader& read) 
   return piece;
 }
 
+PartitionEdge edge_from_json(const json& from, PlanReader& read) {
+  PartitionEdge edge;
+  for (const auto& p : read.ring<ArtworkFrame>(from, "curve_um"))
+    edge.curve.push_back({from_micrometres(p.x.count()), from_micrometres(p.y.count())});
+  if (edge.curve.size() % 3 != 1 || edge.curve.size() < 4)
+    read.fail("a \"curve_um\" is no row of cubic curves: 4, 7, 10, ... points");
+  return edge;
+}
+
+// Gives a layout its artwork's size, and what lies on its far borders their exact place, which need be no whole number
+// of micrometres.
+void lay_on(const PlanArtwork& artwork, Partition& layout) {
+  constexpr Millimetres kSame{1e-6};
+  layout.width = artwork.width, layout.height = artwork.height;
+  for (PartitionEdge& edge : layout.edges)
+    for (auto& p : edge.curve) {
+      if (p.x > artwork.width - kSame && p.x < artwork.width + kSame) p.x = artwork.width;
+      if (p.y > artwork.height - kSame && p.y < artwork.height + kSame) p.y = artwork.height;
+    }
+}
+
+// The faces of a plan's pieces; each must have the outline that its edges make.
+void boundaries_from_json(const json& pieces, PlanReader& read, Plan& plan) {
+  for (std::size_t i = 0; i < plan.pieces.size() && read.ok(); ++i) {
+    const Piece& piece = plan.pieces[i];
+    Partition& layout = plan.layouts[piece.artwork];
+    const std::size_t f = layout.faces.size();
+    PartitionFace& face = layout.faces.emplace_back();
+    for (const json& it : read.list(pieces[i], "edges")) {
+      const std::int64_t number = it.is_number_integer() ? it.get<std::int64_t>() : 0;
+      const auto edge = static_cast<std::size_t>(std::abs(number)) - 1;
+      if (number == 0 || edge >= layout.edges.size()) {
+        read.fail(fmt::format("\"edges\" of piece {} names no edge of its artwork", piece.mark));
+        return;
+      }
+      face.boundary.push_back({edge, number < 0});
+      (number < 0 ? layout.edges[edge].right : layout.edges[edge].left) = f;
+    }
+    const Ring<ArtworkFrame> outline = outline_of(layout, f);
+    const bool same = outline.size() == piece.artwork_outline.size() &&
+                      std::equal(outline.begin(), outline.end(), piece.artwork_outline.begin(),
+                                 [](const auto& a, const auto& b) { return distance(a, b) <= kOutlineTolerance; });
+    if (!same) read.fail(fmt::format("the artwork_outline_mm of piece {} is not what its edges make", piece.mark));
+  }
+}
+
+json refined_to_json(const RefineReport& refined) {
+  json rounds = json::array();
+  for (const RefineReport::Round& round : refined.rounds)
+    rounds.push_back({{"cost", round.cost}, {"moved", round.moved}});
+  const auto gain = [&](double cost) { return refined.cost_before > 0 ? 1 - cost / refined.cost_before : 0; };
+  return {{"cost_before", refined.cost_before},
+          {"cost_refined", refined.cost_refined},
+          {"cost", refined.cost},
+          {"gain_refined", gain(refined.cost_refined)},
+          {"gain", gain(refined.cost)},
+          {"rounds", std::move(rounds)},
+          {"segments", refined.segments},
+          {"length_mm", refined.length.count()},
+          {"seconds", refined.seconds}};
+}
+
 json global_to_json(const GlobalReport& global) {
   return {{"greedy_cost", global.greedy_cost},
           {"greedy_unfilled", global.greedy_unfilled},
@@ -200,7 +293,13 @@ std::string plan_to_json(const Plan& plan) {
   for (const PlanPanel& p : plan.panels)
     out["panels"].push_back(
         {{"id", p.id.value}, {"width_mm", p.width.count()}, {"height_mm", p.height.count()}, {"dpi", p.dpi}});
-  for (const Piece& piece : plan.pieces) out["pieces"].push_back(piece_to_json(piece));
+  std::vector<std::size_t> faces(plan.layouts.size(), 0);
+  for (const Piece& piece : plan.pieces) {
+    json& written = out["pieces"].emplace_back(piece_to_json(piece));
+    if (!plan.layouts.empty())
+      written["edges"] = boundary_to_json(plan.layouts[piece.artwork].faces[faces[piece.artwork]++]);
+  }
+  for (const Partition& layout : plan.layouts) out["layouts"].push_back(layout_to_json(layout));
   // File names may hold any bytes; what is not UTF-8 is replaced.
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -224,6 +323,15 @@ Result<Plan> plan_from_json(std::string_view text) {
                            read.number(p, "dpi")});
   for (const json& piece : read.list(from, "pieces"))
     plan.pieces.push_back(piece_from_json(piece, plan.artworks.size(), read));
+  if (from.contains("layouts")) {
+    for (const json& layout : read.list(from, "layouts")) {
+      Partition& partition = plan.layouts.emplace_back();
+      for (const json& edge : read.list(layout, "edges")) partition.edges.push_back(edge_from_json(edge, read));
+    }
+    if (plan.layouts.size() != plan.artworks.size()) read.fail("there is not one layout for each artwork");
+    for (std::size_t a = 0; read.ok() && a < plan.layouts.size(); ++a) lay_on(plan.artworks[a], plan.layouts[a]);
+    if (read.ok()) boundaries_from_json(from.at("pieces"), read, plan);
+  }
   if (!read.ok()) return Error{ErrorCode::kInvalidArgument, "the plan cannot be read: " + read.problem()};
   return plan;
 }
@@ -235,7 +343,7 @@ Status write_text(const std::string& text, const std::filesystem::path& path) {
   file.close();
   if (!file)
     return Error{ErrorCode::kStorage,
-                 fmt::format("{} cannot be written: {}", path.string(), std::generic_category().message(errno))};
+                 fmt::format("{} cannot be written ({})", path.string(), std::generic_category().message(errno))};
   return Ok();
 }
 
@@ -251,11 +359,13 @@ Result<Plan> read_plan(const std::filesystem::path& path) {
   return plan;
 }
 
-std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads) {
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
+                           std::optional<double> preview_cost_per_pixel) {
   const json out{{"schema_version", kSchemaVersion},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
                  {"cost_per_pixel", cost_per_pixel(plan)},
+                 {"preview_cost_per_pixel", preview_cost_per_pixel ? json(*preview_cost_per_pixel) : json()},
                  {"unfilled", unfilled(plan)},
                  {"seconds",
                   {{"load", seconds.load},
@@ -267,6 +377,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
+                 {"refined", plan.refined ? refined_to_json(*plan.refined) : json()},
                  {"peak_rss_bytes", peak_rss_bytes},
                  {"threads", threads}};
   return out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";

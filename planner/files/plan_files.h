@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,7 +24,9 @@ Result<Plan> read_plan(const std::filesystem::path& path);
 struct ReportSeconds {
   double load = 0, total = 0;
 };
-std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads);
+// `preview_cost_per_pixel`: of all previews together (preview.h); none when no piece has wood.
+std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
+                           std::optional<double> preview_cost_per_pixel = {});
 
 Status write_text(const std::string& text, const std::filesystem::path& path);
 

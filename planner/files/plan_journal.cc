@@ -76,22 +76,26 @@ std::string text_of(const Raster<Frame>& raster) {
 std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge, dpi, kerf, position_margin,
-               adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, fine_rotation, optimize,
-               optimize_seconds, optimize_iterations, index_cache, kept, alternatives, seed, threads] = options;
-  static_cast<void>(threads), static_cast<void>(index_cache);  // change nothing
+               adaptive_levels, adaptive_factor, priority, interleave, reserve, exact, fine_rotation, refine, curves,
+               overlap, min_width, rematch, optimize, optimize_seconds, optimize_iterations, index_cache, kept,
+               kept_layouts, alternatives, seed, threads] = options;
+  static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
     stays += fmt::format(" \"{}\" {} {}", piece.mark, piece.cells, piece.must);
+    for (const auto& p : piece.outline) stays += fmt::format(" {} {}", p.x.count(), p.y.count());
     if (!piece.placement) continue;
     const auto& map = piece.placement->panel_from_artwork;
     stays += fmt::format(" \"{}\" {} {} {}", piece.placement->panel.value, map.angle().count(), map.shift().x.count(),
                          map.shift().y.count());
   }
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(), rotations,
-                     w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
+  const std::string borders = fmt::format("{} {} {} {} {}", static_cast<int>(refine), static_cast<int>(curves),
+                                          overlap.count(), min_width.count(), rematch);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
+                     rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, edge.count(), dpi, kerf.count(),
                      position_margin.count(), adaptive_levels, adaptive_factor, static_cast<int>(priority), interleave,
                      reserve, exact, fine_rotation, static_cast<int>(optimize), optimize_seconds, optimize_iterations,
-                     seed, alternatives, stays);
+                     seed, alternatives, borders, stays);
 }
 
 }  // namespace

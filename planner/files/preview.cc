@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "planner/matching/patch_pixels.h"
+#include "planner/pictures/features.h"
 #include "planner/pictures/resample.h"
 
 namespace veneer::planner {
@@ -78,6 +79,32 @@ Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artw
     }
   }
   return preview;
+}
+
+Result<PreviewCost> preview_cost(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview,
+                                 const PlanOptions& options) {
+  if (artwork >= plan.targets.size() || plan.targets[artwork].size() != preview.pixels.size())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the preview of artwork {} cannot be compared with what it was planned from", artwork)};
+  const cv::Mat grey = grey_of(preview.pixels), &target = plan.targets[artwork];
+  const cv::Mat shown = filter_bank({preview.pixels, grey, grey, preview.resolution}, options);
+  const PixelGrid grid{preview.resolution, plan.artworks[artwork].height};
+  const auto channels = static_cast<std::size_t>(target.channels());
+  PreviewCost cost;
+  for (const Piece& piece : plan.pieces) {
+    if (piece.artwork != artwork || !piece.placement) continue;
+    const PatchPixels patch = patch_pixels(piece.artwork_outline, grid, target.cols, target.rows);
+    cost.pixels += patch.count;
+    for (const PatchPixels::Span& span : patch.spans) {
+      const auto from = static_cast<std::size_t>(span.begin) * channels;
+      const float *a = shown.ptr<float>(span.row) + from, *b = target.ptr<float>(span.row) + from;
+      for (std::size_t i = 0; i < static_cast<std::size_t>(span.length()) * channels; ++i) {
+        const double d = static_cast<double>(a[i]) - static_cast<double>(b[i]);
+        cost.total += d * d;
+      }
+    }
+  }
+  return cost;
 }
 
 }  // namespace veneer::planner

@@ -1,6 +1,8 @@
 // The assembled picture, as it will lie on the table.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 
 #include "planner/plan.h"
@@ -12,5 +14,23 @@ namespace veneer::planner {
 // kNotFound: a piece's panel is not in `stock`. kInvalidArgument: no such artwork.
 Result<Raster<ArtworkFrame>> assemble_preview(const Plan& plan, std::size_t artwork, std::span<const StockPanel> stock,
                                               ScanResolution resolution);
+
+// What the assembled preview itself costs against what its artwork looks for: as cost_per_pixel(), but with all
+// features of the preview's own 8-bit colours, so that edges across seams count. Over the pixels of filled pieces.
+struct PreviewCost {
+  double total = 0;
+  std::int64_t pixels = 0;
+  PreviewCost& operator+=(const PreviewCost& other) {
+    total += other.total, pixels += other.pixels;
+    return *this;
+  }
+  std::optional<double> per_pixel() const {
+    return pixels == 0 ? std::nullopt : std::optional(total / static_cast<double>(pixels));
+  }
+};
+// `preview` is what assemble_preview() gives at the plan's working resolution, `options` what it was planned with.
+// kInvalidArgument: the plan does not come from make_plan, or the preview has another size.
+Result<PreviewCost> preview_cost(const Plan& plan, std::size_t artwork, const Raster<ArtworkFrame>& preview,
+                                 const PlanOptions& options);
 
 }  // namespace veneer::planner

@@ -170,7 +170,8 @@ Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std:
     out.panels.push_back(std::move(*work));
   }
   if (!wood.any_free)
-    return Error{ErrorCode::kInvalidArgument, "no panel has any free wood: all of it is masked, taken or forbidden"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "no panel has any free wood, because all of it is masked, taken or forbidden: add a panel"};
   for (const Artwork& artwork : artworks) {
     double rms = 0;
     Result<WorkingArtwork> work = working_artwork(artwork, wood.tones, options, stop, rms);

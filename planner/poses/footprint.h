@@ -1,9 +1,8 @@
 // A patch's outline as something that lies on wood: where it is put, and whether two of them get in each other's way.
 //
-// Footprints are convex outlines grown by the kerf and by FreeWood::kSlack, so that two that do not overlap keep to the
-// rule of free_wood.h whichever is placed first. A concave outline counts as its convex hull: what chooses or moves
-// pieces together leaves notches empty, unless greedy has filled them. Lengths are millimetres of PanelFrame.
-// Immutable; thread-safe.
+// Footprints are outlines grown by the kerf and by FreeWood::kSlack, so that two that do not overlap keep to the rule
+// of free_wood.h whichever is placed first. A concave one is a few convex parts, which reach up to kConcaveSlack
+// farther. Lengths are millimetres of PanelFrame. Immutable; thread-safe.
 #pragma once
 
 #include <limits>
@@ -34,6 +33,8 @@ bool cheaper(const Candidate& a, const Candidate& b);
 
 class Footprint {
  public:
+  static constexpr Millimetres kConcaveSlack{0.04};
+
   Footprint(const Ring<ArtworkFrame>& outline, Millimetres growth);
 
   // Radii about the centre: the largest circle inside, the smallest around.
@@ -52,11 +53,15 @@ class Footprint {
   struct Side {
     double x, y, reach;  // outward unit normal, distance from the centre
   };
-  static bool separated(const Footprint& a, const Pose& at_a, const Footprint& b, const Pose& at_b);
+  struct Part {                   // convex
+    std::vector<Corner> corners;  // from the centre
+    std::vector<Side> sides;
+  };
+  static bool separated(const Part& a, const Pose& at_a, const Part& b, const Pose& at_b);
+  void add_part(const std::vector<Corner>& corners);
 
   Point<ArtworkFrame> centre_;
-  std::vector<Corner> corners_;  // from the centre
-  std::vector<Side> sides_;
+  std::vector<Part> parts_;
   double inner_ = 0, outer_ = 0;
 };
 

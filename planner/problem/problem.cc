@@ -8,7 +8,7 @@
 #include <iterator>
 #include <map>
 #include <numeric>
-#include <set>
+#include <tuple>
 
 #include "planner/cancelled.h"
 #include "planner/layout/adaptive_grid.h"
@@ -76,10 +76,10 @@ class Squares {
 
   // Gives each size its class of windows; kInvalidArgument when a patch has too few pixels.
   Status classify(std::vector<TaskTree>& squares, const PlanOptions& options) {
-    std::map<int, std::vector<TaskTree*>> by_size;
+    std::map<Size, std::vector<TaskTree*>> by_size;
     for (TaskTree& square : squares) collect(square, by_size);
     const std::vector<double> important = importances(artwork_, work_.patches);
-    for (auto& [cells, trees] : by_size) {
+    for (auto& [size, trees] : by_size) {
       std::vector<const MatchPatch*> patches;
       for (const TaskTree* tree : trees) patches.push_back(&tree->task.match);
       const WindowClass windows = common_class(patches);
@@ -114,8 +114,20 @@ class Squares {
     square.parts = std::move(parts);
   }
 
-  void collect(TaskTree& tree, std::map<int, std::vector<TaskTree*>>& by_size) {
-    by_size[work_.patches[tree.task.patch].cells].push_back(&tree);
+  // Patches of one size share an index: squares of as many cells; of other shapes those whose windows are about alike,
+  // so that a layout with as many windows as patches has few indexes.
+  using Size = std::tuple<int, int, int>;
+  static Size size_of(const Patch& patch, const PatchPixels& pixels) {
+    if (patch.outline.size() == 4) return {patch.cells, 0, 0};
+    constexpr double kAlike = 1.25;
+    const auto step = [&](int pixels_wide) {
+      return 1 + static_cast<int>(std::log(std::max(1, pixels_wide)) / std::log(kAlike));
+    };
+    return {0, step(pixels.width), step(pixels.height)};
+  }
+
+  void collect(TaskTree& tree, std::map<Size, std::vector<TaskTree*>>& by_size) {
+    by_size[size_of(work_.patches[tree.task.patch], tree.task.match.pixels)].push_back(&tree);
     for (TaskTree& part : tree.parts) collect(part, by_size);
   }
 
@@ -130,8 +142,8 @@ class Squares {
 // that plan has no piece of this artwork.
 Result<std::vector<PatchTree>> in_kept_sizes(const std::vector<PatchTree>& layout, const Artwork& artwork,
                                              const std::vector<KeptPiece>& kept) {
-  std::set<std::pair<std::string, int>> wanted;
-  for (const KeptPiece& piece : kept) wanted.emplace(piece.mark, piece.cells);
+  std::map<std::pair<std::string, int>, const KeptPiece*> wanted;
+  for (const KeptPiece& piece : kept) wanted.emplace(std::pair(piece.mark, piece.cells), &piece);
   std::vector<PatchTree> out;
   std::string missing;
   std::vector<const PatchTree*> open;
@@ -140,8 +152,9 @@ Result<std::vector<PatchTree>> in_kept_sizes(const std::vector<PatchTree>& layou
     const PatchTree& tree = *open.back();
     open.pop_back();
     const std::string mark = mark_of(artwork.letter, tree.patch);
-    if (wanted.count({mark, tree.patch.cells}) != 0) {
+    if (const auto there = wanted.find({mark, tree.patch.cells}); there != wanted.end()) {
       out.push_back({tree.patch, {}});
+      if (!there->second->outline.empty()) out.back().patch.outline = there->second->outline;
     } else if (tree.parts.empty()) {
       if (missing.empty()) missing = mark;
     } else {

@@ -30,6 +30,18 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.reserve, 0, 1)) return unusable("the share of patches with reserved wood must lie between 0 and 1");
   if (!within(o.optimize_seconds, 0, 1e9))
     return unusable("the seconds of the optimisation must lie between 0 and 1e9");
+  if (!within(o.overlap.count(), 0, 1000))
+    return unusable("the overlap of refined pieces must lie between 0 and 1000 mm");
+  if (!within(o.min_width.count(), 0.1, 100))
+    return unusable("the least width of refined pieces must lie between 0.1 and 100 mm");
+  if (!within(o.rematch, 0, 100)) return unusable("wood can be chosen again for refined pieces from 0 to 100 times");
+  if (o.refine != Refine::kNone && !o.kept.empty())
+    return unusable(
+        "a plan whose pieces are kept keeps its borders too: refine the picture anew, or keep the plan without refine");
+  if (o.refine != Refine::kNone && o.alternatives > 0)
+    return unusable(
+        "alternatives are listed for shapes that are final: refine first, then keep that plan and ask for "
+        "alternatives");
   if (o.alternatives > 1000) return unusable("the number of alternatives must lie between 0 and 1000");
   if (o.threads < 0) return unusable("the number of threads must not be negative");
   return Ok();

@@ -208,7 +208,7 @@ TEST_F(PlanCommand, TakesSpeciesImportanceAndSeveralPictures) {
   cv::Mat importance(10, 10, CV_8UC1, cv::Scalar(255));
   cv::imwrite(path("importance.png"), importance);
   const std::string panels =
-      " --panel " + path("panel.png") + ",dpi=50.8,id=Q,species=oak --wood oak --wood-weight oak=2";
+      " --panel " + path("panel.png") + ",dpi=50.8,id=Q,material=oak --material oak --wood-weight oak=2";
   const Outcome outcome = plan(usual() + panels + " --importance " + path("importance.png") +
                                " --repeat 2 --interleave --w-colour 0.2 --w-texture 0.1 --edge-mm 0.8");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
@@ -411,10 +411,6 @@ TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
   };
   expect_refused("--layout morph", "--layout grid");
   expect_refused("--layout gird", "--layout grid");
-  expect_refused("--refine dp", "--refine none");
-  expect_refused("--curves g1", "--curves g0");
-  expect_refused("--overlap-mm 1.5", "--overlap-mm 0");
-  expect_refused("--overlap-mm nan", "--overlap-mm 0");
   expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available in this version: ");
 }
 
@@ -448,7 +444,7 @@ TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
   expect_unusable(usual() + " --panel " + path("panel.png") + ",id=P", "two panels have the id P");
   expect_unusable(replaced("id=P", "id=a/b"), "cannot be the id");
   expect_unusable(usual() + " --wood elm", "no panel is known to be elm");
-  expect_unusable(usual() + " --wood-weight elm", "not SPECIES=NUMBER");
+  expect_unusable(usual() + " --wood-weight elm", "not MATERIAL=NUMBER");
   expect_unusable(usual() + " --w-colour nan", "colour weight");
   expect_unusable(usual() + " --edge-mm -1", "scale of edges");
   expect_unusable(usual() + " --repeat 0", "--repeat");

@@ -67,7 +67,7 @@ TEST_F(PlanRefusals, NumbersAreCheckedBeforeAnyPictureIsRead) {
 TEST_F(PlanRefusals, EveryPartOfAPanelIsNamed) {
   const auto refused_panel = [this](const std::string& panel) { return refused(2, "--out out", "target.png", panel); };
   EXPECT_THAT(refused_panel(""), HasSubstr("--panel \"\" names no picture"));
-  for (const std::string key : {"mask", "dpi", "id", "species"})
+  for (const std::string key : {"mask", "dpi", "id", "material", "species"})
     EXPECT_THAT(refused_panel("panel.png," + key + "="), HasSubstr("names no " + key + ": leave \""));
   EXPECT_THAT(refused_panel("panel.png,colour=red"), HasSubstr("holds \"colour=\", but only mask=, dpi=, id= and"));
   EXPECT_THAT(refused_panel("panel.png,id=a/b"), HasSubstr("give another with id=NAME"));
@@ -98,9 +98,9 @@ TEST_F(PlanRefusals, CountsBelowNothingAreRefused) {
 }
 
 TEST_F(PlanRefusals, AFileThatCannotBeWrittenIsNamedWithTheReason) {
-  EXPECT_EQ(write_text("x", path("")).error().message, path("") + " cannot be written: Is a directory");
+  EXPECT_EQ(write_text("x", path("")).error().message, path("") + " cannot be written (Is a directory)");
   EXPECT_EQ(write_text("x", path("text") + "/x").error().message,
-            path("text/x") + " cannot be written: Not a directory");
+            path("text/x") + " cannot be written (Not a directory)");
 }
 
 // Pictures with which all that follows would take minutes and gigabytes.

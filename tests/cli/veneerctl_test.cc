@@ -1,4 +1,5 @@
 // The program itself: what it prints where, and its exit status.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -8,10 +9,12 @@
 #include <fstream>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "planner/plan_options.h"
 #include "tests/support/api_server.h"
+#include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
 namespace {
@@ -32,6 +35,8 @@ class Veneerctl {
     if (pipe(out) != 0 || pipe(err) != 0) std::abort();
     pid_ = fork();
     if (pid_ == 0) {
+      close(STDIN_FILENO);  // nobody is at a terminal
+      open("/dev/null", O_RDONLY);
       dup2(out[1], STDOUT_FILENO);
       dup2(err[1], STDERR_FILENO);
       for (const int fd : {out[0], out[1], err[0], err[1]}) close(fd);
@@ -155,7 +160,7 @@ TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   ApiServer server({}, {}, [&](Router& router) {
     router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
       query = request.query;
-      body = request.body;
+      body = request.body.text();
       work = running->tasks().start("plan", "matching patches");
       work->done({{"job", 7}});
       reply(ApiReply::task(work->id()));
@@ -208,6 +213,50 @@ TEST(Veneerctl, ANewJobPassesEveryOptionOn) {
   const Outcome outcome = ask(server, arguments);
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(query, expected);
+}
+
+TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
+  std::vector<std::string> asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"newPlan", "changePlan", "newJob"})
+      router.bind(operation, [&asked, &running, operation](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.path + " " + request.body.text());
+        const TaskReporter work = running->tasks().start("plan", "");
+        work.done({{std::string(operation) == "newJob" ? "job" : "plan", 5}, {"pieces", 4}});
+        reply(ApiReply::task(work.id()));
+      });
+    const json plan = {{"id", 5},     {"name", "darker"},
+                       {"parent", 3}, {"pieces", 4},
+                       {"placed", 4}, {"report", {{"cost_per_pixel", 0.0125}}},
+                       {"jobs", {7}}, {"outdated_panels", {"P-0001"}}};
+    router.bind("listPlans", [plan](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"plans", {plan}}, {"next", nullptr}}));
+    });
+    router.bind("getPlan", [plan](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(plan)); });
+    router.bind("getPlanPreview",
+                [](const ApiRequest&, const Reply& reply) { reply(ApiReply::bytes("a picture", "image/png")); });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string(), preview = (server.folder() / "plan.png").string();
+  std::ofstream(picture) << "a picture";
+  EXPECT_NE(ask(server, {"job", "plan", picture}).out.find("`veneerctl job new --plan 5`"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "change", "5", "--swap", "A1-1,A1-2", "--take", "A2-1=2"}).status, 0);
+  EXPECT_NE(ask(server, {"job", "new", "--plan", "5"}).out.find("Job 5 (4 pieces)"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "plans"}).out,
+            "PLAN  NAME    OF  PIECES  PLACED     COST  JOBS  CREATED\n"
+            "   5  darker   3       4       4  0.01250  7\n");
+  const Outcome one = ask(server, {"job", "plans", "5", "--preview", preview});
+  EXPECT_NE(one.out.find("P-0001: scanned again since"), std::string::npos) << one.out;
+  EXPECT_TRUE(std::ifstream(preview).good());
+  EXPECT_EQ(ask(server, {"job", "plan"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new", "--plan", "5", "--rotations", "3"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "plans", "--preview", preview}).status, 2);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{"/api/v1/plans a picture",
+                                      R"(/api/v1/plans/5/changes {"swap":["A1-1,A1-2"],"take":["A2-1=2"]})",
+                                      R"(/api/v1/jobs {"plan":5})"}));
 }
 
 TEST(Veneerctl, AMissingPictureIsNamed) {
@@ -279,7 +328,7 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   ApiServer server({}, {}, [&](Router& router) {
     for (const char* operation : {"command", "recut", "settlePiece", "cancelJob"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
-        asked.push_back(request.path + " " + request.body);
+        asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
       });
   });
@@ -289,13 +338,14 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   };
   EXPECT_EQ(run({"unsuspend", "--confirm", "exhaust", "--confirm", "air assist"}), 0);
   EXPECT_EQ(run({"frame"}), 0);
-  EXPECT_EQ(run({"frame", "--power", "2"}), 0);
+  EXPECT_EQ(run({"frame", "--power", "2%"}), 0);
   EXPECT_EQ(run({"job", "recut", "3", "A1-1", "A3-12", "--confirm", "exhaust"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
   EXPECT_EQ(run({"job", "cancel", "3"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
   EXPECT_EQ(run({"job", "recut", "3"}), 2);
-  EXPECT_EQ(run({"frame", "--power", "200"}), 2);
+  EXPECT_EQ(run({"frame", "--power", "200%"}), 2);
+  EXPECT_EQ(run({"frame", "--power", "1"}), 2) << "of what?";
   const std::vector<std::string> expected = {
       R"(/api/v1/commands/unsuspend {"confirmed":["exhaust","air assist"]})",
       R"(/api/v1/commands/frame {"power":0.0})",
@@ -304,6 +354,77 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
       R"(/api/v1/jobs/3/cancel {})"};
   EXPECT_EQ(server.on_reactor([&] { return asked; }), expected);
+}
+
+// What is asked before the beam comes on, and what the daemon was then told.
+struct Asked {
+  explicit Asked(std::vector<std::string> names)
+      : confirm(std::move(names)), server({}, {}, [this](Router& router) {
+          router.bind("getStatus", [this](const ApiRequest&, const Reply& reply) {
+            reply(ApiReply::json({{"state", "Idle"}, {"confirm", confirm}}));
+          });
+          router.bind("listRecipes", [](const ApiRequest&, const Reply& reply) { reply(ApiReply::json({})); });
+          for (const char* operation : {"laserTestPattern", "laserRun", "burnTestCard"})
+            router.bind(operation, [this](const ApiRequest& request, const Reply& reply) {
+              const json body = json::parse(request.body.text());
+              told.push_back(body.value("dry", false) ? json("dry") : body.value("confirmed", json()));
+              reply(ApiReply::json({{"dry", body.value("dry", false)}}));
+            });
+        }) {}
+  Outcome run(std::vector<std::string> arguments) { return ask(server, std::move(arguments)); }
+  json taken() {
+    return server.on_reactor([&] { return std::exchange(told, json::array()); });
+  }
+
+  std::vector<std::string> confirm;
+  json told = json::array();
+  ApiServer server;
+};
+
+TEST(Veneerctl, AScriptSaysInWordsWhatWasSeenToBeforeTheBeamComesOn) {
+  const testing::TempDirectory directory;
+  const std::string strokes = directory / "strokes.json";
+  std::ofstream(strokes)
+      << R"({"schema_version":1,"strokes":[{"points_mm":[[0,0],[9,0]],"power":0.5,"speed_mm_s":20}]})";
+  const std::vector<std::vector<std::string>> burning = {
+      {"laser", "test-pattern"}, {"laser", "run", strokes}, {"recipe", "card", "--burn"}};
+  Asked workshop({"exhaust", "air assist"});
+  for (const auto& command : burning) {
+    const Outcome unsaid = workshop.run(command);
+    EXPECT_EQ(unsaid.status, 2) << command[1];
+    EXPECT_NE(unsaid.err.find(R"(--confirm exhaust --confirm "air assist")"), std::string::npos) << unsaid.err;
+    std::vector<std::string> partly = command;
+    partly.insert(partly.end(), {"--confirm", "exhaust"});
+    EXPECT_EQ(workshop.run(partly).status, 2);
+    EXPECT_EQ(workshop.taken(), json::array()) << "and nothing moved";
+    partly.insert(partly.end(), {"--confirm", "air assist"});
+    EXPECT_EQ(workshop.run(partly).status, 0);
+    EXPECT_EQ(workshop.taken().back(), (json{"exhaust", "air assist"}));
+  }
+  EXPECT_EQ(workshop.run({"laser", "test-pattern", "--dry"}).status, 0) << "the beam stays off";
+  // Where nothing is asked, nothing need be said.
+  Asked desk({});
+  for (const auto& command : burning) {
+    EXPECT_EQ(desk.run(command).status, 0) << command[1];
+    EXPECT_EQ(desk.taken().back(), json::array());
+  }
+}
+
+TEST(Veneerctl, OverridesAreHeldAgainstWhatTheirHelpSays) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("laserOverrides", [](const ApiRequest& request, const Reply& reply) {
+      reply(ApiReply::json({{"taken", true}, {"overrides_wanted", json::parse(request.body.text())}}));
+    });
+  });
+  const std::string help = veneerctl({"laser", "override", "--help"}).out;
+  EXPECT_NE(help.find("10 to 100"), std::string::npos) << help;
+  EXPECT_NE(help.find("25 to 200"), std::string::npos) << help;
+  const Outcome above = ask(server, {"laser", "override", "--power", "110"});
+  EXPECT_EQ(above.status, 2);
+  EXPECT_NE(above.err.find("10 to 100"), std::string::npos) << above.err;
+  EXPECT_EQ(ask(server, {"laser", "override", "--power", "0.5"}).status, 2);
+  EXPECT_EQ(ask(server, {"laser", "override", "--power", "50%", "--feed", "150"}).out,
+            "Feed 150 %, rapid 100 %, power 50 % of what is asked for, until the job or pattern ends.\n");
 }
 
 }  // namespace

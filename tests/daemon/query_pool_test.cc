@@ -164,6 +164,13 @@ TEST_F(QueryPoolTest, AnAnswerThatCannotBeMadeCostsItselfOnly) {
   EXPECT_EQ(wait_for(*pool, from(Role::kViewer), count_jobs).status, 200);
 }
 
+TEST_F(QueryPoolTest, AReplyThatCannotBeSentCostsItselfOnly) {
+  auto pool = open(1);
+  pool->ask(
+      from(Role::kViewer), [](const ApiReply&) { throw std::bad_alloc(); }, count_jobs);
+  EXPECT_EQ(wait_for(*pool, from(Role::kViewer), count_jobs).status, 200);
+}
+
 TEST_F(QueryPoolTest, ClosingDropsWhatWaits) {
   Blocked blocked;  // outlives the pool, which may still be running it
   auto pool = open(1);

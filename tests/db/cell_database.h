@@ -45,7 +45,7 @@ inline Ring<PanelFrame> square(double x_mm, double y_mm, double side_mm) {
           point<PanelFrame>(x_mm + side_mm, y_mm + side_mm), point<PanelFrame>(x_mm, y_mm + side_mm)};
 }
 
-inline constexpr double kKerf = 0.3;
+inline constexpr double kSquareKerf = 0.3;
 
 // A piece whose outline is a square; its wood is the outline grown by the kerf.
 inline PlannedPatch square_piece(const std::string& mark, const PanelId& panel, double x_mm, double y_mm,
@@ -56,7 +56,7 @@ inline PlannedPatch square_piece(const std::string& mark, const PanelId& panel, 
     piece.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
   piece.panel = panel;
   piece.panel_outline = square(x_mm, y_mm, side_mm);
-  piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(kKerf));
+  piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(kSquareKerf));
   piece.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x_mm, y_mm));
   return piece;
 }

@@ -122,7 +122,7 @@ TEST(Database, OpenedUncheckedItIsReadAtOnceAndWrittenOnlyAfterItsCheck) {
   const Status early = Audit(database).append({0, kNow, "test", "early", ""});
   ASSERT_FALSE(early.ok());
   EXPECT_EQ(early.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(early.error().message, HasSubstr("has not passed its check"));
+  EXPECT_THAT(early.error().message, HasSubstr("before it has passed its check"));
   VENEER_ASSERT_OK(database.check_integrity());
   EXPECT_FALSE(database.needs_check());
   VENEER_EXPECT_OK(Audit(database).append({0, kNow, "test", "now", ""}));
@@ -148,6 +148,44 @@ TEST(Database, ACheckThatIsStoppedSaysSoAndProvesNothing) {
   EXPECT_EQ(stopped.error().code, ErrorCode::kCancelled);
   EXPECT_TRUE(database.needs_check());
   VENEER_EXPECT_OK(database.check_integrity());
+}
+
+bool needs_check_next_time(CellDatabase& cell) {
+  { const Database closed = std::move(cell.database()); }
+  cell.database() = must(Database::open_unchecked(cell.file()));
+  return cell.database().needs_check();
+}
+
+TEST(Database, ThatAnotherProgramWroteToIsCheckedAtTheNextStart) {
+  for (const bool written_since : {false, true}) {
+    CellDatabase cell;
+    ASSERT_EQ(stray(cell.file(), "CREATE TABLE notes (line TEXT); DROP TABLE notes"), "");
+    if (written_since) VENEER_EXPECT_OK(Audit(cell.database()).append({0, kNow, "test", "write", ""}));
+    EXPECT_TRUE(needs_check_next_time(cell));
+  }
+}
+
+TEST(Database, ThatAnotherProgramReadOrWasRefusedIsClean) {
+  CellDatabase cell;
+  VENEER_ASSERT_OK(Audit(cell.database()).append({0, kNow, "test", "write", ""}));
+  EXPECT_NE(stray(cell.file(), "DELETE FROM audit"), "");
+  EXPECT_EQ(stray(cell.file(), "SELECT count(*) FROM audit"), "");
+  Database reading = must(Database::open_for_reading(cell.file()));
+  EXPECT_EQ(must(Audit(reading).latest(1)).size(), 1U);
+  EXPECT_FALSE(needs_check_next_time(cell));
+}
+
+// A backup that is put in its place while it is in use: what is written goes to a file that nobody will find again.
+TEST(Database, WritesNothingOnceAnotherFileIsInItsPlace) {
+  CellDatabase cell;
+  const auto backup = cell.file().string() + ".backup";
+  tamper(cell.file(), "VACUUM INTO '" + backup + "'");
+  std::filesystem::rename(backup, cell.file());
+  const Status written = Audit(cell.database()).append({0, kNow, "test", "write", ""});
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(written.error().message, HasSubstr("stop veneerd"));
+  EXPECT_TRUE(needs_check_next_time(cell)) << "nobody has checked the file that is there now";
 }
 
 TEST(Database, SaysWhenItsFolderCannotBeWritten) {

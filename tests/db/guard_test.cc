@@ -68,6 +68,7 @@ TEST_F(GuardTest, NoRowTakesThePlaceOfAnother) {
   EXPECT_FALSE(execute(cell.database(), "UPDATE OR REPLACE allocations SET id = 1 WHERE id = 2").ok());
 }
 
+// A row has a checksum that only this program computes. The schema and the index of wood are another matter, below.
 TEST_F(GuardTest, TheShellCannotWriteARow) {
   for (const auto& table : tables()) {
     for (const auto& statement :
@@ -90,7 +91,8 @@ TEST_F(GuardTest, TheShellCanStillRead) {
   EXPECT_GT(reading.execAndGet("SELECT count(*) FROM piece_states").getInt(), 0);
 }
 
-// A virtual table has no triggers: what the shell does to the index of wood is found at the next start.
+// A virtual table has no triggers, so the shell can write there: veneerd's next transaction notices that somebody
+// wrote, and the check finds what.
 TEST_F(GuardTest, WhatTheShellDoesToTheIndexOfWoodIsFound) {
   for (const char* statement :
        {"DELETE FROM allocation_boxes WHERE id = 1", "UPDATE allocation_boxes SET max_x = max_x - 1 WHERE id = 1",
@@ -102,7 +104,19 @@ TEST_F(GuardTest, WhatTheShellDoesToTheIndexOfWoodIsFound) {
     ASSERT_FALSE(checked.ok()) << statement;
     EXPECT_EQ(checked.error().code, ErrorCode::kStorage);
     EXPECT_THAT(checked.error().message, HasSubstr("index of wood"));
+    { const Database closed = std::move(other.database()); }
+    const auto opened = Database::open(other.file());
+    ASSERT_FALSE(opened.ok()) << statement;
+    EXPECT_THAT(opened.error().message, HasSubstr("index of wood"));
   }
+}
+
+TEST_F(GuardTest, WhatTheShellDoesToTheSchemaIsFound) {
+  ASSERT_EQ(stray(cell.file(), "DROP TRIGGER allocations_are_kept"), "");
+  { const Database closed = std::move(cell.database()); }
+  const auto opened = Database::open(cell.file());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, HasSubstr("trigger allocations_are_kept is not this program's"));
 }
 
 TEST_F(GuardTest, OutsideAStoresTransactionNoStatementWrites) {

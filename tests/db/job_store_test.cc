@@ -272,7 +272,7 @@ TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
   EXPECT_EQ(must(cell.ledger().live_allocations(panel)).size(), 1U);
   const Status twice = jobs.cancel(job, kLater);
   ASSERT_FALSE(twice.ok());
-  EXPECT_THAT(twice.error().message, HasSubstr("is cancelled: it cannot become cancelled"));
+  EXPECT_THAT(twice.error().message, HasSubstr("is cancelled and cannot become cancelled"));
 }
 
 TEST_F(JobStoreTest, UnknownThingsAreNamed) {

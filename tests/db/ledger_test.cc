@@ -40,10 +40,11 @@ TEST_F(LedgerTest, RefusesWoodInsideOtherWood) {
 TEST_F(LedgerTest, AllowsTouchingWood) {
   // The areas [10 - k, 24 + k] and [24 + k, ...] share a border.
   VENEER_EXPECT_OK(cell.jobs().create(
-      job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 24 + 2 * kKerf, 10, 14)}), kNow));
+      job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 24 + 2 * kSquareKerf, 10, 14)}), kNow));
   // One micrometre closer is an overlap.
-  EXPECT_FALSE(cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kKerf - 0.001, 14)}), kNow).ok());
-  VENEER_EXPECT_OK(cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kKerf, 14)}), kNow));
+  EXPECT_FALSE(
+      cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kSquareKerf - 0.001, 14)}), kNow).ok());
+  VENEER_EXPECT_OK(cell.jobs().create(job_of({square_piece("B1", panel, 10, 24 + 2 * kSquareKerf, 14)}), kNow));
 }
 
 TEST_F(LedgerTest, AllowsTheSamePlaceOnAnotherPanel) {
@@ -97,7 +98,7 @@ TEST_F(LedgerTest, ReleasedWoodIsFreeAgain) {
   VENEER_ASSERT_OK(cell.jobs().cancel(job, kLater));
   EXPECT_TRUE(must(cell.ledger().live_allocations(panel)).empty());
   VENEER_EXPECT_OK(cell.jobs().create(job_of({square_piece("B1", panel, 12, 12, 14)}), kLater));
-  const auto all = must(cell.ledger().all_allocations(panel));
+  const auto all = must(cell.ledger().allocations(panel, {0}, 10));
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].state, AllocationState::kReleased);
   EXPECT_EQ(all[0].changed_at, kLater);

@@ -11,6 +11,10 @@ using ::testing::HasSubstr;
 
 class RequestKeysTest : public ::testing::Test {
  protected:
+  void make_its_job() {
+    must(cell.jobs().create(job_of({square_piece("A1", cell.new_panel(), 10, 10, 14)}), kNow, request));
+  }
+
   CellDatabase cell;
   RequestKeys keys{cell.database()};
   const KeyedRequest request{"local:1000", "newJob", "k-1", "hash"};
@@ -18,20 +22,18 @@ class RequestKeysTest : public ::testing::Test {
 
 TEST_F(RequestKeysTest, ANewKeyIsOursAndASecondRequestFindsTheFirst) {
   EXPECT_EQ(must(keys.begin(request, kNow)), std::nullopt);
-  const auto unanswered = must(keys.begin(request, kNow));
-  ASSERT_TRUE(unanswered);
-  EXPECT_EQ(unanswered->reply, std::nullopt);
-  VENEER_ASSERT_OK(keys.reply(request, "{\"task\":7}"));
-  EXPECT_EQ(must(keys.begin(request, kLater))->reply, "{\"task\":7}");
-  VENEER_ASSERT_OK(keys.finish(request, "{\"job\":1}"));
+  const auto under_way = must(keys.begin(request, kNow));
+  ASSERT_TRUE(under_way);
+  EXPECT_EQ(under_way->result, std::nullopt);
+  make_its_job();
   EXPECT_EQ(must(keys.begin(request, kLater))->result, "{\"job\":1}");
 }
 
 TEST_F(RequestKeysTest, OutliveARestart) {
   must(keys.begin(request, kNow));
-  VENEER_ASSERT_OK(keys.reply(request, "sent"));
+  make_its_job();
   cell.reopen();
-  EXPECT_EQ(must(keys.begin(request, kLater))->reply, "sent");
+  EXPECT_EQ(must(keys.begin(request, kLater))->result, "{\"job\":1}");
 }
 
 TEST_F(RequestKeysTest, AKeyIsForOneRequestOnly) {
@@ -54,10 +56,9 @@ TEST_F(RequestKeysTest, ARefusedRequestGivesItsKeyBackButNotOneThatDidSomething)
   must(keys.begin(request, kNow));
   VENEER_ASSERT_OK(keys.forget(request));
   EXPECT_EQ(must(keys.begin(request, kNow)), std::nullopt);
-  VENEER_ASSERT_OK(keys.finish(request, "{\"job\":1}"));
+  make_its_job();
   VENEER_ASSERT_OK(keys.forget(request));
   EXPECT_EQ(must(keys.begin(request, kNow))->result, "{\"job\":1}");
-  EXPECT_EQ(keys.reply({"nobody", "newJob", "k-1", ""}, "").error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(RequestKeysTest, OldOnesAreDropped) {

@@ -3,8 +3,12 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include <fstream>
+#include <span>
+#include <sstream>
 #include <string>
 
+#include "base/hash.h"
 #include "db/sql.h"
 #include "tests/db/cell_database.h"
 
@@ -33,6 +37,20 @@ inline std::string stray(const std::filesystem::path& file, const std::string& s
   } catch (const SQLite::Exception& thrown) {
     return thrown.what();
   }
+}
+
+// As a disk that changed a row in a way that no check at the start has seen: every `was` in the closed file reads `is`
+// (of the same length), and the file passes for the one its last writer left.
+inline void damage_unseen(const std::filesystem::path& file, const std::string& was, const std::string& is) {
+  std::ostringstream read;
+  read << std::ifstream(file, std::ios::binary).rdbuf();
+  std::string bytes = read.str();
+  ASSERT_EQ(was.size(), is.size());
+  ASSERT_NE(bytes.find(was), std::string::npos);
+  for (auto at = bytes.find(was); at != std::string::npos; at = bytes.find(was, at)) bytes.replace(at, was.size(), is);
+  std::ofstream(file, std::ios::binary | std::ios::trunc)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  std::ofstream(file.string() + ".clean") << sha256_hex(std::as_bytes(std::span(bytes))) << '\n';
 }
 
 }  // namespace veneer::db

@@ -161,7 +161,8 @@ TEST(GrblFault, TheCheckItselfSeesWhatNoReportShows) {
 struct Case {
   const char* name;
   Fault fault;
-  const char* word;  // in the sentence the operator gets
+  const char* word;              // in the sentence the operator gets
+  const char* remedy = nullptr;  // its end
 };
 
 std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.name; }
@@ -175,18 +176,25 @@ TEST_P(GrblFaultCase, EndsTheJobWithBeamOffAndThePieceSuspect) {
   run.expect_strays_told(GetParam().name);
   ASSERT_TRUE(run.cell.has<laser_event::Aborted>());
   EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().word));
+  // The sentence ends with what to do, except where the machine said itself what it is.
+  if (GetParam().remedy != nullptr) {
+    EXPECT_THAT(run.abort_error().message, ::testing::HasSubstr(GetParam().remedy));
+  }
   EXPECT_THAT(run.cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Faults, GrblFaultCase,
-    ::testing::Values(Case{"LostOk", {FaultKind::kDropOk, 40}, "answers were lost"},
+    ::testing::Values(Case{"LostOk", {FaultKind::kDropOk, 40}, "answers were lost", ": check the cable"},
                       Case{"ExtraOk", {FaultKind::kDuplicateOk, 40}, "answers do not match"},
                       Case{"Unplugged", {FaultKind::kUnplug, 1000}, "link"},
-                      Case{"ResetByItself", {FaultKind::kBanner, 40}, "was reset"},
+                      Case{"ResetByItself", {FaultKind::kBanner, 40}, "was reset", ": check its power"},
                       Case{"RefusedLine", {FaultKind::kError, 40, 22}, "error:22 of Grbl (no feed rate given)"},
                       Case{"LimitSwitch", {FaultKind::kAlarm, 40, 1}, "ALARM:1 of Grbl (a limit switch was hit)"},
-                      Case{"Stall", {FaultKind::kStall, 40}, "stopped answering"}),
+                      Case{"Stall",
+                           {FaultKind::kStall, 40},
+                           "this computer was too loaded to hear it",
+                           ": check its cable and supply, end other heavy programs"}),
     [](const auto& test) { return test.param.name; });
 
 TEST(GrblFault, ADigitLostFromAMoveIsFoundByThePosition) {

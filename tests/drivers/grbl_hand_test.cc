@@ -83,7 +83,7 @@ TEST_F(GrblHandTest, RefusesJogsThatLeaveTheTravelOrComeAtTheWrongTime) {
   cell.connect();
   EXPECT_EQ(jog(1, 0).error().code, ErrorCode::kRefused) << "locked until homed";
   home();
-  EXPECT_THAT(jog(5, 0).error().message, HasSubstr("x is 0.0 to 519.0 mm"));
+  EXPECT_THAT(jog(5, 0).error().message, HasSubstr("x 0.0 to 519.0 mm"));
   EXPECT_EQ(jog(1000, 0).error().code, ErrorCode::kInvalidArgument);
   EXPECT_EQ(jog(-1, 0, 1000).error().code, ErrorCode::kInvalidArgument);
   EXPECT_EQ(cell.sent.find('J'), std::string::npos);

@@ -42,7 +42,11 @@ class Daemon {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  void say(const std::string& line) const { write(ends_[0], (line + "\n").data(), line.size() + 1); }
+  void say(const std::string& line) const { say_part(line + "\n"); }
+  // The guardian may be gone by now.
+  void say_part(const std::string& text) const {
+    static_cast<void>(send(ends_[0], text.data(), text.size(), MSG_NOSIGNAL));
+  }
   // One line of the guardian's, or "" at its end.
   std::string hear() const {
     std::string line;
@@ -207,6 +211,29 @@ TEST_F(WatchTest, StrangersAreShownTheDoor) {
   }
   EXPECT_THAT(darkened(), IsEmpty());
   EXPECT_FALSE(recorded());
+}
+
+TEST_F(WatchTest, OtherUsersAreShownTheDoor) {
+  WatchOptions of_another = options();
+  of_another.daemon = ::geteuid() + 1;
+  Daemon stranger(of_another);
+  EXPECT_EQ(stranger.hear(), "") << "before a word was said";
+  EXPECT_FALSE(recorded());
+}
+
+TEST_F(WatchTest, WhoeverSaysNothingIsShownTheDoorAndTheDaemonThatSpokeIsNot) {
+  WatchOptions impatient = options();
+  impatient.first_line = std::chrono::milliseconds(20);
+  Daemon silent(impatient);
+  EXPECT_EQ(silent.hear(), "");
+  Daemon slow(impatient);
+  slow.say_part("watch ");
+  EXPECT_EQ(slow.hear(), "");
+  impatient.first_line = std::chrono::milliseconds(2000);
+  Daemon daemon(impatient);
+  daemon.say("watch " + to_text(kMachine));
+  EXPECT_EQ(daemon.hear(), "ready");
+  daemon.say("done");
 }
 
 TEST_F(WatchTest, ADiskThatIsFullDoesNotKeepTheMachineFromBeingDarkened) {

@@ -19,6 +19,11 @@ const std::map<std::string_view, std::string_view> kOther = {{"patch_mm", "7.5"}
                                                              {"adaptive_factor", "1.5"},
                                                              {"rotations", "3"},
                                                              {"fine_rotation", "1"},
+                                                             {"refine", "dp"},
+                                                             {"curves", "g1"},
+                                                             {"overlap_mm", "2.5"},
+                                                             {"min_width_mm", "1.25"},
+                                                             {"rematch", "4"},
                                                              {"dpi", "120"},
                                                              {"w_intensity", "0.25"},
                                                              {"w_edge", "0.75"},
@@ -57,6 +62,11 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   EXPECT_EQ(o.adaptive_factor, 1.5);
   EXPECT_EQ(o.rotations, 3);
   EXPECT_TRUE(o.fine_rotation);
+  EXPECT_EQ(o.refine, Refine::kDp);
+  EXPECT_EQ(o.curves, Curves::kG1);
+  EXPECT_EQ(o.overlap.count(), 2.5);
+  EXPECT_EQ(o.min_width.count(), 1.25);
+  EXPECT_EQ(o.rematch, 4);
   EXPECT_EQ(o.dpi, 120);
   EXPECT_EQ(o.w_intensity, 0.25);
   EXPECT_EQ(o.w_edge, 0.75);

@@ -300,6 +300,52 @@ TEST(Plan, FreeWoodMayLieInAnotherRasterThanThePicture) {
   EXPECT_EQ(unfilled(plan), 0U);
 }
 
+// Equation 4 of a whole picture, pixel by pixel, with the Sobel filter written out.
+double cost_of_picture(const cv::Mat& preview, const Artwork& artwork, const std::vector<StockPanel>& stock,
+                       const PlanOptions& options) {
+  const cv::Mat grey = grey_of(preview);
+  const cv::Mat before = grey_of(stretch(artwork.picture, preview.cols, preview.rows));
+  GreyHistogram tones;
+  for (const StockPanel& panel : stock) tones.add(grey_of(panel.picture.pixels), panel.free.pixels);
+  const cv::Mat wanted = match_tones(before, tones, options.w_hist);
+  const auto edge = [](const cv::Mat& map, int row, int column) {
+    const auto at = [&](int r, int c) {
+      const auto within = [](int i, int size) { return i < 0 ? -i : i >= size ? 2 * size - 2 - i : i; };
+      return map.at<float>(within(r, map.rows), within(c, map.cols));
+    };
+    double x = 0, y = 0;
+    for (const int k : {-1, 0, 1}) {
+      x += (2 - std::abs(k)) * (at(row + k, column + 1) - at(row + k, column - 1));
+      y += (2 - std::abs(k)) * (at(row + 1, column + k) - at(row - 1, column + k));
+    }
+    return 0.25 * std::hypot(x, y);
+  };
+  double sum = 0;
+  for (int r = 0; r < grey.rows; ++r)
+    for (int c = 0; c < grey.cols; ++c) {
+      const double di = grey.at<float>(r, c) - wanted.at<float>(r, c), de = edge(grey, r, c) - edge(before, r, c);
+      sum += options.w_intensity * options.w_intensity * di * di + options.w_edge * options.w_edge * de * de;
+    }
+  return sum;
+}
+
+TEST(Preview, CostsWhatItsPixelsMeasureSeamsIncluded) {
+  PlanOptions options = small_options();
+  options.w_intensity = 0.7, options.w_edge = 0.4;
+  const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 91)};
+  const Artwork artwork = blob_artwork("A", 56, 42, 21_mm, 92);
+  const Plan plan = planned({artwork}, stock, options);
+  ASSERT_EQ(unfilled(plan), 0U);
+  const auto preview = assemble_preview(plan, 0, stock, ScanResolution::from_dpi(options.dpi));
+  const auto cost = preview_cost(plan, 0, *preview, options);
+  ASSERT_TRUE(cost.ok()) << cost.error().message;
+  const double expected = cost_of_picture(preview->pixels, artwork, stock, options);
+  EXPECT_EQ(cost->pixels, preview->pixels.rows * preview->pixels.cols);
+  EXPECT_NEAR(cost->total, expected, 1e-4 * expected);
+  EXPECT_GT(cost->per_pixel().value(), cost_per_pixel(plan)) << "seams cost nothing";
+  EXPECT_EQ(preview_cost(plan, 1, *preview, options).error().code, ErrorCode::kInvalidArgument);
+}
+
 TEST(Preview, ShowsTheWoodWhereItWillLieAndMagentaWhereThereIsNone) {
   const std::vector<StockPanel> stock{wood_panel("P", 60, 60, 50.8, 81)};
   PlanOptions options = small_options();

@@ -73,7 +73,7 @@ TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
   ASSERT_TRUE(chosen.ok());
   ASSERT_EQ(chosen->size(), 1U);
   EXPECT_EQ(chosen->front().id.value, "P");
-  EXPECT_EQ(only_species(stock, elm).error().message, "no panel is elm: there is oak, walnut");
+  EXPECT_EQ(only_species(stock, elm).error().message, "no panel is elm: choose from oak, walnut");
   EXPECT_TRUE(weigh_tones(stock, "walnut", 2.5).ok());
   EXPECT_EQ(stock[2].tone_weight, 2.5);
   EXPECT_EQ(stock[1].tone_weight, 1);

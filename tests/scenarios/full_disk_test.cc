@@ -21,7 +21,7 @@ class FullDisk : public ::testing::Test {
     cell = std::move(*started);
   }
   Finished set_recipe(const std::string& wood) const {
-    return cell->veneerctl({"recipe", "set", wood, "cut", "--speed-mm-s", "12", "--power", "0.8", "--kerf-back-mm",
+    return cell->veneerctl({"recipe", "set", wood, "cut", "--speed-mm-s", "12", "--power", "80%", "--kerf-back-mm",
                             "0.31", "--kerf-show-mm", "0.22"});
   }
   std::string recipes() const { return cell->veneerctl({"recipe", "list"}).output; }
@@ -54,7 +54,7 @@ TEST_F(FullDisk, APatternUnderWayIsBurntToItsEndAndTheCellGoesOn) {
   EXPECT_FALSE(cell->laser.beam_on());
 
   cell->set_disk_full(false);
-  const Finished burnt = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  const Finished burnt = cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"});
   EXPECT_EQ(burnt.status, 0) << burnt.output;
 }
 

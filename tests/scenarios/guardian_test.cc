@@ -72,7 +72,7 @@ TEST_F(GuardianScenario, ADaemonThatIsStartedAgainWaitsForItsPredecessorsMachine
   EXPECT_FALSE(cell->laser.beam_on());
   EXPECT_EQ(refusal(), "");
   cell->laser.set_consent(true);
-  EXPECT_EQ(cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
+  EXPECT_EQ(cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
 }
 
 TEST_F(GuardianScenario, NothingBurnsWhileTheGuardianIsAway) {
@@ -87,7 +87,7 @@ TEST_F(GuardianScenario, NothingBurnsWhileTheGuardianIsAway) {
   ChildProcess guardian = guard();
   start(options);
   EXPECT_EQ(refusal(), "");
-  EXPECT_EQ(cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
+  EXPECT_EQ(cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
 
   guardian.kill();
   ASSERT_TRUE(cell->wait_for([&] { return !refusal().empty(); }));
@@ -95,7 +95,7 @@ TEST_F(GuardianScenario, NothingBurnsWhileTheGuardianIsAway) {
   EXPECT_THAT(cell->veneerctl({"status"}).output, HasSubstr("veneer-guardian.service"));
   const double burnt = cell->laser.burnt_mm();
   ASSERT_EQ(cell->veneerctl({"reset"}).status, 0);
-  const Finished refused = cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  const Finished refused = cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"});
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(refused.output, HasSubstr("guardian"));
   EXPECT_EQ(cell->laser.burnt_mm(), burnt);
@@ -105,7 +105,7 @@ TEST_F(GuardianScenario, NothingBurnsWhileTheGuardianIsAway) {
   guardian = guard();
   ASSERT_TRUE(cell->wait_for([&] { return refusal().empty(); }));
   EXPECT_EQ(cell->laser.resets().size(), resets);
-  EXPECT_EQ(cell->veneerctl({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
+  EXPECT_EQ(cell->veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"}).status, 0);
 }
 
 TEST_F(GuardianScenario, TheDaemonsOwnGuardianIsStartedAgain) {

@@ -63,7 +63,7 @@ class LihuiyuBoardCell : public ::testing::Test {
     const double burnt = burnt_mm();
     board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(false), 0; });
     EXPECT_FALSE(daemon.api().post("/commands/unhold").ok());
-    EXPECT_EQ(daemon.veneerctl({"laser", "test-pattern"}).status, 1) << "an aborted cell wants Clear first";
+    EXPECT_EQ(daemon.veneerctl_seen_to({"laser", "test-pattern"}).status, 1) << "an aborted cell wants Clear first";
     EXPECT_EQ(burnt_mm(), burnt);
     EXPECT_EQ(board.with_board([](sim::LihuiyuBoard& b) { return b.log().moved_without_consent_mm; }), 0);
     board.with_board([](sim::LihuiyuBoard& b) { return b.set_consent(true), 0; });
@@ -74,7 +74,7 @@ class LihuiyuBoardCell : public ::testing::Test {
 };
 
 TEST_F(LihuiyuBoardCell, BurnsATestPatternOnOneCommandWhereItWasAsked) {
-  const Finished burnt = daemon.veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  const Finished burnt = daemon.veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"});
   EXPECT_EQ(burnt.status, 0) << burnt.output;
   EXPECT_EQ(daemon.state(), "Complete");
   EXPECT_EQ(wrong_pattern(20), "");
@@ -124,7 +124,7 @@ TEST_F(LihuiyuBoardCell, APulledPlugIsSaidAndNothingComesBackByItself) {
   // With an operator's word it burns again, from the corner it has found anew.
   ASSERT_TRUE(daemon.api().post("/commands/clear").ok());
   const auto before = static_cast<std::ptrdiff_t>(board.burns().size());
-  const Finished again = daemon.veneerctl({"laser", "test-pattern", "--size-mm", "20"});
+  const Finished again = daemon.veneerctl_seen_to({"laser", "test-pattern", "--size-mm", "20"});
   EXPECT_EQ(again.status, 0) << again.output;
   LaserLimits limits;
   limits.travel.add(point<MachineFrame>(0, 0));

@@ -91,11 +91,23 @@ nlohmann::json PreparedCell::get(const std::string& target) const {
 }
 
 void PreparedCell::tamper(const std::vector<std::string>& without, const std::string& sql) const {
-  SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
-  database.setBusyTimeout(10000);
-  db::register_functions(database);  // without them nothing can be written
-  for (const auto& trigger : without) database.exec("DROP TRIGGER " + trigger);
-  database.exec(sql);
+  ASSERT_EQ(cell_->stop_daemon(), 0);
+  {
+    SQLite::Database database(cell_->database_file().string(), SQLite::OPEN_READWRITE);
+    database.setBusyTimeout(10000);
+    db::register_functions(database);   // without them nothing can be written
+    std::vector<std::string> put_back;  // a database without its guards is not opened
+    for (const auto& trigger : without) {
+      put_back.push_back(
+          database.execAndGet("SELECT sql FROM sqlite_master WHERE type = 'trigger' AND name = '" + trigger + "'")
+              .getString());
+      database.exec("DROP TRIGGER " + trigger);
+    }
+    database.exec(sql);
+    for (const auto& trigger : put_back) database.exec(trigger);
+  }
+  const Status started = cell_->start_daemon();
+  ASSERT_TRUE(started.ok()) << started.error().message;
 }
 
 }  // namespace veneer::tests

@@ -64,6 +64,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
         else
           door.ms.push_back(ms);
       }
+    if (const Status applied = load->applied(); !applied) return applied.error();
     out.done = load->done();
   }
   for (StopDoor& door : out.doors) door.stop = nullptr;

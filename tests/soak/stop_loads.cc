@@ -14,14 +14,18 @@
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <chrono>
+#include <mutex>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <thread>
 
 #include "calib/kerf_meter.h"
 #include "daemon/database_thread.h"
 #include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "tests/support/event_listener.h"
 
 namespace veneer::tests {
 namespace {
@@ -92,53 +96,103 @@ class Nothing final : public StopLoad {
   std::string done() const override { return ""; }
 };
 
-// Clients of the event stream that read all they are told.
+// Clients of the event stream that read all they are told: as many as one identity may have, of four identities.
 class Listeners final : public StopLoad {
  public:
-  Listeners(int port, int count) {
-    for (int i = 0; i < count; ++i) {
-      auto& visitor = *visitors_.emplace_back(std::make_unique<Visitor>(port));
-      visitor.ask("/events",
-                  "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                  "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
-      readers_.emplace_back([this, &visitor] {
-        std::array<char, 4096> chunk{};
-        boost::system::error_code fault;
-        while (!fault) bytes_ += visitor.socket().read_some(asio::buffer(chunk), fault);
-      });
+  Listeners(const LaserOnlyCell& cell, int port) {
+    constexpr int kIdentities = 4, kOfEach = 8;
+    for (int identity = 0; identity < kIdentities; ++identity) {
+      const std::string session = identity == 0 ? "" : session_of_a_new_link(cell, port);
+      for (int i = 0; i < kOfEach; ++i) readers_.emplace_back([this, port, session] { listen(port, session); });
     }
   }
   ~Listeners() override {
-    boost::system::error_code ignored;
-    for (auto& visitor : visitors_) visitor->socket().shutdown(tcp::socket::shutdown_both, ignored);
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+      for (auto* listener : listening_) listener->end();
+    }
     for (auto& reader : readers_) reader.join();
   }
-  std::string done() const override { return fmt::format("{} KB of events were read", bytes_ / 1000); }
+  std::string done() const override {
+    const std::lock_guard lock(mutex_);
+    return fmt::format("{} clients listen and have read {} events", listening_.size(), events_);
+  }
+  Status applied() const override {
+    const std::lock_guard lock(mutex_);
+    if (listening_.size() == readers_.size() && events_ > 0) return Ok();
+    return Error{ErrorCode::kUnavailable,
+                 fmt::format("only {} of {} clients listen to the event stream", listening_.size(), readers_.size())};
+  }
 
  private:
-  std::vector<std::unique_ptr<Visitor>> visitors_;
+  static std::string session_of_a_new_link(const LaserOnlyCell& cell, int port) {
+    const auto link = cell.api().post("/console-links");
+    const std::string url = link ? link->value("url", "") : "";
+    const auto at = url.find("token=");
+    if (at == std::string::npos) return "";
+    const auto session =
+        cli::ApiClient(cli::ApiAddress{"", "127.0.0.1", port}).post("/session", {{"token", url.substr(at + 6)}});
+    return session ? session->value("session", "") : "";
+  }
+  void listen(int port, const std::string& session) {
+    try {
+      testing::EventListener listener(port, session);
+      {
+        const std::lock_guard lock(mutex_);
+        if (ending_) return;
+        listening_.insert(&listener);
+      }
+      while (!listener.next().is_null()) {
+        const std::lock_guard lock(mutex_);
+        ++events_;
+      }
+      const std::lock_guard lock(mutex_);
+      listening_.erase(&listener);
+    } catch (const std::exception&) {  // turned away: applied() tells
+    }
+  }
+
+  mutable std::mutex mutex_;
+  std::set<testing::EventListener*> listening_;  // guarded by mutex_, as the next two
+  std::size_t events_ = 0;
+  bool ending_ = false;
   std::vector<std::thread> readers_;
-  std::atomic<std::size_t> bytes_{0};
 };
 
-// Clients that read the ledger and the pieces of a job to the end, page by page if there are pages.
+// Clients that read the ledger of 100,000 pieces to its end, page by page, again and again.
 class LedgerReaders final : public StopLoad {
  public:
   explicit LedgerReaders(const LaserOnlyCell& cell) {
-    for (int i = 0; i < 4; ++i)
-      crowd_.add([this, address = cell.api().address()] {
-        const auto reply =
-            cli::ApiClient(address).raw("GET", "/api/v1/panels/" + kBooked.value + "/ledger", "", "", {});
-        ++reads_;
-        if (reply) bytes_ += reply->body.size();
-      });
+    for (int i = 0; i < 4; ++i) crowd_.add([this, address = cell.api().address()] { read_all(address); });
   }
   std::string done() const override {
-    return fmt::format("{} reads of the ledger, {} MB", reads_.load(), bytes_ / 1'000'000);
+    return fmt::format("{} pages of the ledger, {} times to its end, {} MB", pages_.load(), ends_.load(),
+                       bytes_ / 1'000'000);
+  }
+  Status applied() const override {
+    return pages_ > 0 ? Ok() : Status(Error{ErrorCode::kUnavailable, "no page of the ledger was read"});
   }
 
  private:
-  std::atomic<std::size_t> reads_{0}, bytes_{0};
+  void read_all(const cli::ApiAddress& address) {
+    const cli::ApiClient api(address);
+    for (std::int64_t cursor = 0; !crowd_.ending();) {
+      const auto reply = api.raw(
+          "GET", fmt::format("/api/v1/panels/{}/ledger?limit=1000&cursor={}", kBooked.value, cursor), "", "", {});
+      if (!reply || reply->status != 200) return std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      ++pages_;
+      bytes_ += reply->body.size();
+      const auto page = nlohmann::json::parse(reply->body, nullptr, false);
+      if (!page.is_object() || !page.contains("next") || !page["next"].is_number()) {
+        ++ends_;
+        return;
+      }
+      cursor = page["next"].get<std::int64_t>();
+    }
+  }
+
+  std::atomic<std::size_t> pages_{0}, ends_{0}, bytes_{0};
   Crowd crowd_;
 };
 
@@ -163,10 +217,11 @@ class Planners final : public StopLoad {
     });
     crowd_.add([this, address = cell.api().address(), body = std::string(png.begin(), png.end())] {
       const cli::ApiClient api(address);
-      auto begun = api.request("POST", "/jobs?name=soak&size_mm=40&patch_mm=5", body, "application/octet-stream");
-      if (!begun) return pause();
+      auto begun = api.request("POST", "/jobs?name=soak&size_mm=40&patch_mm=5&panels=" + kFree.value, body,
+                               "application/octet-stream");
+      if (!begun) return refused(begun.error().message);
       const auto made = api.wait_task((*begun)["task"]);
-      if (!made) return pause();
+      if (!made) return refused(made.error().message);
       ++jobs_;
       static_cast<void>(api.post(fmt::format("/jobs/{}/cancel", (*made)["job"].get<int>())));
     });
@@ -174,10 +229,24 @@ class Planners final : public StopLoad {
   std::string done() const override {
     return fmt::format("{} plans by veneerctl, {} by the daemon", plans_.load(), jobs_.load());
   }
+  Status applied() const override {
+    const std::lock_guard lock(mutex_);
+    if (plans_ > 0 && jobs_ > 0) return Ok();
+    return Error{ErrorCode::kUnavailable, fmt::format("nothing was planned: {} by veneerctl, {} by the daemon; {}",
+                                                      plans_.load(), jobs_.load(), refusal_)};
+  }
 
  private:
-  static void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }
+  void refused(const std::string& sentence) {
+    {
+      const std::lock_guard lock(mutex_);
+      refusal_ = sentence;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
   std::atomic<int> plans_{0}, jobs_{0};
+  mutable std::mutex mutex_;
+  std::string refusal_;  // of the daemon, the last one; guarded by mutex_
   Crowd crowd_;
 };
 
@@ -306,7 +375,7 @@ std::vector<StopLoadKind> stop_loads() {
       {"log", nothing, true},
       {"events",
        [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
-         return std::make_unique<Listeners>(cell.tcp_port(), 32);
+         return std::make_unique<Listeners>(cell, cell.tcp_port());
        }},
       {"ledger",
        [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {

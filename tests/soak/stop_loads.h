@@ -16,6 +16,8 @@ class StopLoad {
   virtual ~StopLoad() = default;
   // What it has done so far, for people: a load that did nothing measures nothing.
   virtual std::string done() const = 0;
+  // An error while it is not what its name says.
+  virtual Status applied() const { return Ok(); }
 };
 
 struct StopLoadKind {

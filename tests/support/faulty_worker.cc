@@ -1,15 +1,20 @@
-// veneer-worker with a fault that its surroundings ask for: two words in the file "fault" beside the program, read
-// before anything else: the fault, and the kind of work that has it. Otherwise it is veneer-worker.
+// veneer-worker with a fault that its surroundings ask for: three words in the file "fault" beside the program, read
+// before anything else: the fault, the kind of work that has it, and after how many milliseconds of that work.
+// Otherwise it is veneer-worker.
 //
 // Whatever it does, it does as a real one would: confined, in the midst of a real order.
 #include <signal.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "daemon/orders/do_work.h"
@@ -22,6 +27,7 @@ using namespace veneer::daemon;
 
 struct Fault {
   std::string what, kind;
+  int after_ms = 0;
 };
 
 Fault asked_for() {
@@ -29,7 +35,7 @@ Fault asked_for() {
   const auto beside = std::filesystem::read_symlink("/proc/self/exe", failed).parent_path() / "fault";
   std::ifstream file(beside);
   Fault out;
-  file >> out.what >> out.kind;
+  file >> out.what >> out.kind >> out.after_ms;
   return out;
 }
 
@@ -65,7 +71,19 @@ int main() {
   const std::string what = late ? fault.what.substr(5) : fault.what;
   serve_work([&](const std::string& kind, const nlohmann::json& request, const std::filesystem::path& folder,
                  const TaskProgress& progress) -> Result<nlohmann::json> {
-    if (kind == fault.kind && !late) misbehave(what);
+    // In the midst of the work, if it takes that long.
+    std::jthread fate;
+    if (kind == fault.kind && !late && fault.after_ms > 0)
+      fate = std::jthread([&](const std::stop_token& over) {
+        std::mutex mutex;
+        std::condition_variable_any waiting;
+        std::unique_lock lock(mutex);
+        if (!waiting.wait_for(lock, over, std::chrono::milliseconds(fault.after_ms), [] { return false; }) &&
+            !over.stop_requested())
+          misbehave(what);
+      });
+    else if (kind == fault.kind && !late)
+      misbehave(what);
     auto done = do_work(kind, request, folder, progress);
     if (kind == fault.kind && late) misbehave(what);
     return done;

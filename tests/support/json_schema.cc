@@ -11,13 +11,14 @@
 #include "tests/support/temp_directory.h"
 
 namespace veneer::testing {
+namespace {
 
-std::vector<std::string> schema_errors(const nlohmann::json& document, const std::string& schema) {
+// `schema`: what json_schema.py is to be called with, in quotes.
+std::vector<std::string> judged(const nlohmann::json& document, const std::string& schema) {
   const TempDirectory directory;
   std::ofstream(directory / "document.json") << document.dump();
-  const std::string command =
-      fmt::format("/usr/bin/python3 '{0}/tests/support/json_schema.py' '{0}/docs/schemas/{1}' < '{2}' 2>&1",
-                  VENEER_SOURCE, schema, (directory / "document.json").string());
+  const std::string command = fmt::format("/usr/bin/python3 '{}/tests/support/json_schema.py' {} < '{}' 2>&1",
+                                          VENEER_SOURCE, schema, (directory / "document.json").string());
   int status = 0;
   std::vector<std::string> lines;
   {
@@ -28,6 +29,16 @@ std::vector<std::string> schema_errors(const nlohmann::json& document, const std
   }
   if (status != 0 && lines.empty()) lines.push_back(command + " failed");
   return lines;
+}
+
+}  // namespace
+
+std::vector<std::string> schema_errors(const nlohmann::json& document, const std::string& schema) {
+  return judged(document, fmt::format("'{}/docs/schemas/{}'", VENEER_SOURCE, schema));
+}
+
+std::vector<std::string> openapi_errors(const nlohmann::json& document, const std::string& pointer) {
+  return judged(document, fmt::format("'{}/docs/openapi.json' '{}'", VENEER_SOURCE, pointer));
 }
 
 }  // namespace veneer::testing

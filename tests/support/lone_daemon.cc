@@ -57,6 +57,13 @@ Finished LoneDaemon::veneerctl(std::vector<std::string> arguments) const {
   return run_program(arguments);
 }
 
+Finished LoneDaemon::veneerctl_seen_to(std::vector<std::string> arguments) const {
+  if (const auto status = api_->get("/status"); status.ok())
+    for (const auto& name : (*status)["confirm"])
+      arguments.insert(arguments.end(), {"--confirm", name.get<std::string>()});
+  return veneerctl(std::move(arguments));
+}
+
 std::string LoneDaemon::state() const {
   const auto status = api_->get("/status");
   return status ? status->value("state", "") : status.error().message;

@@ -42,6 +42,8 @@ class LoneDaemon {
   int tcp_port() const;  // of the API; 0 when there is none
   // veneerctl with these arguments, to its end.
   Finished veneerctl(std::vector<std::string> arguments) const;
+  // The same with --confirm for all that the status asks for.
+  Finished veneerctl_seen_to(std::vector<std::string> arguments) const;
   std::string state() const;
   // Begins a test pattern over the API, with all that is asked for confirmed.
   Status begin_pattern(double size_mm) const;

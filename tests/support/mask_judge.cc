@@ -40,7 +40,7 @@ cv::Mat nearest_strip(const Panel& panel) {
 
 }  // namespace
 
-bool holds(const StripVerdict& strip) { return strip.asked || (strip.precision >= 0.995 && strip.recall >= 0.97); }
+bool holds(const StripVerdict& strip) { return strip.precision >= 0.995 && strip.recall >= 0.97; }
 
 PanelVerdict judge(const Panel& panel) {
   PanelVerdict out;
@@ -82,17 +82,6 @@ PanelVerdict judge(const Panel& panel) {
     out.refused = mask.error().message;
     return out;
   }
-  cv::Mat asked = cv::Mat::zeros(panel.matter.size(), CV_8UC1);
-  for (const calib::AskedStrip& strip : mask->asked) {
-    std::vector<cv::Point> outline;
-    for (const auto& corner : strip.outline) {
-      const cv::Vec2d at = sheet_from_panel(corner);
-      outline.emplace_back(static_cast<int>(at[0] * panel.truth_px_per_mm),
-                           static_cast<int>(panel.matter.rows - at[1] * panel.truth_px_per_mm));
-    }
-    cv::fillConvexPoly(asked, outline, cv::Scalar(255));
-    out.questions.push_back(strip.reason);
-  }
   out.usable = mask->usable.pixels;
 
   const calib::MaskOptions margins;
@@ -122,8 +111,6 @@ PanelVerdict judge(const Panel& panel) {
     StripVerdict& strip = out.strips.emplace_back();
     strip.wood = panel.strips[i - 1].wood;
     strip.precision = counts[i].taken > 0 ? counts[i].taken_wood / counts[i].taken : 1;
-    const cv::Mat place = panel.strip == static_cast<int>(i);
-    strip.asked = 2 * cv::countNonZero(asked & place) > cv::countNonZero(place);
     strip.recall = counts[i].deep > 0 ? counts[i].deep_taken / counts[i].deep : 0;
   }
   for (std::size_t i = 0; i < panel.faults.size(); ++i)

@@ -15,7 +15,6 @@ struct StripVerdict {
   std::string wood;
   double precision = 1;  // of what the mask takes on the strip or nearest to it, the share that is wood
   double recall = 0;     // of the wood farther than the mask's margins from everything else, the share taken
-  bool asked = false;    // the eyes say that they do not know
 };
 
 struct FaultVerdict {
@@ -25,10 +24,9 @@ struct FaultVerdict {
 
 struct PanelVerdict {
   std::string board;
-  std::string refused;                 // the sentence, when the scan did not enter
-  double outline_error = 0;            // of the sheet's corners at worst, mm
-  std::vector<std::string> questions;  // why strips are asked about
-  double seconds = 0;                  // of the mask alone
+  std::string refused;       // the sentence, when the scan did not enter
+  double outline_error = 0;  // of the sheet's corners at worst, mm
+  double seconds = 0;        // of the mask alone
   std::vector<StripVerdict> strips;
   std::vector<FaultVerdict> faults;
   cv::Mat map, usable;  // for people to look at
@@ -36,7 +34,7 @@ struct PanelVerdict {
 
 PanelVerdict judge(const Panel& panel);
 
-// Precision at least 0.995 and recall at least 0.97, or asked.
+// Precision at least 0.995 and recall at least 0.97.
 bool holds(const StripVerdict& strip);
 
 // The map with the mask drawn over it: what is taken keeps its colour, what is not turns blue.

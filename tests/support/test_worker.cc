@@ -99,6 +99,7 @@ Result<json> work(const std::string& kind, const json& request, const std::files
     int adjusted = 0;
     score >> adjusted;
     out["oom_score_adj"] = adjusted;
+    out["nice"] = ::getpriority(PRIO_PROCESS, 0);
     return out;
   }
   return Error{ErrorCode::kNotFound, "no such kind of work"};

@@ -2,6 +2,8 @@
 // the confinement of a process. What processes add is tested on them (tests/daemon/workers, tests/scenarios).
 #pragma once
 
+#include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -17,10 +19,16 @@ class WorkHere final : public daemon::WorkRunner {
     orders.push_back(order);
     auto done = daemon::do_work(order.kind, order.request, order.folder, progress);
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
+    if (done && spoil) spoil(order.kind, *done);
+    if (died && died(order.kind)) return Error{ErrorCode::kUnavailable, order.what + " was broken off"};
     return done;
   }
 
   std::vector<daemon::WorkOrder> orders;
+  // Changes an answer into what a process that a picture has taken over might say.
+  std::function<void(const std::string& kind, nlohmann::json& answer)> spoil;
+  // Does the process die that does this kind of work?
+  std::function<bool(const std::string& kind)> died;
 };
 
 }  // namespace veneer::testing

@@ -18,6 +18,9 @@ done
 has() { grep -qE "^$1\$" "$units/veneerd.service" || fail "veneerd.service lost: $1"; }
 has 'Type=notify'
 has 'WatchdogSec=[0-9]+'
+# A worker that takes too much memory goes; the daemon stays.
+has 'OOMPolicy=continue'
+has 'MemoryMax=[0-9]+%'
 # A core would keep the laser's port from the guardian.
 has 'LimitCORE=1'
 for device in char-ttyUSB char-ttyACM char-pts char-usb_device char-video4linux; do has "DeviceAllow=$device rw"; done
@@ -34,3 +37,33 @@ grep -qE '^OOMScoreAdjust=-' "$units/veneer-guardian.service" || fail "the guard
 if grep -qE '^Private(Devices|Network|Users)=yes' "$units/veneerd.service"; then
   fail "veneerd must reach its devices and the loopback"
 fi
+
+# The calls that the unit allows, as systemd reads its lines from the first to the last.
+calls_of() {  # NAME...: sets resolved
+  local name
+  for name in "$@"; do
+    if [[ $name == @* ]]; then
+      # shellcheck disable=SC2046  # one word each
+      calls_of $(systemd-analyze syscall-filter --no-pager "$name" | sed -n 's/^ \+\([a-z0-9_@-]\+\)$/\1/p')
+    else
+      echo "$name"
+    fi
+  done
+}
+: >"$stage/calls"
+while read -r line; do
+  # shellcheck disable=SC2086  # a list of words
+  if [[ $line == "~"* ]]; then
+    calls_of ${line#\~} | sort -u >"$stage/denied"
+    grep -vxFf "$stage/denied" "$stage/calls" >"$stage/left" || true
+    mv "$stage/left" "$stage/calls"
+  else
+    calls_of $line >>"$stage/calls"
+  fi
+done < <(sed -n 's/^SystemCallFilter=//p' "$units/veneerd.service")
+sort -u -o "$stage/calls" "$stage/calls"
+# Under it a worker can be started, confines itself and is limited.
+"$1/bin/veneer-under-filter" "$stage/calls" "$1/tests/daemon_worker_processes_test" \
+  --gtest_filter='*DoWhatIsAsked*:*ReachNoSocket*:*TakeNoMoreMemory*:*CannotOpenTheLasersPort*' >"$stage/workers" ||
+  { cat "$stage/workers"; fail "workers cannot do their work under the unit's filter"; }
+tail -1 "$stage/workers"

@@ -44,6 +44,35 @@ TEST(Router, BindingTwiceOrTheUnknownIsABug) {
   EXPECT_DEATH(router.bind("getCoffee", kNothing), "");
 }
 
+// Anybody may try to open a session as often as he likes: only what was done is worth a line that is kept for ever.
+TEST(Router, TellsOfWhatNeedsNoLoginOnlyOnceItWasDone) {
+  Router router;
+  std::vector<std::string> told;
+  router.on_change([&](const Router::Change& change) {
+    told.push_back(std::string(change.operation) + (change.refused ? " refused" : ""));
+  });
+  router.bind("openSession", [](const ApiRequest& request, const Reply& reply) {
+    reply(request.body.text().find("good") != std::string::npos ? ApiReply::json({})
+                                                                : ApiReply::error(403, "forbidden", "unknown"));
+  });
+  router.bind("cancelJob", [](const ApiRequest&, const Reply& reply) {
+    reply(ApiReply::error(Error{ErrorCode::kConflict, "it is under way: stop it first"}));
+  });
+  const auto ask = [&](const std::string& path, const std::string& body) {
+    ApiRequest request;
+    request.method = "POST";
+    request.path = path;
+    request.body = body;
+    request.content_type = "application/json";
+    router.match("POST", path).route->handler(request, [](const ApiReply&) {});
+  };
+  for (int i = 0; i < 100; ++i) ask("/api/v1/session", R"({"token":"wrong"})");
+  EXPECT_TRUE(told.empty());
+  ask("/api/v1/session", R"({"token":"good"})");
+  ask("/api/v1/jobs/1/cancel", "");
+  EXPECT_EQ(told, (std::vector<std::string>{"openSession", "cancelJob", "cancelJob refused"}));
+}
+
 TEST(Url, DecodesWhatItMayAndRefusesTheRest) {
   EXPECT_EQ(percent_decode("a%20b+c", false), "a b+c");
   EXPECT_EQ(percent_decode("a%20b+c", true), "a b c");
@@ -66,6 +95,24 @@ TEST(ApiMessage, ErrorsBecomeStatusAndSentence) {
   EXPECT_EQ(body["error"]["remedy"], "load P-2");
   EXPECT_TRUE(error_json("conflict", "the job is over")["remedy"].is_null());
   EXPECT_EQ(body["schema_version"], 1);
+}
+
+// Clients show the remedy as what to do.
+TEST(ApiMessage, WhatFollowsAColonIsARemedyAndNeverACauseOrForeignText) {
+  const auto remedy = [](std::string_view message) {
+    const auto error = error_json("conflict", message);
+    EXPECT_EQ(error["message"], message);
+    return error["remedy"].is_null() ? "none" : error["remedy"].get<std::string>();
+  };
+  EXPECT_EQ(remedy("the database refuses it (UNIQUE constraint failed: panels.name)"), "none");
+  EXPECT_EQ(remedy("the database is damaged (malformed: row 3): put a backup in its place"),
+            "put a backup in its place");
+  EXPECT_EQ(remedy("panel \"offcut: large\" is taken"), "none");
+  EXPECT_EQ(remedy("\"a: b\" is no name: choose another"), "choose another");
+  EXPECT_EQ(remedy("this was seen to (focus, air assist): confirm it by --confirm \"air assist\""),
+            "confirm it by --confirm \"air assist\"");
+  EXPECT_EQ(remedy("the answer (was cut: off"), "none") << "what is left open may hold anything";
+  EXPECT_EQ(remedy("piece A1-1: the lid is open: close it"), "close it");
 }
 
 TEST(ApiMessage, TextThatIsNotUtf8DoesNotThrow) {

@@ -1,10 +1,12 @@
 // The database after an unclean end, and when somebody asks: what is refused meanwhile, and what never is.
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <fstream>
 
 #include "db/audit.h"
 #include "db/database.h"
+#include "tests/db/stray_sql.h"
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
@@ -160,6 +162,73 @@ TEST_F(AfterAnUncleanEnd, DamageFoundOnDemandRefusesWhatBegins) {
   EXPECT_EQ(status()["database"]["state"], "damaged");
   EXPECT_EQ(ask("POST", "/api/v1/commands/reset").status, 500);
   EXPECT_EQ(ask("POST", "/api/v1/integrity-check").status, 202) << "asked again, with the backup in place";
+}
+
+// A backup is put in its place while the daemon works: it goes on with the file that is gone, so nothing may begin.
+TEST_F(AfterAnUncleanEnd, WhatWasFoundDamagedStaysDamagedUntilTheNextStart) {
+  until_checked();
+  const auto file = config.store.data_dir / "veneerd.db";
+  const auto backup = file.string() + ".backup";
+  std::filesystem::copy_file(file, backup);
+  damage(file);
+  ASSERT_EQ(checked_on_demand().state, TaskState::kFailed);
+  EXPECT_THAT(status()["database"]["sentence"].get<std::string>(),
+              HasSubstr("stop veneerd, put a backup in its place"));
+  std::filesystem::rename(backup, file);
+  const TaskView again = checked_on_demand();
+  EXPECT_EQ(again.state, TaskState::kFailed) << "the file that is written is not the one that was read";
+  EXPECT_EQ(status()["database"]["state"], "damaged");
+  EXPECT_EQ(ask("POST", "/api/v1/commands/reset").status, 500);
+}
+
+TEST_F(AfterAnUncleanEnd, DamageFoundOnDemandIsCheckedAtTheNextStartHoweverThisOneEnds) {
+  until_checked();
+  const auto file = config.store.data_dir / "veneerd.db";
+  cell->database->call([](Repositories&) { return 0; });
+  damage(file);
+  ASSERT_EQ(checked_on_demand().state, TaskState::kFailed);
+  const Status written = cell->database->call([](Repositories& r) {
+    return r.audit.append({0, kThen, "test", "write", ""});
+  });
+  EXPECT_FALSE(written.ok()) << "a damaged file is left as it is";
+  cell.reset();  // an orderly end
+  const auto next = db::Database::open_unchecked(file);
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_TRUE(next->needs_check());
+}
+
+TEST_F(AfterACleanEnd, WhatAnotherProgramWritesIsCheckedAtOnceAndAtTheNextStart) {
+  const auto file = config.store.data_dir / "veneerd.db";
+  ASSERT_EQ(db::stray(file, "CREATE TABLE notes (line TEXT)"), "");
+  const Status written = cell->database->call([](Repositories& r) {
+    return r.audit.append({0, kThen, "test", "write", ""});
+  });
+  EXPECT_TRUE(written.ok()) << written.error().message;
+  for (int i = 0; i < 100 && status()["database"]["state"] == "good"; ++i) {
+    reactor.restart();
+    reactor.run_one_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_EQ(status()["database"]["state"], "damaged");
+  EXPECT_THAT(status()["database"]["sentence"].get<std::string>(), HasSubstr("notes is not this program's"));
+  cell.reset();
+  EXPECT_FALSE(db::Database::open(file).ok());
+}
+
+// That the file could not be read this time says nothing of what it holds.
+TEST_F(AfterACleanEnd, ACheckThatCannotBeginProvesNothing) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need descriptors of their own to look at an exception";
+#endif
+  const auto file = config.store.data_dir / "veneerd.db";
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{3, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  const TaskView failed = checked_on_demand();
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_EQ(failed.state, TaskState::kFailed);
+  EXPECT_EQ(status()["database"]["state"], "good");
+  EXPECT_EQ(checked_on_demand().state, TaskState::kDone);
 }
 
 TEST_F(AfterACleanEnd, TheEndOfTheDaemonDoesNotWaitForACheck) {

@@ -1,6 +1,8 @@
 // Jobs as the API has them, on a cell whose laser is a file.
 #include <fmt/format.h>
 
+#include <future>
+
 #include "daemon/api/idempotency.h"
 #include "tests/support/routed_cell.h"
 
@@ -59,6 +61,27 @@ TEST_F(JobRoutes, ARepeatedRequestForAJobIsAnsweredWithTheJobAlsoAfterARestart) 
     return r.request_keys.begin({"uid 1000", "newJob", "key-2", "another"}, "2026-05-01T07:30:00.000Z");
   });
   EXPECT_TRUE(left.ok()) << "what failed is forgotten";
+}
+
+// Whoever gets a 202 has a task that will be done.
+TEST_F(JobRoutes, WhatThePlannerHasNoRoomForIsRefusedAtOnce) {
+  std::promise<void> begun, busy;
+  cell->planner_worker->post([&begun, wait = busy.get_future().share()] {
+    begun.set_value();
+    wait.wait();
+  });
+  begun.get_future().wait();
+  std::vector<int> statuses;
+  ApiReply last;
+  for (int i = 0; i < 40 && last.status < 400; ++i) {
+    last = ask_raw("POST", i % 2 == 0 ? "/api/v1/jobs" : "/api/v1/plans", "a picture");
+    if (last.status == 202) statuses.push_back(last.status);
+  }
+  EXPECT_GE(statuses.size(), 16U);
+  EXPECT_EQ(last.status, 503);
+  EXPECT_EQ(last.headers, (std::vector<std::pair<std::string, std::string>>{{"Retry-After", "1"}}));
+  EXPECT_EQ(cell->tasks.list().size(), statuses.size()) << "and no task is left of it";
+  busy.set_value();
 }
 
 TEST_F(JobRoutes, ListsComeInPages) {

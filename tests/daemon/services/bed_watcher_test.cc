@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
@@ -152,6 +153,35 @@ TEST_F(BedWatcherTest, ASimulatedCameraTellsNothingOfARealLasersBed) {
   EXPECT_THAT(seen.error().message, HasSubstr("the camera is simulated"));
   config_.laser.test_controller = true;
   EXPECT_TRUE(stock_in_sight().ok());
+}
+
+// A camera on a dead network drive neither gives a picture nor an error.
+TEST_F(BedWatcherTest, ALookThatNobodyAnswersEndsWithASentence) {
+  stock_panel(215);
+  std::vector<std::function<void()>> late;
+  struct HandTimer final : OneShotTimer {
+    explicit HandTimer(std::vector<std::function<void()>>& fired) : fired_(fired) {}
+    void after(Duration, std::function<void()> then) override { fired_.push_back(std::move(then)); }
+    void cancel() override {}
+    std::vector<std::function<void()>>& fired_;
+  };
+  BedWatcher watcher(
+      io_, camera_, worker_, workers_, *database_, config_, [] {},
+      [&late] { return std::make_unique<HandTimer>(late); });
+  camera_.picture = board_with_tag(215);
+  std::promise<void> dead;
+  worker_.post([gate = dead.get_future().share()] { gate.wait(); });
+  std::vector<std::string> answers;
+  watcher.look([&](const Result<ProvenPose>& pose) { answers.push_back(pose ? "a pose" : pose.error().message); });
+  ASSERT_EQ(late.size(), 1U);
+  late[0]();
+  EXPECT_THAT(answers, ElementsAre(HasSubstr("still gives no picture and no error")));
+  dead.set_value();
+  worker_.call([] { return 0; });
+  io_.restart();
+  io_.poll();
+  EXPECT_THAT(answers, ::testing::SizeIs(1)) << "what comes later is no answer any more";
+  late.clear();
 }
 
 TEST_F(BedWatcherTest, WithoutStockNobodyNeedsToLook) {

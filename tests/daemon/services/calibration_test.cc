@@ -85,6 +85,80 @@ TEST_F(CalibrationTest, CertificatesOfAnotherDeviceAreVoid) {
   EXPECT_EQ(have({}), (std::array{true, true, true, true})) << "where devices have no names";
 }
 
+TEST_F(CalibrationTest, SaysOfEachKindWhyNoCertificateIsInForce) {
+  using State = CertificateState;
+  using Kind = db::CertificateKind;
+  const auto standing = [&](Kind kind) { return load().standing.at(kind).state; };
+  EXPECT_EQ(standing(Kind::kScanner), State::kMissing);
+  const CellDevices twin{"twin at 300 dpi", "twin:camera", "twin"};
+  const auto on = [&](const CellDevices& devices) {
+    database_->call([&](Repositories& r) {
+      r.devices = devices;
+      return 0;
+    });
+  };
+  on(twin);
+  const auto issue_on_twin = [&](Kind kind, nlohmann::json payload) {
+    payload["device"] = device_name(kind, twin);
+    issue(kind, payload);
+  };
+  Box<MachineFrame> area;
+  area.add(point<MachineFrame>(0, 0));
+  area.add(point<MachineFrame>(500, 300));
+  issue_on_twin(Kind::kCamera, to_payload(calib::CameraFit{}));
+  issue_on_twin(Kind::kAxes, to_payload(calib::MachineAxes{}, CertificateId{1}, area));
+  issue_on_twin(Kind::kKerf, to_payload(calib::KerfMeasurement{}));
+  EXPECT_EQ(standing(Kind::kCamera), State::kValid);
+  EXPECT_EQ(standing(Kind::kAxes), State::kValid);
+  EXPECT_EQ(load().standing.at(Kind::kAxes).certificate, CertificateId{2});
+
+  on({"twin at 600 dpi", "file:/bed.jpg", "twin"});
+  EXPECT_EQ(standing(Kind::kCamera), State::kOtherDevice);
+  EXPECT_EQ(standing(Kind::kAxes), State::kOtherDevice);
+  EXPECT_EQ(standing(Kind::kKerf), State::kOtherDevice);
+  on(twin);
+  issue_on_twin(Kind::kCamera, to_payload(calib::CameraFit{}));
+  EXPECT_EQ(standing(Kind::kCamera), State::kValid);
+  EXPECT_EQ(standing(Kind::kAxes), State::kReplaced) << "the bed frame they start from is gone";
+
+  const auto at = [&](const char* now) {
+    return database_->call([&](Repositories& r) { return load_calibration(r, now); })->standing.at(Kind::kKerf);
+  };
+  EXPECT_EQ(at("2025-01-01T00:00:00.000Z").state, State::kAhead);
+  EXPECT_EQ(at("2999-01-01T00:00:00.000Z").state, State::kExpired);
+  EXPECT_EQ(at(kNow).at("2999-01-01T00:00:00.000Z"), State::kExpired) << "while nobody looks into the database";
+  EXPECT_EQ(standing(Kind::kKerf), State::kValid);
+
+  // The laser behind the port tells that it is another one.
+  const auto laser_is = [&](const char* identity) {
+    EXPECT_TRUE(database_->call([&](Repositories& r) { return r.certificates.laser_is(identity, kNow); }).ok());
+  };
+  laser_is("a");
+  laser_is("b");
+  EXPECT_EQ(standing(Kind::kKerf), State::kOtherDevice);
+  EXPECT_EQ(standing(Kind::kCamera), State::kValid);
+}
+
+TEST_F(CalibrationTest, EveryCertificateIsListedAsWhatItIs) {
+  const auto states = [&] {
+    auto list = database_->call([](Repositories& r) { return judged_certificates(r, kNow); });
+    EXPECT_TRUE(list.ok());
+    std::vector<std::string> out;
+    for (const JudgedCertificate& c : *list) out.push_back(std::string(to_string(c.state)) + " " + c.made_on);
+    return out;
+  };
+  nlohmann::json lens = to_payload(calib::CameraFit{});
+  issue(db::CertificateKind::kCamera, lens);
+  lens["device"] = "twin:camera";
+  issue(db::CertificateKind::kCamera, lens);
+  EXPECT_EQ(states(), (std::vector<std::string>{"valid twin:camera", "replaced "}));
+  database_->call([](Repositories& r) {
+    r.devices.camera = "file:/bed.jpg";
+    return 0;
+  });
+  EXPECT_EQ(states(), (std::vector<std::string>{"other_device twin:camera", "replaced "}));
+}
+
 TEST_F(CalibrationTest, ACertificateThatNamesNoDeviceIsVoidWhereDevicesHaveNames) {
   issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
   EXPECT_TRUE(load().camera);

@@ -124,12 +124,21 @@ TEST(JobRequest, WhatCannotBeIsRefusedInASentence) {
   EXPECT_THAT(refusal_of("size_mm", "0"), HasSubstr("size_mm is \"0\": it must be a number from 1 to 100000"));
   EXPECT_THAT(refusal_of("size_mm", "wide"), HasSubstr("size_mm is \"wide\": it must be a number"));
   for (const char* weight : {"oak", "=2", "oak=", "oak=much"})
-    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("WOOD=NUMBER")) << weight;
+    EXPECT_THAT(refusal_of("wood_weight", weight), HasSubstr("MATERIAL=NUMBER")) << weight;
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,3"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,nan,4"), HasSubstr("is not PANEL,X,Y,WIDTH,HEIGHT in millimetres"));
   EXPECT_THAT(refusal_of("forbid", "P-0001,1,2,0,4"), HasSubstr("has no area"));
   EXPECT_THAT(refusal_of("optimize", "best"), HasSubstr("optimize must be greedy or global"));
   EXPECT_EQ(refusal_of("rotations", "0"), "the number of rotations must lie between 1 and 360");
+}
+
+// It is read on the loop that answers STOP: 48 MB would keep it for 20 ms with each copy.
+TEST(JobRequest, ThePictureIsNotCopied) {
+  ApiRequest request;
+  request.body = std::string(1 << 20, 'p');
+  const auto job = read_job_request(request);
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_EQ(job->picture.text().data(), request.body.text().data());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "daemon/orders/stored_picture.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -90,6 +91,17 @@ TEST(PanelLibraryAdopts, OnlyPlainPicturesOfASizeThatCanBe) {
   huge += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\0\0\0\0", 21);
   std::ofstream(folder / "huge.png", std::ios::binary) << huge << std::string(100, 'x');
   EXPECT_FALSE(library.adopt(folder / "huge.png", "panels/P-0001", "mask").ok());
+}
+
+TEST(StoredPicture, WhatIsNoFileIsNamedAndNotThrown) {
+  const veneer::testing::TempDirectory folder;
+  for (const auto& file : {folder.path(), folder / "missing.png"}) {
+    const auto picture = read_stored_picture(file);
+    ASSERT_FALSE(picture.ok());
+    EXPECT_EQ(picture.error().code, ErrorCode::kStorage);
+  }
+  std::ofstream(folder / "half.png") << "\x89PNG";
+  EXPECT_EQ(read_stored_picture(folder / "half.png").error().code, ErrorCode::kStorage);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -212,6 +213,18 @@ TEST_F(PlanServiceTest, APlainPictureIsWarnedOf) {
                                                                   "it to rebuild: is it the right picture?"));
 }
 
+// On the twin 1 mm2 of wood fell out between curved pieces of 12 mm that nobody had booked.
+TEST_F(PlanServiceTest, RefinedBordersAreRefusedUntilChipsBetweenThemAreBooked) {
+  add_panel("P-0001", 255);
+  JobRequest request = small_job();
+  request.options.refine = planner::Refine::kDp;
+  const auto job = plan(request);
+  ASSERT_FALSE(job.ok());
+  EXPECT_EQ(job.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(job.error().message, ::testing::HasSubstr("refine=none"));
+  EXPECT_EQ(jobs(), 0U);
+}
+
 TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {
   add_panel("P-0001", 255, cv::Mat(160, 160, CV_8UC3, cv::Scalar::all(50)));
   add_panel("P-0002", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
@@ -280,7 +293,7 @@ TEST_F(PlanServiceTest, AWoodThatIsGivenNoWeightLeavesNoTones) {
   request.wood_weights = {{"oak", 2}};
   const auto none = plan(request);
   ASSERT_FALSE(none.ok());
-  EXPECT_EQ(none.error().message, "no panel is oak: there is maple, walnut");
+  EXPECT_EQ(none.error().message, "no panel is oak: choose from maple, walnut");
 }
 
 // Half of the panel is dark, half of it pale, and so is the picture.
@@ -301,13 +314,13 @@ TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesN
   ASSERT_TRUE(before.ok()) << before.error().message;
   EXPECT_EQ(dark_pieces(before->job), 2);
 
-  db::NewPiece all_dark;
+  db::PlannedPatch all_dark;
   all_dark.mark = "A1-1";
   all_dark.panel = PanelId{"P-0002"};
   all_dark.artwork_outline = {point<ArtworkFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
   all_dark.panel_outline = {point<PanelFrame>(0, 0), {middle, 0_mm}, {middle, 2 * middle}, {0_mm, 2 * middle}};
   all_dark.allocation = Region<PanelFrame>(all_dark.panel_outline);
-  db::NewJob booked;
+  db::NewPlan booked;
   booked.name = "all that is dark";
   booked.pieces = {all_dark};
   booked.planned_on = {{PanelId{"P-0002"}, 1}};
@@ -322,6 +335,38 @@ TEST_F(PlanServiceTest, WoodThatAnEarlierJobHasBookedGivesALaterOneNeitherTonesN
   const auto unmapped = plan(request);
   ASSERT_TRUE(unmapped.ok()) << unmapped.error().message;
   EXPECT_GT(unmapped->cost_per_pixel, 0.05);
+}
+
+// Says when the work is asked for.
+class Announced final : public WorkRunner {
+ public:
+  explicit Announced(WorkRunner& then) : then_(then) {}
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress& progress, std::stop_token stop) override {
+    asked_.set_value();
+    return then_.run(order, progress, std::move(stop));
+  }
+  bool asked_within(std::chrono::seconds wait) {
+    return asked_.get_future().wait_for(wait) == std::future_status::ready;
+  }
+
+ private:
+  WorkRunner& then_;
+  std::promise<void> asked_;
+};
+
+TEST_F(PlanServiceTest, TheThreadThatWritesIsNotAskedForTheWood) {
+  add_panel("P-0001", 255);
+  Announced announced(workers_);
+  std::promise<void> written;
+  database_->async([wait = written.get_future().share()](Repositories&) { return wait.wait(), 0; }, [](int) {});
+  auto planning = std::async(std::launch::async, [&] {
+    return PlanService(*database_, library_, announced, config_, make_null_logger())
+        .make_job(small_job(), [](double, const std::string&) {}, {});
+  });
+  EXPECT_TRUE(announced.asked_within(std::chrono::seconds(10))) << "while a write takes its time";
+  written.set_value();
+  const auto job = planning.get();
+  EXPECT_TRUE(job.ok()) << job.error().message;
 }
 
 // make_plan gives the best so far of a global choice that is stopped; whoever cancels a job wants none.

@@ -4,8 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
@@ -94,6 +99,49 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   ASSERT_TRUE(after.ok());
   EXPECT_EQ(cv::countNonZero(after->pixels(taken)), 0);
   EXPECT_GT(cv::countNonZero(after->pixels), 10000);
+}
+
+// Kept for ever and read whenever somebody asks for it: what no process of ours would say must not get there.
+TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
+  using nlohmann::json;
+  const std::vector<std::pair<const char*, std::function<void(json&)>>> spoilt = {
+      {"a lattice without end", [](json& a) { a["lattices"][0] = std::string(100'000, '['); }},
+      {"no lattice", [](json& a) { a["lattices"][0] = "[1]"; }},
+      {"too few lattices", [](json& a) { a["lattices"] = json::array(); }},
+      {"a sheet as wide as the world",
+       [](json& a) {
+         a["sheet"] = {{0, 0}, {1e300, 100}};
+       }},
+      {"a sheet of many metres",
+       [](json& a) {
+         a["sheet"] = {{0, 0}, {90'000, 100}};
+       }},
+      {"a sheet of nothing",
+       [](json& a) {
+         a["sheet"] = {{0, 0}, {0, 0}};
+       }},
+      {"a zone beyond all measure",
+       [](json& a) {
+         a["zones"][0]["outline"][0] = {1e18, 0};
+       }},
+      {"a zone of countless points",
+       [](json& a) {
+         a["zones"][0]["outline"] = json::array_t(20'000, json::array({1, 1}));
+       }},
+      {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
+      {"another thing", [](json& a) { a = 3; }},
+  };
+  for (const auto& [what, change] : spoilt) {
+    workers_.spoil = [change = change](const std::string& kind, json& answer) {
+      if (kind == RegisterScans::kKind) change(answer);
+    };
+    const auto scanned = scan();
+    ASSERT_FALSE(scanned.ok()) << what;
+    EXPECT_EQ(scanned.error().code, ErrorCode::kInternal) << what;
+    EXPECT_TRUE(database_->call([](Repositories& r) { return r.panels.list(); })->empty()) << what;
+  }
+  workers_.spoil = {};
+  EXPECT_TRUE(scan().ok());
 }
 
 }  // namespace

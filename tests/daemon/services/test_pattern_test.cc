@@ -56,7 +56,7 @@ TEST(TestPattern, HasNoPowerAnywhereWhenDark) {
 TEST(TestPattern, SaysWhereItWouldLeaveTheTravel) {
   const auto placed = make_test_pattern(limits(), {}, {.corner = point<MachineFrame>(500, 10)});
   ASSERT_FALSE(placed.ok());
-  EXPECT_THAT(placed.error().message, HasSubstr("x is 0.0 to 519.0 mm"));
+  EXPECT_THAT(placed.error().message, HasSubstr("x 0.0 to 519.0 mm"));
   EXPECT_FALSE(make_test_pattern(limits(), {}, {.size = Millimetres(400)}).ok());
   EXPECT_FALSE(make_test_pattern(limits(), {}, {.size = Millimetres(1)}).ok());
 }

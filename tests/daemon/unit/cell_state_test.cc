@@ -33,11 +33,9 @@ TEST(CellState, CommandWordsAreReadBack) {
 
 TEST(CellState, AbortedIsLeftOnlyByClear) {
   for (auto c : all_commands()) EXPECT_EQ(after(CellState::kAborted, c).has_value(), c == CellCommand::kClear);
-  EXPECT_EQ(completed(CellState::kClearing), CellState::kStopped);
 }
 
-TEST(CellState, SuspendedIsNeverLeftByItself) {
-  EXPECT_FALSE(completed(CellState::kSuspended));
+TEST(CellState, SuspendedIsLeftOnlyByAWord) {
   for (auto c : all_commands()) {
     const auto next = after(CellState::kSuspended, c);
     if (!next) continue;
@@ -53,9 +51,15 @@ TEST(CellState, UnholdWorksOnlyFromHeld) {
 
 TEST(CellState, AbortIsAllowedWhereverSomethingCouldMove) {
   for (auto s : all_states()) {
-    if (!may_move(s)) continue;
+    if (s == CellState::kAborting || s == CellState::kAborted) continue;
     EXPECT_EQ(after(s, CellCommand::kAbort), CellState::kAborting) << to_string(s);
   }
+}
+
+TEST(CellState, AbortIsTakenEverywhereButWhereItIsGoingOn) {
+  for (auto s : all_states())
+    EXPECT_EQ(after(s, CellCommand::kAbort).has_value(), s != CellState::kAborting && s != CellState::kAborted)
+        << to_string(s);
 }
 
 TEST(CellState, HoldIsTakenWhereverTheBeamMayComeOnWithoutAnotherWord) {
@@ -64,12 +68,6 @@ TEST(CellState, HoldIsTakenWhereverTheBeamMayComeOnWithoutAnotherWord) {
     EXPECT_EQ(after(s, CellCommand::kHold), CellState::kHolding) << to_string(s);
   for (auto s : {CellState::kIdle, CellState::kSuspended, CellState::kComplete, CellState::kAborted})
     EXPECT_FALSE(after(s, CellCommand::kHold)) << to_string(s);
-}
-
-TEST(CellState, NothingMovesInWaitingStates) {
-  for (auto s : {CellState::kStopped, CellState::kIdle, CellState::kHeld, CellState::kSuspended, CellState::kComplete,
-                 CellState::kAborted})
-    EXPECT_FALSE(may_move(s)) << to_string(s);
 }
 
 TEST(CellState, StartIsTakenOnlyWhenIdle) {

@@ -84,13 +84,10 @@ TEST_F(HoldTest, HoldAndUnholdWhileTheNextPieceIsNotedBeginItOnce) {
   booking.emplace(*database_);
   laser_.finish();
   poll();
-  const SlowDatabase* noting = nullptr;
   std::optional<SlowDatabase> held_up;
   held_up.emplace(*database_);
-  noting = &*held_up;
   booking.reset();
   while (runner_->view().job->cut < 1) turn();  // booked; the note of the next one waits
-  ASSERT_NE(noting, nullptr);
   const auto held = ask(CellCommand::kHold);
   EXPECT_TRUE(granted(held));
   const auto unheld = ask(CellCommand::kUnhold);

@@ -67,7 +67,7 @@ TEST_F(JobRunnerTest, WhatAnOperatorMustConfirmIsAskedByNameEachTime) {
   load_first_panel();
   EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("exhaust, focus at 2.1 mm"));
   EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
-              HasSubstr("confirm before the beam comes on: focus"));
+              HasSubstr("what the beam needs (focus at 2.1 mm): see to it"));
   EXPECT_THAT(laser_.calls, Not(Contains("start")));
   ASSERT_TRUE(command(CellCommand::kUnsuspend, {"focus at 2.1 mm", "exhaust"}).ok());
   // The second panel: hands were in the machine again.
@@ -81,8 +81,7 @@ TEST_F(JobRunnerTest, UnlikelySettingsOfTheControllerAreConfirmedAsWell) {
   laser_.to_confirm = {"$30 = 5 (full power)"};
   make_runner();
   load_first_panel();
-  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message,
-              HasSubstr("before the beam comes on: $30"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend, {"exhaust"}).error().message, HasSubstr("what the beam needs ($30 = 5"));
   EXPECT_TRUE(command(CellCommand::kUnsuspend, {"$30 = 5 (full power)", "exhaust"}).ok());
 }
 
@@ -168,6 +167,50 @@ TEST_F(JobRunnerTest, WhileTheFrameIsTracedNothingElseBeginsAndStopStops) {
   ASSERT_TRUE(traced);
   EXPECT_FALSE(traced->ok());
   EXPECT_FALSE(runner_->view().framing);
+}
+
+TEST_F(JobRunnerTest, HoldEndsAFrameBeamFirst) {
+  load_first_panel();
+  laser_.burn_at_once = false;
+  runner_->frame(PowerFraction(0.02), "test", [](const Status&) {});
+  settle();
+  ASSERT_TRUE(runner_->view().framing);
+  EXPECT_TRUE(runner_->may_move());
+  laser_.calls.clear();
+  EXPECT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(laser_.calls.front(), "abort");
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(runner_->view().reason, HasSubstr("held while the frame was traced"));
+  EXPECT_FALSE(runner_->may_move());
+}
+
+TEST_F(JobRunnerTest, HoldWhileTheBedIsLookedAtForAFrameGivesItUp) {
+  load_first_panel();
+  std::optional<Status> traced;
+  runner_->frame(PowerFraction(0.02), "test", [&](Status s) { traced = std::move(s); });
+  ASSERT_TRUE(runner_->view().framing);
+  EXPECT_TRUE(command(CellCommand::kHold).ok());
+  settle();
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_FALSE(runner_->view().framing);
+  EXPECT_THAT(laser_.jobs, ::testing::IsEmpty());
+  ASSERT_TRUE(traced);
+  EXPECT_FALSE(traced->ok());
+}
+
+// From the operator's word on, the way out of the picture included; but a run that is held waits for people.
+TEST_F(JobRunnerTest, TheMachineMayMoveFromTheWordOnUntilItIsHeld) {
+  laser_.burn_at_once = false;
+  EXPECT_FALSE(runner_->may_move());
+  load_first_panel();
+  EXPECT_FALSE(runner_->may_move());
+  runner_->command(CellCommand::kUnsuspend, "test", [](const Status&) {});
+  ASSERT_EQ(state(), CellState::kUnsuspending);
+  EXPECT_TRUE(runner_->may_move());
+  settle();
+  EXPECT_TRUE(runner_->may_move());
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_FALSE(runner_->may_move());
 }
 
 TEST_F(JobRunnerTest, ALidOpenedOverTheFrameEndsIt) {

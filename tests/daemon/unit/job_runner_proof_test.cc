@@ -188,6 +188,16 @@ TEST_F(LookEveryPiece, TheCameraLooksAgainAndTheRunGoesOn) {
   EXPECT_EQ(state(), CellState::kSuspended);
 }
 
+// A camera that is a file would show the first proof's picture for ever.
+TEST_F(LookEveryPiece, EachLookWantsAPictureFromAfterTheLastProof) {
+  begin();
+  const int told = bed_.hands;
+  laser_.finish();
+  settle();
+  ASSERT_EQ(starts(), 2);
+  EXPECT_EQ(bed_.hands, told + 1);
+}
+
 TEST_F(LookEveryPiece, APanelThatCreptHoldsTheRunBeforeItsNextPiece) {
   begin();
   bed_.lay("P-0001", true, 300.5);

@@ -61,10 +61,10 @@ TEST_F(JobRunnerTest, TheCameraIsToldWheneverHandsMayHaveBeenAtTheBed) {
   load_first_panel();
   EXPECT_EQ(bed_.hands, 2) << "Idle, Suspended";
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
-  EXPECT_EQ(bed_.hands, 2);
+  EXPECT_EQ(bed_.hands, 3) << "what was proven once is no proof for later";
   ASSERT_TRUE(command(CellCommand::kHold).ok());
   ASSERT_EQ(state(), CellState::kHeld);
-  EXPECT_EQ(bed_.hands, 3);
+  EXPECT_EQ(bed_.hands, 4);
 }
 
 TEST_F(JobRunnerTest, StartWaitsSuspendedForTheFirstPanel) {

@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <thread>
@@ -146,6 +147,23 @@ TEST_F(WorkerProcessesTest, AreEndedWhenTheirTaskIsCancelled) {
   EXPECT_EQ(processes().run(order("hang"), {}, stop.get_token()).error().code, ErrorCode::kCancelled);
 }
 
+// RLIMIT_FSIZE is for each file: many small ones fill a disk as well.
+TEST_F(WorkerProcessesTest, AreEndedBeforeTheyFillTheDisk) {
+  constexpr std::uint64_t kFree = 1 << 30;
+  for (const std::uint64_t before : {kFree, std::uint64_t{1000}}) {
+    int asked = 0;
+    WorkerProcessOptions options{VENEER_TEST_WORKER, 0, {}};
+    options.free_space = [&](const std::filesystem::path& folder) {
+      EXPECT_EQ(folder, folder_.path());
+      return ++asked == 1 ? before : std::min(before / 2, std::uint64_t{256 << 20}) - 1;
+    };
+    const auto result = WorkerProcesses(options, make_null_logger()).run(order("hang"), {}, {});
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().code, ErrorCode::kStorage);
+    EXPECT_THAT(result.error().message, HasSubstr("the disk is nearly full"));
+  }
+}
+
 TEST_F(WorkerProcessesTest, TakeNoMoreMemoryThanTheyMay) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need memory without limits";
@@ -206,7 +224,9 @@ TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyNestWithoutEnd) {
 TEST_F(WorkerProcessesTest, ReachNoSocketAndNoOtherProcessAndInheritNothing) {
   const int inheritable = ::fcntl(STDERR_FILENO, F_DUPFD, 20);  // somebody forgot O_CLOEXEC
   ASSERT_GE(inheritable, 20);
-  const auto result = run(order("reach"));
+  WorkOrder reach = order("reach");
+  reach.nice = 7;
+  const auto result = run(reach);
   ::close(inheritable);
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(result->at("socket"), EPERM);
@@ -216,6 +236,7 @@ TEST_F(WorkerProcessesTest, ReachNoSocketAndNoOtherProcessAndInheritNothing) {
   EXPECT_EQ(result->at("thread"), 0);
   EXPECT_EQ(result->at("descriptors"), (json{0, 1, 2, 3}));
   EXPECT_EQ(result->at("oom_score_adj"), 1000);
+  EXPECT_EQ(result->at("nice"), 7);
 }
 
 // On a kernel without Landlock.

@@ -57,6 +57,15 @@ TEST(Schemas, SayWhatIsAskedForBesides) {
   expect_published(plan);
 }
 
+TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
+  PlanOptions options = small_options();
+  options.patch = 6_mm, options.refine = Refine::kDp, options.rematch = 2;
+  const Plan plan = planned(options, 24_mm);
+  ASSERT_TRUE(plan.refined.has_value());
+  ASSERT_FALSE(plan.layouts.empty());
+  expect_published(plan);
+}
+
 TEST(Schemas, RefuseWhatIsNotAPlan) {
   const json good = json::parse(plan_to_json(planned(small_options(), 20_mm)));
   ASSERT_THAT(schema_errors(good, "plan.schema.json"), IsEmpty());

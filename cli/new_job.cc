@@ -1,0 +1,173 @@
+#include "cli/new_job.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/named_option.h"
+#include "cli/render.h"
+
+namespace veneer::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string content_type_of(const std::string& file) {
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (extension == ".png") return "image/png";
+  if (extension == ".jpg" || extension == ".jpeg") return "image/jpeg";
+  return "application/octet-stream";
+}
+
+// The planner's options go into the query under their own names; on the command line '-' stands for '_'.
+struct NewJob {
+  std::int64_t plan = 0;  // a job of this plan; then nothing else is given
+  std::string picture;
+  std::string name;
+  std::vector<std::string> panels, woods, wood_weights, forbidden;
+  std::optional<double> size_mm;
+  std::optional<std::uint32_t> max_panels;
+  std::map<std::string, std::string> options;  // of the planner, those that are given
+
+  std::string query() const {
+    const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
+    std::string text = "?name=" + url_encode(title);
+    const auto add_list = [&](const char* key, const std::vector<std::string>& list, const char* between = ",") {
+      if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, between))));
+    };
+    add_list("panels", panels);
+    add_list("wood", woods);
+    add_list("wood_weight", wood_weights);
+    add_list("forbid", forbidden, ";");
+    if (size_mm) text += fmt::format("&size_mm={}", *size_mm);
+    if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
+    for (const auto& [key, value] : options) text += fmt::format("&{}={}", key, url_encode(value));
+    return text;
+  }
+};
+
+void add_planner_option(CLI::App& command, const planner::NamedOption& option, NewJob& job) {
+  CLI::Option* added = add_named_option(
+      command, option, [&job, key = std::string(option.name)](const std::string& text) { job.options[key] = text; });
+  if (option.kind == planner::OptionKind::kWhole)
+    added->check(CLI::TypeValidator<std::uint64_t>("whole").description(""));
+  if (option.kind == planner::OptionKind::kNumber) added->check(CLI::TypeValidator<double>("number").description(""));
+}
+
+// What a picture is planned with; `wanted` outlives the command.
+CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
+  CLI::Option* picture = command.add_option("PICTURE", wanted.picture, "The picture file");
+  command.add_option("--name", wanted.name, "Its name in the lists [the file's]");
+  command.add_option("--size-mm", wanted.size_mm, "Shorter side of the picture");
+  command.add_option("--panels", wanted.panels, "Only these panels, separated by commas")->delimiter(',');
+  command.add_option("--max-panels", wanted.max_panels,
+                     "Use no more than this many panels: those with the most free wood");
+  command.add_option("--material,--wood", wanted.woods, "Use only zones of this material (repeatable)");
+  command.add_option(
+      "--material-weight,--wood-weight", wanted.wood_weights,
+      "MATERIAL=F: count the area of panels of this material F times when tones are mapped (repeatable)");
+  command.add_option(
+      "--forbid", wanted.forbidden,
+      "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)");
+  for (const planner::NamedOption& option : planner::kNamedOptions) add_planner_option(command, option, wanted);
+  return picture;
+}
+
+// Sends the picture to `path` and waits for what becomes of it.
+void plan_picture(const CommandContext& context, const char* path, const NewJob& wanted,
+                  const CommandContext::Render& render) {
+  const auto picture = read_file(wanted.picture);
+  if (!picture) return context.finish(picture.error(), render, kUnusableArguments);
+  const auto started =
+      context.client().request("POST", path + wanted.query(), *picture, content_type_of(wanted.picture));
+  context.finish(context.run_task(started), render);
+}
+
+void add_plans_list(CLI::App& job, CommandContext& context) {
+  struct Options {
+    std::int64_t id = 0;
+    std::string preview, plan;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* plans = job.add_subcommand("plans", "All plans, or one of them");
+  CLI::Option* id = plans->add_option("PLAN", options->id, "The number of one")->check(CLI::PositiveNumber);
+  plans->add_option("--preview", options->preview, "Save its picture as planned (PNG)")->needs(id);
+  plans->add_option("--plan", options->plan, "Save it as a file (JSON)")->needs(id);
+  plans->callback([options, &context] {
+    if (options->id == 0) return context.finish(context.client().get_all("/plans", "plans"), render_plans);
+    const std::string target = "/plans/" + std::to_string(options->id);
+    const auto view = context.client().get(target);
+    if (view) save_parts(context, target, {{options->preview, "/preview.png"}, {options->plan, "/plan.json"}});
+    context.finish(view, render_plan);
+  });
+}
+
+void add_change(CLI::App& job, CommandContext& context) {
+  struct Options {
+    std::int64_t id = 0;
+    std::string name;
+    std::map<std::string, std::vector<std::string>> lists;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* change = job.add_subcommand(
+      "change", "Plan again with changes: another plan, in which what is not named keeps its place; the old one stays");
+  change->add_option("PLAN", options->id, "Its number")->required()->check(CLI::PositiveNumber);
+  change->add_option("--name", options->name, "The new plan's name [the same]");
+  for (const auto& [name, help] :
+       {std::pair("pin", "MARK: keep only these in their places, plan all others anew (repeatable)"),
+        std::pair("replan", "MARK: plan this piece anew (repeatable)"),
+        std::pair("swap", "MARK,MARK: these two change places (repeatable)"),
+        std::pair("take", "MARK=NUMBER: the piece moves to its alternative of that number, from 1 (repeatable)"),
+        std::pair("forbid",
+                  "PANEL,X,Y,WIDTH,HEIGHT: use no wood there, in mm from the panel's lower left corner (repeatable)")})
+    change->add_option(std::string("--") + name, options->lists[name], help);
+  change->callback([options, &context] {
+    json body = json::object();
+    if (!options->name.empty()) body["name"] = options->name;
+    for (const auto& [name, list] : options->lists)
+      if (!list.empty()) body[name] = list;
+    context.finish(context.run_task(context.client().post(fmt::format("/plans/{}/changes", options->id), body)),
+                   render_new_plan);
+  });
+}
+
+}  // namespace
+
+void add_new_job(CLI::App& job, CommandContext& context) {
+  const auto wanted = std::make_shared<NewJob>();
+  CLI::App* command =
+      job.add_subcommand("new", "Plan a picture from free stock and reserve its wood; or reserve that of a plan");
+  add_planning_options(*command, *wanted);
+  command->add_option("--plan", wanted->plan, "Make it of this plan (see `job plans`); no picture and no option then")
+      ->check(CLI::PositiveNumber);
+  command->callback([wanted, command, &context] {
+    if (wanted->plan == 0 && wanted->picture.empty())
+      fail(unusable("say which PICTURE, or --plan N"), kUnusableArguments);
+    if (wanted->plan == 0) return plan_picture(context, "/jobs", *wanted, render_new_job);
+    const auto options = command->get_options();
+    if (std::count_if(options.begin(), options.end(), [](const CLI::Option* option) { return option->count() > 0; }) >
+        1)
+      fail(unusable("a plan has its picture and options already: give --plan alone"), kUnusableArguments);
+    context.finish(context.run_task(context.client().post("/jobs", {{"plan", wanted->plan}})), render_new_job);
+  });
+}
+
+void add_plans(CLI::App& job, CommandContext& context) {
+  const auto wanted = std::make_shared<NewJob>();
+  CLI::App* plan = job.add_subcommand("plan", "Plan a picture from free stock and keep the plan; no wood is reserved");
+  add_planning_options(*plan, *wanted)->required();
+  plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
+  add_plans_list(job, context);
+  add_change(job, context);
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,45 @@
+// Rows of the audit log on their way to the database.
+//
+// What an operator asks for is written, all of it. What needs no login (STOP, a token that opens a session) anybody may
+// send as often as he likes: of that only so many rows wait at a time; the others are counted, and one row tells how
+// many they were. Nothing here waits or refuses.
+//
+// Bound to the reactor. The database outlives this.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "base/log.h"
+#include "daemon/database_thread.h"
+#include "db/audit.h"
+
+namespace veneer::daemon {
+
+class AuditLog {
+ public:
+  static constexpr std::size_t kMostWaiting = 64;
+
+  AuditLog(DatabaseThread& database, Logger log);
+  ~AuditLog();  // what was counted is written
+  AuditLog(const AuditLog&) = delete;
+  AuditLog& operator=(const AuditLog&) = delete;
+
+  void write(db::AuditEntry entry);
+  void write_or_count(db::AuditEntry entry);
+
+ private:
+  void post(db::AuditEntry entry, std::function<void()> then);
+  void count_down();
+  void write_count();
+
+  DatabaseThread& database_;
+  Logger log_;
+  std::size_t waiting_ = 0;  // of what may be counted
+  std::size_t counted_ = 0;
+  db::AuditEntry last_;  // of those that were counted
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);
+};
+
+}  // namespace veneer::daemon

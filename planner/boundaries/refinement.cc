@@ -1,0 +1,173 @@
+#include "planner/boundaries/refinement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "planner/boundaries/boundary_cuts.h"
+#include "planner/boundaries/rematch.h"
+#include "planner/parallel.h"
+#include "planner/stopwatch.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr int kCuts = 4;               // after wood was chosen, at most
+constexpr double kEnough = 0.002;      // share of the cost that a step must gain for another one to follow
+constexpr double kHandy = 16.0 / 9.0;  // least area of a piece, in squares of its least width
+constexpr std::size_t kNamed = 8;      // pieces in a warning
+
+class Refiner {
+ public:
+  Refiner(Problem& problem, const Matcher& matcher, PatchPlacements placements, const PlanOptions& options, int threads,
+          const std::function<void(double)>& progress, const std::stop_token& stop)
+      : problem_(problem),
+        matcher_(matcher),
+        options_(options),
+        threads_(threads),
+        progress_(progress),
+        stop_(stop),
+        limits_{options.min_width, options.min_width * options.min_width * kHandy},
+        cuts_(problem, matcher.panels(),
+              {options.overlap, options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0, limits_, threads}) {
+    out_.patches = std::move(placements);
+  }
+
+  Refinement run(std::span<const Artwork> artworks) {
+    out_.report.cost_before = measured(cuts_.outlines(), out_.patches);
+    cost_ = out_.report.cost_before;
+    const double rounds = 1 + options_.rematch;
+    Status going = cut();
+    progress_(1 / rounds);
+    out_.report.cost_refined = cost_;
+    if (going.ok() && options_.rematch > 0) going = choose_again();
+    out_.stopped = !going.ok();
+    finish(artworks);
+    return std::move(out_);
+  }
+
+ private:
+  // Of all pieces, in these shapes.
+  double measured(const std::vector<Ring<ArtworkFrame>>& outlines, PatchPlacements& placements) const {
+    std::vector<double> costs(outlines.size());
+    (void)run_parallel(outlines.size(), threads_, {}, [&](std::size_t i) {
+      if (!placements[i]) return;
+      const MatchPatch& match = problem_.queue[i].match;
+      const PatchPixels pixels = patch_pixels(outlines[i], match.grid, match.features->cols, match.features->rows);
+      costs[i] = placement_cost(*match.features, match.grid, pixels,
+                                matcher_.panels()[static_cast<std::size_t>(placements[i]->panel)].features,
+                                placements[i]->panel_from_artwork);
+      placements[i]->cost = costs[i];
+    });
+    double sum = 0;
+    for (const double cost : costs) sum += cost;
+    return sum;
+  }
+
+  // Borders are cut until that gains little. kCancelled: a stop was requested.
+  Status cut() {
+    for (int k = 0; k < kCuts; ++k) {
+      const BoundaryCuts before = cuts_;
+      if (Status done = cuts_.cut(out_.patches, stop_); !done.ok()) return done;
+      const double cost = measured(cuts_.outlines(), out_.patches);
+      if (cost >= cost_) {
+        cuts_.become(before);
+        cost_ = measured(cuts_.outlines(), out_.patches);
+        break;
+      }
+      const bool enough = cost > cost_ * (1 - kEnough);
+      cost_ = cost;
+      if (enough) break;
+    }
+    return Ok();
+  }
+
+  Status choose_again() {
+    Result<Rematch> rematch = Rematch::survey(problem_, matcher_, {.threads = threads_, .seed = options_.seed}, stop_);
+    if (!rematch.ok()) return rematch.error();
+    for (int round = 0; round < options_.rematch; ++round) {
+      const BoundaryCuts before = cuts_;
+      const PatchPlacements placements = out_.patches;
+      const double cost = cost_;
+      const Status done = one_round(*rematch, static_cast<std::uint64_t>(round));
+      // Half a round, or one that gained nothing, is taken back.
+      if (!done.ok() || cost_ >= cost) {
+        cuts_.become(before), out_.patches = placements, cost_ = cost;
+        return done;
+      }
+      std::size_t moved = 0;
+      for (std::size_t i = 0; i < placements.size(); ++i)
+        moved += out_.patches[i] && !same_place(*out_.patches[i], *placements[i]) ? 1 : 0;
+      out_.report.rounds.push_back({cost_, moved});
+      progress_(static_cast<double>(round + 2) / (options_.rematch + 1));
+      if (cost_ > cost * (1 - kEnough)) break;
+    }
+    return Ok();
+  }
+
+  static bool same_place(const PatchPlacement& a, const PatchPlacement& b) {
+    return a.panel == b.panel && a.panel_from_artwork.shift() == b.panel_from_artwork.shift() &&
+           a.panel_from_artwork.angle().count() == b.panel_from_artwork.angle().count();
+  }
+
+  Status one_round(const Rematch& rematch, std::uint64_t round) {
+    Result<PatchPlacements> chosen = rematch.choose(cuts_.outlines(), out_.patches, round, stop_);
+    if (!chosen.ok()) return chosen.error();
+    // Footprints are wider than the rule, but the raster that says what is free is not exact.
+    if (!cuts_.stands(*chosen)) return Ok();
+    out_.patches = std::move(*chosen);
+    cost_ = measured(cuts_.outlines(), out_.patches);
+    return cut();
+  }
+
+  // Tasks and artworks get the shapes that there are now.
+  void finish(std::span<const Artwork> artworks) {
+    std::vector<std::tuple<std::size_t, int, int, std::string>> faulty;  // in reading order
+    for (std::size_t i = 0; i < problem_.queue.size(); ++i) {
+      Problem::Task& task = problem_.queue[i];
+      Patch& patch = problem_.artworks[task.artwork].patches[task.patch];
+      patch.outline = task.match.outline = cuts_.outlines()[i];
+      task.match.pixels =
+          patch_pixels(patch.outline, task.match.grid, task.match.features->cols, task.match.features->rows);
+      if (const auto fault = fault_of(patch.outline, limits_))
+        faulty.emplace_back(task.artwork, patch.row, patch.column,
+                            fmt::format("{} {}", mark_of(artworks[task.artwork].letter, patch), words_for(*fault)));
+    }
+    std::sort(faulty.begin(), faulty.end());
+    out_.layouts = cuts_.layouts();
+    for (std::size_t a = 0; a < out_.layouts.size(); ++a) out_.faces.push_back(cuts_.faces(a));
+    out_.report.cost = measured(cuts_.outlines(), out_.patches);
+    out_.report.segments = cuts_.curves().segments, out_.report.length = cuts_.curves().length;
+    if (faulty.empty()) return;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(kNamed, faulty.size()); ++i)
+      names += (i > 0 ? ", " : "") + std::get<3>(faulty[i]);
+    if (faulty.size() > kNamed) names += fmt::format(" and {} more", faulty.size() - kNamed);
+    out_.warnings.push_back(fmt::format(
+        "{} pieces are thinner than {} mm or too small to be handled: {}; choose larger patches or a smaller "
+        "--min-width-mm",
+        faulty.size(), limits_.width.count(), names));
+  }
+
+  Problem& problem_;
+  const Matcher& matcher_;
+  const PlanOptions& options_;
+  int threads_;
+  const std::function<void(double)>& progress_;
+  const std::stop_token& stop_;
+  FabricationLimits limits_;
+  BoundaryCuts cuts_;
+  double cost_ = 0;
+  Refinement out_;
+};
+
+}  // namespace
+
+Refinement refine_boundaries(Problem& problem, const Matcher& matcher, PatchPlacements placements,
+                             std::span<const Artwork> artworks, const PlanOptions& options, int threads,
+                             const std::function<void(double)>& progress, const std::stop_token& stop) {
+  return Refiner(problem, matcher, std::move(placements), options, threads, progress, stop).run(artworks);
+}
+
+}  // namespace veneer::planner

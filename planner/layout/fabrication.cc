@@ -1,0 +1,52 @@
+#include "planner/layout/fabrication.h"
+
+#include <cmath>
+
+#include "base/polygon_ops.h"
+
+namespace veneer::planner {
+namespace {
+
+// How far the tip of a corner of 45 degrees sticks out of the body, in widths: (1 / sin 22.5 - 1) / 2.
+constexpr double kTip = 0.8066;
+
+}  // namespace
+
+std::string_view words_for(FabricationFault fault) {
+  switch (fault) {
+    case FabricationFault::kCrossesItself:
+      return "is not one simple area";
+    case FabricationFault::kTooSmall:
+      return "is too small to be handled";
+    case FabricationFault::kNeck:
+      return "has a neck that would break";
+    case FabricationFault::kThin:
+      return "is too thin in places";
+  }
+  return "";
+}
+
+std::optional<FabricationFault> fault_of(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits,
+                                         std::vector<Point<ArtworkFrame>>* places) {
+  const Region<ArtworkFrame> piece(outline);
+  // A ring that crosses itself encloses some area twice or the wrong way round.
+  constexpr SquareMillimetres kRounding{0.01};
+  if (piece.micro_area().rings.size() != 1 || std::abs(piece.area().count() - signed_area(outline)) > kRounding.count())
+    return FabricationFault::kCrossesItself;
+  if (piece.area() < limits.area) return FabricationFault::kTooSmall;
+  const Millimetres radius = limits.width / 2;
+  const Region<ArtworkFrame> centres = offset(piece, radius * -1.0, Corners::kRound);
+  if (centres.empty()) return FabricationFault::kThin;
+  if (centres.micro_area().rings.size() != 1) return FabricationFault::kNeck;
+  // The body grown by what may stick out.
+  const Region<ArtworkFrame> reached = offset(centres, radius + limits.width * kTip, Corners::kRound);
+  const Region<ArtworkFrame> tips = subtract(piece, reached);
+  if (tips.area() > kRounding) {
+    if (places != nullptr)
+      for (const Ring<ArtworkFrame>& ring : tips.rings()) places->insert(places->end(), ring.begin(), ring.end());
+    return FabricationFault::kThin;
+  }
+  return std::nullopt;
+}
+
+}  // namespace veneer::planner

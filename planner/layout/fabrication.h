@@ -1,0 +1,31 @@
+// Whether a piece can be cut and handled.
+//
+// Its body is what a disc of `width` can reach without leaving the piece (morphological opening). A piece is fabricable
+// when the disc reaches all of its body from anywhere in it (else a neck is thinner than `width`), when nothing sticks
+// out of the body farther than half of `width` (else a part is thinner than that: corners down to 60 degrees do not),
+// and when it has at least `area`. Pure functions; thread-safe.
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "base/geometry.h"
+
+namespace veneer::planner {
+
+struct FabricationLimits {
+  Millimetres width{1.5};     // no part is thinner
+  SquareMillimetres area{4};  // no piece is smaller
+};
+
+enum class FabricationFault { kCrossesItself, kTooSmall, kNeck, kThin };
+// What is wrong, as it follows "piece A1-1 ": "is thinner than 1.5 mm in places".
+std::string_view words_for(FabricationFault fault);
+
+// The worst that is wrong with an outline; none: it can be cut. `places`, if given, gets points of the parts that are
+// too thin, and nothing where the whole piece is at fault.
+std::optional<FabricationFault> fault_of(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits,
+                                         std::vector<Point<ArtworkFrame>>* places = nullptr);
+
+}  // namespace veneer::planner

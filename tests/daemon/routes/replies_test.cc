@@ -1,0 +1,196 @@
+// Every question of the API is answered as docs/openapi.json says, with every key it writes described there, and
+// veneerctl's tables have something in every column.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+#include "cli/render.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/routed_cell.h"
+#include "tests/support/stocked_database.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr const char* kAt = "2026-05-01T07:30:00.000Z";
+
+class Replies : public testing::RoutedCell {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(tests::stock_two_panels(*cell->database, 3, 2).ok());
+    const auto wood = cell->panel_library.store_picture(cv::Mat(60, 90, CV_8UC1, cv::Scalar(255)), "panels", "mask");
+    ASSERT_TRUE(wood.ok());
+    const Status filled =
+        cell->database->call([file = wood->file, hash = wood->sha256](Repositories& r) { return fill(r, file, hash); });
+    ASSERT_TRUE(filled.ok()) << filled.error().message;
+    EXPECT_EQ(ask("POST", "/api/v1/recipes/walnut/cut",
+                  {{"speed_mm_s", 9}, {"power", 0.8}, {"passes", 2}, {"kerf_back_mm", 0.31}})
+                  .status,
+              200);
+    cell->tasks.start("scan", "scanning").done({{"panel", "P-0003"}});
+    cell->tasks.start("plan", "planning").fail({ErrorCode::kRefused, "there is no wood: scan a panel"});
+    static_cast<void>(cell->tasks.start("scan", "scanning"));
+    cell->refresh_counts();
+    static_cast<void>(cell->database->call([](Repositories& r) { return r.panels.list(); }));
+    reactor.restart();
+    reactor.poll();
+  }
+
+  // A remnant that was scanned, masks for all, an aborted run, a changed plan, a certificate of another device.
+  static Status fill(Repositories& r, const std::string& file, const std::string& hash) {
+    for (const char* panel : {"P-0001", "P-0002"})
+      if (auto mask = r.panels.add_mask(PanelId{panel}, {0, file, file, hash, kAt}); !mask) return mask.error();
+    db::PanelRecord panel;
+    panel.id = PanelId{"P-0003"};
+    panel.name = "the large offcut";
+    panel.width = 90_mm, panel.height = 60_mm;
+    panel.map_file = panel.mask_file = file, panel.map_hash = hash;
+    panel.created_at = kAt;
+    panel.parent = panel.root = PanelId{"P-0001"};
+    db::ScanRecord scan;
+    scan.panel = panel.id;
+    scan.device = "twin:1", scan.file = file, scan.sha256 = hash, scan.dpi = 600, scan.rms = 0.012_mm;
+    scan.max = 0.04_mm, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kAt;
+    db::FiducialRecord tag;
+    tag.tag_id = 201;
+    const Ring<PanelFrame> square = {point<PanelFrame>(0, 0), point<PanelFrame>(8, 0), point<PanelFrame>(8, 8),
+                                     point<PanelFrame>(0, 8)};
+    tag.corners = square;
+    db::FiducialRecord hole = tag;
+    hole.kind = db::FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners.resize(1);
+    if (Status added = r.panels.add(panel, {scan}, {tag, hole}); !added) return added;
+    if (Status zones = r.materials.add_zones(panel.id, {{1, square, "walnut"}, {2, square, ""}}); !zones) return zones;
+
+    const auto pieces = r.jobs.pieces(JobId{1});
+    if (!pieces) return pieces.error();
+    const auto run = r.jobs.start_run(
+        JobId{1}, PanelId{"P-0001"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper), 0.04_mm, kAt);
+    if (!run) return run.error();
+    for (const std::size_t i : {0U, 1U})
+      if (Status cutting = r.jobs.mark_cutting((*pieces)[i].id, kAt); !cutting) return cutting;
+    if (Status booked = r.jobs.book_piece((*pieces)[0].id, kAt); !booked) return booked;
+    if (Status broken = r.jobs.abort_run(*run, {}, "the lid was opened", kAt); !broken) return broken;
+
+    db::NewPlan changed;
+    changed.name = "darker", changed.parent = db::PlanId{1}, changed.who = "local:1000";
+    changed.plan_json = "{}", changed.options_json = R"({"size_mm":60})";
+    changed.report_json = R"({"cost_per_pixel":0.01,"without_lead":0,"warnings":[],"global":null,"fine":null})";
+    db::PlannedPatch& patch = changed.pieces.emplace_back();
+    patch.mark = "A1-1";
+    patch.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(9, 0), point<ArtworkFrame>(9, 9)};
+    patch.panel = PanelId{"P-0003"};
+    patch.panel_outline = {point<PanelFrame>(20, 20), point<PanelFrame>(29, 20), point<PanelFrame>(29, 29)};
+    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.27_mm);
+    patch.lead_in = point<PanelFrame>(19, 19);
+    changed.planned_on = {{PanelId{"P-0003"}, 1}};
+    if (auto plan = r.plans.add(changed, kAt); !plan) return plan.error();
+
+    db::CertificateRecord certificate;
+    certificate.kind = db::CertificateKind::kScanner;
+    certificate.issued_at = kAt, certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    json payload = to_payload(calib::ScannerCertificateData{});
+    payload["device"] = "twin at 300 dpi";
+    certificate.payload = payload.dump();
+    auto issued = r.certificates.issue(certificate);
+    return issued ? Ok() : Status(issued.error());
+  }
+
+  json get(const std::string& path) { return body_of(ask("GET", "/api/v1" + path)); }
+};
+
+// Headings of columns in which no line has anything: every column is aligned with one end of its heading.
+std::vector<std::string> empty_columns(const std::string& table) {
+  std::istringstream text(table);
+  std::string heading, line;
+  std::getline(text, heading);
+  std::vector<std::string> lines, empty;
+  while (std::getline(text, line)) lines.push_back(line + std::string(heading.size(), ' '));
+  for (std::size_t at = heading.find_first_not_of(' '); at < heading.size();) {
+    const std::size_t end = std::min(heading.find("  ", at), heading.size());
+    const bool filled = std::any_of(lines.begin(), lines.end(),
+                                    [&](const std::string& l) { return l[at] != ' ' || l[end - 1] != ' '; });
+    if (!filled) empty.push_back(heading.substr(at, end - at));
+    at = std::min(heading.find_first_not_of(' ', end), heading.size());
+  }
+  return empty;
+}
+
+TEST_F(Replies, AreWhatTheDescriptionSays) {
+  // For each question whose answer is JSON: something to ask. Nothing was put on the bed, so that has no toolpath.
+  const std::map<std::string, std::string> questions = {{"getStatus", "/status"},
+                                                        {"getSession", "/session"},
+                                                        {"listPanels", "/panels"},
+                                                        {"getPanel", "/panels/P-0003"},
+                                                        {"getPanelRegistration", "/panels/P-0003/registration"},
+                                                        {"getPanelLedger", "/panels/P-0001/ledger"},
+                                                        {"listRecipes", "/recipes"},
+                                                        {"listCertificates", "/certificates"},
+                                                        {"listPlans", "/plans?limit=1"},
+                                                        {"getPlan", "/plans/1"},
+                                                        {"getPlanPieces", "/plans/2/pieces"},
+                                                        {"getPlanFile", "/plans/1/plan.json"},
+                                                        {"listJobs", "/jobs"},
+                                                        {"getJob", "/jobs/1"},
+                                                        {"getJobPieces", "/jobs/1/pieces"},
+                                                        {"getJobPlan", "/jobs/1/plan.json"},
+                                                        {"listTasks", "/tasks"},
+                                                        {"getTask", "/tasks/2"},
+                                                        {"getBedToolpath", "/bed/toolpath"}};
+  std::ifstream file(VENEER_OPENAPI);
+  const json openapi = json::parse(file, nullptr, false);
+  for (const auto& [path, methods] : openapi["paths"].items()) {
+    if (!methods.contains("get")) continue;
+    const json& operation = methods["get"];
+    const std::string id = operation["operationId"];
+    const json::json_pointer good("/responses/200/content/application~1json/schema");
+    if (!operation.contains(good)) continue;
+    ASSERT_TRUE(questions.contains(id)) << "nothing here asks " << path;
+    const ApiReply reply = ask("GET", "/api/v1" + questions.at(id));
+    ASSERT_TRUE(reply.status == 200 || id == "getBedToolpath") << id << ": " << reply.body;
+    json escaped = json::object();
+    escaped[path] = 0;
+    const std::string at = "/paths" + escaped.flatten().begin().key() + "/get" + good.to_string();
+    EXPECT_THAT(testing::openapi_errors(body_of(reply), reply.status == 200 ? at : "/components/schemas/Error"),
+                IsEmpty())
+        << id << ": " << reply.body.substr(0, 2000);
+  }
+}
+
+TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
+  using cli::render_pieces;
+  const std::vector<std::string> tables = {cli::render_panels(get("/panels")),
+                                           cli::render_jobs(get("/jobs")),
+                                           cli::render_plans(get("/plans")),
+                                           render_pieces(get("/jobs/1/pieces")),
+                                           cli::render_ledger(get("/panels/P-0001/ledger")),
+                                           cli::render_certificates(get("/certificates")),
+                                           cli::render_recipes(get("/recipes")),
+                                           cli::render_zones(get("/panels/P-0003"))};
+  for (const std::string& table : tables) EXPECT_THAT(empty_columns(table), IsEmpty()) << table;
+  EXPECT_THAT(render_pieces(get("/jobs/1/pieces")), HasSubstr("A1-1"));
+  EXPECT_THAT(render_pieces(get("/jobs/1/pieces")), Not(HasSubstr("ROW"))) << "the mark says it";
+}
+
+TEST_F(Replies, WhatIsToldOfOneThingNamesIt) {
+  for (const std::string& text :
+       {cli::render_status(get("/status")), cli::render_panel(get("/panels/P-0003")), cli::render_job(get("/jobs/1")),
+        cli::render_plan(get("/plans/2")), cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
+        cli::render_registration(get("/panels/P-0003/registration"))})
+    EXPECT_THAT(text, Not(HasSubstr("?")));
+  EXPECT_THAT(cli::render_panel(get("/panels/P-0003")), HasSubstr("the large offcut"));
+  EXPECT_THAT(cli::render_job(get("/jobs/1")), HasSubstr("1 of 5 pieces"));
+  EXPECT_THAT(cli::render_task(get("/tasks/2")), HasSubstr("there is no wood"));
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,88 @@
+// What becomes of the views an operator has collected for a calibration.
+#include "daemon/services/calibration_service.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/orders/calibration_work.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::ElementsAre;
+
+class NoDevice final : public ScannerDriver, public CameraDriver {
+ public:
+  Result<ScanFile> scan(ScanResolution nominal, const std::function<void(double)>&, std::stop_token) override {
+    return ScanFile{"scan.png", nominal, "test"};
+  }
+  Result<std::filesystem::path> capture() override { return std::filesystem::path("view.png"); }
+  std::string device() const override { return "test"; }
+};
+
+// Sees something on every scan, and notes how many of them are to be fitted.
+class Fitter final : public WorkRunner {
+ public:
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token) override {
+    if (order.kind == ReadGridScan::kKind) return nlohmann::json(calib::GridScan{});
+    if (order.kind != FitScanner::kKind) return Error{ErrorCode::kNotFound, "no such kind of work"};
+    fitted.push_back(order.request.get<FitScanner>().scans.size());
+    if (fails_with) return Error{*fails_with, "no fit"};
+    return nlohmann::json(Fit{nlohmann::json::object(), Millimetres(0)});
+  }
+  std::optional<ErrorCode> fails_with;
+  std::vector<std::size_t> fitted;
+};
+
+class CollectedViews : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    auto opened = DatabaseThread::open(folder_ / "cell.db", reactor_);
+    ASSERT_TRUE(opened.ok());
+    database_ = std::move(*opened);
+    config_.store.data_dir = folder_.path();
+    service_ =
+        std::make_unique<CalibrationService>(devices_, devices_, *database_, workers_, config_, make_null_logger());
+  }
+  Result<CalibrationOutcome> scan(bool more) {
+    return service_->scanner(more, [](double, const std::string&) {}, {});
+  }
+
+  veneer::testing::TempDirectory folder_;
+  boost::asio::io_context reactor_;
+  Config config_;
+  NoDevice devices_;
+  Fitter workers_;
+  std::unique_ptr<DatabaseThread> database_;
+  std::unique_ptr<CalibrationService> service_;
+};
+
+TEST_F(CollectedViews, AreKeptWhenTheProcessThatFitsThemDies) {
+  ASSERT_TRUE(scan(true).ok());
+  for (const ErrorCode code : {ErrorCode::kUnavailable, ErrorCode::kInternal, ErrorCode::kTimeout,
+                               ErrorCode::kCancelled, ErrorCode::kStorage}) {
+    workers_.fails_with = code;
+    EXPECT_FALSE(scan(false).ok());
+  }
+  workers_.fails_with.reset();
+  EXPECT_TRUE(scan(false).ok());
+  EXPECT_THAT(workers_.fitted, ElementsAre(2U, 3U, 4U, 5U, 6U, 7U));
+  EXPECT_TRUE(scan(false).ok());
+  EXPECT_EQ(workers_.fitted.back(), 1U) << "what was fitted is over";
+}
+
+TEST_F(CollectedViews, AreTakenAnewWhenTheyAreNoGood) {
+  ASSERT_TRUE(scan(true).ok());
+  workers_.fails_with = ErrorCode::kRefused;
+  EXPECT_FALSE(scan(false).ok());
+  EXPECT_FALSE(scan(false).ok());
+  EXPECT_THAT(workers_.fitted, ElementsAre(2U, 1U));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
