@@ -16,67 +16,93 @@ constexpr double kShare = 0.25;        // a step counts as seen when all but thi
 constexpr double kShareAcross = 0.45;  // the same for a gap between rows of strips: it crosses the gaps between them
 constexpr double kClear = 3;           // spreads: a step that is worth calling one
 constexpr double kGapFrom = 0.35, kGapTo = 6;  // mm
+constexpr double kShown = 0.7;                 // mm; a narrower gap is blurred with its neighbours
+constexpr double kRoughest = 0.05;             // of a gap's lightness from slab to slab, logarithm
+constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
 constexpr double kBeside = 6;                  // mm beside a gap that it is compared with
 constexpr double kSmallestArea = 150;          // mm2 of a strip
 constexpr double kNarrowest = 6;               // mm
 
 using Value = std::array<double, 3>;
 
-// Sums over rectangles of the planes, in the map's own axes or with x and y exchanged.
+// The planes' sums over rectangles, in the map's own axes or with x and y exchanged.
 class SlabView {
  public:
-  SlabView(const BoardView& view, bool exchanged) : px_(view.px_per_mm) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const cv::Mat plane = exchanged ? cv::Mat(view.planes[k].t()) : view.planes[k];
-      cv::integral(plane, sums_[k], CV_64F);
-      spread_[k] = view.spread[k];
-    }
+  SlabView(const BoardView& view, bool exchanged) : px_(view.px_per_mm), spread_(view.spread) {
+    for (std::size_t k = 0; k < 3; ++k)
+      cv::integral(exchanged ? cv::Mat(view.planes[k].t()) : view.planes[k], sums_[k], CV_64F);
   }
   int columns() const { return sums_[0].cols - 1; }
-  int rows() const { return sums_[0].rows - 1; }
   double px() const { return px_; }
   const Value& spread() const { return spread_; }
+  const cv::Mat& sums(std::size_t plane) const { return sums_[plane]; }
 
-  Value mean(int left, int top, int right, int bottom) const {
-    left = std::clamp(left, 0, columns() - 1), right = std::clamp(right, left + 1, columns());
-    top = std::clamp(top, 0, rows() - 1), bottom = std::clamp(bottom, top + 1, rows());
+ private:
+  double px_;
+  Value spread_;
+  std::array<cv::Mat, 3> sums_;
+};
+
+// A stretch of the view's rows, cut into slabs that are looked at as one row each.
+class Stretch {
+ public:
+  Stretch(const SlabView& view, int from, int to)
+      : view_(view),
+        from_(from),
+        to_(to),
+        count_(std::max(3, static_cast<int>((to - from) / (kSlab * view.px())))),
+        width_(static_cast<std::size_t>(view.columns()) + 1) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const cv::Mat& sums = view.sums(k);
+      slabs_[k].reserve(static_cast<std::size_t>(count_) * width_);
+      for (int i = 0; i < count_; ++i) {
+        const int top = std::clamp(edge(i), 0, sums.rows - 2), bottom = std::clamp(edge(i + 1), top + 1, sums.rows - 1);
+        const auto *above = sums.ptr<double>(top), *below = sums.ptr<double>(bottom);
+        for (std::size_t x = 0; x < width_; ++x) slabs_[k].push_back((below[x] - above[x]) / (bottom - top));
+      }
+    }
+  }
+  const SlabView& view() const { return view_; }
+  int slabs() const { return count_; }
+  double length() const { return to_ - from_; }
+  double middle() const { return 0.5 * (from_ + to_); }
+  // Where the line x = at + tilt * (y - middle) crosses the slab.
+  int crossing(int slab, double at, double tilt) const {
+    return static_cast<int>(std::lround(at + tilt * (0.5 * (edge(slab) + edge(slab + 1)) - middle())));
+  }
+  Value mean(int slab, int left, int right) const {
+    left = std::clamp(left, 0, view_.columns() - 1), right = std::clamp(right, left + 1, view_.columns());
     Value out{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const cv::Mat& s = sums_[k];
-      out[k] = (s.at<double>(bottom, right) - s.at<double>(top, right) - s.at<double>(bottom, left) +
-                s.at<double>(top, left)) /
-               ((right - left) * (bottom - top));
+      const double* sums = slabs_[k].data() + static_cast<std::size_t>(slab) * width_;
+      out[k] = (sums[right] - sums[left]) / (right - left);
     }
     return out;
   }
 
  private:
-  double px_;
-  std::array<cv::Mat, 3> sums_;
-  Value spread_{};
-};
-
-// A stretch of rows, cut into slabs.
-struct Stretch {
-  int from = 0, to = 0;
-  int slabs(double px) const { return std::max(3, static_cast<int>((to - from) / (kSlab * px))); }
-  int edge(int slab, int count) const {
-    return from + static_cast<int>(std::lround((to - from) * (double(slab) / count)));
+  int edge(int slab) const {
+    return from_ + static_cast<int>(std::lround((to_ - from_) * (static_cast<double>(slab) / count_)));
   }
-  double middle() const { return 0.5 * (from + to); }
+
+  const SlabView& view_;
+  int from_, to_, count_;
+  std::size_t width_;
+  std::array<std::vector<double>, 3> slabs_;  // sums along x of each slab's mean row
 };
 
-// The step across the line x = at + tilt * (y - stretch's middle) that all but kShare of the slabs reach, in spreads.
-double step_along(const SlabView& view, double at, double tilt, const Stretch& stretch, double share = kShare) {
-  const int count = stretch.slabs(view.px());
+// The step across the line x = at + tilt * (y - stretch's middle) that all but `share` of the slabs reach, in spreads.
+double step_along(const Stretch& stretch, double at, double tilt, double share = kShare) {
+  const SlabView& view = stretch.view();
+  const int count = stretch.slabs();
   const int reach = std::max(2, static_cast<int>(std::lround(0.4 * view.px())));
   std::vector<Value> steps;
+  steps.reserve(static_cast<std::size_t>(count));
   Value sum{};
   for (int i = 0; i < count; ++i) {
-    const int top = stretch.edge(i, count), bottom = stretch.edge(i + 1, count);
-    const int x = static_cast<int>(std::lround(at + tilt * (0.5 * (top + bottom) - stretch.middle())));
+    const int x = stretch.crossing(i, at, tilt);
     if (x - reach < 0 || x + reach > view.columns()) return 0;
-    const Value before = view.mean(x - reach, top, x, bottom), after = view.mean(x, top, x + reach, bottom);
+    const Value before = stretch.mean(i, x - reach, x), after = stretch.mean(i, x, x + reach);
     Value& step = steps.emplace_back();
     for (std::size_t k = 0; k < 3; ++k) step[k] = (after[k] - before[k]) / view.spread()[k], sum[k] += step[k];
   }
@@ -90,20 +116,18 @@ double step_along(const SlabView& view, double at, double tilt, const Stretch& s
 }
 
 // Looks for a side near `at`. Of clear steps the outermost one counts: the wood's own lines lie within.
-StripSide find_side(const SlabView& view, double at, double outwards, double inwards, const Stretch& stretch,
-                    bool outwards_is_less) {
+StripSide find_side(double at, double outwards, double inwards, const Stretch& stretch, bool outwards_is_less) {
   struct Seen {
     double at, tilt, step;
   };
   std::vector<Seen> seen;
   double most = 0;
-  const double height = stretch.to - stretch.from;
-  const double tilt_step = 1 / std::max(1.0, height / 2);
+  const double tilt_step = 1 / std::max(1.0, stretch.length() / 2);
   const double from = at - (outwards_is_less ? outwards : inwards), to = at + (outwards_is_less ? inwards : outwards);
   for (double x = from; x <= to; x += 1) {
     Seen best{x, 0, 0};
     for (double tilt = -kSteepest; tilt <= kSteepest; tilt += tilt_step) {
-      const double step = step_along(view, x, tilt, stretch);
+      const double step = step_along(stretch, x, tilt);
       if (step > best.step) best = {x, tilt, step};
     }
     seen.push_back(best), most = std::max(most, best.step);
@@ -140,10 +164,22 @@ bool board_or_its_shade(const Value& v, const Value& spread) {
          std::abs(v[2]) < hue2 * (1 - v[0]);
 }
 
+// What tells a gap, in columns and in the board's own measures.
+struct GapRules {
+  int shown = 0;        // from this width on a gap shows its own colour
+  int beside = 0;       // how far beside it wood is compared with it
+  double roughest = 0;  // change of the lightness along a gap
+  explicit GapRules(const SlabView& view)
+      : shown(static_cast<int>(kShown * view.px())),
+        beside(static_cast<int>(kBeside * view.px())),
+        roughest(kRoughest + view.spread()[0]) {}
+};
+
 // What a region shows along lines of one tilt, column by column.
 struct Profile {
   std::vector<double> board;  // share of the slabs that have the board's colour, lit or shaded
   std::vector<Value> level;   // means
+  std::vector<double> rough;  // how much lightness changes from slab to slab
   std::vector<double> step;
   std::vector<int> sides;  // peaks of the step
 
@@ -161,49 +197,57 @@ struct Profile {
 
   // Between the columns everything is board. Where the wood beside has the board's colour too, a gap is lighter or
   // darker than all of it: a line of the grain is not.
-  bool is_gap(int from, int to, int beside) const {
+  bool is_gap(int from, int to, const GapRules& rules) const {
     constexpr int kBlur = 2;  // columns at a side that show both
     int low = from + kBlur, high = to - kBlur - 2;
     if (high < low) low = high = std::max(from, (from + to) / 2 - 1);
-    double inside = 0;
+    double inside = 0, roughest = 0;
     // A narrow gap takes on some of its neighbours' colour.
     const double blurred = 0.5 * std::min(hue(from - kBlur - 2), hue(to + kBlur));
     for (int x = low; x <= high; ++x) {
       if (!is_board(x) && !(hue(x) < blurred && lightness(x) < 0.05)) return false;
       inside += lightness(x) / (high - low + 1);
+      roughest = std::max(roughest, rough[static_cast<std::size_t>(x)]);
     }
+    // Wood changes along its length, the board between two strips does not.
+    if (roughest > rules.roughest) return false;
+    // A gap that is wide enough to show its own colour is no darker than a shadow leaves it.
+    if (to - from >= rules.shown && inside < kDeepestShade) return false;
     const auto count = static_cast<int>(board.size());
     for (const bool right : {false, true}) {
       double darkest = 1e9, lightest = -1e9, like = 0, all = 0;
-      for (int d = kBlur + 1; d <= beside; ++d) {
+      for (int d = kBlur + 1; d <= rules.beside; ++d) {
         const int x = right ? to + d : from - d;
         if (x < 0 || x >= count) break;
         like += is_board(x) ? 1 : 0, all += 1;
         darkest = std::min(darkest, lightness(x));
         lightest = std::max(lightest, lightness(x));
       }
-      if (like > 0.3 * all && inside > darkest && inside < lightest) return false;
+      if (like > 0.3 * all && (to - from < rules.shown || (inside > darkest && inside < lightest))) return false;
     }
     return true;
   }
 };
 
-Profile profile_of(const SlabView& view, const Region& region, const Stretch& stretch, double tilt, double share) {
-  const int count = stretch.slabs(view.px()), width = region.right - region.left;
+Profile profile_of(const Region& region, const Stretch& stretch, double tilt, double share) {
+  const int count = stretch.slabs(), width = region.right - region.left;
   Profile out;
   out.share = share;
   for (int x = 0; x < width; ++x) {
     int like = 0;
     Value level{};
+    double rough = 0, before = 0;
     for (int i = 0; i < count; ++i) {
-      const int top = stretch.edge(i, count), bottom = stretch.edge(i + 1, count);
-      const int at = region.left + x + static_cast<int>(std::lround(tilt * (0.5 * (top + bottom) - stretch.middle())));
-      const Value v = view.mean(at, top, at + 2, bottom);
-      like += board_or_its_shade(v, view.spread()) ? 1 : 0;
+      const int at = stretch.crossing(i, region.left + x, tilt);
+      const Value v = stretch.mean(i, at, at + 2);
+      like += board_or_its_shade(v, stretch.view().spread()) ? 1 : 0;
       for (std::size_t k = 0; k < 3; ++k) level[k] += v[k] / count;
+      if (i > 0) rough += std::abs(v[0] - before) / (count - 1);
+      before = v[0];
     }
+    out.rough.push_back(rough);
     out.board.push_back(static_cast<double>(like) / count), out.level.push_back(level);
-    out.step.push_back(step_along(view, region.left + x, tilt, stretch, share));
+    out.step.push_back(step_along(stretch, region.left + x, tilt, share));
   }
   for (int x = 1; x + 1 < width; ++x) {
     const auto i = static_cast<std::size_t>(x);
@@ -215,27 +259,30 @@ Profile profile_of(const SlabView& view, const Region& region, const Stretch& st
 
 // Gaps that run through the whole region: bands of board between two clear steps.
 std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double share) {
-  const Stretch stretch{region.top, region.bottom};
+  const Stretch stretch(view, region.top, region.bottom);
   const int width = region.right - region.left;
   const int narrowest = static_cast<int>(kNarrowest * view.px());
   if (width < 2 * narrowest) return {};
   std::vector<Gap> best;
   const double tilt_step = 3 / std::max(1.0, static_cast<double>(region.bottom - region.top));
   std::vector<Gap> all;
+  const GapRules rules(view);
   for (double tilt = -kSteepest; tilt <= kSteepest; tilt += tilt_step) {
-    const Profile profile = profile_of(view, region, stretch, tilt, share);
+    const Profile profile = profile_of(region, stretch, tilt, share);
     const auto& sides = profile.sides;
     for (std::size_t i = 0; i < sides.size(); ++i)
       for (std::size_t j = i + 1; j < sides.size() && sides[j] - sides[i] <= kGapTo * view.px(); ++j) {
         const int from = sides[i], to = sides[j];
         if (to - from < kGapFrom * view.px() || from < narrowest || to > width - narrowest) continue;
-        if (!profile.is_gap(from, to, static_cast<int>(kBeside * view.px()))) continue;
+        if (!profile.is_gap(from, to, rules)) continue;
         all.push_back(
             {static_cast<double>(region.left + from), static_cast<double>(region.left + to),
              std::min(profile.step[static_cast<std::size_t>(from)], profile.step[static_cast<std::size_t>(to)])});
       }
   }
-  std::sort(all.begin(), all.end(), [](const Gap& a, const Gap& b) { return a.clear > b.clear; });
+  std::sort(all.begin(), all.end(), [](const Gap& a, const Gap& b) {
+    return std::pair(a.to - a.from, a.clear) > std::pair(b.to - b.from, b.clear);
+  });
   for (const Gap& gap : all) {
     const bool apart = std::all_of(
         best.begin(), best.end(), [&](const Gap& other) { return gap.from > other.to + 1 || gap.to < other.from - 1; });
@@ -273,7 +320,7 @@ class Finder {
       if (stats.at<int>(i, cv::CC_STAT_AREA) < kSmallestArea) continue;
       const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
                          stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
-      split(tighten({to_pixels(box)}));
+      split(tighten({to_pixels(box)}, kSome));
     }
     std::sort(out_.begin(), out_.end(), [](const FoundStrip& a, const FoundStrip& b) { return a.left.at < b.left.at; });
     return std::move(out_);
@@ -304,16 +351,18 @@ class Finder {
           (exchanged ? inner.box.height : inner.box.width) = to - from;
           if (i > 0) (exchanged ? inner.top : inner.left) = true;
           if (i < gaps.size()) (exchanged ? inner.bottom : inner.right) = true;
-          split(tighten(inner));
+          split(tighten(inner, kSome));
         }
         return;
       }
     }
-    finish(tighten(part));
+    finish(tighten(part, kMost));
   }
 
-  // The rows and columns of the box of which most are not board.
-  Part tighten(Part part) const {
+  // The outer rows and columns of the box are dropped while less than this share of them is not board: of one strip
+  // most is not, of several that end at different heights some.
+  static constexpr double kMost = 0.4, kSome = 0.08;
+  Part tighten(Part part, double most) const {
     const cv::Rect box = part.box;
     const double x = double(view_.planes[0].cols) / places_.cols, y = double(view_.planes[0].rows) / places_.rows;
     const cv::Rect blocks =
@@ -326,11 +375,11 @@ class Finder {
     cv::reduce(places_(blocks), rows, 1, cv::REDUCE_AVG, CV_32F);
     cv::reduce(places_(blocks), columns, 0, cv::REDUCE_AVG, CV_32F);
     int top = 0, bottom = blocks.height, left = 0, right = blocks.width;
-    constexpr float kMost = 0.4F * 255;
-    while (top < bottom && rows.at<float>(top) < kMost) ++top;
-    while (bottom > top && rows.at<float>(bottom - 1) < kMost) --bottom;
-    while (left < right && columns.at<float>(left) < kMost) ++left;
-    while (right > left && columns.at<float>(right - 1) < kMost) --right;
+    const auto least = static_cast<float>(most * 255);
+    while (top < bottom && rows.at<float>(top) < least) ++top;
+    while (bottom > top && rows.at<float>(bottom - 1) < least) --bottom;
+    while (left < right && columns.at<float>(left) < least) ++left;
+    while (right > left && columns.at<float>(right - 1) < least) --right;
     if (top >= bottom || left >= right) return part;
     cv::Rect tight = to_pixels({blocks.x + left, blocks.y + top, right - left, bottom - top});
     // Blocks are coarse: where the box was known better it stays. Within a block of a gap nothing is told anew.
@@ -353,11 +402,11 @@ class Finder {
     const auto in = [&](bool known) { return (known ? 0.5 : 3.2) * px; };
     const int calm = static_cast<int>(2 * px);  // corners are left out
     FoundStrip strip;
-    const Stretch down{box.y + calm, box.br().y - calm}, across{box.x + calm, box.br().x - calm};
-    strip.left = find_side(upright_, box.x, out(part.left), in(part.left), down, true);
-    strip.right = find_side(upright_, box.br().x, out(part.right), in(part.right), down, false);
-    strip.top = find_side(lying_, box.y, out(part.top), in(part.top), across, true);
-    strip.bottom = find_side(lying_, box.br().y, out(part.bottom), in(part.bottom), across, false);
+    const Stretch down(upright_, box.y + calm, box.br().y - calm), across(lying_, box.x + calm, box.br().x - calm);
+    strip.left = find_side(box.x, out(part.left), in(part.left), down, true);
+    strip.right = find_side(box.br().x, out(part.right), in(part.right), down, false);
+    strip.top = find_side(box.y, out(part.top), in(part.top), across, true);
+    strip.bottom = find_side(box.br().y, out(part.bottom), in(part.bottom), across, false);
     // From the stretch's middle to the map's origin.
     for (StripSide* side : {&strip.left, &strip.right}) side->at -= side->tilt * down.middle();
     for (StripSide* side : {&strip.top, &strip.bottom}) side->at -= side->tilt * across.middle();

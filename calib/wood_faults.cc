@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/odd_marks.h"
+
 namespace veneer::calib {
 namespace {
 
@@ -14,7 +16,8 @@ constexpr double kCell = 4;           // mm; a colour is counted by the cells of
 constexpr double kAllOver = 0.12;     // share of the cells that make a colour the wood's own
 constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
-constexpr double kMixed = 0.25;       // mm
+constexpr double kRim = 0.6;          // mm of a strip that may show its side
+constexpr double kMixed = 0.15;       // mm
 constexpr double kLargestRound = 11;  // mm across
 
 // Colours of the planes in steps: lightness, and the two opponent colours.
@@ -132,7 +135,8 @@ std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip,
     cv::HoughCircles(grey, circles, cv::HOUGH_GRADIENT_ALT, 1.5, 1.5 * px, 16 * 100 * kEdge, kPerfect,
                      static_cast<int>(kSmallest * px), static_cast<int>(std::ceil(kLargest * px)));
     for (const auto& circle : circles)
-      out.push_back({cv::Point2d(box.x + circle[0] + 0.5, box.y + circle[1] + 0.5), 2.0 * circle[2] + 2});
+      out.push_back(
+          {cv::Point2d(box.tl()) + cv::Point2d(circle[0], circle[1]) + cv::Point2d(0.5, 0.5), 2.0 * circle[2] + 2});
   }
   return out;
 }
@@ -166,11 +170,36 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
     out.round.push_back({centre, 2 * reach});
   }
-  for (const ScrewSpot& circle : find_circles(view, strip, box)) out.round.push_back(circle);
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c)
       if (kept[static_cast<std::size_t>(labels.at<int>(r, c))] != 0)
         out.mask.at<std::uint8_t>(box.y + r, box.x + c) = 255;
+  // The strip's rim shows its sides.
+  cv::Mat calm;
+  cv::erode(strip, calm, round_kernel(kRim * px));
+  std::vector<SpotContrast> sizes;
+  for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
+  const auto how_odd = [&](const ScrewSpot& spot) {
+    const auto size = std::min_element(sizes.begin(), sizes.end(), [&](const auto& a, const auto& b) {
+      return std::abs(a.radius() - spot.diameter / 2 / px) < std::abs(b.radius() - spot.diameter / 2 / px);
+    });
+    const int reach = std::max(1, static_cast<int>(0.3 * px));
+    const cv::Rect around = cv::Rect(static_cast<int>(spot.centre.x) - box.x - reach,
+                                     static_cast<int>(spot.centre.y) - box.y - reach, 2 * reach + 1, 2 * reach + 1) &
+                            cv::Rect({}, box.size());
+    double most = 0;
+    if (!around.empty()) cv::minMaxLoc(size->oddness()(around), nullptr, &most);
+    return most;
+  };
+  for (const ScrewSpot& circle : find_circles(view, strip, box)) {
+    if (how_odd(circle) > 2) out.round.push_back(circle);
+  }
+  // What is known already is not usual.
+  cv::erode(strip & ~out.mask, calm, round_kernel(kRim * px));
+  for (const ScrewSpot& spot : out.round)
+    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kRim * px), cv::Scalar(0), cv::FILLED);
+  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) out.round.push_back(spot);
+  out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.
   cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));
   return out;
