@@ -11,7 +11,8 @@ namespace veneer::calib {
 namespace {
 
 constexpr double kUsual = 0.97;  // share of a strip's places whose contrast is usual on it
-constexpr double kLeast = 0.03;  // logarithm; contrast below it is noise on any wood
+// Logarithms; contrast below is noise on any wood.
+constexpr double kLeastOfRounds = 0.06, kLeastOfLines = 0.03;
 
 double quantile(const cv::Mat& values, const cv::Mat& where, double share) {
   std::vector<float> all;
@@ -33,9 +34,9 @@ cv::Mat sum_around(const cv::Mat& values, cv::Size size) {
 int odd(double length) { return 2 * static_cast<int>(std::lround((length - 1) / 2)) + 1; }
 
 // Both signs of a contrast that are larger than usual, 1 = as much as is usual.
-void add_oddness(cv::Mat contrast, const cv::Mat& where, cv::Mat& oddness) {
+void add_oddness(cv::Mat contrast, const cv::Mat& where, double least, cv::Mat& oddness) {
   contrast = cv::abs(contrast);
-  const double usual = std::max(kLeast, quantile(contrast, where, kUsual));
+  const double usual = std::max(least, quantile(contrast, where, kUsual));
   contrast /= usual;
   oddness = oddness.empty() ? contrast : cv::Mat(cv::max(oddness, contrast));
 }
@@ -66,7 +67,7 @@ bool is_alone(const BoardView& view, const cv::Point2d& centre, double radius) {
       mean += side[k] / kSides;
     }
     const bool all = std::ranges::all_of(side, [&](double s) { return s * mean > kLeastShare * mean * mean; });
-    if (all && std::abs(mean) > kLeast) return true;
+    if (all && std::abs(mean) > kLeastOfRounds) return true;
   }
   return false;
 }
@@ -90,7 +91,7 @@ SpotContrast::SpotContrast(const BoardView& view, const cv::Mat& strip, const cv
     cv::Mat contrast = sum_around(own, {inner, inner}) / cv::max(inside, 1.0F) -
                        (sum_around(own, {far, far}) - sum_around(own, {near, near})) / cv::max(around, 1.0F);
     contrast.setTo(0, ~known);
-    add_oddness(contrast, known, oddness_);
+    add_oddness(contrast, known, kLeastOfRounds, oddness_);
   }
 }
 
@@ -114,37 +115,49 @@ std::vector<ScrewSpot> find_odd_spots(const BoardView& view, const cv::Mat& stri
 }
 
 cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
-  constexpr double kLength = 8, kWide = 0.5, kBeside = 1.6;  // mm
+  constexpr double kLength = 8;                          // mm
+  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; a line's surroundings reach three times as far
   constexpr double kSteepest = 0.12, kTilt = 0.06;
   constexpr double kOdd = 2.7;
-  const double px = view.px_per_mm;
-  cv::Mat lines = cv::Mat::zeros(strip.size(), CV_8UC1);
+  constexpr double kShrink = 0.5;  // a line is long: half the pixels show it as well
+  const double px = view.px_per_mm * kShrink;
+  cv::Mat lines = cv::Mat::zeros(strip.size(), CV_8UC1), small_strip, small_plane;
+  cv::resize(strip(box), small_strip, {}, kShrink, kShrink, cv::INTER_NEAREST);
+  cv::resize(view.planes[0](box), small_plane, small_strip.size(), 0, 0, cv::INTER_AREA);
+  cv::Mat found = cv::Mat::zeros(small_strip.size(), CV_8UC1);
   for (const bool lying : {false, true}) {
     const auto turned = [&](const cv::Mat& m) { return lying ? cv::Mat(m.t()) : m; };
-    const cv::Mat mask = turned(strip(box));
+    const cv::Mat mask = turned(small_strip);
     if (mask.rows < 1.5 * kLength * px) continue;
-    cv::Mat wood, best = cv::Mat::zeros(mask.size(), CV_32FC1);
+    cv::Mat wood;
     mask.convertTo(wood, CV_32F, 1.0 / 255);
-    const cv::Mat plane = turned(view.planes[0](box)).mul(wood);
-    const int tall = odd(kLength * px), narrow = odd(kWide * px), wide = odd(kBeside * px);
-    for (double tilt = -kSteepest; tilt < kSteepest + 1e-9; tilt += kTilt) {
-      // Sheared, so that lines of this tilt stand upright.
-      const cv::Matx23d upright(1, tilt, -tilt * mask.rows / 2, 0, 1, 0), back(1, -tilt, tilt * mask.rows / 2, 0, 1, 0);
-      cv::Mat own, where, contrast;
-      cv::warpAffine(plane, own, upright, mask.size());
-      cv::warpAffine(wood, where, upright, mask.size());
-      const cv::Mat in_area = sum_around(where, {narrow, tall}), all_area = sum_around(where, {wide, tall}),
-                    in_sum = sum_around(own, {narrow, tall}), all_sum = sum_around(own, {wide, tall});
-      contrast = in_sum / cv::max(in_area, 1.0F) - (all_sum - in_sum) / cv::max(all_area - in_area, 1.0F);
-      contrast.setTo(0, in_area < 0.5F * static_cast<float>(narrow * tall) |
-                            all_area - in_area < 0.5F * static_cast<float>((wide - narrow) * tall));
-      cv::warpAffine(cv::abs(contrast), contrast, back, mask.size());
-      best = cv::max(best, contrast);
+    const cv::Mat plane = turned(small_plane).mul(wood);
+    for (const double width : kWidths) {
+      const int tall = odd(kLength * px), narrow = odd(width * px), wide = odd(3.2 * width * px);
+      cv::Mat best = cv::Mat::zeros(mask.size(), CV_32FC1), oddness;
+      for (double tilt = -kSteepest; tilt < kSteepest + 1e-9; tilt += kTilt) {
+        // Sheared, so that lines of this tilt stand upright.
+        const cv::Matx23d upright(1, tilt, -tilt * mask.rows / 2, 0, 1, 0),
+            back(1, -tilt, tilt * mask.rows / 2, 0, 1, 0);
+        cv::Mat own, where, contrast;
+        cv::warpAffine(plane, own, upright, mask.size());
+        cv::warpAffine(wood, where, upright, mask.size());
+        const cv::Mat in_area = sum_around(where, {narrow, tall}),
+                      beside_area = sum_around(where, {wide, tall}) - in_area;
+        const cv::Mat in_sum = sum_around(own, {narrow, tall}), beside_sum = sum_around(own, {wide, tall}) - in_sum;
+        contrast = in_sum / cv::max(in_area, 1.0F) - beside_sum / cv::max(beside_area, 1.0F);
+        contrast.setTo(0, (in_area < 0.5F * static_cast<float>(narrow * tall)) |
+                              (beside_area < 0.5F * static_cast<float>((wide - narrow) * tall)));
+        cv::warpAffine(cv::abs(contrast), contrast, back, mask.size());
+        best = cv::max(best, contrast);
+      }
+      add_oddness(best, mask, kLeastOfLines, oddness);
+      found |= turned((oddness > kOdd) & mask);
     }
-    cv::Mat oddness;
-    add_oddness(best, mask, oddness);
-    lines(box) |= turned((oddness > kOdd) & mask);
   }
+  cv::Mat grown;
+  cv::resize(found, grown, box.size(), 0, 0, cv::INTER_NEAREST);
+  lines(box) |= grown;
   return lines;
 }
 

@@ -1,5 +1,7 @@
 #include "calib/veneer_mask.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -100,6 +102,8 @@ Raster<PanelFrame> grow(const cv::Mat& small, int fold, const Raster<PanelFrame>
   return {grown(cv::Rect(0, 0, map.pixels.cols, map.pixels.rows)).clone(), map.resolution, map.origin};
 }
 
+constexpr double kNamedFaults = 0.12;  // share of a strip that is left out, beyond which the operator is told
+
 // What is doubtful about a strip: `sure` from 0 to 1, and a sentence for the least sure of all.
 struct Doubt {
   double sure = 1;
@@ -141,12 +145,13 @@ class Masker {
           cv::countNonZero(faults.mask) / std::max(1.0, static_cast<double>(cv::countNonZero(place)));
       const Doubt doubt = doubts_of(strip, view, fault_share);
       if (doubt.sure < options_.least_confidence) {
-        out.asked.push_back({{}, doubt.sure, doubt.reason});
-        const auto corners = corners_of(strip);
-        for (std::size_t i = 0; i < 4; ++i) out.asked.back().outline[i] = on_panel(corners[i]);
+        ask(out, strip, {{}, doubt.sure, false, doubt.reason});
         continue;
       }
       if (number == 255) break;
+      if (fault_share > kNamedFaults)
+        ask(out, strip,
+            {{}, doubt.sure, true, fmt::format("{:.0f} % of it does not look like the rest", 100 * fault_share)});
       confidence_.push_back(doubt.sure);
       wood_.setTo(255, place & ~faults.mask), strips_.setTo(++number, place);
       for (const ScrewSpot& spot : faults.round) take_out(spot, out);
@@ -185,6 +190,12 @@ class Masker {
   }
 
  private:
+  void ask(VeneerMask& out, const FoundStrip& strip, AskedStrip asked) const {
+    const auto corners = corners_of(strip);
+    for (std::size_t i = 0; i < 4; ++i) asked.outline[i] = on_panel(corners[i]);
+    out.asked.push_back(std::move(asked));
+  }
+
   Point<PanelFrame> on_panel(const cv::Point2d& p) const {
     return map_.from_pixels(p.x * work_.fold, p.y * work_.fold);
   }

@@ -36,11 +36,12 @@ struct Zone {
   double confidence = 1;  // 0 to 1: that this is veneer, whole, and ends where its sides were seen
 };
 
-// A region that looks like a strip but is not known well enough to be taken.
+// A strip that is in doubt: withheld, or taken but for much that does not look like the rest of it.
 struct AskedStrip {
   std::array<Point<PanelFrame>, 4> outline{};  // lower left, lower right, upper right, upper left
   double confidence = 0;
-  std::string reason;  // for the operator
+  bool taken = false;
+  std::string reason;  // for the operator, the end of a sentence
 };
 
 struct ScrewHole {

@@ -16,7 +16,7 @@ constexpr double kCell = 4;           // mm; a colour is counted by the cells of
 constexpr double kAllOver = 0.12;     // share of the cells that make a colour the wood's own
 constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
-constexpr double kRim = 0.6;          // mm of a strip that may show its side
+constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
 constexpr double kMixed = 0.15;       // mm
 constexpr double kLargestRound = 11;  // mm across
 
@@ -84,6 +84,17 @@ std::vector<std::uint8_t> own_colours(const BoardView& view, const cv::Mat& stri
                  : 0;
   widen(own);
   return own;
+}
+
+// Whether the strip goes on around a round: at its side an odd patch has no roundness to judge.
+bool lies_within(const cv::Mat& strip, const cv::Point2d& centre, double radius) {
+  const cv::Rect all({}, strip.size());
+  for (const cv::Point2d& way : {cv::Point2d(1, 0), cv::Point2d(-1, 0), cv::Point2d(0, 1), cv::Point2d(0, -1)}) {
+    const cv::Point2d at = centre + radius * way;
+    const cv::Point pixel(static_cast<int>(at.x), static_cast<int>(at.y));
+    if (!all.contains(pixel) || strip.at<std::uint8_t>(pixel) == 0) return false;
+  }
+  return true;
 }
 
 // How far a round fault reaches: the outermost ring of which most still differs from the wood around it.
@@ -167,6 +178,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),
                              box.y + stats.at<int>(i, cv::CC_STAT_TOP) + 0.5 * stats.at<int>(i, cv::CC_STAT_HEIGHT));
     const double inner = 0.25 * (wide + tall) * px;
+    if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
     out.round.push_back({centre, 2 * reach});
   }
@@ -176,7 +188,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
         out.mask.at<std::uint8_t>(box.y + r, box.x + c) = 255;
   // The strip's rim shows its sides.
   cv::Mat calm;
-  cv::erode(strip, calm, round_kernel(kRim * px));
+  cv::erode(strip, calm, round_kernel(kStripRim * px));
   std::vector<SpotContrast> sizes;
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
   const auto how_odd = [&](const ScrewSpot& spot) {
@@ -195,9 +207,9 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     if (how_odd(circle) > 2) out.round.push_back(circle);
   }
   // What is known already is not usual.
-  cv::erode(strip & ~out.mask, calm, round_kernel(kRim * px));
+  cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
   for (const ScrewSpot& spot : out.round)
-    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kRim * px), cv::Scalar(0), cv::FILLED);
+    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kStripRim * px), cv::Scalar(0), cv::FILLED);
   for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) out.round.push_back(spot);
   out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.

@@ -50,10 +50,13 @@ std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
   for (const calib::AskedStrip& strip : mask.asked) {
     Box<PanelFrame> box;
     for (const auto& corner : strip.outline) box.add(corner);
-    out.push_back(fmt::format(
-        "what looks like a strip at {:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge is "
-        "left out of the usable wood: {}",
-        box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count(), strip.reason));
+    const auto place = fmt::format("{:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge",
+                                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count());
+    if (strip.taken)
+      out.push_back(fmt::format("of the strip at {} some is left out of the usable wood: {}", place, strip.reason));
+    else
+      out.push_back(
+          fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason));
   }
   return out;
 }

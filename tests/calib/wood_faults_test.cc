@@ -11,6 +11,8 @@ namespace veneer {
 namespace {
 
 using drawn::DrawnBoard;
+using drawn::put_disc;
+using drawn::put_line;
 
 struct Seen {
   calib::WoodFaults faults;
