@@ -66,9 +66,10 @@ class Stretch {
   int slabs() const { return count_; }
   double length() const { return to_ - from_; }
   double middle() const { return 0.5 * (from_ + to_); }
+  double from_middle(int slab) const { return 0.5 * (edge(slab) + edge(slab + 1)) - middle(); }
   // Where the line x = at + tilt * (y - middle) crosses the slab.
   int crossing(int slab, double at, double tilt) const {
-    return static_cast<int>(std::lround(at + tilt * (0.5 * (edge(slab) + edge(slab + 1)) - middle())));
+    return static_cast<int>(std::lround(at + tilt * from_middle(slab)));
   }
   Value mean(int slab, int left, int right) const {
     left = std::clamp(left, 0, view_.columns() - 1), right = std::clamp(right, left + 1, view_.columns());
@@ -115,6 +116,52 @@ double step_along(const Stretch& stretch, double at, double tilt, double share =
   return *nth;
 }
 
+// The side moved to where each slab shows its step, to parts of a pixel. The coarse search leaves up to two pixels at
+// its ends.
+StripSide settle(const Stretch& stretch, StripSide side) {
+  constexpr int kMove = 2;        // px
+  constexpr double kStray = 1.0;  // px of a slab that does not count
+  const int columns = stretch.view().columns();
+  const int reach = std::max(2, static_cast<int>(std::lround(0.4 * stretch.view().px())));
+  const auto step_at = [&](int slab, int x) {
+    const Value before = stretch.mean(slab, x - reach, x), after = stretch.mean(slab, x, x + reach);
+    Value step{};
+    for (std::size_t k = 0; k < 3; ++k) step[k] = (after[k] - before[k]) / stretch.view().spread()[k];
+    return step;
+  };
+  Value along{};
+  for (int i = 0; i < stretch.slabs(); ++i) {
+    const Value step = step_at(i, stretch.crossing(i, side.at, side.tilt));
+    for (std::size_t k = 0; k < 3; ++k) along[k] += step[k];
+  }
+  std::vector<cv::Point2d> places;  // slab's middle, from the stretch's; where its step is
+  for (int i = 0; i < stretch.slabs(); ++i) {
+    const int x = stretch.crossing(i, side.at, side.tilt);
+    if (x - kMove - 1 - reach < 0 || x + kMove + 1 + reach > columns) continue;
+    std::array<double, 2 * kMove + 3> size{};
+    for (int d = -kMove - 1; d <= kMove + 1; ++d) {
+      const Value step = step_at(i, x + d);
+      size[static_cast<std::size_t>(d + kMove + 1)] = step[0] * along[0] + step[1] * along[1] + step[2] * along[2];
+    }
+    const auto best = std::max_element(size.begin() + 1, size.end() - 1);
+    const double bend = best[-1] - 2 * best[0] + best[1];
+    const double peak = bend < 0 ? std::clamp(0.5 * (best[-1] - best[1]) / bend, -0.5, 0.5) : 0;
+    places.emplace_back(stretch.from_middle(i), x + static_cast<double>(best - size.begin()) - kMove - 1 + peak);
+  }
+  for (int pass = 0; pass < 3; ++pass) {
+    double n = 0, y = 0, x = 0, yy = 0, yx = 0;
+    for (const auto& p : places) {
+      if (pass > 0 && std::abs(p.y - side.at - side.tilt * p.x) > kStray) continue;
+      n += 1, y += p.x, x += p.y, yy += p.x * p.x, yx += p.x * p.y;
+    }
+    const double spread = n * yy - y * y;
+    if (n < 4 || spread < 1e-6) return side;
+    side.tilt = (n * yx - y * x) / spread;
+    side.at = (x - side.tilt * y) / n;
+  }
+  return side;
+}
+
 // Looks for a side near `at`. Of clear steps the outermost one counts: the wood's own lines lie within.
 StripSide find_side(double at, double outwards, double inwards, const Stretch& stretch, bool outwards_is_less) {
   struct Seen {
@@ -143,7 +190,7 @@ StripSide find_side(double at, double outwards, double inwards, const Stretch& s
     for (int d = -3; d <= 3; ++d)
       if (i + d >= 0 && i + d < count) peak = peak && seen[static_cast<std::size_t>(i + d)].step <= here.step;
     if (!peak) continue;
-    return {here.at, here.tilt, here.step};
+    return settle(stretch, {here.at, here.tilt, here.step});
   }
   return side;
 }

@@ -17,6 +17,8 @@ constexpr double kAllOver = 0.12;     // share of the cells that make a colour t
 constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
 constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
+constexpr double kOpening = 15;       // mm2; a larger fault may be an opening
+constexpr double kShaded = 0.45;      // mm of the wood's own colour that the shade of an opening's side has
 constexpr double kMixed = 0.15;       // mm
 constexpr double kLargestRound = 11;  // mm across
 
@@ -172,7 +174,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (int i = 1; i < count; ++i) {
     const double area = stats.at<int>(i, cv::CC_STAT_AREA) / (px * px);
     if (area < kSpeck) continue;
-    kept[static_cast<std::size_t>(i)] = 255;
+    kept[static_cast<std::size_t>(i)] = area < kOpening ? 128 : 255;
     const double wide = stats.at<int>(i, cv::CC_STAT_WIDTH) / px, tall = stats.at<int>(i, cv::CC_STAT_HEIGHT) / px;
     if (std::max(wide, tall) > kLargestRound || std::min(wide, tall) < 0.45 * std::max(wide, tall)) continue;
     const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),
@@ -184,8 +186,10 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   }
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c)
-      if (kept[static_cast<std::size_t>(labels.at<int>(r, c))] != 0)
-        out.mask.at<std::uint8_t>(box.y + r, box.x + c) = 255;
+      out.mask.at<std::uint8_t>(box.y + r, box.x + c) = kept[static_cast<std::size_t>(labels.at<int>(r, c))];
+  cv::Mat openings;
+  cv::dilate(out.mask(box) == 255, openings, round_kernel(kShaded * px));
+  out.mask(box) = (out.mask(box) | openings) != 0;
   // The strip's rim shows its sides.
   cv::Mat calm;
   cv::erode(strip, calm, round_kernel(kStripRim * px));
