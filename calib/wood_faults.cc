@@ -18,7 +18,8 @@ constexpr double kAcross = 0.4;       // share of the strip's rows and columns o
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
 constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
 constexpr double kOpening = 15;       // mm2; a larger fault may be an opening
-constexpr double kShaded = 0.45;      // mm of the wood's own colour that the shade of an opening's side has
+constexpr double kThinnest = 2;       // mm of an opening; a crack is thinner
+constexpr double kShaded = 0.6;       // mm of the wood's own colour that the shade of an opening's side has
 constexpr double kMixed = 0.15;       // mm
 constexpr double kLargestRound = 11;  // mm across
 
@@ -174,8 +175,9 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   for (int i = 1; i < count; ++i) {
     const double area = stats.at<int>(i, cv::CC_STAT_AREA) / (px * px);
     if (area < kSpeck) continue;
-    kept[static_cast<std::size_t>(i)] = area < kOpening ? 128 : 255;
     const double wide = stats.at<int>(i, cv::CC_STAT_WIDTH) / px, tall = stats.at<int>(i, cv::CC_STAT_HEIGHT) / px;
+    const bool opening = area > kOpening && area > kThinnest * std::max(wide, tall);
+    kept[static_cast<std::size_t>(i)] = opening ? 255 : 128;
     if (std::max(wide, tall) > kLargestRound || std::min(wide, tall) < 0.45 * std::max(wide, tall)) continue;
     const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),
                              box.y + stats.at<int>(i, cv::CC_STAT_TOP) + 0.5 * stats.at<int>(i, cv::CC_STAT_HEIGHT));
@@ -183,6 +185,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
     out.round.push_back({centre, 2 * reach});
+    kept[static_cast<std::size_t>(i)] = 128;
   }
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c)
