@@ -52,8 +52,12 @@ void add_frame(CLI::App& parent, CommandContext& context) {
   add_power_option(
       *frame, "--power", [power](double given) { *power = given; },
       "With the beam on, as in 2% of the rated power: the wood under it is written off");
-  frame->callback([&context, power] {
-    context.finish(context.client().post("/commands/frame", {{"power", *power}}), render_state);
+  const auto confirmed = std::make_shared<std::vector<std::string>>();
+  add_confirm_option(*frame, *confirmed);
+  frame->callback([&context, power, confirmed] {
+    nlohmann::json body = {{"power", *power}};
+    if (!confirmed->empty()) body["confirmed"] = *confirmed;
+    context.finish(context.client().post("/commands/frame", body), render_state);
   });
 }
 

@@ -95,13 +95,13 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
     command->add_option("PANEL", *id, "Its name")->required();
     command->callback([id, part, ledger, &context] {
       const std::string target = "/panels/" + url_encode(*id) + "/" + part;
-      if (ledger) return context.finish(context.client().get_all(target, "allocations"), render_ledger);
-      context.finish(context.client().get(target), render_registration);
+      context.finish(context.client().get_all(target, ledger ? "allocations" : "scans"),
+                     ledger ? render_ledger : render_registration);
     });
   }
   add_calibrate(app, context);
   app.add_subcommand("certificates", "Calibrations and until when they hold")->callback([&context] {
-    context.finish(context.client().get("/certificates"), render_certificates);
+    context.finish(context.client().get_all("/certificates", "certificates"), render_certificates);
   });
 }
 

@@ -79,8 +79,8 @@ function showCommands() {
   start.disabled = !operator || cell.state !== "Idle" || !job || !databaseSound();
   start.classList.toggle("next", !start.disabled && next === "start");
   $("frame").hidden = cell.state !== "Suspended";
-  $("do-frame").disabled = !operator || !found || !databaseSound();
   const percent = framePercent();
+  $("do-frame").disabled = !operator || !found || !databaseSound() || (percent > 0 && !allConfirmed());
   $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power` : "Trace the frame, dark";
   if (cell.load && cell.load.frame_max_power) $("frame-percent").max = 100 * cell.load.frame_max_power;
   $("hint").textContent = operator ? hint

@@ -86,7 +86,8 @@ for (const button of document.querySelectorAll("[data-command]")) {
   button.addEventListener("click", () => command(`/api/v1/commands/${name}`, body()));
 }
 // Answered when the frame is traced.
-$("do-frame").addEventListener("click", () => command("/api/v1/commands/frame", {power: framePercent() / 100}, 120000));
+$("do-frame").addEventListener("click", () => command("/api/v1/commands/frame",
+    framePercent() > 0 ? {power: framePercent() / 100, confirmed: confirmedNames()} : {}, 120000));
 $("frame-percent").addEventListener("input", () => { if (cell) showCommands(); });
 $("do-recut").addEventListener("click", recutChosen);
 enter().then(() => {

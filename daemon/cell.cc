@@ -62,7 +62,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       config(configuration),
       log(std::move(logger)),
       hub({}, log),
-      tasks(io, real_clock,
+      tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
               hub.broadcast({{"type", "task"}, {"task", to_json(task)}});
             }),

@@ -19,8 +19,8 @@
 
 #include "daemon/api/api_message.h"
 #include "daemon/api/tasks.h"
-#include "daemon/database_thread.h"
-#include "daemon/workers/worker.h"
+#include "daemon/store/database_thread.h"
+#include "daemon/threads/worker.h"
 
 namespace veneer::daemon {
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/read_until.hpp>
+#include <csignal>
 #include <thread>
 #include <utility>
 
@@ -27,6 +28,7 @@ GuardianLink::GuardianLink(asio::io_context& reactor, GuardianOptions options, L
       on_change_(std::move(on_change)),
       socket_(reactor),
       again_(reactor),
+      ping_(reactor),
       alive_(std::make_shared<int>(0)) {}
 
 GuardianLink::~GuardianLink() {
@@ -39,6 +41,7 @@ GuardianLink::~GuardianLink() {
 void GuardianLink::begin(milliseconds patience) {
   constexpr milliseconds kAgain{20};
   const auto end = RealClock::now() + patience;
+  ask_whether_there();
   while (!ready_ && RealClock::now() < end) {
     if (!socket_.is_open() && !open()) {
       std::this_thread::sleep_for(kAgain);
@@ -126,7 +129,16 @@ void GuardianLink::listen() {
 }
 
 void GuardianLink::take(const std::string& line) {
+  if (line == "pong") {
+    asked_.reset();
+    if (ready_ || !watches_) return;
+    log_->info("the guardian answers again");
+    ready_ = true;
+    if (on_change_) on_change_();
+    return;
+  }
   if (!line.starts_with("ready")) return;
+  watches_ = true;
   if (watched_before_) log_->info("the guardian is back");
   ready_ = watched_before_ = true;
   if (line.size() > 6) {
@@ -140,6 +152,8 @@ void GuardianLink::lost() {
   error_code ignored;
   socket_.close(ignored);
   incoming_.clear();
+  watches_ = false;
+  asked_.reset();
   if (std::exchange(ready_, false)) {
     log_->error("the guardian is gone: no beam begins until it is back");
     if (on_change_) on_change_();
@@ -159,8 +173,29 @@ void GuardianLink::try_again() {
   });
 }
 
+void GuardianLink::ask_whether_there() {
+  ping_.expires_after(options_.ping);
+  ping_.async_wait([this, alive = std::weak_ptr<int>(alive_)](const error_code& cancelled) {
+    if (cancelled || alive.expired()) return;
+    if (watches_ && !asked_) {
+      static constexpr std::string_view kPing = "ping\n";
+      static_cast<void>(::send(socket_.native_handle(), kPing.data(), kPing.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+      asked_ = RealClock::now();
+    } else if (watches_ && ready_ && RealClock::now() - *asked_ >= options_.silence) {
+      ready_ = false;
+      log_->error("the guardian does not answer: no beam begins until one does");
+      if (child_ > 0) ::kill(child_, SIGKILL);  // lost() starts another
+      if (on_change_) on_change_();
+    }
+    ask_whether_there();
+  });
+}
+
 Status GuardianLink::ready() const {
   if (ready_) return Ok();
+  if (watches_ && !options_.socket.empty())
+    return Error{ErrorCode::kRefused,
+                 "the guardian, which darkens the laser should the daemon die, hangs: restart veneer-guardian.service"};
   return Error{
       ErrorCode::kRefused,
       options_.socket.empty()
@@ -172,6 +207,7 @@ Status GuardianLink::ready() const {
 }
 
 void GuardianLink::done() {
+  ping_.cancel();
   if (!socket_.is_open()) return;
   static constexpr std::string_view kDone = "done\n";
   static_cast<void>(::send(socket_.native_handle(), kDone.data(), kDone.size(), MSG_NOSIGNAL));

@@ -2,7 +2,7 @@
 //
 // The guardian is a process that does not die with this one. Under systemd it is a unit of its own and listens at a
 // socket; elsewhere the daemon starts one in a session of its own. When it is lost it is looked for, or started, again;
-// until it watches, ready() refuses.
+// until it watches, ready() refuses. So it does while the guardian does not answer: one that hangs watches nothing.
 //
 // Bound to the reactor.
 #pragma once
@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/log.h"
@@ -29,6 +30,8 @@ struct GuardianOptions {
   std::filesystem::path program;  // what to start
   std::filesystem::path record;   // where the one that is started keeps what it watches
   guardian::GuardedMachine machine;
+  std::chrono::milliseconds ping{1000};     // is asked so often whether it is there
+  std::chrono::milliseconds silence{5000};  // an answer that takes longer is none
 };
 
 class GuardianLink {
@@ -59,16 +62,19 @@ class GuardianLink {
   void take(const std::string& line);
   void lost();
   void try_again();
+  void ask_whether_there();
   void reap();
 
   GuardianOptions options_;
   Logger log_;
   std::function<void()> on_change_;
   boost::asio::local::stream_protocol::socket socket_;
-  boost::asio::steady_timer again_;
+  boost::asio::steady_timer again_, ping_;
   std::string incoming_;
   pid_t child_ = 0;
   bool ready_ = false, watched_before_ = false;
+  bool watches_ = false;                                        // has said "ready" on this connection
+  std::optional<std::chrono::steady_clock::time_point> asked_;  // not answered yet
   std::string left_behind_;
   std::shared_ptr<int> alive_;  // handlers hold it weakly
 };

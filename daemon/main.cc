@@ -16,10 +16,10 @@
 #include "daemon/api/watchdog.h"
 #include "daemon/guarded_laser.h"
 #include "daemon/guardian_link.h"
-#include "daemon/reactor_run.h"
-#include "daemon/reactor_timer.h"
 #include "daemon/routes/bind_routes.h"
 #include "daemon/routes/cell_routes.h"
+#include "daemon/threads/reactor_run.h"
+#include "daemon/threads/reactor_timer.h"
 #include "daemon/unit/cell_health.h"
 #include "daemon/wiring.h"
 

@@ -22,7 +22,7 @@
 
 #include "base/result.h"
 #include "daemon/api/api_message.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 

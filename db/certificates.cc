@@ -124,9 +124,12 @@ Status Certificates::laser_is(const std::string& identity, const std::string& no
   });
 }
 
-Result<std::vector<CertificateRecord>> Certificates::list() {
+Result<std::vector<CertificateRecord>> Certificates::list() { return list({}, -1); }
+
+Result<std::vector<CertificateRecord>> Certificates::list(CertificateId before, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<CertificateRecord>> {
-    SQLite::Statement rows(connection, std::string(kColumns) + "ORDER BY id DESC");
+    SQLite::Statement rows(connection, std::string(kColumns) + "WHERE ?1 = 0 OR id < ?1 ORDER BY id DESC LIMIT ?2");
+    SQLite::bind(rows, before.value, limit);
     std::vector<CertificateRecord> out;
     while (rows.executeStep()) out.push_back(read(rows));
     return out;

@@ -40,6 +40,8 @@ class Certificates {
   // no laser has told what it is.
   Result<bool> on_this_laser(const CertificateRecord& certificate);
   Result<std::vector<CertificateRecord>> list();  // the one issued last first
+  // At most `limit` of them, from before `before` on; {0}: from the one issued last.
+  Result<std::vector<CertificateRecord>> list(CertificateId before, int limit);
 
   // The laser at the port has told what it is (LaserLimits::identity), "" when it cannot. What was issued before
   // anybody told is taken to be made on the first one that does.

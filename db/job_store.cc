@@ -141,6 +141,13 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
   return job;
 }
 
+// What a beam may have hit by mistake.
+void doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const std::string& at) {
+  for (const PieceId piece : pieces)
+    if (!move_piece(connection, piece, AllocationState::kReserved, AllocationState::kSuspect, at))
+      move_piece(connection, piece, AllocationState::kCut, AllocationState::kSuspect, at);
+}
+
 }  // namespace
 
 Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request) {
@@ -229,11 +236,16 @@ Status JobStore::abort_run(RunId run, std::span<const PieceId> suspects, const s
       move_piece(connection, suspect, AllocationState::kReserved, AllocationState::kCutting, at);
     }
     move_all(connection, *job, AllocationState::kCutting, AllocationState::kSuspect, at);
-    for (const PieceId neighbour : neighbours)
-      if (!move_piece(connection, neighbour, AllocationState::kReserved, AllocationState::kSuspect, at))
-        move_piece(connection, neighbour, AllocationState::kCut, AllocationState::kSuspect, at);
+    doubt(connection, neighbours, at);
     end_run(connection, run, reason, at);
     return move_job(connection, *job, state_after(connection, *job, JobState::kAborted), at);
+  });
+}
+
+Status JobStore::make_suspect(std::span<const PieceId> pieces, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    doubt(connection, pieces, at);
+    return Ok();
   });
 }
 

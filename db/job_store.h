@@ -112,6 +112,9 @@ class JobStore {
   // are suspect as well. `reason` is one sentence.
   Status abort_run(RunId run, std::span<const PieceId> suspects, const std::string& reason, const std::string& at,
                    std::span<const PieceId> neighbours = {});
+  // A beam strayed while nothing was cut for the first time: `pieces`, of any job, that are reserved or cut are
+  // suspect.
+  Status make_suspect(std::span<const PieceId> pieces, const std::string& at);
   // A job that waits between two panels is broken off or stopped without a run.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);

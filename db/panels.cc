@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <set>
 
 #include "db/panel_sql.h"
@@ -14,11 +15,18 @@ namespace {
 
 constexpr const char* kPanelColumns =
     "SELECT p.id, p.name, p.width_um, p.height_um, m.map_file, m.mask_file, m.map_hash, p.created_at, p.parent, "
-    "p.root, m.version FROM panels AS p JOIN masks AS m ON m.panel = p.id AND m.version = "
-    "(SELECT max(version) FROM masks WHERE panel = p.id) ";
+    "p.root, m.version, a.usable_um2 FROM panels AS p JOIN masks AS m ON m.panel = p.id AND m.version = "
+    "(SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel AND "
+    "a.version = m.version ";
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
+
+constexpr double kUm2PerMm2 = 1e6;
+std::optional<SquareMillimetres> area_or_null(const SQLite::Column& um2) {
+  if (um2.isNull()) return std::nullopt;
+  return SquareMillimetres(static_cast<double>(um2.getInt64()) / kUm2PerMm2);
+}
 
 PanelRecord read_panel(SQLite::Statement& row) {
   PanelRecord panel;
@@ -33,6 +41,7 @@ PanelRecord read_panel(SQLite::Statement& row) {
   if (auto parent = text_or_null(row.getColumn(8))) panel.parent = PanelId{*parent};
   panel.root = {text(row.getColumn(9))};
   panel.mask_version = row.getColumn(10).getInt();
+  panel.usable = area_or_null(row.getColumn(11));
   return panel;
 }
 
@@ -66,6 +75,11 @@ void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskR
       "INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES (?, ?, ?, ?, ?, ?)");
   SQLite::bind(insert, panel.value, mask.version, mask.map_file, mask.mask_file, mask.map_hash, mask.made_at);
   insert.exec();
+  if (!mask.usable) return;
+  SQLite::Statement area(connection, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES (?, ?, ?)");
+  SQLite::bind(area, panel.value, mask.version,
+               static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
+  area.exec();
 }
 
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
@@ -129,7 +143,8 @@ Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scan
     panel.parent ? insert.bind(7, panel.parent->value) : insert.bind(7);
     insert.bind(8, panel.root.value.empty() ? panel.id.value : panel.root.value);
     insert.exec();
-    insert_mask(connection, panel.id, {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at});
+    insert_mask(connection, panel.id,
+                {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at, panel.usable});
     insert_scans(connection, scans);
     return insert_fiducials(connection, panel.id, fiducials);
   });
@@ -164,13 +179,14 @@ Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask) {
 Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
     SQLite::Statement rows(connection,
-                           "SELECT version, map_file, mask_file, map_hash, made_at FROM masks WHERE panel = ? "
-                           "ORDER BY version DESC");
+                           "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2 FROM masks AS "
+                           "m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? "
+                           "ORDER BY m.version DESC");
     rows.bind(1, panel.value);
     std::vector<MaskRecord> out;
     while (rows.executeStep())
       out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
-                     text(rows.getColumn(3)), text(rows.getColumn(4))});
+                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5))});
     return out;
   });
 }

@@ -11,6 +11,7 @@
 #include "base/geometry.h"
 #include "base/ids.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "db/database.h"
 
 namespace veneer::db {
@@ -26,6 +27,7 @@ struct PanelRecord {
   int mask_version = 1;             // of map and mask: counts up from 1; the highest is what counts
   std::string map_file, mask_file;  // of that version, as the daemon named them; empty until stitched
   std::string map_hash;             // SHA-256 of the map file
+  std::optional<SquareMillimetres> usable;  // what that mask calls usable; nothing while nobody has counted it
   std::string created_at;
   std::optional<PanelId> parent;  // a remnant's panel before it; null for a fresh sheet
   PanelId root;                   // the sheet it all came from; a fresh sheet is its own root
@@ -36,6 +38,7 @@ struct MaskRecord {
   int version = 0;  // 0 on insertion
   std::string map_file, mask_file, map_hash;
   std::string made_at;
+  std::optional<SquareMillimetres> usable = std::nullopt;  // stored in whole square micrometres
 };
 
 // Stored in whole micrometres.

@@ -203,13 +203,16 @@ Result<std::string> Plans::plan_json(PlanId plan) {
   });
 }
 
-Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan) {
+Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan) { return patches(plan, 0, -1); }
+
+Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan, std::int64_t skipped, int limit) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PlannedPatch>> {
     SQLite::Statement rows(connection,
                            "SELECT t.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, l.area_um, l.lead_in_um, "
                            "l.angle_rad, l.shift_x_mm, l.shift_y_mm, l.improper FROM patches AS t LEFT JOIN placements "
-                           "AS l ON l.patch = t.id AND l.plan = t.plan WHERE t.plan = ? ORDER BY t.ordinal");
-    rows.bind(1, plan.value);
+                           "AS l ON l.patch = t.id AND l.plan = t.plan WHERE t.plan = ?1 ORDER BY t.ordinal LIMIT ?3 "
+                           "OFFSET ?2");
+    SQLite::bind(rows, plan.value, skipped, limit);
     std::vector<PlannedPatch> out;
     while (rows.executeStep()) out.push_back(read_patch(rows));
     return out;

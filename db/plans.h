@@ -77,6 +77,8 @@ class Plans {
   Result<std::vector<PlanRecord>> list(PlanId before, int limit);
   Result<std::string> plan_json(PlanId plan);
   Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan
+  // At most `limit` of them, without the first `skipped`.
+  Result<std::vector<PlannedPatch>> patches(PlanId plan, std::int64_t skipped, int limit);
   // Marks of the patches whose wood is held for another piece by now; a job can be made while there are none.
   Result<std::vector<std::string>> taken(PlanId plan);
 

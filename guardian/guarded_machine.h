@@ -5,6 +5,8 @@
 //   again FAMILY PORT   daemon -> guardian: the same daemon as before, after the guardian was away; nothing is touched
 //   ready               guardian -> daemon: the machine is watched
 //   ready SENTENCE      the same, but what was left behind could not be reached
+//   ping                daemon -> guardian: is anybody there?
+//   pong                guardian -> daemon: yes
 //   done                daemon -> guardian: the machine is dark and its port closed; nothing more is to be done
 // A connection that ends without "done" is the daemon's death.
 #pragma once

@@ -70,11 +70,20 @@ bool hung_up(int connection, std::chrono::milliseconds wait) {
   return ::poll(&end, 1, static_cast<int>(wait.count())) > 0;
 }
 
-std::optional<GuardedMachine> kept(const fs::path& record) {
+constexpr std::string_view kDark = "dark ";  // before what a record names, once it was darkened
+
+struct LeftBehind {
+  GuardedMachine machine;
+  bool dark = false;
+};
+std::optional<LeftBehind> kept(const fs::path& record) {
   std::ifstream in(record);
   std::string line;
   if (!std::getline(in, line)) return std::nullopt;
-  return machine_from_text(line);
+  const bool dark = line.starts_with(kDark);
+  const auto machine = machine_from_text(std::string_view(line).substr(dark ? kDark.size() : 0));
+  if (!machine) return std::nullopt;
+  return LeftBehind{*machine, dark};
 }
 
 // Should it come back after a power cut, a machine is reset once too often.
@@ -117,21 +126,21 @@ void Watch::serve(int connection) {
     if (hung_up(connection, std::chrono::milliseconds(50))) return;
 
   Status dark = Ok();
-  if (word == "watch") dark = darken_left_behind();
-  const std::string text = to_text(*machine) + "\n";
-  if (const Status written = write_whole(options_.record, std::as_bytes(std::span(text))); !written)
-    log_->warn("a guardian that dies as well leaves no word: {}", written.error().message);
+  if (word == "watch") dark = darken_left_behind(true);
+  record(to_text(*machine));
   tell(connection, dark ? "ready" : "ready " + dark.error().message);
 
-  while (const auto line = lines.next())
+  while (const auto line = lines.next()) {
     if (*line == "done") return forget(options_.record);
+    if (*line == "ping") tell(connection, "pong");
+  }
 
   log_->warn("the daemon is dead: the machine on {} is darkened", machine->port);
   for (int i = 0; i < options_.tries; ++i) {
     if (i > 0) std::this_thread::sleep_for(options_.pause);
     if (dark = options_.darken(*machine); dark) {
       log_->info("the machine on {} is dark", machine->port);
-      return forget(options_.record);
+      return record(std::string(kDark) + to_text(*machine));
     }
   }
   log_->error("the machine on {} could not be darkened: {}", machine->port, dark.error().message);
@@ -140,15 +149,21 @@ void Watch::serve(int connection) {
 Status Watch::settle() {
   Lock lock(options_.record);
   lock.take(true);
-  return darken_left_behind();
+  return darken_left_behind(false);
 }
 
-Status Watch::darken_left_behind() {
-  const auto machine = kept(options_.record);
-  if (!machine) return Ok();
-  if (Status dark = options_.darken(*machine); !dark) return dark;
-  forget(options_.record);
-  return Ok();
+Status Watch::darken_left_behind(bool once_more) {
+  const auto left = kept(options_.record);
+  if (!left || (left->dark && !once_more)) return Ok();
+  const Status dark = options_.darken(left->machine);
+  if (dark && !left->dark) record(std::string(kDark) + to_text(left->machine));
+  return left->dark ? Ok() : dark;  // one that was dark and is switched off since is no reason to worry anybody
+}
+
+void Watch::record(const std::string& line) const {
+  const std::string text = line + "\n";
+  if (const Status written = write_whole(options_.record, std::as_bytes(std::span(text))); !written)
+    log_->warn("a guardian that dies as well leaves no word: {}", written.error().message);
 }
 
 }  // namespace veneer::guardian

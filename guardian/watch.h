@@ -1,8 +1,10 @@
 // The guardian's watch over one daemon: it waits for the daemon's end, and darkens the machine unless the daemon said
 // that it was dark.
 //
-// What is watched stands in a file (the record) as long as it may not be dark: so a guardian, or a computer, that dies
-// as well leaves word for the next one. A lock beside it is held by whoever watches or darkens; two never do at once.
+// What is watched stands in a file (the record): so a guardian, or a computer, that dies as well leaves word for the
+// next one. Once darkened it stays there as such until the next daemon: it is darkened once more before that may use
+// it, for nobody knows who had hands on it in between. A lock beside it is held by whoever watches or darkens; two
+// never do at once.
 //
 // Blocking; one thread.
 #pragma once
@@ -38,12 +40,14 @@ class Watch {
   // Speaks with one daemon (guarded_machine.h) until its end and does what is to be done then. The descriptor stays
   // the caller's.
   void serve(int connection);
-  // Darkens what the record says was left behind; nothing when there is none. Waits for the lock.
+  // Darkens what the record says was left behind; nothing when there is none, or it was darkened already. Waits for the
+  // lock.
   Status settle();
 
  private:
   class Lock;
-  Status darken_left_behind();
+  Status darken_left_behind(bool once_more);
+  void record(const std::string& line) const;
 
   WatchOptions options_;
   Logger log_;

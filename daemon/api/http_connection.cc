@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "daemon/api/event_client.h"
-#include "daemon/workers/worker.h"
+#include "daemon/threads/worker.h"
 
 namespace veneer::daemon {
 

@@ -18,7 +18,7 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const Reply& reply) {
 void bind_task_routes(Router& router, TaskRegistry& tasks) {
   router.bind("listTasks", [&tasks](const ApiRequest&, const Reply& reply) {
     nlohmann::json list = nlohmann::json::array();
-    for (const TaskView& task : tasks.list()) list.push_back(to_json(task));
+    for (const TaskView& task : tasks.list()) list.push_back(to_list_json(task));
     reply(ApiReply::json({{"tasks", std::move(list)}}));
   });
   router.bind("getTask", [&tasks](const ApiRequest& request, const Reply& reply) {

@@ -22,14 +22,19 @@ const char* to_string(TaskState state) {
   return "failed";
 }
 
-nlohmann::json to_json(const TaskView& task) {
+nlohmann::json to_list_json(const TaskView& task) {
   nlohmann::json json = {{"id", task.id},
                          {"kind", task.kind},
                          {"state", to_string(task.state)},
                          {"progress", task.progress},
                          {"text", task.text}};
-  if (task.state == TaskState::kDone) json["result"] = task.result;
   if (task.error) json["error"] = error_json(to_string(task.error->code), task.error->message);
+  return json;
+}
+
+nlohmann::json to_json(const TaskView& task) {
+  nlohmann::json json = to_list_json(task);
+  if (task.state == TaskState::kDone) json["result"] = task.result;
   return json;
 }
 
@@ -110,11 +115,12 @@ struct TaskRegistry::Entry {
   TaskView view;
   std::stop_source stop;
   TimePoint last_event;
+  bool untold = false;  // something has changed since
 };
 
 TaskRegistry::TaskRegistry(boost::asio::io_context& reactor, const Clock& clock,
-                           std::function<void(const TaskView&)> on_change)
-    : clock_(clock), on_change_(std::move(on_change)), gate_(std::make_shared<TaskGate>()) {
+                           std::unique_ptr<OneShotTimer> timer, std::function<void(const TaskView&)> on_change)
+    : clock_(clock), timer_(std::move(timer)), on_change_(std::move(on_change)), gate_(std::make_shared<TaskGate>()) {
   gate_->reactor = &reactor;
   gate_->registry = this;
 }
@@ -155,15 +161,14 @@ void TaskRegistry::take(const std::shared_ptr<TaskReporter::Shared>& shared) {
   if (found == entries_.end()) return;
   Entry& entry = **found;
   TaskView& view = entry.view;
-  bool tell = false;
   {
     const std::lock_guard lock(shared->mutex);
     shared->posted = false;
-    tell = shared->text != view.text || clock_.now() - entry.last_event >= kEventInterval;
+    entry.untold |= shared->text != view.text || shared->progress != view.progress;
     view.progress = shared->progress;
     view.text = shared->text;
     if (shared->end) {
-      tell = true;
+      entry.untold = true;
       if (shared->end->ok()) {
         view.state = TaskState::kDone;
         view.progress = 1;
@@ -175,10 +180,41 @@ void TaskRegistry::take(const std::shared_ptr<TaskReporter::Shared>& shared) {
       shared->end.reset();
     }
   }
-  if (!tell) return;
+  if (!entry.untold) return;
+  if (view.state != TaskState::kRunning || clock_.now() - entry.last_event >= kEventInterval) return tell(entry);
+  if (timed_) return;
+  timed_ = true;
+  timer_->after(kEventInterval - (clock_.now() - entry.last_event), [this] { tell_due(); });
+}
+
+void TaskRegistry::tell(Entry& entry) {
   entry.last_event = clock_.now();
-  const TaskView told = view;  // on_change may start another task, which may prune this one
+  entry.untold = false;
+  const TaskView told = entry.view;  // on_change may start another task, which may prune this one
   if (on_change_) on_change_(told);
+}
+
+void TaskRegistry::tell_due() {
+  timed_ = false;
+  const TimePoint now = clock_.now();
+  std::vector<std::int64_t> due;
+  std::optional<Duration> wait;
+  for (const auto& entry : entries_) {
+    if (!entry->untold) continue;
+    const Duration left = kEventInterval - (now - entry->last_event);
+    if (left <= Duration::zero())
+      due.push_back(entry->view.id);
+    else
+      wait = std::min(wait.value_or(left), left);
+  }
+  if (wait) {
+    timed_ = true;
+    timer_->after(*wait, [this] { tell_due(); });
+  }
+  for (const std::int64_t id : due) {
+    const auto found = std::ranges::find(entries_, id, [](const auto& entry) { return entry->view.id; });
+    if (found != entries_.end()) tell(**found);
+  }
 }
 
 void TaskRegistry::prune() {

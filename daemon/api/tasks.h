@@ -15,6 +15,7 @@
 
 #include "base/clock.h"
 #include "base/result.h"
+#include "daemon/threads/reactor_timer.h"
 
 namespace veneer::daemon {
 
@@ -35,6 +36,8 @@ struct TaskView {
 
 // {"id", "kind", "state", "progress", "text", "result" | "error": error_json()}
 nlohmann::json to_json(const TaskView& task);
+// The same without "result", which may be large: as it stands in a list.
+nlohmann::json to_list_json(const TaskView& task);
 
 // The worker's end of a task. Copies speak of the same task. Thread-safe; does nothing once the registry is gone.
 // The last copy dropped before the end was reported fails the task.
@@ -63,9 +66,10 @@ class TaskRegistry {
   static constexpr std::size_t kKept = 100;                        // the oldest finished ones go first
   static constexpr std::chrono::milliseconds kEventInterval{100};  // between two events of one running task
 
-  // `clock` is real time. `on_change` runs on the reactor with every change worth an event: start, end, new text, and
-  // progress at most every kEventInterval.
-  TaskRegistry(boost::asio::io_context& reactor, const Clock& clock, std::function<void(const TaskView&)> on_change);
+  // `clock` is real time, and `timer` runs by it. `on_change` runs on the reactor with every change worth an event:
+  // start and end at once, text and progress at most every kEventInterval; the last of them is always told.
+  TaskRegistry(boost::asio::io_context& reactor, const Clock& clock, std::unique_ptr<OneShotTimer> timer,
+               std::function<void(const TaskView&)> on_change);
   ~TaskRegistry();  // asks every running task to stop; does not wait
   TaskRegistry(const TaskRegistry&) = delete;
   TaskRegistry& operator=(const TaskRegistry&) = delete;
@@ -81,9 +85,13 @@ class TaskRegistry {
   friend struct TaskReporter::Shared;
   struct Entry;
   void take(const std::shared_ptr<TaskReporter::Shared>& shared);
+  void tell(Entry& entry);
+  void tell_due();  // those whose interval is over; comes back for the others
   void prune();
 
   const Clock& clock_;
+  std::unique_ptr<OneShotTimer> timer_;
+  bool timed_ = false;
   std::function<void(const TaskView&)> on_change_;
   std::int64_t last_id_ = 0;
   std::deque<std::unique_ptr<Entry>> entries_;

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/clock.h"
-#include "daemon/reactor_timer.h"
+#include "daemon/threads/reactor_timer.h"
 
 namespace veneer::daemon {
 

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/tag_detector.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/pictures.h"
 

@@ -5,7 +5,7 @@
 #include "calib/burnt_pattern.h"
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "planner/cutting/calibration_pattern.h"
 #include "planner/pictures/pictures.h"
 

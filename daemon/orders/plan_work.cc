@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/orders/stored_picture.h"
-#include "daemon/services/wood_recipes.h"
+#include "daemon/orders/wood_recipes.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"

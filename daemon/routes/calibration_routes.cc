@@ -5,6 +5,7 @@
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
 
@@ -37,7 +38,9 @@ void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, con
     if (!burnt) return task.fail(burnt.error());
     post_task(s.camera, task, [s, task, thickness] {
       finish_calibration(
-          s, task, s.calibrations.axes(thickness, [&](double f, const std::string& text) { task.progress(f, text); }));
+          s, task,
+          s.calibrations.axes(
+              thickness, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token()));
     });
   };
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
@@ -72,15 +75,16 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };
     finish_calibration(s, task,
                        device == "scanner"  ? s.calibrations.scanner(more, progress, task.stop_token())
-                       : device == "camera" ? s.calibrations.camera(more, height, progress)
+                       : device == "camera" ? s.calibrations.camera(more, height, progress, task.stop_token())
                                             : s.calibrations.kerf(progress, task.stop_token()));
   });
 }
 
-Result<json> certificates_json(Repositories& r) {
-  auto list = judged_certificates(r, utc_timestamp());
+Result<json> certificates_json(Repositories& r, const Page& page) {
+  auto list = judged_certificates(r, utc_timestamp(), {page.after}, page.limit + 1);
   if (!list) return list.error();
   json out = {{"certificates", json::array()}};
+  out["next"] = cut_to_page(*list, page, [](const JudgedCertificate& judged) { return judged.record.id.value; });
   for (const auto& certificate : *list) out["certificates"].push_back(to_json(certificate));
   return out;
 }
@@ -90,7 +94,11 @@ Result<json> certificates_json(Repositories& r) {
 void bind_calibration_routes(Router& router, const CalibrationServices& s) {
   router.bind("calibrate", [s](const ApiRequest& request, const Reply& reply) { calibrate(s, request, reply); });
   router.bind("listCertificates", [s](const ApiRequest& request, const Reply& reply) {
-    reply_from_query(s.queries, request, certificates_json, reply);
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request, [page](Repositories& r) { return certificates_json(r, page); }, reply);
   });
 }
 

@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "daemon/database_thread.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/plan_service.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
 
 namespace veneer::daemon {

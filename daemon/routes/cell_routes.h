@@ -13,7 +13,6 @@
 #include "daemon/api/tasks.h"
 #include "daemon/config.h"
 #include "daemon/database_check.h"
-#include "daemon/database_thread.h"
 #include "daemon/query_pool.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
@@ -22,6 +21,7 @@
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
 #include "drivers/laser_driver.h"
 

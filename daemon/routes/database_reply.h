@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "daemon/api/router.h"
-#include "daemon/database_thread.h"
 #include "daemon/query_pool.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 

@@ -127,12 +127,13 @@ Result<json> plans_json(Repositories& r, const Page& page) {
   return out;
 }
 
-Result<json> plan_pieces_json(Repositories& r, db::PlanId id) {
-  auto pieces = r.plans.patches(id);
+Result<json> plan_pieces_json(Repositories& r, db::PlanId id, const Page& page) {
+  auto pieces = r.plans.patches(id, page.after, page.limit + 1);
   if (!pieces) return pieces.error();
   auto taken = r.plans.taken(id);
   if (!taken) return taken.error();
   json out = {{"plan", id.value}, {"pieces", json::array()}, {"taken", *taken}};
+  out["next"] = cut_to_page(*pieces, page, [&](const db::PlannedPatch&) { return page.after + page.limit; });
   for (const auto& piece : *pieces) out["pieces"].push_back(to_json(piece));
   return out;
 }
@@ -156,8 +157,11 @@ void bind_plan_routes(Router& router, const JobServices& s) {
     });
   });
   router.bind("getPlanPieces", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     about_plan(s.queries, request, reply,
-               [](Repositories& r, db::PlanId id) { return reply_of(plan_pieces_json(r, id)); });
+               [page](Repositories& r, db::PlanId id) { return reply_of(plan_pieces_json(r, id, page)); });
   });
   router.bind("getPlanFile", [s](const ApiRequest& request, const Reply& reply) {
     about_plan(s.queries, request, reply, [](Repositories& r, db::PlanId id) {

@@ -8,7 +8,7 @@
 
 #include "daemon/api/router.h"
 #include "daemon/api/tasks.h"
-#include "daemon/workers/worker.h"
+#include "daemon/threads/worker.h"
 
 namespace veneer::daemon {
 

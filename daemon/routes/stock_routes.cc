@@ -47,22 +47,26 @@ Result<json> panel_json(Repositories& r, PanelFigures& known, const PanelId& id)
   return out;
 }
 
-Result<json> registration_json(Repositories& r, const PanelId& id) {
+Result<json> registration_json(Repositories& r, const PanelId& id, const Page& page) {
   if (auto panel = r.panels.find(id); !panel) return panel.error();
   auto scans = r.panels.scans(id);
   if (!scans) return scans.error();
   json out = {{"panel", id.value}, {"rms_mm", nullptr}, {"max_mm", nullptr}, {"scans", json::array()}};
+  const auto rms_of = [](const db::ScanRecord& scan) { return scan.rms ? json(scan.rms->count()) : json(); };
+  const auto max_of = [](const db::ScanRecord& scan) { return scan.max ? json(scan.max->count()) : json(); };
+  for (const auto& scan : *scans)
+    if (scan.face == Face::kShow) out["rms_mm"] = rms_of(scan), out["max_mm"] = max_of(scan);
+  std::erase_if(*scans, [&](const db::ScanRecord& scan) { return scan.id.value <= page.after; });
+  out["next"] = cut_to_page(*scans, page, [](const db::ScanRecord& scan) { return scan.id.value; });
   for (const auto& scan : *scans) {
-    const json rms = scan.rms ? json(scan.rms->count()) : json(), max = scan.max ? json(scan.max->count()) : json();
-    if (scan.face == Face::kShow) out["rms_mm"] = rms, out["max_mm"] = max;
     out["scans"].push_back({{"id", scan.id.value},
                             {"face", to_string(scan.face)},
                             {"device", scan.device},
                             {"sha256", scan.sha256},
                             {"dpi", scan.dpi},
                             {"taken", scan.taken_at},
-                            {"rms_mm", rms},
-                            {"max_mm", max},
+                            {"rms_mm", rms_of(scan)},
+                            {"max_mm", max_of(scan)},
                             {"lattice", json::parse(scan.lattice, nullptr, false)}});
   }
   return out;
@@ -194,9 +198,13 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         [s, id = PanelId{request.path_param("id")}](Repositories& r) { return panel_json(r, s.figures, id); }, reply);
   });
   router.bind("getPanelRegistration", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request,
-        [id = PanelId{request.path_param("id")}](Repositories& r) { return registration_json(r, id); }, reply);
+        [id = PanelId{request.path_param("id")}, page](Repositories& r) { return registration_json(r, id, page); },
+        reply);
   });
   router.bind("getPanelMap",
               [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, false); });

@@ -24,13 +24,13 @@ Error no_such_command(const std::string& word) {
                                             word)};
 }
 
-// What the operator confirms belongs to unsuspend, the power to the frame.
+// What the operator confirms belongs to where the beam comes on, the power to the frame.
 void run_command(const UnitServices& s, const ApiRequest& request, const Reply& reply) {
   const std::string& word = request.path_param("command");
   auto body = RequestReader::body_of(request);
   auto confirmed = body.texts("confirmed");
   const auto power = body.number("power", ranges::kPower);
-  if (confirmed && word != "unsuspend")
+  if (confirmed && word != "unsuspend" && word != "frame")
     body.refuse({ErrorCode::kInvalidArgument, fmt::format("confirmed is not for {}: leave it out", word)});
   if (power && word != "frame")
     body.refuse({ErrorCode::kInvalidArgument, fmt::format("power is not for {}: leave it out", word)});
@@ -38,7 +38,9 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   auto with_state = reply_with_state(s.unit, reply);
   const std::string& who = request.caller.who;
   if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
-  if (word == "frame") return s.unit.frame(PowerFraction(power.value_or(0)), who, std::move(with_state));
+  if (word == "frame")
+    return s.unit.frame(PowerFraction(power.value_or(0)), who, std::move(with_state),
+                        std::move(confirmed).value_or(std::vector<std::string>()));
   const auto command = command_from_string(word);
   if (!command || *command == CellCommand::kStart || *command == CellCommand::kRecut)
     return reply(ApiReply::error(no_such_command(word)));

@@ -10,8 +10,8 @@
 
 #include "base/clock.h"
 #include "daemon/orders/have_done.h"
-#include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/store/calibration.h"
 #include "daemon/workers/error_json.h"
 #include "daemon/workers/work_folder.h"
 

@@ -15,12 +15,12 @@
 
 #include "base/clock.h"
 #include "daemon/config.h"
-#include "daemon/database_thread.h"
 #include "daemon/orders/bed_work.h"
-#include "daemon/reactor_timer.h"
+#include "daemon/store/database_thread.h"
+#include "daemon/threads/reactor_timer.h"
+#include "daemon/threads/worker.h"
 #include "daemon/unit/bed_view.h"
 #include "daemon/workers/work_runner.h"
-#include "daemon/workers/worker.h"
 #include "drivers/camera_driver.h"
 
 namespace veneer::daemon {

@@ -7,7 +7,7 @@
 
 #include "base/clock.h"
 #include "daemon/orders/have_done.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "daemon/workers/work_folder.h"
 
 namespace veneer::daemon {
@@ -105,17 +105,18 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   return outcome;
 }
 
-Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress) {
+Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres height, const TaskProgress& progress,
+                                                      const std::stop_token& stop) {
   progress(0.05, "photographing the AprilGrid sheet");
   const auto picture = camera_.capture();
   if (!picture) return picture.error();
-  auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress);
+  auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress, stop);
   if (!seen) return seen.error();
   grid_views_.views.push_back(std::move(seen->view));
   grid_views_.width_px = seen->width_px, grid_views_.height_px = seen->height_px;
   CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
-  auto fit = have<Fit>(grid_views_, {}, progress);
+  auto fit = have<Fit>(grid_views_, {}, progress, stop);
   if (fit || is_about_the_views(fit.error())) grid_views_ = {};
   if (!fit) return fit.error();
   if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
@@ -164,7 +165,8 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   return LaserJob{planner::pattern_strokes(*made, recipe)};
 }
 
-Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const TaskProgress& progress) {
+Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const TaskProgress& progress,
+                                                    const std::stop_token& stop) {
   progress(0.7, "photographing the pattern");
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
@@ -177,7 +179,7 @@ Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const Ta
   if (!picture) return picture.error();
   auto fit = have<Fit>(ReadPatternView{picture->string(), calibration->camera->parameters(),
                                        calibration->camera_certificate.value, height, *burnt},
-                       *picture, progress);
+                       *picture, progress, stop);
   if (!fit) return fit.error();
   CalibrationOutcome outcome{"axes", 1, {}, {}, "{}"};
   if (Status issued = issue(db::CertificateKind::kAxes, fit->rms, std::move(fit->payload), outcome); !issued)

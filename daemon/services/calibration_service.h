@@ -15,10 +15,10 @@
 #include "base/result.h"
 #include "calib/scanner_model.h"
 #include "daemon/config.h"
-#include "daemon/database_thread.h"
 #include "daemon/orders/calibration_work.h"
-#include "daemon/services/calibration.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/store/calibration.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_job.h"
@@ -48,9 +48,10 @@ class CalibrationService {
   // The AprilGrid sheet on the glass; two or three scans at different places cover more of it.
   Result<CalibrationOutcome> scanner(bool more, const TaskProgress& progress, const std::stop_token& stop);
   // The AprilGrid sheet on the bed, its printed face `height` above it; at least four views at two heights.
-  Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress);
+  Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress,
+                                    const std::stop_token& stop);
   // The burnt pattern on the bed, the board's upper face `height` above it.
-  Result<CalibrationOutcome> axes(Millimetres height, const TaskProgress& progress);
+  Result<CalibrationOutcome> axes(Millimetres height, const TaskProgress& progress, const std::stop_token& stop);
   // The burnt board on the glass.
   Result<CalibrationOutcome> kerf(const TaskProgress& progress, const std::stop_token& stop);
 
@@ -66,7 +67,7 @@ class CalibrationService {
   // Has `request` done, on a picture where it wants one.
   template <class Answer, class Request>
   Result<Answer> have(const Request& request, const std::filesystem::path& picture, const TaskProgress& progress,
-                      const std::stop_token& stop = {});
+                      const std::stop_token& stop);
   Result<ScanFile> scan(const char* what, const TaskProgress& progress, const std::stop_token& stop);
   // Names the device in the payload; the outcome gets certificate, rms and payload.
   Status issue(db::CertificateKind kind, Millimetres rms, nlohmann::json payload, CalibrationOutcome& outcome);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/services/wood_recipes.h"
+#include "daemon/orders/wood_recipes.h"
 #include "db/job_store.h"
 #include "drivers/laser_job.h"
 #include "planner/cutting/test_card.h"

@@ -9,9 +9,9 @@
 #include <map>
 
 #include "base/clock.h"
-#include "daemon/services/calibration.h"
+#include "daemon/orders/wood_recipes.h"
 #include "daemon/services/panel_library.h"
-#include "daemon/services/wood_recipes.h"
+#include "daemon/store/calibration.h"
 #include "daemon/unit/preflight.h"
 #include "daemon/unit/setups.h"
 #include "planner/cutting/toolpath.h"

@@ -11,10 +11,10 @@
 
 #include "base/log.h"
 #include "daemon/config.h"
-#include "daemon/database_thread.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
+#include "daemon/store/database_thread.h"
+#include "daemon/threads/worker.h"
 #include "daemon/unit/run_planner.h"
-#include "daemon/workers/worker.h"
 
 namespace veneer::daemon {
 

@@ -1,5 +1,5 @@
 // How much of a panel's wood is usable, reserved and cut. Asked for again and again, so what cannot change is kept: the
-// usable area of a mask file (PanelLibrary) and the area of an allocation; only the states are read anew.
+// usable area with its mask (PanelRecord), the area of an allocation here; only the states are read anew.
 //
 // Thread-safe; reads through the connection it is given.
 #pragma once
@@ -11,8 +11,8 @@
 
 #include "base/result.h"
 #include "base/units.h"
-#include "daemon/database_thread.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 

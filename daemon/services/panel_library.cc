@@ -129,6 +129,7 @@ Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& f
 }
 
 Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel) const {
+  if (panel.usable) return *panel.usable;
   {
     const std::lock_guard lock(areas_mutex_);
     if (const auto known = areas_.find(panel.mask_file); known != areas_.end()) return known->second;

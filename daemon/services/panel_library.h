@@ -17,8 +17,8 @@
 #include "base/result.h"
 #include "calib/fiducials.h"
 #include "calib/registration.h"
-#include "daemon/database_thread.h"
 #include "daemon/orders/stored_picture.h"
+#include "daemon/store/database_thread.h"
 #include "planner/stock.h"
 
 namespace veneer::daemon {
@@ -57,7 +57,7 @@ class PanelLibrary {
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
   Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
-  // Of the mask; counted once for each mask file.
+  // Of the mask, as it was counted when it was made; of one from before that was kept, counted once for each file.
   Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
 
  private:

@@ -14,7 +14,7 @@
 #include "base/hash.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_folder.h"
 #include "planner/plan_options.h"

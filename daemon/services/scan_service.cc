@@ -30,6 +30,7 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
          (read.sheet.empty() || (is_side(read.sheet.width()) && is_side(read.sheet.height()))) &&
          read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
          std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
+         read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
          (!read.differences || read.differences->size() <= kMostDifferences) && read.warnings.size() <= kMostWarnings &&
          std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
 }
@@ -222,6 +223,7 @@ Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFold
   panel.map_file = map_file->file;
   panel.mask_file = mask_file->file;
   panel.map_hash = map_file->sha256;
+  panel.usable = read.usable;
   panel.created_at = utc_timestamp();
   const auto fiducials = to_records(read.fiducials, Face::kShow);
   const Status added = database_.call([&](Repositories& r) -> Status {
@@ -275,7 +277,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
     // A panel from before zones were kept gets them now.
     if (const Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version =
-        r.panels.add_mask(panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp()});
+        r.panels.add_mask(panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable});
     return version ? Ok() : Status(version.error());
   });
   if (!written) return written.error();

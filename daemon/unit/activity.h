@@ -19,7 +19,7 @@
 #include "base/geometry.h"
 #include "base/log.h"
 #include "base/result.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/unit/bed_view.h"
 #include "daemon/unit/broken_run.h"
 #include "daemon/unit/piece_burn.h"

@@ -42,10 +42,16 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
       return booked.error();
   auto neighbours = neighbours_of(r, run, at);
   if (!neighbours) return neighbours.error();
+  if (!run.id) {
+    if (const Status doubted = r.jobs.make_suspect(*neighbours, at); !doubted) return doubted.error();
+    const Status aborted = run.waiting_job ? r.jobs.abort_job(*run.waiting_job, at) : Ok();
+    if (!aborted && !has_settled(aborted.error().code)) return aborted.error();  // a planned job stays planned
+    return static_cast<int>(neighbours->size());
+  }
   std::erase_if(*neighbours, [&](PieceId piece) {
     return std::find(run.suspects.begin(), run.suspects.end(), piece) != run.suspects.end();
   });
-  if (const Status ended = r.jobs.abort_run(run.id, run.suspects, run.reason, at, *neighbours); !ended)
+  if (const Status ended = r.jobs.abort_run(*run.id, run.suspects, run.reason, at, *neighbours); !ended)
     return ended.error();
   return static_cast<int>(neighbours->size());
 }

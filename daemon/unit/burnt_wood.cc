@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 
 namespace veneer::daemon {
 

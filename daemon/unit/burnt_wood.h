@@ -6,7 +6,7 @@
 #include "base/geometry.h"
 #include "base/polygon_ops.h"
 #include "base/result.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "daemon/unit/proven_pose.h"
 
 namespace veneer::daemon {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/clock.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "daemon/unit/frame_trace.h"
 #include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
@@ -356,7 +356,8 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
             std::move(reply));
 }
 
-void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply) {
+void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply,
+                      const std::vector<std::string>& confirmed) {
   if (view_.state != CellState::kSuspended || wait_.found() == nullptr)
     return reply(Error{ErrorCode::kConflict,
                        "the frame is traced while the cell is Suspended and the panel is found: start a job and lay "
@@ -366,16 +367,18 @@ void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply) 
     return reply(Error{ErrorCode::kInvalidArgument,
                        fmt::format("the frame is traced dark or with at most {:.1f} % power (framing.max_power)",
                                    100 * options_.frame_max_power.count())});
+  const bool burning = power > PowerFraction(0);
+  if (const Status given = burning ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
   const PieceBurn hull{{}, {}, frame_of(wait_.burns(), options_.frame_speed, power), 0};
   if (const Status checked = check({&hull, 1}); !checked) return reply(checked);
-  audit(who, "cell.frame", fmt::format("{:.3f}", power.count()));
+  audit(who, "cell.frame", fmt::format("{:.3f}; confirmed: {}", power.count(), fmt::join(confirmed, ", ")));
   std::vector<PieceId> own;
   for (const auto& burn : wait_.burns()) own.push_back(burn.piece);
   auto frame = std::make_unique<FrameTrace>(host(), hull.strokes, *wait_.found(), std::move(own), std::move(reply));
   from_ = view_.state;
   view_.framing = true;
-  view_.reason = power.count() > 0 ? fmt::format("tracing the frame at {:.1f} % power", 100 * power.count())
-                                   : "tracing the frame, dark";
+  view_.reason =
+      burning ? fmt::format("tracing the frame at {:.1f} % power", 100 * power.count()) : "tracing the frame, dark";
   wait_.pause(true);
   on_change_();
   undertake(std::move(frame), {}, nullptr);

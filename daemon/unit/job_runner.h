@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "base/log.h"
-#include "daemon/audit_log.h"
+#include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
 #include "daemon/unit/bed_proof.h"
 #include "daemon/unit/broken_run.h"
@@ -59,7 +59,7 @@ class JobRunner : private ActivityHost {
   // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0; else
   // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
   // again.
-  void frame(PowerFraction power, const std::string& who, Reply reply);
+  void frame(PowerFraction power, const std::string& who, Reply reply, const std::vector<std::string>& confirmed = {});
   // Cuts these pieces again (marks), their cut strokes only, after proving that the panel has not moved since they were
   // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);

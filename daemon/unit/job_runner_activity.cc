@@ -210,6 +210,7 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   };
   if (broken) {
     broken->reason = reason;
+    if (!broken->id && view_.job && wait_.has_pieces()) broken->waiting_job = view_.job->id;
     if (told != nullptr) broken->take(*told);
     breaking_ = std::move(broken);
     // What a laser tells of its abort is in the reactor's queue already (drivers/laser_driver.h), before this.

@@ -150,7 +150,7 @@ const PieceBurn* PanelRun::begun() const {
 std::optional<BrokenRun> PanelRun::broken_off(std::string& remark) {
   if (!run_) return std::nullopt;
   if (const PieceBurn* burn = begun()) remark = fmt::format("; piece {} is suspect", burn->mark);
-  return BrokenRun{*run_, pose_, {}, unbooked_, {}, Millimetres(0), {}};
+  return BrokenRun{*run_, {}, pose_, {}, unbooked_, {}, Millimetres(0), {}};
 }
 
 double PanelRun::seconds_left() const {

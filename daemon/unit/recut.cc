@@ -45,7 +45,7 @@ bool Recut::not_begun() {
 
 std::optional<BrokenRun> Recut::broken_off(std::string& remark) {
   if (next_ > 0) remark = fmt::format("; piece {} was being cut again: look at it", burns_[next_ - 1].mark);
-  return std::nullopt;
+  return BrokenRun{{}, {}, pose_, {}, {}, {}, Millimetres(0), {}};
 }
 
 }  // namespace veneer::daemon

@@ -39,6 +39,8 @@ class ProgramWriter {
     if (start.x != at_.x) text += (start.x > at_.x ? "B" : "T") + distance_code(std::abs(start.x - at_.x));
     if (start.y != at_.y) text += (start.y > at_.y ? "R" : "L") + distance_code(std::abs(start.y - at_.y));
     text += "NRBS1E";
+    program_.length_mm +=
+        kMillimetresPerMil * static_cast<double>(std::abs(start.x - at_.x) + std::abs(start.y - at_.y));
     at_ = program_.start = start;
     if (packets()) fill_packet();
   }
@@ -104,6 +106,8 @@ class ProgramWriter {
       at_.y += run.dy * steps;
       packet_steps_ += steps;
       program_.shortest_s += static_cast<double>(steps) * step_s_;
+      const int axes = (run.dx != 0 ? 1 : 0) + (run.dy != 0 ? 1 : 0);
+      program_.length_mm += kMillimetresPerMil * static_cast<double>(axes * steps);
       left -= steps;
     }
   }

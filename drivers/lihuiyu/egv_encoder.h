@@ -49,6 +49,7 @@ struct Program {
   std::string text;
   std::optional<int> power_permille;  // M3: to be set before the program
   MilPoint begin, start, end;         // of the dark way, of the first stroke, of the last
+  double length_mm = 0;               // of all its motion, the dark way's too, each axis for itself
   double shortest_s = 0;  // no board executes it faster: steps in compact mode at full speed, nothing for the rest
   std::size_t first_stroke = 0, stroke_count = 0;  // of the job
 };

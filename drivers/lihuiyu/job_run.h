@@ -39,6 +39,9 @@ class JobRun {
   bool stopped_early() const { return stopped_early_; }
   // Begun to be written and not verified.
   std::vector<PieceId> suspect() const;
+  // Where the program under way began. Whatever the board has lost or misread of it, the beam has not been farther from
+  // here than the program is long.
+  Point<MachineFrame> program_begin() const { return grid_.from_board(program().begin); }
   MilPoint at() const { return at_; }  // where the last program that ended has left the head
 
  private:

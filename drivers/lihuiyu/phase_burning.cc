@@ -38,8 +38,8 @@ class Burning final : public Phase {
   }
   void deadline() override {
     if (awaiting_end_)
-      emergency({ErrorCode::kDeviceFault,
-                 "the laser board does not report the end of its program: switch the laser off and on, then home it"});
+      astray({ErrorCode::kDeviceFault,
+              "the laser board does not report the end of its program: switch the laser off and on, then home it"});
   }
   void tick() override { check_hold(); }
   TimePoint next_deadline() const override {
@@ -65,6 +65,13 @@ class Burning final : public Phase {
   void end(const Error& error) {
     m_.homed = false;
     host_.tell(laser_event::Aborted{error, run_.suspect(), true});
+  }
+  // The board has not done what it was told: moves are relative, so what follows a lost one is burnt elsewhere.
+  void astray(const Error& error) {
+    reset_board();
+    m_.homed = false;
+    host_.tell(laser_event::Aborted{
+        error, run_.suspect(), true, {run_.program_begin()}, Millimetres(run_.program().length_mm)});
   }
 
   JobRun run_;
@@ -124,7 +131,7 @@ void Burning::program_ended() {
   const double lasted_s = std::chrono::duration<double>(end - *program_begin_).count();
   const double shortest_s = m_.options.earliest_share * run_.program().shortest_s;
   if (lasted_s < shortest_s)
-    return emergency(
+    return astray(
         {ErrorCode::kDeviceFault,
          fmt::format("the laser board reports the end of a program after {:.1f} s that lasts at least "
                      "{:.1f} s, so it has not executed all of it: check the laser's supply and the USB cable, then "

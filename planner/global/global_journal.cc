@@ -51,12 +51,14 @@ bool all_in(const std::vector<std::uint32_t>& numbers, const GlobalSearch::Lists
 
 }  // namespace
 
-std::optional<GlobalSearch::Lists> GlobalJournal::lists(std::size_t patches, const std::stop_token& stop) {
+Result<std::optional<GlobalSearch::Lists>> GlobalJournal::lists(std::size_t patches, const std::stop_token& stop) {
+  const std::optional<GlobalSearch::Lists> none;
+  if (journal_ == nullptr) return none;
   GlobalSearch::Lists lists;
-  while (journal_ != nullptr && lists.size() < patches) {
-    if (stop.stop_requested()) return std::nullopt;
+  while (lists.size() < patches) {
+    if (stop.stop_requested()) return cancelled();
     const std::optional<std::string> text = journal_->next_text(kList);
-    if (!text) return std::nullopt;
+    if (!text) return none;
     ++lists_;
     std::vector<Candidate>& list = lists.emplace_back();
     for (LineReader line(*text); !line.at_end();) {
@@ -65,8 +67,7 @@ std::optional<GlobalSearch::Lists> GlobalJournal::lists(std::size_t patches, con
       list.push_back({pose_at(panel, x, y, angle), line.real()});
     }
   }
-  if (journal_ == nullptr) return std::nullopt;
-  return lists;
+  return std::optional(std::move(lists));
 }
 
 Status GlobalJournal::add(const GlobalSearch::Lists& lists, const std::stop_token& stop) {

@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "base/result.h"
 #include "planner/files/plan_journal.h"
 #include "planner/global/global_search.h"
 
@@ -16,8 +17,8 @@ class GlobalJournal {
   // `journal`: after greedy's steps; none: nothing is remembered. It outlives this.
   explicit GlobalJournal(PlanJournal* journal) : journal_(journal) {}
 
-  // As an earlier run added them, bit for bit; none when it did not add them all, and none once a stop is requested.
-  std::optional<GlobalSearch::Lists> lists(std::size_t patches, const std::stop_token& stop);
+  // As an earlier run added them, bit for bit; none when it did not add them all. kCancelled: a stop was requested.
+  Result<std::optional<GlobalSearch::Lists>> lists(std::size_t patches, const std::stop_token& stop);
   // Adds those that no earlier run has. kCancelled: a stop was requested; a later run adds the rest.
   Status add(const GlobalSearch::Lists& lists, const std::stop_token& stop);
   // The next state that an earlier run added, after the lists.

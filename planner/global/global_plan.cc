@@ -71,7 +71,9 @@ class GlobalPlanner {
   // The search at its beginning, or where an earlier run left it. kCancelled: a stop was requested.
   Result<GlobalSearch> begun(GlobalJournal& journal) {
     GlobalSearch::State state;
-    std::optional<GlobalSearch::Lists> lists = journal.lists(greedy_.chosen.size(), stop_);
+    Result<std::optional<GlobalSearch::Lists>> kept = journal.lists(greedy_.chosen.size(), stop_);
+    if (!kept.ok()) return kept.error();
+    std::optional<GlobalSearch::Lists>& lists = *kept;
     std::optional<GlobalSearch::State> remembered = lists ? journal.next_state(*lists) : std::nullopt;
     if (!remembered) {
       Result<Start> start = surveyed();

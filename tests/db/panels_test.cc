@@ -106,8 +106,12 @@ TEST_F(PanelsTest, ATagFindsItsPanelOnItsFaceOnly) {
 TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {
   cell.new_panel();
   EXPECT_EQ(must(panels.find(id)).mask_version, 1);
-  EXPECT_EQ(must(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater})), 2);
+  EXPECT_EQ(must(panels.find(id)).usable, std::nullopt);
+  const SquareMillimetres usable(81234.567891);
+  EXPECT_EQ(must(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, usable})), 2);
   const PanelRecord found = must(panels.find(id));
+  ASSERT_TRUE(found.usable);
+  EXPECT_NEAR(found.usable->count(), usable.count(), 1e-6);
   EXPECT_EQ(found.mask_version, 2);
   EXPECT_EQ(found.map_file, "maps/2.png");
   EXPECT_EQ(found.mask_file, "maps/2-mask.png");
@@ -116,6 +120,8 @@ TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {
   const auto masks = must(panels.masks(id));
   ASSERT_EQ(masks.size(), 2U);
   EXPECT_EQ(masks[0].made_at, kLater);
+  EXPECT_EQ(masks[0].usable, found.usable);
+  EXPECT_EQ(masks[1].usable, std::nullopt);
   EXPECT_EQ(masks[1].version, 1);
   EXPECT_EQ(masks[1].map_file, sheet(id).map_file);
   EXPECT_EQ(masks[1].made_at, kNow);

@@ -214,7 +214,11 @@ TEST(LihuiyuCore, AnEndThatComesTooEarlyProvesNothing) {
   cell.start(odd_job(1, 1, 20));
   cell.run_job();
   EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("has not executed all of it"));
-  EXPECT_THAT(cell.first<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
+  const auto aborted = cell.first<laser_event::Aborted>();
+  EXPECT_THAT(aborted->suspect, ::testing::SizeIs(1));
+  // Moves are relative: whatever it did instead, it did within the program's length of where that began.
+  ASSERT_THAT(aborted->stray_path, ::testing::SizeIs(1));
+  EXPECT_GT(aborted->stray_reach, Millimetres(20));
 }
 
 TEST(LihuiyuCore, WhenTheLinkDiesTheBeamDiesWithThePackets) {

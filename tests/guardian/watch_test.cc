@@ -85,6 +85,12 @@ class WatchTest : public ::testing::Test {
     return darkened_;
   }
   bool recorded() const { return std::filesystem::exists(record_); }
+  std::string record() const {
+    std::ifstream in(record_);
+    std::string line;
+    std::getline(in, line);
+    return line;
+  }
   void leave_behind(const GuardedMachine& machine) const { std::ofstream(record_) << to_text(machine) << "\n"; }
 
   testing::TempDirectory folder_;
@@ -103,7 +109,46 @@ TEST_F(WatchTest, DarkensTheMachineOfADaemonThatDies) {
   daemon.dies();
   daemon.await_guardian();
   EXPECT_THAT(darkened(), ElementsAre(to_text(kMachine)));
+  EXPECT_EQ(record(), "dark " + to_text(kMachine));
+}
+
+// Nobody knows who had hands on it since: once more, before the next daemon's first Reset, whatever it guards.
+TEST_F(WatchTest, DarkensOnceMoreBeforeTheNextDaemonIsServed) {
+  {
+    Daemon daemon(options());
+    daemon.say("watch " + to_text(kMachine));
+    EXPECT_EQ(daemon.hear(), "ready");
+  }
+  EXPECT_TRUE(Watch(options(), make_null_logger()).settle().ok());
+  EXPECT_EQ(darkened().size(), 1U) << "it is dark";
+  {
+    Daemon next(options());
+    next.say("watch grbl tcp:192.0.2.1:23");
+    EXPECT_EQ(next.hear(), "ready");
+    EXPECT_THAT(darkened(), ElementsAre(to_text(kMachine), to_text(kMachine)));
+    next.say("done");
+  }
   EXPECT_FALSE(recorded());
+}
+
+TEST_F(WatchTest, AMachineThatWasDarkenedAndIsSwitchedOffSinceWorriesNobody) {
+  std::ofstream(record_) << "dark " << to_text(kMachine) << "\n";
+  fails_ = 1;
+  Daemon daemon(options());
+  daemon.say("watch " + to_text(kMachine));
+  EXPECT_EQ(daemon.hear(), "ready");
+  daemon.say("done");
+}
+
+TEST_F(WatchTest, AnswersWhoAsksWhetherItIsThere) {
+  Daemon daemon(options());
+  daemon.say("watch " + to_text(kMachine));
+  EXPECT_EQ(daemon.hear(), "ready");
+  for (int i = 0; i < 3; ++i) {
+    daemon.say("ping");
+    EXPECT_EQ(daemon.hear(), "pong");
+  }
+  daemon.say("done");
 }
 
 TEST_F(WatchTest, LeavesTheMachineOfADaemonThatEndedInOrderAlone) {
@@ -125,7 +170,7 @@ TEST_F(WatchTest, TriesAgainUntilTheMachineIsThere) {
   daemon.dies();
   daemon.await_guardian();
   EXPECT_EQ(darkened().size(), 3U);
-  EXPECT_FALSE(recorded());
+  EXPECT_EQ(record(), "dark " + to_text(kMachine));
 }
 
 TEST_F(WatchTest, WhatItCouldNotReachIsDarkenedBeforeTheNextDaemonIsServed) {
@@ -196,7 +241,7 @@ TEST_F(WatchTest, SettlesWhatARecordSaysAndNothingElse) {
   leave_behind({"lihuiyu", "usb:1a86:5512"});
   EXPECT_TRUE(watch.settle().ok());
   EXPECT_THAT(darkened(), ElementsAre("lihuiyu usb:1a86:5512"));
-  EXPECT_FALSE(recorded());
+  EXPECT_EQ(record(), "dark lihuiyu usb:1a86:5512");
   fails_ = 2;
   leave_behind(kMachine);
   EXPECT_EQ(watch.settle().error().code, ErrorCode::kUnavailable);

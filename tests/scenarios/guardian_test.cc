@@ -26,7 +26,17 @@ class GuardianScenario : public ::testing::Test {
     ASSERT_TRUE(cell->begin_pattern(300).ok());
     ASSERT_TRUE(cell->wait_for([&] { return cell->laser.beam_on(); }));
   }
-  bool watched() const { return fs::exists(cell->data() / "guarded"); }
+  // May the machine be left burning, for all the record says?
+  bool watched() const {
+    std::ifstream in(cell->data() / "guarded");
+    std::string line;
+    return std::getline(in, line) && !line.starts_with("dark ");
+  }
+  // Of the guardian that the daemon has started; 0: there is none.
+  int pid() const {
+    const std::string find = "pgrep -f '[v]eneer-guardian --record " + (cell->data() / "guarded").string() + "'";
+    return std::atoi(run_program({"/bin/sh", "-c", find}).output.c_str());
+  }
   std::string refusal() const {
     const auto status = cell->api().get("/status");
     if (!status) return status.error().message;
@@ -110,8 +120,6 @@ TEST_F(GuardianScenario, NothingBurnsWhileTheGuardianIsAway) {
 
 TEST_F(GuardianScenario, TheDaemonsOwnGuardianIsStartedAgain) {
   start();
-  const std::string find = "pgrep -f '[v]eneer-guardian --record " + (cell->data() / "guarded").string() + "'";
-  const auto pid = [&] { return std::atoi(run_program({"/bin/sh", "-c", find}).output.c_str()); };
   const int first = pid();
   ASSERT_GT(first, 0);
   ::kill(first, SIGKILL);
@@ -125,11 +133,19 @@ TEST_F(GuardianScenario, TheDaemonsOwnGuardianIsStartedAgain) {
   EXPECT_TRUE(cell->wait_for([&] { return cell->laser.resets().size() > before && !watched(); }));
 }
 
+TEST_F(GuardianScenario, OneThatHangsDoesNotWatch) {
+  start();
+  const int first = pid();
+  ASSERT_GT(first, 0);
+  ::kill(first, SIGSTOP);
+  EXPECT_TRUE(cell->wait_for([&] { return pid() != first; })) << "the daemon's own is replaced";
+  EXPECT_TRUE(cell->wait_for([&] { return refusal().empty(); }));
+}
+
 TEST_F(GuardianScenario, WhatNobodyCouldDarkenIsDarkenedByHandOrAtTheNextStart) {
   start();
   begin_burning();
-  const std::string find = "pgrep -f '[v]eneer-guardian --record " + (cell->data() / "guarded").string() + "'";
-  const int guardian = std::atoi(run_program({"/bin/sh", "-c", find}).output.c_str());
+  const int guardian = pid();
   ASSERT_GT(guardian, 0);
   ::kill(guardian, SIGSTOP);
   const std::size_t before = cell->laser.resets().size();

@@ -100,6 +100,7 @@ class Workers : public OperatedCell {
   void expect_a_whole_job() {
     const json end = wait([](const json& s) { return s["state"] == "Complete" || s["state"] == "Aborted"; });
     EXPECT_EQ(end["state"], "Complete") << end["reason"];
+    EXPECT_FALSE(end["laser"]["beam_on"].get<bool>());
     EXPECT_EQ(end["job"]["cut"], 16);
     EXPECT_EQ(end["job"]["suspect"], 0);
     lift();
@@ -112,7 +113,8 @@ TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
                                                 "flood",      "memory",       "late-kill",  "late-crash", "late-leave",
                                                 "late-throw", "late-garbage", "late-memory"};
   const std::string picture = target();
-  // Those that run beside a cut; a look at the bed is the cut's own (below).
+  // Those that can be begun beside a cut. A look at the bed is the cut's own (below); fits and views of the camera's and
+  // the laser's calibrations need the laser idle: their processes are the same (worker_processes_test).
   struct Kind {
     const char* name;
     const char* told;
@@ -126,23 +128,25 @@ TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
   const std::uint64_t wanted = number_from("VENEER_WORKER_FAULTS", 8);
   std::map<std::string, int> told;
   begin_cut();
-  std::uint64_t done = 0;
-  for (; done < wanted && !HasFailure(); ++done) {
+  std::uint64_t done = 0, too_late = 0;
+  while (done < wanted && too_late < 20 + 4 * wanted && !HasFailure()) {
     keep_cutting();
     // Now and then one hangs, or works without end; that takes its whole time limit.
     const bool endless = done % 12 == 11;
     const std::string fault = endless ? random() % 2 == 0 ? "hang" : "spin" : kFaults[random() % kFaults.size()];
     // Most plans are made in less; then it comes to pass at the end.
     const int after_ms = random() % 2 == 0 || fault == "flood" ? 0 : static_cast<int>(random() % 300);
-    const std::size_t which = endless ? 0 : random() % 8;
-    const Kind& kind = kKinds[which < kKinds.size() ? which : 0];
+    const Kind& kind = kKinds[endless ? 0 : random() % kKinds.size()];
     ask_for(fault, kind.name, after_ms);
     const std::string sentence = kind.begin();
     ask_for_none();
-    // A process that was to die in the midst of its work may have been done before.
-    if (after_ms == 0 || fault.starts_with("late-")) {
-      EXPECT_THAT(sentence, HasSubstr(kind.told)) << fault;
+    // A process that was to die in the midst of its work may have been done before: that is no death.
+    if (after_ms > 0 && !fault.starts_with("late-") && sentence.find(kind.told) == std::string::npos) {
+      ++too_late;
+      continue;
     }
+    EXPECT_THAT(sentence, HasSubstr(kind.told)) << fault;
+    ++done;
     ++told[fmt::format("{} of {}: {}", fault, kind.name, sentence)];
   }
   EXPECT_EQ(done, wanted);

@@ -105,7 +105,8 @@ struct Figures {
   int failed = 0;
 };
 
-Result<Figures> measure(const ClientLoadKind& kind, int count, const fs::path& bin_dir, const fs::path& data) {
+Result<Figures> measure(const ClientLoadKind& kind, int count, const fs::path& bin_dir, const fs::path& data,
+                        unsigned seed) {
   LoneDaemonOptions options;
   options.listen = "127.0.0.1:0";
   options.data = data;
@@ -120,7 +121,7 @@ Result<Figures> measure(const ClientLoadKind& kind, int count, const fs::path& b
   out.stops = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
                {"Unix socket", [&] { return over_unix.post("/stop").ok(); }, {}},
                {"console", [&] { return console->stop(); }, {}}};
-  std::mt19937 random(7);
+  std::mt19937 random(seed);
   {
     const auto load = kind.begin(port);
     for (int i = 0; i < count; ++i)
@@ -173,9 +174,11 @@ void allow_descriptors() {
 int main(int argc, char** argv) {
   CLI::App app{"Hostile clients: what they cost STOP and the console", "veneer-soak-clients"};
   int stops = 50;
+  unsigned seed = 7;
   double stop_limit_ms = 50, event_limit_ms = 1000;
   std::string out, only;
   app.add_option("--stops", stops, "How many by each door under each load")->capture_default_str();
+  app.add_option("--seed", seed, "Of the moments")->capture_default_str();
   app.add_option("--load", only, "Only this one, by its name in the table");
   app.add_option("--stop-limit-ms", stop_limit_ms, "For the 99th percentile of each door")->capture_default_str();
   app.add_option("--event-limit-ms", event_limit_ms, "For the slowest event")->capture_default_str();
@@ -194,7 +197,7 @@ int main(int argc, char** argv) {
   bool good = true;
   for (const ClientLoadKind& kind : client_loads()) {
     if (!only.empty() && kind.name != only) continue;
-    const auto figures = measure(kind, stops, bin_dir, data.path());
+    const auto figures = measure(kind, stops, bin_dir, data.path(), seed);
     if (!figures) {
       fmt::print("{:<12} {}\n", kind.name, figures.error().message);
       good = false;

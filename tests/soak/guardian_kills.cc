@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <string>
 #include <thread>
 
 #include "tests/support/simulated_cell.h"
@@ -43,7 +44,9 @@ double one_kill(SimulatedCell& cell, std::mt19937& random) {
   double last_ms = 0;
   while (Clock::now() - killed < std::chrono::milliseconds(2500))
     if (beam_on(cell)) last_ms = std::chrono::duration<double, std::milli>(Clock::now() - killed).count();
-  if (fs::exists(cell.data_dir() / "guarded")) return -1;  // the guardian does not know that it is dark
+  std::ifstream record(cell.data_dir() / "guarded");
+  std::string line;
+  if (!std::getline(record, line) || !line.starts_with("dark ")) return -1;  // the guardian does not know that it is
   return cell.start_daemon() ? last_ms : -1;
 }
 
@@ -52,8 +55,10 @@ double one_kill(SimulatedCell& cell, std::mt19937& random) {
 int main(int argc, char** argv) {
   CLI::App app{"SIGKILL in a burn, until the beam is off", "veneer-soak-guardian"};
   int kills = 20;
+  unsigned seed = 7;
   std::string out, dir = "out/soak-guardian";
   app.add_option("--kills", kills, "How many on each family")->capture_default_str();
+  app.add_option("--seed", seed, "Of the moments")->capture_default_str();
   app.add_option("--dir", dir, "Where the cells live")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
@@ -72,7 +77,7 @@ int main(int argc, char** argv) {
       fmt::print(stderr, "{}\n", cell.error().message);
       return 1;
     }
-    std::mt19937 random(7);
+    std::mt19937 random(seed);
     std::vector<double> ms;
     int failed = 0;
     for (int i = 0; i < kills; ++i) {

@@ -5,7 +5,7 @@
 #   faults       the GRBL driver's fault table, 500 runs of each kind; also written beside OUT.json as faults.json
 #   holds        1,000 Holds, 250 on each machine, with and without lid; also written as holds.json
 #   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
-#                under each of seven loads; also as stop.json
+#                quiet and under each of six loads; also as stop.json
 #   clients      50 STOPs each over TCP, over the Unix socket and by a console, and how soon the console hears of each, while
 #                clients walk every route slowly, hugely, hanging up or a thousand at once; also as clients.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
@@ -50,11 +50,14 @@ seed=$(fresh_seed)
 show_table=1 campaign "holds/thousand" "$seed" "$build/bin/veneer-soak-holds" --runs 250 --seed "$seed" \
   --out "$(dirname "$out")/holds.json"
 
-show_table=1 campaign "stop/latency" 0 "$build/bin/veneer-soak-stop" --stops 100 --out "$(dirname "$out")/stop.json"
+seed=$(fresh_seed)
+show_table=1 campaign "stop/latency" "$seed" "$build/bin/veneer-soak-stop" --stops 100 --seed "$seed" --out "$(dirname "$out")/stop.json"
 
-show_table=1 campaign "clients/hostile" 0 "$build/bin/veneer-soak-clients" --stops 50 --out "$(dirname "$out")/clients.json"
+seed=$(fresh_seed)
+show_table=1 campaign "clients/hostile" "$seed" "$build/bin/veneer-soak-clients" --stops 50 --seed "$seed" --out "$(dirname "$out")/clients.json"
 
-show_table=1 campaign "guardian/kills" 0 "$build/bin/veneer-soak-guardian" --dir "$(dirname "$out")/soak-guardian" \
+seed=$(fresh_seed)
+show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian" --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
   --out "$(dirname "$out")/guardian.json"
 
 for round in 1 2 3 4 5 6 7 8; do

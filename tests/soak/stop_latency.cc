@@ -27,7 +27,7 @@ struct Figures {
 };
 
 Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin_dir, const fs::path& data,
-                        const fs::path& dir) {
+                        const fs::path& dir, unsigned seed) {
   Figures out;
   out.load = kind.name;
   LoneDaemonOptions options;
@@ -51,7 +51,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
   out.doors = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
                {"Unix socket", [&] { return over_unix.post("/stop").ok(); }, {}},
                {"veneerctl", [&] { return c.veneerctl({"stop"}).status == 0; }, {}}};
-  std::mt19937 random(7);
+  std::mt19937 random(seed);
   {
     const auto load = kind.begin(c, bin_dir, dir);
     // By turns, so that all meet the same load.
@@ -65,6 +65,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
           door.ms.push_back(ms);
       }
     if (const Status applied = load->applied(); !applied) return applied.error();
+    if (full && !full->is_full()) return Error{ErrorCode::kUnavailable, "somebody has read the log: it never stalled"};
     out.done = load->done();
   }
   for (StopDoor& door : out.doors) door.stop = nullptr;
@@ -77,8 +78,10 @@ int main(int argc, char** argv) {
   CLI::App app{"STOP, from the request to the byte on the wire", "veneer-soak-stop"};
   int stops = 100;
   double limit_ms = 50;
+  unsigned seed = 7;
   std::string out, only;
   app.add_option("--stops", stops, "How many by each door under each load")->capture_default_str();
+  app.add_option("--seed", seed, "Of the moments")->capture_default_str();
   app.add_option("--load", only, "Only this one: quiet, log, events, ledger, planning, upload or hang-up");
   app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
@@ -95,7 +98,7 @@ int main(int argc, char** argv) {
   for (const StopLoadKind& kind : stop_loads()) {
     if (!only.empty() && kind.name != only) continue;
     const veneer::testing::TempDirectory dir(veneer::testing::TempDirectory::Place::kDisk);
-    const auto figures = measure(kind, stops, bin_dir, data.path(), dir.path());
+    const auto figures = measure(kind, stops, bin_dir, data.path(), dir.path(), seed);
     if (!figures) {
       fmt::print("{:<9} {}\n", kind.name, figures.error().message);
       good = false;

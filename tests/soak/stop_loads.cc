@@ -22,9 +22,9 @@
 #include <thread>
 
 #include "calib/kerf_meter.h"
-#include "daemon/database_thread.h"
-#include "daemon/services/calibration.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/store/calibration.h"
+#include "daemon/store/database_thread.h"
 #include "tests/support/event_listener.h"
 
 namespace veneer::tests {
@@ -94,6 +94,7 @@ class Visitor {
 class Nothing final : public StopLoad {
  public:
   std::string done() const override { return ""; }
+  Status applied() const override { return Ok(); }
 };
 
 // Clients of the event stream that read all they are told: as many as one identity may have, of four identities.
@@ -259,11 +260,15 @@ class Uploads final : public StopLoad {
       crowd_.add([this, body, address = cell.api().address()] {
         const auto reply = cli::ApiClient(address).raw("POST", "/api/v1/jobs?name=none&size_mm=40&patch_mm=5", *body,
                                                        "application/octet-stream", {});
-        ++uploads_;
+        // Refused at the door it would not be an upload.
+        if (reply && (reply->status < 300 || reply->status == 400 || reply->status == 422)) ++uploads_;
         if (!reply || reply->status >= 500) std::this_thread::sleep_for(std::chrono::milliseconds(20));
       });
   }
   std::string done() const override { return fmt::format("{} uploads of 48 MB", uploads_.load()); }
+  Status applied() const override {
+    return uploads_ > 0 ? Ok() : Status(Error{ErrorCode::kUnavailable, "no upload was taken"});
+  }
 
  private:
   std::atomic<int> uploads_{0};
@@ -287,6 +292,9 @@ class HangUps final : public StopLoad {
     });
   }
   std::string done() const override { return fmt::format("{} clients hung up", asked_.load()); }
+  Status applied() const override {
+    return asked_ > 0 ? Ok() : Status(Error{ErrorCode::kUnavailable, "no client came as far as asking"});
+  }
 
  private:
   std::atomic<int> asked_{0};
@@ -405,5 +413,10 @@ FullPipe::FullPipe(const fs::path& path) : descriptor_(-1) {
 }
 
 FullPipe::~FullPipe() { ::close(descriptor_); }
+
+bool FullPipe::is_full() const {
+  const char byte = 'x';
+  return descriptor_ >= 0 && ::write(descriptor_, &byte, 1) < 0 && errno == EAGAIN;
+}
 
 }  // namespace veneer::tests

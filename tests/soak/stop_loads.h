@@ -17,7 +17,7 @@ class StopLoad {
   // What it has done so far, for people: a load that did nothing measures nothing.
   virtual std::string done() const = 0;
   // An error while it is not what its name says.
-  virtual Status applied() const { return Ok(); }
+  virtual Status applied() const = 0;
 };
 
 struct StopLoadKind {
@@ -44,6 +44,7 @@ class FullPipe {
   ~FullPipe();
   FullPipe(const FullPipe&) = delete;
   FullPipe& operator=(const FullPipe&) = delete;
+  bool is_full() const;
 
  private:
   int descriptor_;

@@ -93,10 +93,11 @@ class ApiServer {
   boost::asio::io_context reactor_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{reactor_.get_executor()};
   ManualClock clock_;
+  SteadyClock steady_;
   daemon::Router router_;
   daemon::EventHub hub_;
   daemon::ConsoleLinks links_{clock_};
-  daemon::TaskRegistry tasks_{reactor_, clock_, [this](const daemon::TaskView& task) {
+  daemon::TaskRegistry tasks_{reactor_, steady_, daemon::make_reactor_timer(reactor_), [this](const daemon::TaskView& task) {
                                 hub_.broadcast({{"type", "task"}, {"task", daemon::to_json(task)}});
                               }};
   std::unique_ptr<daemon::HttpServer> server_;

@@ -23,7 +23,7 @@ std::string encoded(const cv::Mat& picture, const std::string& ending) {
 cv::Mat honest(Random& random, int type) {
   cv::Mat picture(24 + static_cast<int>(random() % 100), 24 + static_cast<int>(random() % 100), type);
   cv::theRNG().state = random();
-  cv::randu(picture, 0, CV_MAT_DEPTH(type) == CV_16U ? 65535 : 255);
+  cv::randu(picture, 0, CV_MAT_DEPTH(type) == CV_32F ? 1 : CV_MAT_DEPTH(type) == CV_16U ? 65535 : 255);
   cv::GaussianBlur(picture, picture, {0, 0}, 1 + static_cast<double>(random() % 5));
   return picture;
 }
@@ -32,6 +32,9 @@ cv::Mat honest(Random& random, int type) {
 std::string bomb(Random& random, const std::string& ending) {
   constexpr std::array<int, 3> kSides{4000, 12000, 20000};
   const int side = kSides[random() % kSides.size()];
+  // Eight bytes for each pixel, behind a file that is as small.
+  if (ending == ".png" && random() % 3 == 0)
+    return encoded(cv::Mat(kSides[0], 2 * kSides[0], CV_16UC4, cv::Scalar(90, 90, 90, 65535)), ending);
   return encoded(cv::Mat(side, side, CV_8UC1, cv::Scalar(90)), ending);
 }
 
@@ -45,11 +48,14 @@ void forge_number(std::string& bytes, Random& random) {
 
 HostilePicture hostile_picture(std::uint64_t seed) {
   Random random(seed);
-  constexpr std::array<const char*, 8> kEndings{".png", ".jpg", ".tiff", ".webp", ".bmp", ".ppm", ".jp2", ".pgm"};
+  // All that the library behind us would unpack, and can write.
+  constexpr std::array<const char*, 12> kEndings{".png", ".jpg", ".tiff", ".webp", ".bmp", ".ppm",
+                                                 ".jp2", ".pgm", ".pbm",  ".pfm",  ".sr",  ".hdr"};
   const std::string ending = kEndings[random() % kEndings.size()];
   const bool deep = (ending == ".png" || ending == ".tiff") && random() % 2 == 0;
-  const bool grey = ending == ".pgm";
-  std::string bytes = encoded(honest(random, grey ? CV_8UC1 : deep ? CV_16UC3 : CV_8UC3), ending);
+  const bool grey = ending == ".pgm" || ending == ".pbm";
+  const bool real = ending == ".pfm" || ending == ".hdr";
+  std::string bytes = encoded(honest(random, grey ? CV_8UC1 : real ? CV_32FC3 : deep ? CV_16UC3 : CV_8UC3), ending);
   if (bytes.size() < 70) return {ending + " that was not written", "none"};
   switch (random() % 6) {
     case 0:
@@ -63,7 +69,7 @@ HostilePicture hostile_picture(std::uint64_t seed) {
       return {ending + ", a number in its head forged", bytes};
     }
     case 3:
-      if (ending == ".png" || ending == ".tiff") return {ending + ", a bomb", bomb(random, ending)};
+      if (ending == ".png" || ending == ".tiff" || ending == ".jpg") return {ending + ", a bomb", bomb(random, ending)};
       [[fallthrough]];
     default: {
       const std::size_t changes = 1 + random() % 40;

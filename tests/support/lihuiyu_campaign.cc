@@ -76,6 +76,25 @@ class FaultedRun {
     return mm;
   }
 
+  // Neither along the suspect piece nor within reach of where it is said to have strayed.
+  bool burnt_outside(const laser_event::Aborted& aborted) const {
+    std::vector<MmLeg> told;
+    for (const PieceId piece : aborted.suspect)
+      for (const MmLeg& leg : planned_legs(job_, piece)) told.push_back(leg);
+    const auto burns = std::span(cell_.burns).subspan(counted_);
+    for (const MmLeg& burnt : burnt_legs(burns)) {
+      for (const auto& [x, y] : {std::pair(burnt.ax, burnt.ay), std::pair(burnt.bx, burnt.by)}) {
+        const bool along =
+            std::ranges::any_of(told, [&](const MmLeg& leg) { return distance_to(leg, x, y) <= kBurnTolerance; });
+        const bool reached = std::ranges::any_of(aborted.stray_path, [&](const auto& p) {
+          return std::hypot(p.x.count() - x, p.y.count() - y) <= aborted.stray_reach.count();
+        });
+        if (!along && !reached) return true;
+      }
+    }
+    return false;
+  }
+
   void look() {
     for (; seen_ < cell_.events.size(); ++seen_) {
       const auto* verified = std::get_if<laser_event::PieceVerified>(&cell_.events[seen_]);
@@ -97,6 +116,7 @@ class FaultedRun {
     out_.software_off = !cell_.board.beam_commanded();
     cell_.board.set_relay(false, cell_.now());
     if (burnt_since() > 0 && !out_.suspect) complain(out_.wrong, "burnt but not suspect");
+    if (burnt_outside(aborted)) complain(out_.wrong, "burnt where nobody was told to look");
     for (const PieceId piece : aborted.suspect)
       if (piece.value != verified_ + 1) complain(out_.wrong, "the wrong piece is suspect");
     if (cell_.has<laser_event::PieceVerified>() && verified_ > kPieces) complain(out_.wrong, "too many pieces");

@@ -5,8 +5,8 @@
 
 #include "calib/camera_fit.h"
 #include "calib/machine_axes.h"
-#include "daemon/database_thread.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::tests {
 

@@ -10,12 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/hand_timer.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
 namespace {
 
 using std::chrono::seconds;
+using testing::HandTimer;
 using ::testing::ElementsAre;
 
 struct NoteBook final : ServiceNotifier {
@@ -23,22 +25,6 @@ struct NoteBook final : ServiceNotifier {
   Duration watchdog_period() const override { return period; }
   std::vector<std::string> notes;
   Duration period = seconds(8);
-};
-
-// What the reactor would do, when told to.
-struct HandTimer final : OneShotTimer {
-  explicit HandTimer(HandTimer** self) { *self = this; }
-  void after(Duration delay, std::function<void()> then) override {
-    wait = delay;
-    pending = std::move(then);
-  }
-  void cancel() override { pending = nullptr; }
-  void fire() {
-    const auto then = std::exchange(pending, nullptr);
-    if (then) then();
-  }
-  Duration wait{0};
-  std::function<void()> pending;
 };
 
 class WatchdogTest : public ::testing::Test {

@@ -28,7 +28,8 @@ class NoDevice final : public ScannerDriver, public CameraDriver {
 // Sees something on every scan, and notes how many of them are to be fitted.
 class Fitter final : public WorkRunner {
  public:
-  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token) override {
+  Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token stop) override {
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "cancelled"};
     if (order.kind == ReadGridScan::kKind) return nlohmann::json(calib::GridScan{});
     if (order.kind != FitScanner::kKind) return Error{ErrorCode::kNotFound, "no such kind of work"};
     fitted.push_back(order.request.get<FitScanner>().scans.size());
@@ -74,6 +75,16 @@ TEST_F(CollectedViews, AreKeptWhenTheProcessThatFitsThemDies) {
   EXPECT_THAT(workers_.fitted, ElementsAre(2U, 3U, 4U, 5U, 6U, 7U));
   EXPECT_TRUE(scan(false).ok());
   EXPECT_EQ(workers_.fitted.back(), 1U) << "what was fitted is over";
+}
+
+TEST_F(CollectedViews, OfTheCameraCanBeGivenUpAsThoseOfTheScanner) {
+  std::stop_source asked;
+  asked.request_stop();
+  const auto silent = [](double, const std::string&) {};
+  const auto camera = service_->camera(true, Millimetres(0), silent, asked.get_token());
+  ASSERT_FALSE(camera.ok());
+  EXPECT_EQ(camera.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(service_->scanner(true, silent, asked.get_token()).error().code, ErrorCode::kCancelled);
 }
 
 TEST_F(CollectedViews, AreTakenAnewWhenTheyAreNoGood) {

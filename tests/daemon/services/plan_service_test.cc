@@ -12,7 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "daemon/routes/cell_json.h"
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 #include "planner/files/plan_files.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/orders/panel_wood.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
@@ -75,6 +76,8 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   auto before = panel();
   auto mask = library_.load_mask(before);
   ASSERT_TRUE(mask.ok());
+  ASSERT_TRUE(before.usable);
+  EXPECT_NEAR(before.usable->count(), wood_area(*mask).count(), 1e-6);  // kept, so that no list decodes a mask
   const cv::Rect taken(mask->pixels.cols / 3, mask->pixels.rows / 3, 150, 120);
   ASSERT_GT(cv::countNonZero(mask->pixels(taken)), 1000);
   mask->pixels(taken).setTo(0);
@@ -98,6 +101,7 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   auto after = library_.load_mask(panel());
   ASSERT_TRUE(after.ok());
   EXPECT_EQ(cv::countNonZero(after->pixels(taken)), 0);
+  EXPECT_NEAR(panel().usable.value().count(), wood_area(*after).count(), 1e-6);
   EXPECT_GT(cv::countNonZero(after->pixels), 10000);
 }
 

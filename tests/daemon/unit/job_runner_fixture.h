@@ -93,9 +93,10 @@ class JobRunnerTest : public ::testing::Test {
     settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
-  Status frame(double power = 0) {
+  Status frame(double power = 0, const std::vector<std::string>& confirmed = {}) {
     std::optional<Status> out;
-    runner_->frame(PowerFraction(power), "test", [&](Status s) { out = std::move(s); });
+    runner_->frame(
+        PowerFraction(power), "test", [&](Status s) { out = std::move(s); }, confirmed);
     settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
   }

@@ -284,6 +284,16 @@ TEST_F(JobRunnerTest, ARecutNeedsTheSameConfirmationsAndAClosedLid) {
   EXPECT_TRUE(recut({"A1-1"}, {"exhaust"}).ok());
 }
 
+TEST_F(JobRunnerTest, AFrameNeedsTheSameConfirmationsOnceItsBeamIsOn) {
+  options_.confirm = {"exhaust"};
+  make_runner();
+  load_first_panel();
+  EXPECT_THAT(frame(0.02).error().message, HasSubstr("exhaust"));
+  EXPECT_TRUE(laser_.jobs.empty());
+  EXPECT_TRUE(frame(0.02, {"exhaust"}).ok());
+  EXPECT_TRUE(frame(0).ok());
+}
+
 TEST_F(JobRunnerTest, ARecutThatIsBrokenOffNamesThePiece) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());

@@ -429,6 +429,48 @@ TEST_F(ProofTest, ACutNeighbourBecomesSuspectAsWell) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
+TEST_F(ProofTest, ARecutOffThePathMakesWhatItMayHaveHitSuspect) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  for (int piece = 0; piece < 2; ++piece) laser_.finish(), settle();
+  ASSERT_EQ(state(), CellState::kSuspended);
+  static_cast<void>(recut({"A1-1"}));
+  ASSERT_EQ(starts(), 3);
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)}, Millimetres(1));
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("A1-1 was being cut again"), HasSubstr("2 piece(s) beside it")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_EQ(runner_->view().job->suspect, 2);
+}
+
+TEST_F(ProofTest, AFrameWithPowerOffThePathMakesWhatItMayHaveHitSuspect) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  static_cast<void>(frame(0.02));
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(79, 2), point<MachineFrame>(72, 2)}, Millimetres(1));
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kSuspect, P::kReserved));
+}
+
+TEST_F(ProofTest, ADarkFrameOffThePathHitsNothing) {
+  load_first_panel();
+  bed_.lay("P-0001", true, 100, 0);
+  look();
+  static_cast<void>(frame(0));
+  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+              {point<MachineFrame>(79, 2), point<MachineFrame>(72, 2)}, Millimetres(1));
+  settle();
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kReserved, P::kReserved));
+}
+
 TEST(BrokenRun, IsNotWrittenWhileTheDatabaseIsBusyOrTheDiskFull) {
   EXPECT_FALSE(is_written(Error{ErrorCode::kUnavailable, "the database is busy: another program holds it"}));
   EXPECT_FALSE(is_written(Error{ErrorCode::kStorage, "the disk is full"}));

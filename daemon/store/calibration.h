@@ -19,7 +19,7 @@
 #include "calib/kerf_meter.h"
 #include "calib/machine_axes.h"
 #include "calib/scanner_model.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 
@@ -72,8 +72,9 @@ std::string device_name(db::CertificateKind kind, const CellDevices& devices);
 
 // Certificates in force at `now` on the devices of the repositories; all others stay empty, and `standing` says why.
 Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
-// All certificates, the one issued last first.
-Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& repositories, const std::string& now);
+// At most `limit` certificates, the one issued last first, from before `before` on; {0}: from the last one.
+Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& repositories, const std::string& now,
+                                                           CertificateId before = {}, int limit = -1);
 
 // kRefused with the command that makes the missing certificate.
 Status require_scanner(const Calibration& calibration);

@@ -1,4 +1,4 @@
-#include "daemon/reactor_timer.h"
+#include "daemon/threads/reactor_timer.h"
 
 #include <boost/asio/steady_timer.hpp>
 #include <utility>

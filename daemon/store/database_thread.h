@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "daemon/workers/worker.h"
+#include "daemon/threads/worker.h"
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/database.h"

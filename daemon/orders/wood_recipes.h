@@ -8,7 +8,7 @@
 
 #include "base/result.h"
 #include "daemon/config.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "drivers/laser_driver.h"
 #include "planner/cutting/toolpath.h"
 

@@ -1,4 +1,4 @@
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
 

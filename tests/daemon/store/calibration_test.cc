@@ -1,4 +1,4 @@
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 
 #include <gtest/gtest.h>
 

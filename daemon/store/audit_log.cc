@@ -1,4 +1,4 @@
-#include "daemon/audit_log.h"
+#include "daemon/store/audit_log.h"
 
 #include <fmt/format.h>
 

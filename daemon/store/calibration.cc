@@ -1,4 +1,4 @@
-#include "daemon/services/calibration.h"
+#include "daemon/store/calibration.h"
 
 #include <fmt/format.h>
 
@@ -220,8 +220,9 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
   }
 }
 
-Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, const std::string& now) {
-  auto list = r.certificates.list();
+Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, const std::string& now,
+                                                           CertificateId before, int limit) {
+  auto list = r.certificates.list(before, limit);
   if (!list) return list.error();
   try {
     const auto last = last_ones(r, now);

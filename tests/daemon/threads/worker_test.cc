@@ -1,5 +1,5 @@
 // Work that throws costs itself, not the program that owns the laser.
-#include "daemon/workers/worker.h"
+#include "daemon/threads/worker.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "daemon/api/tasks.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -73,7 +73,7 @@ TEST(Worker, TakesNoMoreThanMayWait) {
 TEST(Worker, FailsTheTaskWhoseWorkThrew) {
   boost::asio::io_context reactor;
   const SteadyClock clock;
-  TaskRegistry tasks(reactor, clock, {});
+  TaskRegistry tasks(reactor, clock, make_reactor_timer(reactor), {});
   const auto id = [&] {
     Worker worker("test");
     auto task = tasks.start("plan", "waiting");

@@ -1,4 +1,4 @@
-#include "daemon/services/wood_recipes.h"
+#include "daemon/orders/wood_recipes.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // What becomes of the machine when a handler of the reactor throws.
-#include "daemon/reactor_run.h"
+#include "daemon/threads/reactor_run.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/reactor_run.h"
+#include "daemon/threads/reactor_run.h"
 
 #include <exception>
 #include <optional>

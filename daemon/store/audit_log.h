@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/log.h"
-#include "daemon/database_thread.h"
+#include "daemon/store/database_thread.h"
 #include "db/audit.h"
 
 namespace veneer::daemon {

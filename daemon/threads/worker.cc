@@ -1,4 +1,4 @@
-#include "daemon/workers/worker.h"
+#include "daemon/threads/worker.h"
 
 #include <pthread.h>
 #include <sys/resource.h>

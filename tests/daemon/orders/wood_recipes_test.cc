@@ -1,5 +1,5 @@
 // Which recipe a piece gets, what a plan must keep between pieces for it, and the files made of strokes.
-#include "daemon/services/wood_recipes.h"
+#include "daemon/orders/wood_recipes.h"
 
 #include <gmock/gmock.h>
 
