@@ -106,6 +106,22 @@ Box<PanelFrame> sheet_box(std::span<const TileView> tiles, const std::vector<Sca
   return box;
 }
 
+// Whether the rectangle is the sheet: all tags lie on it, and each of its sides was seen.
+Status check_sheet(const SheetRectangle& sheet, const std::vector<PanelTag>& tags, const std::string& name) {
+  constexpr double kSeen = 0.5;      // of each side
+  const Millimetres tolerance{0.5};  // by which a tag may stick out
+  bool inside = true;
+  for (const PanelTag& tag : tags)
+    for (const auto& corner : tag.corners)
+      inside = inside && corner.x > -tolerance && corner.y > -tolerance && corner.x < sheet.width + tolerance &&
+               corner.y < sheet.height + tolerance;
+  if (inside && sheet.least_seen >= kSeen) return Ok();
+  return refused(
+      fmt::format("the sheet's border cannot be made out on {}: if the board is as bright as the lid, lay a dark sheet "
+                  "of paper over it, close the lid and scan again",
+                  name));
+}
+
 // A first look at the back: its tiles are joined by their own tags, then tied to the panel by the holes.
 Result<Registration> tie_back(std::span<const TileView> tiles, const PanelFiducials& known, const ScannerModel& scanner,
                               const RegistrationOptions& options) {
@@ -256,7 +272,7 @@ TileView view_tile(const cv::Mat& picture, ScanResolution nominal, const std::st
     });
     if (!in_tag) view.holes.push_back(hole);
   }
-  view.outline = find_outline(picture, nominal);
+  view.outline = find_outline(picture, nominal, view.tags);
   return view;
 }
 
@@ -286,6 +302,7 @@ Result<Registration> register_first_scan(std::span<const TileView> tiles, const 
   for (std::size_t t = 0; t < tiles.size(); ++t)
     out.tiles.emplace_back(sheet.panel_from_joined * join->tiles[t], scanner, tiles[t].nominal);
   out.fiducials.tags = tags_of(*join, sheet.panel_from_joined, Face::kShow);
+  if (auto status = check_sheet(sheet, out.fiducials.tags, tiles[0].name); !status) return status.error();
   for (const auto& hole : join->holes)
     out.fiducials.holes.push_back({sheet.panel_from_joined * hole.centre, hole.diameter});
   out.sheet.add(point<PanelFrame>(0, 0));

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "calib/probe.h"
 
@@ -68,23 +69,153 @@ Side fit_side(const std::vector<Eigen::Vector2d>& all, double angle, double offs
   return side;
 }
 
+// Of the rectangle's four sides the smallest share of the length along which the border was seen.
+double least_seen_side(const SheetRectangle& sheet, const std::vector<Point<JoinedFrame>>& border) {
+  constexpr double kPiece = 5, kNear = 0.3;  // mm
+  const double width = sheet.width.count(), height = sheet.height.count();
+  std::array<std::vector<bool>, 4> seen;
+  for (std::size_t k = 0; k < 4; ++k)
+    seen[k].assign(static_cast<std::size_t>(std::max(1.0, std::floor((k < 2 ? width : height) / kPiece))), false);
+  for (const auto& p : border) {
+    const Point<PanelFrame> at = sheet.panel_from_joined * p;
+    const double x = at.x.count(), y = at.y.count();
+    const std::array<double, 4> off = {y, y - height, x, x - width};
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double along = (k < 2 ? x : y) / kPiece;
+      if (std::abs(off[k]) < kNear && along >= 0 && along < static_cast<double>(seen[k].size()))
+        seen[k][static_cast<std::size_t>(along)] = true;
+    }
+  }
+  double least = 1;
+  for (const auto& side : seen)
+    least = std::min(
+        least, static_cast<double>(std::count(side.begin(), side.end(), true)) / static_cast<double>(side.size()));
+  return least;
+}
+
+using Contour = std::vector<cv::Point>;
+
+Contour largest_contour(const cv::Mat& mask) {
+  std::vector<Contour> contours;
+  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  if (contours.empty()) return {};
+  return *std::max_element(contours.begin(), contours.end(),
+                           [](const Contour& a, const Contour& b) { return cv::contourArea(a) < cv::contourArea(b); });
+}
+
+// How much of its bounding rectangle the contour fills; 0 when a tag lies outside of it.
+double fullness(const Contour& contour, const std::vector<Tag<ScanFrame>>& tags, double scale_x, double scale_y) {
+  if (contour.size() < 3) return 0;
+  Contour hull;
+  cv::convexHull(contour, hull);
+  for (const auto& tag : tags)
+    for (const auto& corner : tag.corners) {
+      const cv::Point2f at(static_cast<float>(corner.x.count() / scale_x),
+                           static_cast<float>(corner.y.count() / scale_y));
+      if (cv::pointPolygonTest(hull, at, false) < 0) return 0;
+    }
+  const cv::RotatedRect box = cv::minAreaRect(contour);
+  return cv::contourArea(contour) / std::max(1.0, static_cast<double>(box.size.area()));
+}
+
+// Everything that the lid cannot be followed to from the picture's rim. The lid's own light is a quadratic over the
+// picture, learnt from the rim; what differs from it by a few percent, be it a shadow, stops the lid.
+cv::Mat beyond_lid(const cv::Mat& darkest) {
+  constexpr double kRim = 2.5 * kOutlinePxPerMm;  // px of the picture's rim
+  constexpr double kAlike = 0.035;
+  const auto terms = [&](int c, int r) {
+    const double u = 2.0 * c / darkest.cols - 1, v = 2.0 * r / darkest.rows - 1;
+    return (Eigen::Matrix<double, 6, 1>() << 1, u, v, u * u, u * v, v * v).finished();
+  };
+  Eigen::Matrix<double, 6, 1> light = Eigen::Matrix<double, 6, 1>::Zero();
+  light[0] = top_level(darkest, 0.005);
+  for (const double reach : {0.25, 0.10, 0.05, 0.05}) {
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Identity() * 1e-6;
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    for (int r = 0; r < darkest.rows; r += 2)
+      for (int c = 0; c < darkest.cols; c += 2) {
+        if (std::min({r, c, darkest.rows - 1 - r, darkest.cols - 1 - c}) > kRim) continue;
+        const auto t = terms(c, r);
+        const double level = darkest.at<std::uint8_t>(r, c);
+        if (std::abs(level / std::max(1.0, light.dot(t)) - 1) > reach) continue;
+        normal += t * t.transpose(), right += t * level;
+      }
+    light = normal.ldlt().solve(right);
+  }
+  cv::Mat calm, alike(darkest.size(), CV_8UC1), labels;
+  cv::GaussianBlur(darkest, calm, {}, 1.0);
+  for (int r = 0; r < darkest.rows; ++r)
+    for (int c = 0; c < darkest.cols; ++c)
+      alike.at<std::uint8_t>(r, c) =
+          std::abs(calm.at<std::uint8_t>(r, c) / std::max(1.0, light.dot(terms(c, r))) - 1) < kAlike ? 255 : 0;
+  // Dust on the lid is lid; what is left of the sheet is opened again when its contour is taken.
+  const int count = cv::connectedComponents(alike, labels, 4);
+  std::vector<std::uint8_t> lid(static_cast<std::size_t>(count), 0);
+  for (int r = 0; r < darkest.rows; ++r)
+    for (int c = 0; c < darkest.cols; ++c)
+      if (r == 0 || c == 0 || r == darkest.rows - 1 || c == darkest.cols - 1)
+        lid[static_cast<std::size_t>(labels.at<int>(r, c))] = 1;
+  lid[0] = 0;
+  cv::Mat mask(darkest.size(), CV_8UC1);
+  for (int r = 0; r < darkest.rows; ++r)
+    for (int c = 0; c < darkest.cols; ++c)
+      mask.at<std::uint8_t>(r, c) = lid[static_cast<std::size_t>(labels.at<int>(r, c))] != 0 ? 0 : 255;
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));
+  return mask;
+}
+
+// The sharpest step of colour within a few millimetres inwards of a shadow's rim, in pixels along `outwards` from `p`:
+// a shadow on the lid is soft, the sheet's edge is not. Nothing when no step is sharp.
+std::optional<double> sharpest_step(const std::array<cv::Mat, 3>& channels, const cv::Point2d& p,
+                                    const cv::Point2d& outwards) {
+  constexpr double kStep = 0.25, kOut = 2, kIn = 18;  // px
+  constexpr int kAlong = 8, kCount = static_cast<int>((kOut + kIn) / kStep) + 1;
+  const cv::Point2d along(-outwards.y, outwards.x);
+  std::array<std::array<double, kCount>, 3> profile{};
+  for (int i = 0; i < kCount; ++i)
+    for (int k = -kAlong; k <= kAlong; ++k) {
+      const cv::Point2d at = p + outwards * (kOut - i * kStep) + along * (0.75 * k);
+      if (at.x < 1 || at.y < 1 || at.x > channels[0].cols - 2 || at.y > channels[0].rows - 2) return std::nullopt;
+      for (std::size_t c = 0; c < 3; ++c)
+        profile[c][static_cast<std::size_t>(i)] += level_at(channels[c], at.x + 0.5, at.y + 0.5) / (2 * kAlong + 1);
+    }
+  constexpr int kHalf = 3;
+  std::array<double, kCount> slope{};
+  int best = 0;
+  for (int i = kHalf; i + kHalf < kCount; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    for (const auto& level : profile) slope[at] += std::pow(level[at + kHalf] - level[at - kHalf], 2);
+    if (slope[at] > slope[static_cast<std::size_t>(best)]) best = i;
+  }
+  if (best <= kHalf || best + kHalf + 1 >= kCount || slope[static_cast<std::size_t>(best)] < 36) return std::nullopt;
+  const auto at = static_cast<std::size_t>(best);
+  const double bend = slope[at - 1] - 2 * slope[at] + slope[at + 1];
+  const double peak = bend < 0 ? 0.5 * (slope[at - 1] - slope[at + 1]) / bend : 0;
+  return kOut - (best + peak) * kStep;
+}
+
 }  // namespace
 
-std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolution nominal) {
+std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolution nominal,
+                                           const std::vector<Tag<ScanFrame>>& tags) {
   if (picture.empty()) return {};
   const double shrink = std::min(1.0, kOutlinePxPerMm / nominal.px_per_mm);
   cv::Mat small;
   cv::resize(picture, small, {}, shrink, shrink, cv::INTER_AREA);
   const double scale_x = static_cast<double>(picture.cols) / small.cols,
                scale_y = static_cast<double>(picture.rows) / small.rows;
-  std::vector<std::vector<cv::Point>> contours;
   const cv::Mat darkest = darkest_channel(small);
-  cv::findContours(sheet_mask(darkest), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  if (contours.empty()) return {};
-  const auto& sheet = *std::max_element(contours.begin(), contours.end(), [](const auto& a, const auto& b) {
-    return cv::contourArea(a) < cv::contourArea(b);
-  });
-  // The contour runs through the outermost pixels' centres; the border lies a little further out.
+  constexpr double kRectangle = 0.97;  // of its bounding rectangle a whole sheet fills at least this much
+  Contour sheet = largest_contour(sheet_mask(darkest));
+  bool shadowed = false;
+  if (const double full = fullness(sheet, tags, scale_x, scale_y); full < kRectangle && small.channels() == 3) {
+    Contour other = largest_contour(beyond_lid(darkest));
+    if (fullness(other, tags, scale_x, scale_y) > full + 0.02) sheet = std::move(other), shadowed = true;
+  }
+  if (sheet.empty()) return {};
+  std::array<cv::Mat, 3> channels;
+  if (shadowed) cv::split(small, channels.data());
+  // The contour runs through the outermost pixels' centres; the border lies a little further out, or within a shadow.
   const double side = cv::contourArea(sheet, true) > 0 ? 1 : -1;
   const std::size_t n = sheet.size(), reach = std::min<std::size_t>(6, n / 4);
   std::vector<Point<ScanFrame>> outline;
@@ -92,7 +223,15 @@ std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolutio
     const cv::Point2d p = sheet[i], run = cv::Point2d(sheet[(i + reach) % n]) - cv::Point2d(sheet[(i + n - reach) % n]);
     const double length = std::max(1e-9, std::hypot(run.x, run.y));
     const cv::Point2d outwards = side * cv::Point2d(run.y, -run.x) / length;
-    const cv::Point2d out = p + cv::Point2d(0.5, 0.5) + outwards * step_beyond(darkest, p, outwards);
+    double beyond = 0;
+    if (shadowed) {
+      const auto step = sharpest_step(channels, p, outwards);
+      if (!step) continue;
+      beyond = *step;
+    } else {
+      beyond = step_beyond(darkest, p, outwards);
+    }
+    const cv::Point2d out = p + cv::Point2d(0.5, 0.5) + outwards * beyond;
     outline.push_back(point<ScanFrame>(out.x * scale_x, out.y * scale_y));
   }
   return outline;
@@ -139,6 +278,7 @@ SheetRectangle fit_rectangle(const std::vector<Point<JoinedFrame>>& border, doub
   SheetRectangle out;
   out.panel_from_joined = {Radians(-lower.angle), point<PanelFrame>(-left, -lower.offset)};
   out.width = Millimetres(right - left), out.height = Millimetres(top - lower.offset);
+  out.least_seen = least_seen_side(out, border);
   return out;
 }
 

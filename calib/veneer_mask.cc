@@ -1,38 +1,21 @@
 #include "calib/veneer_mask.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
+#include "calib/board_model.h"
 #include "calib/screw_finder.h"
+#include "calib/strip_finder.h"
 #include "calib/wood_colour.h"
+#include "calib/wood_faults.h"
 
 namespace veneer::calib {
 namespace {
-
-// What has the colour of wood. Pores and dust are closed, threads of colour opened.
-cv::Mat wood_mask(const WorkMap& work, const cv::Mat& fiducials) {
-  cv::Mat wood = WoodColour::learn(work, fiducials).wood(work.bgr);
-  cv::morphologyEx(wood, wood, cv::MORPH_CLOSE, round_kernel(0.2 * work.px_per_mm));
-  cv::morphologyEx(wood, wood, cv::MORPH_OPEN, round_kernel(1.0 * work.px_per_mm));
-  return wood;
-}
-
-// Holes in the wood that are too small to be anything but a speck on the glass are wood again.
-void fill_specks(cv::Mat& wood, double px_per_mm) {
-  cv::Mat labels, stats, centres;
-  const cv::Mat bare = wood == 0;
-  const int count = cv::connectedComponentsWithStats(bare, labels, stats, centres, 4);
-  const double limit = 0.6 * px_per_mm;
-  std::vector<bool> speck(static_cast<std::size_t>(count), false);
-  for (int i = 1; i < count; ++i)
-    speck[static_cast<std::size_t>(i)] =
-        std::min(stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)) < limit &&
-        std::max(stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)) < 3 * limit;
-  for (int r = 0; r < wood.rows; ++r)
-    for (int c = 0; c < wood.cols; ++c)
-      if (speck[static_cast<std::size_t>(labels.at<int>(r, c))]) wood.at<std::uint8_t>(r, c) = 255;
-}
 
 // Keeps `margin_px` from whatever is not wood; the map's own border counts as such.
 cv::Mat keep_away(const cv::Mat& wood, double margin_px) {
@@ -43,30 +26,51 @@ cv::Mat keep_away(const cv::Mat& wood, double margin_px) {
   return kept(cv::Rect(1, 1, wood.cols, wood.rows)).clone();
 }
 
-// Connected parts, the small ones dropped, numbered from left to right.
-std::vector<Zone> label_zones(cv::Mat& usable, cv::Mat& zones, const WorkMap& work, const Raster<PanelFrame>& map,
-                              const MaskOptions& options) {
+// Connected parts, each with its strip's number (or its own, where `strips` is empty); the small ones are dropped.
+// Zones are numbered from left to right.
+std::vector<Zone> label_zones(cv::Mat& usable, const cv::Mat& strips, cv::Mat& zones, const WorkMap& work,
+                              const Raster<PanelFrame>& map, const MaskOptions& options) {
   cv::Mat labels, stats, centres;
   const int count = cv::connectedComponentsWithStats(usable, labels, stats, centres, 4);
   const double px2 = work.px_per_mm * work.px_per_mm;
-  std::vector<int> order;
-  for (int i = 1; i < count; ++i)
-    if (stats.at<int>(i, cv::CC_STAT_AREA) >= options.smallest_zone.count() * px2) order.push_back(i);
-  std::sort(order.begin(), order.end(),
-            [&](int a, int b) { return centres.at<double>(a, 0) < centres.at<double>(b, 0); });
+  struct Island {
+    int label = 0;
+    cv::Rect box;
+    double area = 0, middle = 0;
+  };
+  std::map<int, std::vector<Island>> by_strip;
+  for (int i = 1; i < count; ++i) {
+    const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                       stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    const double area = stats.at<int>(i, cv::CC_STAT_AREA);
+    if (area < options.smallest_zone.count() * px2) continue;
+    int strip = -i;
+    if (!strips.empty()) {
+      double low = 0, high = 0;
+      cv::minMaxLoc(strips(box), &low, &high, nullptr, nullptr, labels(box) == i);
+      strip = static_cast<int>(high);
+    }
+    by_strip[strip].push_back({i, box, area, centres.at<double>(i, 0)});
+  }
+  std::vector<std::pair<double, int>> order;
+  for (const auto& [strip, parts] : by_strip) {
+    double sum = 0, area = 0;
+    for (const Island& part : parts) sum += part.middle * part.area, area += part.area;
+    order.emplace_back(sum / area, strip);
+  }
+  std::sort(order.begin(), order.end());
   if (order.size() > 255) order.resize(255);
   std::vector<std::uint8_t> number(static_cast<std::size_t>(count), 0);
   std::vector<Zone> list;
-  for (const int i : order) {
+  for (const auto& [middle, strip] : order) {
     Zone zone;
     zone.label = static_cast<int>(list.size()) + 1;
-    number[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(zone.label);
-    zone.area = SquareMillimetres(stats.at<int>(i, cv::CC_STAT_AREA) / px2);
-    const double left = stats.at<int>(i, cv::CC_STAT_LEFT) * work.fold,
-                 top = stats.at<int>(i, cv::CC_STAT_TOP) * work.fold;
-    zone.box.add(map.from_pixels(left, top));
-    zone.box.add(map.from_pixels(left + stats.at<int>(i, cv::CC_STAT_WIDTH) * work.fold,
-                                 top + stats.at<int>(i, cv::CC_STAT_HEIGHT) * work.fold));
+    for (const Island& part : by_strip.at(strip)) {
+      number[static_cast<std::size_t>(part.label)] = static_cast<std::uint8_t>(zone.label);
+      zone.area += SquareMillimetres(part.area / px2);
+      zone.box.add(map.from_pixels(part.box.x * work.fold, part.box.y * work.fold));
+      zone.box.add(map.from_pixels(part.box.br().x * work.fold, part.box.br().y * work.fold));
+    }
     list.push_back(zone);
   }
   cv::Mat grey;
@@ -98,36 +102,157 @@ Raster<PanelFrame> grow(const cv::Mat& small, int fold, const Raster<PanelFrame>
   return {grown(cv::Rect(0, 0, map.pixels.cols, map.pixels.rows)).clone(), map.resolution, map.origin};
 }
 
+constexpr double kNamedFaults = 0.12;  // share of a strip that is left out, beyond which the operator is told
+
+// What is doubtful about a strip: `sure` from 0 to 1, and a sentence for the least sure of all.
+struct Doubt {
+  double sure = 1;
+  std::string reason;
+
+  void consider(double how_sure, const char* why) {
+    if (how_sure >= sure) return;
+    sure = std::max(0.0, how_sure), reason = why;
+  }
+};
+
+Doubt doubts_of(const FoundStrip& strip, const BoardView& view, double fault_share) {
+  constexpr double kClearSide = 6;     // spreads of the board: a side whose step is half of it is doubtful
+  constexpr double kClearlyOther = 8;  // the same for places that are unlike the board
+  constexpr double kManyFaults = 0.4;  // a strip of which half as much is not its own wood is doubtful
+  Doubt doubt;
+  doubt.consider(view.rim_share, "the board is not the same all around the sheet");
+  const double clearest = std::min({strip.left.seen, strip.right.seen, strip.top.seen, strip.bottom.seen});
+  doubt.consider(clearest / kClearSide, "one of its sides cannot be seen");
+  doubt.consider(strip.unlike / kClearlyOther, "it looks like the board");
+  doubt.consider(1 - fault_share / kManyFaults, "much of it does not look like its wood");
+  return doubt;
+}
+
+class Masker {
+ public:
+  Masker(const WorkMap& work, const cv::Mat& marked, const Raster<PanelFrame>& map, const MaskOptions& options)
+      : work_(work), marked_(marked), map_(map), options_(options) {}
+
+  // The strips of a panel that is seen for the first time.
+  void find(VeneerMask& out) {
+    const BoardView view = view_board(work_, marked_);
+    wood_ = cv::Mat::zeros(work_.bgr.size(), CV_8UC1), strips_ = wood_.clone();
+    int number = 0;
+    for (const FoundStrip& strip : find_strips(view, marked_)) {
+      const cv::Mat place = draw_strip(strip, work_.bgr.size());
+      const WoodFaults faults = find_faults(view, place);
+      const double fault_share =
+          cv::countNonZero(faults.mask) / std::max(1.0, static_cast<double>(cv::countNonZero(place)));
+      const Doubt doubt = doubts_of(strip, view, fault_share);
+      if (doubt.sure < options_.least_confidence) {
+        ask(out, strip, {{}, doubt.sure, false, doubt.reason});
+        continue;
+      }
+      if (number == 255) break;
+      if (fault_share > kNamedFaults)
+        ask(out, strip,
+            {{}, doubt.sure, true, fmt::format("{:.0f} % of it does not look like the rest", 100 * fault_share)});
+      confidence_.push_back(doubt.sure);
+      wood_.setTo(255, place & ~faults.mask), strips_.setTo(++number, place);
+      for (const ScrewSpot& spot : faults.round) take_out(spot, out);
+    }
+    wood_.setTo(0, marked_);
+    for (const ScrewSpot& screw : find_screws(work_.bgr, wood_, work_.px_per_mm, options_)) take_out(screw, out);
+  }
+
+  // Of what was usable, what looks as it did.
+  void compare(const EarlierLook& earlier) {
+    const WorkMap before = shrink(earlier.map);
+    const cv::Mat changed = changes(view_board(before, marked_), view_board(work_, marked_));
+    kept_ = all_set(earlier.usable.pixels, work_);
+    // Its margins were kept already: only what is new needs one.
+    wood_ = ~(changed | marked_);
+  }
+
+  Status finish(VeneerMask& out) {
+    cv::Mat usable = keep_away(wood_, options_.edge_margin.count() * work_.px_per_mm), zones;
+    if (!kept_.empty()) cv::bitwise_and(usable, kept_, usable);
+    out.list = label_zones(usable, strips_, zones, work_, map_, options_);
+    if (out.list.empty())
+      return Error{ErrorCode::kRefused,
+                   out.asked.empty() ? "no veneer is seen on the map: check that the show face was scanned"
+                                     : "no strip of veneer is seen clearly on the map: " + out.asked.front().reason};
+    out.zones = grow(zones, work_.fold, map_);
+    for (Zone& zone : out.list) {
+      if (strips_.empty()) continue;
+      double low = 0, high = 0;
+      cv::minMaxLoc(strips_, &low, &high, nullptr, nullptr, zones == zone.label);
+      zone.confidence = confidence_[static_cast<std::size_t>(high) - 1];
+    }
+    // A picture of its own: assigned to a copy that shares its pixels, the comparison would overwrite the labels.
+    out.usable = {out.zones.pixels > 0, out.zones.resolution, out.zones.origin};
+    return Ok();
+  }
+
+ private:
+  void ask(VeneerMask& out, const FoundStrip& strip, AskedStrip asked) const {
+    const auto corners = corners_of(strip);
+    for (std::size_t i = 0; i < 4; ++i) asked.outline[i] = on_panel(corners[i]);
+    out.asked.push_back(std::move(asked));
+  }
+
+  Point<PanelFrame> on_panel(const cv::Point2d& p) const {
+    return map_.from_pixels(p.x * work_.fold, p.y * work_.fold);
+  }
+
+  void take_out(const ScrewSpot& screw, VeneerMask& out) {
+    const double radius = screw.diameter / 2 + (options_.screw_margin - options_.edge_margin).count() * work_.px_per_mm;
+    cv::circle(wood_, cv::Point2d(screw.centre.x - 0.5, screw.centre.y - 0.5), static_cast<int>(std::ceil(radius)),
+               cv::Scalar(0), cv::FILLED);
+    const Point<PanelFrame> centre = on_panel(screw.centre);
+    const bool known = std::any_of(out.screws.begin(), out.screws.end(), [&](const ScrewHole& other) {
+      return distance(other.centre, centre) < other.diameter / 2;
+    });
+    if (!known) out.screws.push_back({centre, Millimetres(screw.diameter / work_.px_per_mm)});
+  }
+
+  // Where colour or lightness, each in its board's own light, has changed by more than dust and grain do.
+  cv::Mat changes(const BoardView& before, const BoardView& now) const {
+    constexpr double kChanged = 0.25, kWide = 0.25;  // logarithm; mm
+    cv::Mat changed = cv::Mat::zeros(now.planes[0].size(), CV_8UC1);
+    for (std::size_t k = 0; k < 3; ++k) {
+      cv::Mat was, is;
+      cv::GaussianBlur(before.planes[k], was, {}, kWide * work_.px_per_mm);
+      cv::GaussianBlur(now.planes[k], is, {}, kWide * work_.px_per_mm);
+      changed |= cv::abs(is - was) > kChanged;
+    }
+    cv::morphologyEx(changed, changed, cv::MORPH_OPEN, round_kernel(kWide * work_.px_per_mm));
+    return changed;
+  }
+
+  const WorkMap& work_;
+  const cv::Mat& marked_;
+  const Raster<PanelFrame>& map_;
+  const MaskOptions& options_;
+  cv::Mat wood_, strips_, kept_;    // CV_8UC1, on the work map; strips_ holds numbers from 1
+  std::vector<double> confidence_;  // of each strip
+};
+
 }  // namespace
 
 Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducials& fiducials,
-                               const MaskOptions& options, const Raster<PanelFrame>* earlier) {
+                               const MaskOptions& options, const EarlierLook* earlier) {
   if (map.pixels.type() != CV_8UC3 || map.pixels.empty())
     return Error{ErrorCode::kInvalidArgument, "the veneer map to mask is empty or not an 8 bit colour picture"};
-  if (earlier != nullptr && (earlier->pixels.type() != CV_8UC1 || earlier->pixels.size() != map.pixels.size()))
-    return Error{ErrorCode::kInvalidArgument, "the earlier mask is not as large as the veneer map"};
+  if (earlier != nullptr &&
+      (earlier->usable.pixels.type() != CV_8UC1 || earlier->usable.pixels.size() != map.pixels.size() ||
+       earlier->map.pixels.type() != CV_8UC3 || earlier->map.pixels.size() != map.pixels.size()))
+    return Error{ErrorCode::kInvalidArgument, "the earlier map or mask is not as large as the veneer map"};
   const WorkMap work = shrink(map);
   const cv::Mat marked = mark_fiducials(map, fiducials, work, options.fiducial_margin);
-  cv::Mat wood = wood_mask(work, marked);
-  wood.setTo(0, marked);
-  fill_specks(wood, work.px_per_mm);
-
   VeneerMask out;
-  for (const ScrewSpot& screw : find_screws(work.bgr, wood, work.px_per_mm, options)) {
-    const double radius = screw.diameter / 2 + (options.screw_margin - options.edge_margin).count() * work.px_per_mm;
-    cv::circle(wood, cv::Point2d(screw.centre.x - 0.5, screw.centre.y - 0.5), static_cast<int>(std::ceil(radius)),
-               cv::Scalar(0), cv::FILLED);
-    out.screws.push_back({map.from_pixels(screw.centre.x * work.fold, screw.centre.y * work.fold),
-                          Millimetres(screw.diameter / work.px_per_mm)});
+  Masker masker(work, marked, map, options);
+  if (earlier != nullptr) {
+    masker.compare(*earlier);
+  } else {
+    masker.find(out);
   }
-  cv::Mat usable = keep_away(wood, options.edge_margin.count() * work.px_per_mm), zones;
-  if (earlier != nullptr) cv::bitwise_and(usable, all_set(earlier->pixels, work), usable);
-  out.list = label_zones(usable, zones, work, map, options);
-  if (out.list.empty())
-    return Error{ErrorCode::kRefused, "no veneer is seen on the map: check that the show face was scanned"};
-  out.zones = grow(zones, work.fold, map);
-  // A picture of its own: assigned to a copy that shares its pixels, the comparison would overwrite the labels.
-  out.usable = {out.zones.pixels > 0, out.zones.resolution, out.zones.origin};
+  if (const Status finished = masker.finish(out); !finished) return finished.error();
   return out;
 }
 

@@ -1,11 +1,15 @@
-// Which wood of a veneer map can be used.
+// Which wood of a veneer map can be used, on a board and of a wood of any colour.
 //
-// The board is learnt from the map's own margin (neutral grey), the lid is what is bright and neutral. Veneer is what
-// is neither, in strips; screw holes (dark, round, inside a strip), through-holes, tags and missing pieces are taken
-// out, and a margin is kept from every edge. Equal inputs give equal masks. Thread-safe.
+// The board is learnt from the map's own rim. Strips are where the map is unlike the board, in colour or in texture,
+// between straight sides; a gap is a band of board, lit or shaded, between two sides. A strip's own colours are those
+// it shows all over: what is far from all of them (screws, holes, cracks), and what is round, is taken out, as are tags
+// and through-holes. A margin is kept from every edge. A strip that is not known well enough is asked about and
+// withheld. Equal inputs give equal masks. Thread-safe.
 #pragma once
 
+#include <array>
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
 #include "base/raster.h"
@@ -20,6 +24,7 @@ struct MaskOptions {
   Millimetres fiducial_margin{1.5};
   Millimetres screw_diameter_min{2.5}, screw_diameter_max{5.5};
   SquareMillimetres smallest_zone{150};  // smaller islands of wood are dropped
+  double least_confidence = 0.5;         // of a strip that is taken without asking
 };
 
 // A strip, or what is connected of it.
@@ -27,7 +32,16 @@ struct Zone {
   int label = 0;  // its value in VeneerMask::zones
   Box<PanelFrame> box;
   SquareMillimetres area{0};
-  double lightness = 0;  // mean grey level, 0 to 255
+  double lightness = 0;   // mean grey level, 0 to 255
+  double confidence = 1;  // 0 to 1: that this is veneer, whole, and ends where its sides were seen
+};
+
+// A strip that is in doubt: withheld, or taken but for much that does not look like the rest of it.
+struct AskedStrip {
+  std::array<Point<PanelFrame>, 4> outline{};  // lower left, lower right, upper right, upper left
+  double confidence = 0;
+  bool taken = false;
+  std::string reason;  // for the operator, the end of a sentence
 };
 
 struct ScrewHole {
@@ -40,12 +54,19 @@ struct VeneerMask {
   Raster<PanelFrame> zones;   // CV_8UC1, a zone's label on its usable wood, 0 elsewhere
   std::vector<Zone> list;     // by label, from 1; left to right
   std::vector<ScrewHole> screws;
+  std::vector<AskedStrip> asked;
 };
 
-// `map` shows the show face, CV_8UC3. `earlier` is the usable mask of the same panel before something was cut (as large
-// as the map), or null: wood does not grow back, and a screw hole that a cut has opened is hard to see.
-// kInvalidArgument for another type or size, kRefused when no veneer is found.
+// What was accepted of the same panel before, both as large as the map.
+struct EarlierLook {
+  const Raster<PanelFrame>& map;
+  const Raster<PanelFrame>& usable;
+};
+
+// `map` shows the show face, CV_8UC3. With an earlier look, what was usable then and looks the same is usable: wood
+// does not grow back, and strips need not be found again on what cuts have left. kInvalidArgument for another type or
+// size, kRefused when no veneer is found, or none that is known.
 Result<VeneerMask> mask_veneer(const Raster<PanelFrame>& map, const PanelFiducials& fiducials,
-                               const MaskOptions& options = {}, const Raster<PanelFrame>* earlier = nullptr);
+                               const MaskOptions& options = {}, const EarlierLook* earlier = nullptr);
 
 }  // namespace veneer::calib

@@ -176,6 +176,14 @@ std::string before_motion_words(const json& load, const json& confirm) {
   return text + line("Confirm", asked);
 }
 
+// What the cell warns of, a line each.
+std::string warning_lines(const json& result) {
+  std::string text;
+  for (const json& warning : member(result, "warnings"))
+    if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
+  return text;
+}
+
 }  // namespace
 
 std::string render_status(const json& status) {
@@ -264,7 +272,7 @@ std::string render_scan_result(const json& result) {
       text += line("", difference_words(difference));
     }
   }
-  return text;
+  return text + warning_lines(result);
 }
 
 std::string render_certificates(const json& reply) {
@@ -397,9 +405,7 @@ std::string outcome_words(const json& result) {
                         gain_of(number_or(fine, "cost_before", 0), number_or(fine, "cost", 0)));
   if (const std::string refined = refined_words(member(result, "refined")); !refined.empty())
     text += fmt::format("Borders {}.\n", refined);
-  for (const json& warning : member(result, "warnings"))
-    if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
-  return text;
+  return text + warning_lines(result);
 }
 
 }  // namespace

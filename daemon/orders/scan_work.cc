@@ -1,5 +1,7 @@
 #include "daemon/orders/scan_work.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -42,12 +44,30 @@ Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Regis
   return calib::stitch(tiles, area, options);
 }
 
+// What the mask withholds because it is in doubt; places as the operator measures them, from the lower left corner.
+std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
+  std::vector<std::string> out;
+  for (const calib::AskedStrip& strip : mask.asked) {
+    Box<PanelFrame> box;
+    for (const auto& corner : strip.outline) box.add(corner);
+    const auto place = fmt::format("{:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge",
+                                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count());
+    if (strip.taken)
+      out.push_back(fmt::format("of the strip at {} some is left out of the usable wood: {}", place, strip.reason));
+    else
+      out.push_back(
+          fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason));
+  }
+  return out;
+}
+
 // The map's picture and its mask's, into the folder.
 Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask, const std::filesystem::path& folder,
                    PanelRead& out) {
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
   out.zones = zones_of(mask);
   out.usable = wood_area(mask.usable);
+  out.warnings = warnings_of(mask);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
 }
 
@@ -79,7 +99,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   progress(0.82, "finding usable wood");
   auto earlier = read_stored_raster(order.earlier_mask);
   if (!earlier) return earlier.error();
-  auto mask = calib::mask_veneer(*map, *order.known, {}, &*earlier);
+  const calib::EarlierLook look{*before, *earlier};
+  auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
   if (!mask) return mask.error();
   return write_panel(*map, *mask, folder, out);
 }

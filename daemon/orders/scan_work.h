@@ -52,6 +52,7 @@ struct PanelRead {
   std::vector<db::ZoneRecord> zones;
   SquareMillimetres usable{0};
   std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
+  std::vector<std::string> warnings;  // sentences: what the mask left out because it was in doubt
 };
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
                                  const TaskProgress& progress);
@@ -63,6 +64,7 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, earlier_map,
                                    earlier_mask, gone)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
+                                   warnings)
 
 }  // namespace veneer::daemon

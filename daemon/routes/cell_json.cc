@@ -115,6 +115,7 @@ json to_json(const ScanOutcome& o) {
   if (o.face == Face::kShow) {
     out["usable_mm2"] = o.usable.count();
     out["zones"] = o.zones;
+    out["warnings"] = o.warnings;
   }
   if (o.differences) {
     json list = json::array();

@@ -17,6 +17,7 @@ namespace {
 // Of what a worker process answers: could it be what was asked for? It is kept, and read again whenever somebody asks.
 bool can_be(const PanelRead& read, std::size_t tiles) {
   constexpr std::size_t kMostTags = 2'000, kMostZones = 10'000, kMostPoints = 10'000, kMostDifferences = 10'000;
+  constexpr std::size_t kMostWarnings = 1'000, kLongestWarning = 1'000;
   constexpr std::size_t kLongestLattice = 2 << 20;
   constexpr Millimetres kSmallest{1}, kLargest{20'000};
   const auto is_lattice = [](const std::string& text) {
@@ -30,7 +31,8 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
          read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
          std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
          read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
-         (!read.differences || read.differences->size() <= kMostDifferences);
+         (!read.differences || read.differences->size() <= kMostDifferences) && read.warnings.size() <= kMostWarnings &&
+         std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
 }
 
 }  // namespace
@@ -237,8 +239,10 @@ Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFold
   outcome.max = read.max;
   outcome.usable = read.usable;
   outcome.zones = read.zones.size();
+  outcome.warnings = read.warnings;
   log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id->value, panel.width.count(),
              panel.height.count(), outcome.zones);
+  for (const std::string& warning : outcome.warnings) log_->warn("panel {}: {}", id->value, warning);
   return outcome;
 }
 
@@ -286,6 +290,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   outcome.usable = read.usable;
   outcome.zones = read.zones.size();
   outcome.differences = read.differences;
+  outcome.warnings = read.warnings;
   return outcome;
 }
 

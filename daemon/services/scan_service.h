@@ -42,6 +42,7 @@ struct ScanOutcome {
   SquareMillimetres usable{0};          // of a show face
   std::size_t zones = 0;
   std::optional<std::vector<calib::Difference>> differences;  // of a show face that was known: against the ledger
+  std::vector<std::string> warnings;  // sentences for the operator: what of a show face is not used, and why
 };
 
 class ScanService {

@@ -102,19 +102,22 @@ TEST(VeneerMask, LeavesOutMissingPiecesAndTheirShadows) {
 
 TEST(VeneerMask, DoesNotLetWoodGrowBack) {
   rendered::Panel panel = six_species();
-  const auto whole = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel));
+  const auto before = map_of(panel, 150);
+  const auto whole = calib::mask_veneer(before, fiducials_of(panel));
   ASSERT_TRUE(whole.ok());
   // A cut that leaves half a screw hole in the remnant.
   const auto& screw = panel.screws[1];
   panel.gone = {
       {{screw.x, screw.y - 8}, {screw.x + 9, screw.y - 8}, {screw.x + 9, screw.y + 8}, {screw.x, screw.y + 8}}};
-  const auto mask = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel), {}, &whole->usable);
+  const calib::EarlierLook earlier{before, whole->usable};
+  const auto mask = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel), {}, &earlier);
   ASSERT_TRUE(mask.ok());
   EXPECT_EQ(judge(panel, *mask).outside, 0);
   EXPECT_EQ(cv::countNonZero(mask->usable.pixels & ~whole->usable.pixels), 0);
   Raster<PanelFrame> small = whole->usable;
   small.pixels = small.pixels.rowRange(0, 50);
-  EXPECT_FALSE(calib::mask_veneer(map_of(panel, 75), fiducials_of(panel), {}, &small).ok());
+  const calib::EarlierLook smaller{before, small};
+  EXPECT_FALSE(calib::mask_veneer(before, fiducials_of(panel), {}, &smaller).ok());
 }
 
 TEST(VeneerMask, StandsUnevenLightAndNoise) {

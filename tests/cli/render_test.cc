@@ -114,6 +114,11 @@ TEST(Render, AReconciledScanNamesEachDifference) {
             "             wood missing, at 10.0, 20.0 mm, 3.2 mm2\n");
 }
 
+TEST(Render, AScanSaysWhatItLeavesOut) {
+  const json result = {{"panel", "P-1"}, {"warnings", {"a strip is left out: it looks like the board", 7}}};
+  EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning: a strip is left out: it looks like the board\n");
+}
+
 TEST(Render, AnEmptyShelfTellsWhatToDo) {
   EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
   EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);

@@ -41,6 +41,9 @@ cv::Mat nearest_strip(const Panel& panel) {
 }  // namespace
 
 bool holds(const StripVerdict& strip) { return strip.precision >= 0.995 && strip.recall >= 0.97; }
+bool is_asked_about(const StripVerdict& strip) {
+  return strip.asked && strip.precision >= 0.995 && strip.recall < 0.97;
+}
 
 PanelVerdict judge(const Panel& panel) {
   PanelVerdict out;
@@ -113,8 +116,37 @@ PanelVerdict judge(const Panel& panel) {
     strip.precision = counts[i].taken > 0 ? counts[i].taken_wood / counts[i].taken : 1;
     strip.recall = counts[i].deep > 0 ? counts[i].deep_taken / counts[i].deep : 0;
   }
+  for (const calib::AskedStrip& asked : mask->asked) {
+    std::vector<cv::Point2f> outline;
+    for (const auto& corner : asked.outline) {
+      const cv::Vec2d at = sheet_from_panel(corner);
+      outline.emplace_back(static_cast<float>(at[0]), static_cast<float>(at[1]));
+    }
+    bool on_a_strip = false;
+    for (std::size_t i = 0; i < panel.strips.size(); ++i) {
+      cv::Point2d middle;
+      for (const auto& corner : panel.strips[i].outline) middle += corner / 4.0;
+      if (cv::pointPolygonTest(outline, cv::Point2f(middle), false) < 0) continue;
+      out.strips[i].asked = on_a_strip = true;
+    }
+    out.false_warnings += on_a_strip ? 0 : 1;
+  }
   for (std::size_t i = 0; i < panel.faults.size(); ++i)
     if (fault_area[i] > 0) out.faults.push_back({panel.faults[i], fault_taken[i] / fault_area[i]});
+  return out;
+}
+
+PictureVerdict judge_picture(const cv::Mat& picture, ScanResolution resolution, const cv::Mat& usable) {
+  PictureVerdict out;
+  const auto mask = calib::mask_veneer({picture, resolution, {}}, {});
+  if (!mask) {
+    out.refused = mask.error().message;
+    return out;
+  }
+  for (const auto& asked : mask->asked) out.asked.push_back(asked.reason);
+  const cv::Mat taken = mask->usable.pixels, right = taken & usable;
+  out.precision = static_cast<double>(cv::countNonZero(right)) / std::max(1, cv::countNonZero(taken));
+  out.recall = static_cast<double>(cv::countNonZero(right)) / std::max(1, cv::countNonZero(usable));
   return out;
 }
 

@@ -15,6 +15,7 @@ struct StripVerdict {
   std::string wood;
   double precision = 1;  // of what the mask takes on the strip or nearest to it, the share that is wood
   double recall = 0;     // of the wood farther than the mask's margins from everything else, the share taken
+  bool asked = false;    // the mask withholds something that lies on it, and says so
 };
 
 struct FaultVerdict {
@@ -29,13 +30,25 @@ struct PanelVerdict {
   double seconds = 0;        // of the mask alone
   std::vector<StripVerdict> strips;
   std::vector<FaultVerdict> faults;
-  cv::Mat map, usable;  // for people to look at
+  int false_warnings = 0;  // places that the mask asks about and that are no strip
+  cv::Mat map, usable;     // for people to look at
 };
 
 PanelVerdict judge(const Panel& panel);
 
 // Precision at least 0.995 and recall at least 0.97.
 bool holds(const StripVerdict& strip);
+// Some of it is not taken, nothing wrong is, and the operator is told.
+bool is_asked_about(const StripVerdict& strip);
+
+// A picture of a whole panel without tags, and what of it is usable (CV_8UC1): the shares of what is taken that is, and
+// of what is that is taken. Both 0 when the mask is refused.
+struct PictureVerdict {
+  double precision = 0, recall = 0;
+  std::string refused;
+  std::vector<std::string> asked;  // why
+};
+PictureVerdict judge_picture(const cv::Mat& picture, ScanResolution resolution, const cv::Mat& usable);
 
 // The map with the mask drawn over it: what is taken keeps its colour, what is not turns blue.
 cv::Mat overlay(const PanelVerdict& verdict);

@@ -105,6 +105,15 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   EXPECT_GT(cv::countNonZero(after->pixels), 10000);
 }
 
+TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind == RegisterScans::kKind) answer["warnings"] = {"a strip is left out"};
+  };
+  const auto scanned = scan();
+  ASSERT_TRUE(scanned.ok()) << scanned.error().message;
+  EXPECT_EQ(scanned->warnings, std::vector<std::string>{"a strip is left out"});
+}
+
 // Kept for ever and read whenever somebody asks for it: what no process of ours would say must not get there.
 TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
   using nlohmann::json;
@@ -133,6 +142,8 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
          a["zones"][0]["outline"] = json::array_t(20'000, json::array({1, 1}));
        }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
+      {"countless warnings", [](json& a) { a["warnings"] = json::array_t(2'000, "a strip is left out"); }},
+      {"a warning without end", [](json& a) { a["warnings"] = {std::string(100'000, 'a')}; }},
       {"another thing", [](json& a) { a = 3; }},
   };
   for (const auto& [what, change] : spoilt) {

@@ -1,0 +1,164 @@
+#include "calib/odd_marks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/wood_colour.h"
+
+namespace veneer::calib {
+namespace {
+
+constexpr double kUsual = 0.97;  // share of a strip's places whose contrast is usual on it
+// Logarithms; contrast below is noise on any wood.
+constexpr double kLeastOfRounds = 0.06, kLeastOfLines = 0.03;
+
+double quantile(const cv::Mat& values, const cv::Mat& where, double share) {
+  std::vector<float> all;
+  for (int r = 0; r < values.rows; r += 2)
+    for (int c = 0; c < values.cols; c += 2)
+      if (where.at<std::uint8_t>(r, c) != 0) all.push_back(values.at<float>(r, c));
+  if (all.empty()) return 0;
+  const auto nth = all.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(all.size() - 1));
+  std::nth_element(all.begin(), nth, all.end());
+  return *nth;
+}
+
+// Sums over rectangles around each place; beyond the picture nothing is added.
+cv::Mat sum_around(const cv::Mat& values, cv::Size size) {
+  cv::Mat out;
+  cv::boxFilter(values, out, CV_32F, size, {-1, -1}, false, cv::BORDER_CONSTANT);
+  return out;
+}
+int odd(double length) { return 2 * static_cast<int>(std::lround((length - 1) / 2)) + 1; }
+
+// Both signs of a contrast that are larger than usual, 1 = as much as is usual.
+void add_oddness(cv::Mat contrast, const cv::Mat& where, double least, cv::Mat& oddness) {
+  contrast = cv::abs(contrast);
+  const double usual = std::max(least, quantile(contrast, where, kUsual));
+  contrast /= usual;
+  oddness = oddness.empty() ? contrast : cv::Mat(cv::max(oddness, contrast));
+}
+
+// Whether the inside of a round differs in one and the same way from every side of the ring around it, in one plane: a
+// line of the grain runs on beyond it.
+bool is_alone(const BoardView& view, const cv::Point2d& centre, double radius) {
+  constexpr int kSides = 8;
+  constexpr double kLeastShare = 0.4;  // of the mean contrast that each side shows
+  const double px = view.px_per_mm, near = (radius + 0.35) * px, far = (radius + 1.1) * px;
+  for (const cv::Mat& plane : view.planes) {
+    double inside = 0, places = 0;
+    std::array<double, kSides> side{}, count{};
+    const int reach = static_cast<int>(std::ceil(far));
+    for (int r = -reach; r <= reach; ++r)
+      for (int c = -reach; c <= reach; ++c) {
+        const int x = static_cast<int>(centre.x) + c, y = static_cast<int>(centre.y) + r;
+        if (x < 0 || y < 0 || x >= plane.cols || y >= plane.rows) continue;
+        const double d = std::hypot(c, r), level = plane.at<float>(y, x);
+        if (d < 0.7 * radius * px) inside += level, places += 1;
+        if (d < near || d > far) continue;
+        const auto k = static_cast<std::size_t>((std::atan2(r, c) / (2 * CV_PI) + 1) * kSides) % kSides;
+        side[k] += level, count[k] += 1;
+      }
+    double mean = 0;
+    for (std::size_t k = 0; k < kSides; ++k) {
+      side[k] = inside / std::max(1.0, places) - side[k] / std::max(1.0, count[k]);
+      mean += side[k] / kSides;
+    }
+    const bool all = std::ranges::all_of(side, [&](double s) { return s * mean > kLeastShare * mean * mean; });
+    if (all && std::abs(mean) > kLeastOfRounds) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+SpotContrast::SpotContrast(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, double radius)
+    : radius_(radius) {
+  constexpr double kGap = 0.3, kRing = 1.2;  // mm beyond the round where its surroundings begin and end
+  const double px = view.px_per_mm;
+  // A square of the round's own area less its rim.
+  const int inner = odd(1.5 * radius * px), near = odd(2 * (radius + kGap) * px), far = odd(2 * (radius + kRing) * px);
+  cv::Mat wood;
+  strip(box).convertTo(wood, CV_32F, 1.0 / 255);
+  const cv::Mat inside = sum_around(wood, {inner, inner}),
+                around = sum_around(wood, {far, far}) - sum_around(wood, {near, near});
+  // Where little of the ring is wood nothing is known.
+  const cv::Mat known = (strip(box) != 0) & (around > 0.4F * static_cast<float>(far * far - near * near));
+  for (const cv::Mat& plane : view.planes) {
+    const cv::Mat own = plane(box).mul(wood);
+    cv::Mat contrast = sum_around(own, {inner, inner}) / cv::max(inside, 1.0F) -
+                       (sum_around(own, {far, far}) - sum_around(own, {near, near})) / cv::max(around, 1.0F);
+    contrast.setTo(0, ~known);
+    add_oddness(contrast, known, kLeastOfRounds, oddness_);
+  }
+}
+
+std::vector<ScrewSpot> find_odd_spots(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  constexpr double kOdd = 2.75;
+  std::vector<ScrewSpot> out;
+  const double px = view.px_per_mm;
+  for (const double radius : {1.0, 1.5, 2.2}) {
+    cv::Mat oddness = SpotContrast(view, strip, box, radius).oddness();
+    for (int i = 0; i < 20; ++i) {
+      double most = 0;
+      cv::Point at;
+      cv::minMaxLoc(oddness, nullptr, &most, nullptr, &at);
+      if (most < kOdd) break;
+      const cv::Point2d centre = cv::Point2d(box.tl() + at) + cv::Point2d(0.5, 0.5);
+      if (is_alone(view, centre, radius)) out.push_back({centre, 2 * (radius + 0.4) * px});
+      cv::circle(oddness, at, static_cast<int>(radius * px), cv::Scalar(0), cv::FILLED);
+    }
+  }
+  return out;
+}
+
+cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  constexpr double kLength = 8;                          // mm
+  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; a line's surroundings reach three times as far
+  constexpr double kSteepest = 0.12, kTilt = 0.06;
+  constexpr double kOdd = 2.7;
+  constexpr double kShrink = 0.5;  // a line is long: half the pixels show it as well
+  const double px = view.px_per_mm * kShrink;
+  cv::Mat lines = cv::Mat::zeros(strip.size(), CV_8UC1), small_strip, small_plane;
+  cv::resize(strip(box), small_strip, {}, kShrink, kShrink, cv::INTER_NEAREST);
+  cv::resize(view.planes[0](box), small_plane, small_strip.size(), 0, 0, cv::INTER_AREA);
+  cv::Mat found = cv::Mat::zeros(small_strip.size(), CV_8UC1);
+  for (const bool lying : {false, true}) {
+    const auto turned = [&](const cv::Mat& m) { return lying ? cv::Mat(m.t()) : m; };
+    const cv::Mat mask = turned(small_strip);
+    if (mask.rows < 1.5 * kLength * px) continue;
+    cv::Mat wood;
+    mask.convertTo(wood, CV_32F, 1.0 / 255);
+    const cv::Mat plane = turned(small_plane).mul(wood);
+    for (const double width : kWidths) {
+      const int tall = odd(kLength * px), narrow = odd(width * px), wide = odd(3.2 * width * px);
+      cv::Mat best = cv::Mat::zeros(mask.size(), CV_32FC1), oddness;
+      for (double tilt = -kSteepest; tilt < kSteepest + 1e-9; tilt += kTilt) {
+        // Sheared, so that lines of this tilt stand upright.
+        const cv::Matx23d upright(1, tilt, -tilt * mask.rows / 2, 0, 1, 0),
+            back(1, -tilt, tilt * mask.rows / 2, 0, 1, 0);
+        cv::Mat own, where, contrast;
+        cv::warpAffine(plane, own, upright, mask.size());
+        cv::warpAffine(wood, where, upright, mask.size());
+        const cv::Mat in_area = sum_around(where, {narrow, tall}),
+                      beside_area = sum_around(where, {wide, tall}) - in_area;
+        const cv::Mat in_sum = sum_around(own, {narrow, tall}), beside_sum = sum_around(own, {wide, tall}) - in_sum;
+        contrast = in_sum / cv::max(in_area, 1.0F) - beside_sum / cv::max(beside_area, 1.0F);
+        contrast.setTo(0, (in_area < 0.5F * static_cast<float>(narrow * tall)) |
+                              (beside_area < 0.5F * static_cast<float>((wide - narrow) * tall)));
+        cv::warpAffine(cv::abs(contrast), contrast, back, mask.size());
+        best = cv::max(best, contrast);
+      }
+      add_oddness(best, mask, kLeastOfLines, oddness);
+      found |= turned((oddness > kOdd) & mask);
+    }
+  }
+  cv::Mat grown;
+  cv::resize(found, grown, box.size(), 0, 0, cv::INTER_NEAREST);
+  lines(box) |= grown;
+  return lines;
+}
+
+}  // namespace veneer::calib

@@ -1,0 +1,227 @@
+#include "calib/wood_faults.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/odd_marks.h"
+
+namespace veneer::calib {
+namespace {
+
+constexpr double kCell = 4;           // mm; a colour is counted by the cells of the strip that show it
+constexpr double kAllOver = 0.12;     // share of the cells that make a colour the wood's own
+constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
+constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
+constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
+constexpr double kOpening = 15;       // mm2; a larger fault may be an opening
+constexpr double kThinnest = 2;       // mm of an opening; a crack is thinner
+constexpr double kShaded = 0.6;       // mm of the wood's own colour that the shade of an opening's side has
+constexpr double kMixed = 0.15;       // mm
+constexpr double kLargestRound = 11;  // mm across
+
+// Colours of the planes in steps: lightness, and the two opponent colours.
+constexpr std::array<double, 3> kStep = {0.10, 0.055, 0.055}, kLowest = {-3.5, -1.2, -1.2};
+constexpr std::array<int, 3> kBins = {60, 44, 44};
+constexpr int kReach = 2;  // steps from an own colour within which a colour is still the wood's
+
+int bin_of(const BoardView& view, int r, int c) {
+  int bin = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int at = static_cast<int>((view.planes[k].at<float>(r, c) - kLowest[k]) / kStep[k]);
+    bin = bin * kBins[k] + std::clamp(at, 0, kBins[k] - 1);
+  }
+  return bin;
+}
+
+// Sets every colour within kReach steps of one that is set.
+void widen(std::vector<std::uint8_t>& own) {
+  const std::array<int, 3> stride = {kBins[1] * kBins[2], kBins[2], 1};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::vector<std::uint8_t> before = own;
+    for (int i = 0; i < static_cast<int>(own.size()); ++i) {
+      if (before[static_cast<std::size_t>(i)] == 0) continue;
+      const int at = i / stride[k] % kBins[k];
+      for (int d = -kReach; d <= kReach; ++d)
+        if (at + d >= 0 && at + d < kBins[k]) own[static_cast<std::size_t>(i + d * stride[k])] = 1;
+    }
+  }
+}
+
+// A crack shows its colour in many cells, but along one line only: an own colour is seen across the strip as well.
+std::vector<std::uint8_t> own_colours(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  const auto cell = std::max(1, static_cast<int>(kCell * view.px_per_mm));
+  const int columns = std::min(64, (box.width + cell - 1) / cell), rows = std::min(64, (box.height + cell - 1) / cell);
+  struct Seen {
+    std::uint64_t columns = 0, rows = 0;
+    int cells = 0, last = -1, pixels = 0;
+  };
+  std::vector<Seen> seen(static_cast<std::size_t>(kBins[0]) * kBins[1] * kBins[2]);
+  int count = 0;
+  for (int top = box.y; top < box.br().y; top += cell)
+    for (int left = box.x; left < box.br().x; left += cell) {
+      int inside = 0;
+      for (int r = top; r < std::min(top + cell, box.br().y); ++r)
+        for (int c = left; c < std::min(left + cell, box.br().x); ++c) {
+          if (strip.at<std::uint8_t>(r, c) == 0) continue;
+          ++inside;
+          Seen& colour = seen[static_cast<std::size_t>(bin_of(view, r, c))];
+          if (colour.last != count) colour.last = count, colour.pixels = 0;
+          if (++colour.pixels != 2) continue;
+          ++colour.cells;
+          colour.columns |= std::uint64_t{1}
+                            << ((left - box.x) / cell * columns / std::max(columns, (box.width + cell - 1) / cell));
+          colour.rows |= std::uint64_t{1}
+                         << ((top - box.y) / cell * rows / std::max(rows, (box.height + cell - 1) / cell));
+        }
+      if (inside > 0) ++count;
+    }
+  std::vector<std::uint8_t> own(seen.size(), 0);
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    own[i] = seen[i].cells >= std::max(3.0, kAllOver * count) && std::popcount(seen[i].columns) >= kAcross * columns &&
+                     std::popcount(seen[i].rows) >= kAcross * rows
+                 ? 1
+                 : 0;
+  widen(own);
+  return own;
+}
+
+// Whether the strip goes on around a round: at its side an odd patch has no roundness to judge.
+bool lies_within(const cv::Mat& strip, const cv::Point2d& centre, double radius) {
+  const cv::Rect all({}, strip.size());
+  for (const cv::Point2d& way : {cv::Point2d(1, 0), cv::Point2d(-1, 0), cv::Point2d(0, 1), cv::Point2d(0, -1)}) {
+    const cv::Point2d at = centre + radius * way;
+    const cv::Point pixel(static_cast<int>(at.x), static_cast<int>(at.y));
+    if (!all.contains(pixel) || strip.at<std::uint8_t>(pixel) == 0) return false;
+  }
+  return true;
+}
+
+// How far a round fault reaches: the outermost ring of which most still differs from the wood around it.
+double round_reach(const BoardView& view, const cv::Point2d& centre, double inner, double outer) {
+  const double px = view.px_per_mm;
+  constexpr int kRays = 36;
+  const auto at = [&](int ray, double radius, std::size_t plane) {
+    const double way = 2 * CV_PI * ray / kRays;
+    const int c = std::clamp(static_cast<int>(centre.x + radius * std::cos(way)), 0, view.planes[0].cols - 1);
+    const int r = std::clamp(static_cast<int>(centre.y + radius * std::sin(way)), 0, view.planes[0].rows - 1);
+    return static_cast<double>(view.planes[plane].at<float>(r, c));
+  };
+  std::array<double, 3> wood{}, spread{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::vector<double> far;
+    for (int ray = 0; ray < kRays; ++ray)
+      for (double radius = outer + 0.5 * px; radius < outer + 2 * px; radius += 2) far.push_back(at(ray, radius, k));
+    std::sort(far.begin(), far.end());
+    wood[k] = far[far.size() / 2];
+    spread[k] = std::max(0.04, 0.5 * (far[far.size() * 9 / 10] - far[far.size() / 10]));
+  }
+  double reach = inner;
+  for (double radius = inner; radius < outer; radius += 0.5) {
+    int off = 0;
+    for (int ray = 0; ray < kRays; ++ray) {
+      double d = 0;
+      for (std::size_t k = 0; k < 3; ++k) d = std::max(d, std::abs(at(ray, radius, k) - wood[k]) / spread[k]);
+      off += d > 1.3 ? 1 : 0;
+    }
+    if (off > 0.6 * kRays) reach = radius + 1;
+    if (off < 0.35 * kRays) break;
+  }
+  return reach;
+}
+
+// Circles whose rim is seen nearly all around, whatever lies within: heads and holes that have the wood's own colours.
+std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  constexpr double kSmallest = 0.8, kLargest = 4.8;  // mm, radius
+  constexpr double kEdge = 0.22;                     // step of the logarithm at a rim, per Scharr's kernel width
+  constexpr double kPerfect = 0.72;
+  const double px = view.px_per_mm;
+  std::vector<ScrewSpot> out;
+  for (const std::size_t plane : {std::size_t{0}, std::size_t{2}}) {
+    // A logarithm of one is 100 levels; the wood's middle lies in the middle.
+    cv::Mat grey;
+    const double middle = cv::mean(view.planes[plane](box), strip(box))[0];
+    view.planes[plane](box).convertTo(grey, CV_8UC1, 100, 128 - 100 * middle);
+    std::vector<cv::Vec3f> circles;
+    cv::HoughCircles(grey, circles, cv::HOUGH_GRADIENT_ALT, 1.5, 1.5 * px, 16 * 100 * kEdge, kPerfect,
+                     static_cast<int>(kSmallest * px), static_cast<int>(std::ceil(kLargest * px)));
+    for (const auto& circle : circles)
+      out.push_back(
+          {cv::Point2d(box.tl()) + cv::Point2d(circle[0], circle[1]) + cv::Point2d(0.5, 0.5), 2.0 * circle[2] + 2});
+  }
+  return out;
+}
+
+}  // namespace
+
+WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
+  WoodFaults out;
+  out.mask = cv::Mat::zeros(strip.size(), CV_8UC1);
+  const cv::Rect box = cv::boundingRect(strip);
+  if (box.empty()) return out;
+  const double px = view.px_per_mm;
+  const std::vector<std::uint8_t> own = own_colours(view, strip, box);
+  cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), labels, stats, centres;
+  for (int r = 0; r < box.height; ++r)
+    for (int c = 0; c < box.width; ++c)
+      if (strip.at<std::uint8_t>(box.y + r, box.x + c) != 0 &&
+          own[static_cast<std::size_t>(bin_of(view, box.y + r, box.x + c))] == 0)
+        foreign.at<std::uint8_t>(r, c) = 255;
+  const int count = cv::connectedComponentsWithStats(foreign, labels, stats, centres, 8);
+  std::vector<std::uint8_t> kept(static_cast<std::size_t>(count), 0);
+  for (int i = 1; i < count; ++i) {
+    const double area = stats.at<int>(i, cv::CC_STAT_AREA) / (px * px);
+    if (area < kSpeck) continue;
+    const double wide = stats.at<int>(i, cv::CC_STAT_WIDTH) / px, tall = stats.at<int>(i, cv::CC_STAT_HEIGHT) / px;
+    const bool opening = area > kOpening && area > kThinnest * std::max(wide, tall);
+    kept[static_cast<std::size_t>(i)] = opening ? 255 : 128;
+    if (std::max(wide, tall) > kLargestRound || std::min(wide, tall) < 0.45 * std::max(wide, tall)) continue;
+    const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),
+                             box.y + stats.at<int>(i, cv::CC_STAT_TOP) + 0.5 * stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    const double inner = 0.25 * (wide + tall) * px;
+    if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
+    const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
+    out.round.push_back({centre, 2 * reach});
+    kept[static_cast<std::size_t>(i)] = 128;
+  }
+  for (int r = 0; r < box.height; ++r)
+    for (int c = 0; c < box.width; ++c)
+      out.mask.at<std::uint8_t>(box.y + r, box.x + c) = kept[static_cast<std::size_t>(labels.at<int>(r, c))];
+  cv::Mat openings;
+  cv::dilate(out.mask(box) == 255, openings, round_kernel(kShaded * px));
+  out.mask(box) = (out.mask(box) | openings) != 0;
+  // The strip's rim shows its sides.
+  cv::Mat calm;
+  cv::erode(strip, calm, round_kernel(kStripRim * px));
+  std::vector<SpotContrast> sizes;
+  for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
+  const auto how_odd = [&](const ScrewSpot& spot) {
+    const auto size = std::min_element(sizes.begin(), sizes.end(), [&](const auto& a, const auto& b) {
+      return std::abs(a.radius() - spot.diameter / 2 / px) < std::abs(b.radius() - spot.diameter / 2 / px);
+    });
+    const int reach = std::max(1, static_cast<int>(0.3 * px));
+    const cv::Rect around = cv::Rect(static_cast<int>(spot.centre.x) - box.x - reach,
+                                     static_cast<int>(spot.centre.y) - box.y - reach, 2 * reach + 1, 2 * reach + 1) &
+                            cv::Rect({}, box.size());
+    double most = 0;
+    if (!around.empty()) cv::minMaxLoc(size->oddness()(around), nullptr, &most);
+    return most;
+  };
+  for (const ScrewSpot& circle : find_circles(view, strip, box)) {
+    if (how_odd(circle) > 2) out.round.push_back(circle);
+  }
+  // What is known already is not usual.
+  cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
+  for (const ScrewSpot& spot : out.round)
+    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kStripRim * px), cv::Scalar(0), cv::FILLED);
+  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) out.round.push_back(spot);
+  out.mask |= find_odd_lines(view, calm, box);
+  // Where a fault thins out its colour mixes with the wood's.
+  cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));
+  return out;
+}
+
+}  // namespace veneer::calib

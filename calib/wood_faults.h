@@ -1,0 +1,22 @@
+// What lies in a strip of veneer and is no wood of it: screws of any metal, holes, cracks, openings. Internal to
+// veneer_mask. Thread-safe.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "calib/board_model.h"
+#include "calib/screw_finder.h"
+
+namespace veneer::calib {
+
+struct WoodFaults {
+  cv::Mat mask;                  // CV_8UC1, 255 = not the strip's wood
+  std::vector<ScrewSpot> round;  // screws and holes, in the view's pixels
+};
+
+// `strip` is 255 on one strip. A colour is its wood's own when it is seen all over the strip; what is far from every
+// such colour, and more than a speck, is a fault.
+WoodFaults find_faults(const BoardView& view, const cv::Mat& strip);
+
+}  // namespace veneer::calib

@@ -1,0 +1,75 @@
+#include "calib/strip_finder.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+
+#include "tests/support/drawn_strips.h"
+
+namespace veneer {
+namespace {
+
+using drawn::DrawnBoard;
+using drawn::DrawnStrip;
+
+std::vector<calib::FoundStrip> strips_of(const DrawnBoard& board) {
+  const calib::WorkMap map = draw(board);
+  const cv::Mat unmarked = cv::Mat::zeros(map.bgr.size(), CV_8UC1);
+  return calib::find_strips(calib::view_board(map, unmarked), unmarked);
+}
+
+const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31);
+
+void expect_corners(const calib::FoundStrip& found, const DrawnStrip& strip) {
+  const auto corners = calib::corners_of(found);
+  const std::array<cv::Point2d, 4> truth = {cv::Point2d(strip.upper_left.x + strip.lean, strip.lower_right.y),
+                                            cv::Point2d(strip.lower_right.x + strip.lean, strip.lower_right.y),
+                                            cv::Point2d(strip.lower_right.x, strip.upper_left.y), strip.upper_left};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const cv::Point2d off = corners[i] / drawn::kPxPerMm - truth[i];
+    EXPECT_LT(std::hypot(off.x, off.y), 0.3) << "corner " << i << " " << corners[i] / drawn::kPxPerMm << truth[i];
+  }
+}
+
+TEST(StripFinder, FindsStripsOfEveryColourBetweenNarrowGaps) {
+  DrawnBoard board;
+  board.strips = {{{12, 12}, {34, 48}, kOak, 0.1, 0.06},
+                  {{35, 12}, {55, 48}, kSilver, 0.1, 0.06},
+                  {{56.5, 12}, {78, 48}, kEbony, -0.1, 0.06}};
+  const auto found = strips_of(board);
+  ASSERT_EQ(found.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) expect_corners(found[i], board.strips[i]);
+}
+
+TEST(StripFinder, FindsStripsInTwoRows) {
+  DrawnBoard board;
+  board.height = 80;
+  board.strips = {{{12, 12}, {40, 38}, kOak, 0, 0.06},
+                  {{42, 12}, {76, 38}, kSilver, 0, 0.06},
+                  {{12, 41}, {30, 68}, kSilver, 0, 0.06},
+                  {{32, 41}, {76, 68}, kOak, 0, 0.06}};
+  EXPECT_EQ(strips_of(board).size(), 4U);
+}
+
+// A dark line of the grain has straight sides as well, but it does not show the board.
+TEST(StripFinder, DoesNotTakeTheGrainForAGap) {
+  DrawnBoard board;
+  board.strips = {{{12, 12}, {78, 48}, kOak, 0, 0.05}, {{40, 12}, {41, 48}, kOak * 0.5, 0, 0.05}};
+  const auto found = strips_of(board);
+  ASSERT_EQ(found.size(), 1U);
+  expect_corners(found[0], board.strips[0]);
+}
+
+TEST(StripFinder, SaysHowClearlyItsSidesAreSeen) {
+  DrawnBoard board;
+  board.texture = 0.05;
+  board.strips = {{{12, 12}, {40, 48}, board.bgr * 0.4, 0, 0.03}};
+  const auto clear = strips_of(board);
+  ASSERT_EQ(clear.size(), 1U);
+  for (const auto& side : {clear[0].left, clear[0].right, clear[0].top, clear[0].bottom}) EXPECT_GT(side.seen, 6);
+}
+
+TEST(StripFinder, FindsNothingOnABareBoard) { EXPECT_TRUE(strips_of({}).empty()); }
+
+}  // namespace
+}  // namespace veneer

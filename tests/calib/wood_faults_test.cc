@@ -1,0 +1,87 @@
+#include "calib/wood_faults.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/support/drawn_strips.h"
+
+namespace veneer {
+namespace {
+
+using drawn::DrawnBoard;
+using drawn::put_disc;
+using drawn::put_line;
+
+struct Seen {
+  calib::WoodFaults faults;
+  cv::Mat out;  // 255 = taken out, round ones included
+};
+
+class WoodFaults : public ::testing::Test {
+ protected:
+  void lay(const cv::Scalar& wood, double grain) {
+    board_.strips = {{{15, 10}, {75, 50}, wood, 0, grain}};
+    map_ = draw(board_);
+  }
+  Seen look() const {
+    const auto view = calib::view_board(map_, cv::Mat::zeros(map_.bgr.size(), CV_8UC1));
+    Seen seen;
+    seen.faults = calib::find_faults(view, place_of(board_.strips[0], map_.bgr.size()));
+    seen.out = seen.faults.mask.clone();
+    for (const auto& spot : seen.faults.round)
+      cv::circle(seen.out, spot.centre, static_cast<int>(spot.diameter / 2), cv::Scalar(255), cv::FILLED);
+    return seen;
+  }
+  // Share of a disc that is taken out.
+  static double taken_out(const Seen& seen, const cv::Point2d& mm, double diameter) {
+    cv::Mat disc = cv::Mat::zeros(seen.out.size(), CV_8UC1);
+    cv::circle(disc, mm * drawn::kPxPerMm, static_cast<int>(diameter / 2 * drawn::kPxPerMm), cv::Scalar(255),
+               cv::FILLED);
+    return static_cast<double>(cv::countNonZero(seen.out & disc)) / cv::countNonZero(disc);
+  }
+  double lost(const Seen& seen) const {
+    const cv::Mat wood = place_of(board_.strips[0], map_.bgr.size());
+    return static_cast<double>(cv::countNonZero(seen.out & wood)) / cv::countNonZero(wood);
+  }
+
+  DrawnBoard board_;
+  calib::WorkMap map_;
+};
+
+const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31), kBleached(205, 211, 214);
+
+TEST_F(WoodFaults, FindsHolesAndHeadsOfAnyMetalInAnyWood) {
+  const cv::Scalar brass(82, 152, 187), steel(163, 160, 158), hole(15, 16, 17), lid(215, 216, 217);
+  for (const auto& wood : {kOak, kSilver, kEbony, kBleached}) {
+    lay(wood, 0.05);
+    std::vector<cv::Point2d> places;
+    for (const auto& colour : {brass, steel, hole, lid}) {
+      if (cv::norm(colour - wood) < 40) continue;  // a head in the wood's own colour is told by its rim, if at all
+      places.emplace_back(24 + 13.0 * static_cast<double>(places.size()), 30);
+      put_disc(map_, places.back(), 4, colour);
+    }
+    const Seen seen = look();
+    for (const auto& place : places) EXPECT_GT(taken_out(seen, place, 3.8), 0.98) << wood << place;
+    EXPECT_LT(lost(seen), 0.05) << wood;
+  }
+}
+
+TEST_F(WoodFaults, FindsACrackButNotTheGrain) {
+  lay(kOak, 0.15);
+  EXPECT_LT(lost(look()), 0.005) << "bold grain is the wood's own";
+  put_line(map_, {40, 10}, {42, 35}, 0.6, {17, 19, 22});
+  const Seen seen = look();
+  EXPECT_GT(taken_out(seen, {41, 22}, 0.5), 0.9);
+  EXPECT_LT(lost(seen), 0.03);
+}
+
+TEST_F(WoodFaults, LeavesDustAlone) {
+  lay(kOak, 0.05);
+  for (int i = 0; i < 20; ++i) put_disc(map_, {20.0 + 2.5 * i, 15.0 + (i * 7) % 30}, 0.25, {60, 60, 60});
+  EXPECT_LT(lost(look()), 0.002);
+}
+
+}  // namespace
+}  // namespace veneer

@@ -1,0 +1,39 @@
+// Small work maps drawn by hand for the parts of the veneer mask: a board in one colour, strips with straight sides,
+// light, grain and noise. Everything in millimetres from the upper left corner, y down.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+#include "calib/wood_colour.h"
+
+namespace veneer::drawn {
+
+struct DrawnStrip {
+  cv::Point2d upper_left, lower_right;
+  cv::Scalar bgr;
+  double lean = 0;   // mm by which its lower end lies further right
+  double grain = 0;  // relative, in streaks that run down
+};
+
+struct DrawnBoard {
+  double width = 90, height = 60;
+  cv::Scalar bgr{126, 163, 190};
+  double texture = 0.01;  // relative
+  double falloff = 0;     // of the light, from the middle to a corner
+  std::vector<DrawnStrip> strips;
+  std::uint64_t seed = 1;
+};
+
+constexpr double kPxPerMm = 6;
+
+calib::WorkMap draw(const DrawnBoard& board);
+// 255 on the strip.
+cv::Mat place_of(const DrawnStrip& strip, const cv::Size& size);
+// A disc and a line with round ends.
+void put_disc(calib::WorkMap& map, const cv::Point2d& centre, double diameter, const cv::Scalar& bgr);
+void put_line(calib::WorkMap& map, const cv::Point2d& from, const cv::Point2d& to, double width, const cv::Scalar& bgr);
+
+}  // namespace veneer::drawn
