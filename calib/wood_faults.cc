@@ -155,13 +155,11 @@ std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip,
   return out;
 }
 
-}  // namespace
+// A patch of the strip that shows none of the wood's own colours.
+enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or a pore
 
-WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
-  WoodFaults out;
-  out.mask = cv::Mat::zeros(strip.size(), CV_8UC1);
-  const cv::Rect box = cv::boundingRect(strip);
-  if (box.empty()) return out;
+// Marks the patches in `faults`, and measures those that are round.
+void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, WoodFaults& faults) {
   const double px = view.px_per_mm;
   const std::vector<std::uint8_t> own = own_colours(view, strip, box);
   cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), labels, stats, centres;
@@ -171,48 +169,66 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
           own[static_cast<std::size_t>(bin_of(view, box.y + r, box.x + c))] == 0)
         foreign.at<std::uint8_t>(r, c) = 255;
   const int count = cv::connectedComponentsWithStats(foreign, labels, stats, centres, 8);
-  std::vector<std::uint8_t> kept(static_cast<std::size_t>(count), 0);
+  std::vector<Patch> patches(static_cast<std::size_t>(count), Patch::kNone);
   for (int i = 1; i < count; ++i) {
+    Patch& patch = patches[static_cast<std::size_t>(i)];
     const double area = stats.at<int>(i, cv::CC_STAT_AREA) / (px * px);
     if (area < kSpeck) continue;
     const double wide = stats.at<int>(i, cv::CC_STAT_WIDTH) / px, tall = stats.at<int>(i, cv::CC_STAT_HEIGHT) / px;
     const bool opening = area > kOpening && area > kThinnest * std::max(wide, tall);
-    kept[static_cast<std::size_t>(i)] = opening ? 255 : 128;
+    patch = opening ? Patch::kOpening : Patch::kFault;
     if (std::max(wide, tall) > kLargestRound || std::min(wide, tall) < 0.45 * std::max(wide, tall)) continue;
     const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),
                              box.y + stats.at<int>(i, cv::CC_STAT_TOP) + 0.5 * stats.at<int>(i, cv::CC_STAT_HEIGHT));
     const double inner = 0.25 * (wide + tall) * px;
     if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
-    out.round.push_back({centre, 2 * reach});
-    kept[static_cast<std::size_t>(i)] = 128;
+    faults.round.push_back({centre, 2 * reach});
+    patch = Patch::kFault;
   }
+  cv::Mat openings = cv::Mat::zeros(box.size(), CV_8UC1);
   for (int r = 0; r < box.height; ++r)
-    for (int c = 0; c < box.width; ++c)
-      out.mask.at<std::uint8_t>(box.y + r, box.x + c) = kept[static_cast<std::size_t>(labels.at<int>(r, c))];
-  cv::Mat openings;
-  cv::dilate(out.mask(box) == 255, openings, round_kernel(kShaded * px));
-  out.mask(box) = (out.mask(box) | openings) != 0;
+    for (int c = 0; c < box.width; ++c) {
+      const Patch patch = patches[static_cast<std::size_t>(labels.at<int>(r, c))];
+      if (patch != Patch::kNone) faults.mask.at<std::uint8_t>(box.y + r, box.x + c) = 255;
+      if (patch == Patch::kOpening) openings.at<std::uint8_t>(r, c) = 255;
+    }
+  cv::dilate(openings, openings, round_kernel(kShaded * px));
+  faults.mask(box) |= openings;
+}
+
+// How much a round stands out, among rounds of about its size.
+double oddness_of(const ScrewSpot& spot, const std::vector<SpotContrast>& sizes, const BoardView& view,
+                  const cv::Rect& box) {
+  const double radius = spot.diameter / 2 / view.px_per_mm;
+  const auto size = std::ranges::min_element(
+      sizes, {}, [radius](const SpotContrast& contrast) { return std::abs(contrast.radius() - radius); });
+  const int reach = std::max(1, static_cast<int>(0.3 * view.px_per_mm));
+  const cv::Rect around = cv::Rect(static_cast<int>(spot.centre.x) - box.x - reach,
+                                   static_cast<int>(spot.centre.y) - box.y - reach, 2 * reach + 1, 2 * reach + 1) &
+                          cv::Rect({}, box.size());
+  double most = 0;
+  if (!around.empty()) cv::minMaxLoc(size->oddness()(around), nullptr, &most);
+  return most;
+}
+
+}  // namespace
+
+WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
+  constexpr double kOddCircle = 2;
+  WoodFaults out;
+  out.mask = cv::Mat::zeros(strip.size(), CV_8UC1);
+  const cv::Rect box = cv::boundingRect(strip);
+  if (box.empty()) return out;
+  const double px = view.px_per_mm;
+  mark_foreign_patches(view, strip, box, out);
   // The strip's rim shows its sides.
   cv::Mat calm;
   cv::erode(strip, calm, round_kernel(kStripRim * px));
   std::vector<SpotContrast> sizes;
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
-  const auto how_odd = [&](const ScrewSpot& spot) {
-    const auto size = std::min_element(sizes.begin(), sizes.end(), [&](const auto& a, const auto& b) {
-      return std::abs(a.radius() - spot.diameter / 2 / px) < std::abs(b.radius() - spot.diameter / 2 / px);
-    });
-    const int reach = std::max(1, static_cast<int>(0.3 * px));
-    const cv::Rect around = cv::Rect(static_cast<int>(spot.centre.x) - box.x - reach,
-                                     static_cast<int>(spot.centre.y) - box.y - reach, 2 * reach + 1, 2 * reach + 1) &
-                            cv::Rect({}, box.size());
-    double most = 0;
-    if (!around.empty()) cv::minMaxLoc(size->oddness()(around), nullptr, &most);
-    return most;
-  };
-  for (const ScrewSpot& circle : find_circles(view, strip, box)) {
-    if (how_odd(circle) > 2) out.round.push_back(circle);
-  }
+  for (const ScrewSpot& circle : find_circles(view, strip, box))
+    if (oddness_of(circle, sizes, view, box) > kOddCircle) out.round.push_back(circle);
   // What is known already is not usual.
   cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
   for (const ScrewSpot& spot : out.round)
