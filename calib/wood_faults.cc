@@ -17,7 +17,7 @@ constexpr double kAllOver = 0.12;     // share of the cells that make a colour t
 constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
 constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
-constexpr double kOpening = 15;       // mm2; a larger fault may be an opening
+constexpr double kOpeningArea = 15;   // mm2; a larger fault may be an opening
 constexpr double kThinnest = 2;       // mm of an opening; a crack is thinner
 constexpr double kShaded = 0.6;       // mm of the wood's own colour that the shade of an opening's side has
 constexpr double kMixed = 0.15;       // mm
@@ -175,7 +175,7 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
     const double area = stats.at<int>(i, cv::CC_STAT_AREA) / (px * px);
     if (area < kSpeck) continue;
     const double wide = stats.at<int>(i, cv::CC_STAT_WIDTH) / px, tall = stats.at<int>(i, cv::CC_STAT_HEIGHT) / px;
-    const bool opening = area > kOpening && area > kThinnest * std::max(wide, tall);
+    const bool opening = area > kOpeningArea && area > kThinnest * std::max(wide, tall);
     patch = opening ? Patch::kOpening : Patch::kFault;
     if (std::max(wide, tall) > kLargestRound || std::min(wide, tall) < 0.45 * std::max(wide, tall)) continue;
     const cv::Point2d centre(box.x + stats.at<int>(i, cv::CC_STAT_LEFT) + 0.5 * stats.at<int>(i, cv::CC_STAT_WIDTH),

@@ -56,7 +56,9 @@ void add_place(CLI::App& sim, CommandContext& context) {
   const auto place = std::make_shared<Place>();
   CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
   command->add_option("SHEET", place->sheet, "Its name")->required();
-  command->add_option("WHERE,--on", place->on, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
+  command->add_option("WHERE,--on", place->on, "scanner or bed, with --on or without it")
+      ->required()
+      ->check(CLI::IsMember({"scanner", "bed"}));
   command->add_option("--face", place->face, "Scanner: the face at the glass; bed: the face that looks up")
       ->check(CLI::IsMember({"show", "back"}));
   command->add_option("--part", place->part, "Which part of it lies on the glass (whole, left, right, ...)");
@@ -97,7 +99,7 @@ void add_faults(CLI::App& sim, CommandContext& context) {
   fault->callback([name, value, &context] { call(context, "fault", fault_arguments(*name, *value)); });
 
   const auto lid = std::make_shared<std::string>();
-  CLI::App* lid_command = sim.add_subcommand("lid", "Open or close the lid");
+  CLI::App* lid_command = sim.add_subcommand("lid", "The lid: open or closed");
   lid_command->add_option("STATE", *lid, "open or closed")->required()->check(CLI::IsMember({"open", "closed"}));
   lid_command->callback([lid, &context] { call(context, "lid", {{"open", *lid == "open"}}); });
 

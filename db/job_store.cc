@@ -128,7 +128,7 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
                            "SELECT name, id, 'planned', ?, ? FROM plans WHERE id = ?");
   SQLite::bind(insert, at, at, plan.value);
   if (insert.exec() == 0)
-    return Error{ErrorCode::kNotFound, fmt::format("there is no plan {}: see GET /plans", plan.value)};
+    return Error{ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
   const JobId job{connection.getLastInsertRowid()};
   SQLite::Statement pieces(connection,
                            "INSERT INTO pieces (job, patch) SELECT ?, id FROM patches WHERE plan = ? ORDER BY ordinal");

@@ -17,7 +17,7 @@ constexpr const char* kPlanColumns =
     "FROM plans ";
 
 Error no_such_plan(PlanId plan) {
-  return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see GET /plans", plan.value)};
+  return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
 }
 
 // The wood that the piece itself needs must be among what it books, or its neighbours would be cut into.

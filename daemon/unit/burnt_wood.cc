@@ -52,7 +52,9 @@ Status write_off_under(Repositories& repositories, const ProvenPose& pose, const
                  fmt::format("with power the frame would mark the wood of piece {} of job {}: trace it dark",
                              piece ? piece->mark : "?", allocation.job.value)};
   }
-  const auto spoilt = subtract(*marked, unite(booked));
+  // Where the two would share a slanted border, rounding to the grid lets them overlap by less than this.
+  constexpr Millimetres kRounding{0.003};
+  const auto spoilt = subtract(*marked, offset(unite(booked), kRounding, Corners::kRound));
   if (spoilt.empty()) return Ok();
   return repositories.ledger.write_off(pose.panel, spoilt, reason, at);
 }

@@ -86,16 +86,21 @@ void JobRunner::answer(const Status& status) {
 }
 
 Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) const {
-  std::vector<std::string> missing;
-  for (const auto* wanted : {&options_.confirm, &limits_.to_confirm})
-    for (const std::string& name : *wanted)
-      if (std::find(confirmed.begin(), confirmed.end(), name) == confirmed.end()) missing.push_back(name);
+  std::vector<std::string> wanted = options_.confirm, missing, unknown;
+  wanted.insert(wanted.end(), limits_.to_confirm.begin(), limits_.to_confirm.end());
+  const auto lacks = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) == names.end();
+  };
+  std::ranges::copy_if(wanted, std::back_inserter(missing), [&](const auto& name) { return lacks(confirmed, name); });
   if (missing.empty()) return Ok();
-  return Error{
-      ErrorCode::kRefused,
-      fmt::format("nobody has confirmed yet what the beam needs ({}): see to it and confirm it, with veneerctl by "
-                  "--confirm \"{}\"",
-                  fmt::join(missing, ", "), fmt::join(missing, "\" --confirm \""))};
+  std::ranges::copy_if(confirmed, std::back_inserter(unknown), [&](const auto& name) { return lacks(wanted, name); });
+  // All is confirmed at once: what was given with a refused command is forgotten with it.
+  return Error{ErrorCode::kRefused,
+               fmt::format("nobody has confirmed yet what the beam needs ({}){}: see to it and confirm all of it, with "
+                           "veneerctl by --confirm \"{}\"",
+                           fmt::join(missing, ", "),
+                           unknown.empty() ? "" : fmt::format(", and {} is not asked for", fmt::join(unknown, ", ")),
+                           fmt::join(wanted, "\" --confirm \""))};
 }
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {

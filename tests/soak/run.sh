@@ -14,7 +14,7 @@
 #   ledger       the database: 2000 sequences of the model test, a day's work cut short at every write of the disk with
 #                five seeds and 1000 times by kill -9, 4000 single bits flipped
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
-#                Fails until the mask knows other boards (docs/CALIBRATION.md)
+#                Fails still, by cracks in near-black wood and strips on birch plywood
 #   properties   every test executable that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.

@@ -347,6 +347,21 @@ TEST_F(ProofTest, TheWoodUnderAFrameWithPowerIsWrittenOffOnce) {
   EXPECT_EQ(live().size(), before + 1);
 }
 
+// However the panel lies, what is written off meets what is booked without overlapping it, rounded as both are.
+TEST_F(ProofTest, TheWoodUnderAFrameEndsWhereThatOfItsPiecesBegins) {
+  laser_.burn_at_once = true;
+  load_first_panel();
+  for (int i = 0; i < 24; ++i) {
+    bed_.seen = ProvenPose{PanelId{"P-0001"}, true,
+                           Isometry2<BedFrame, PanelFrame>(
+                               degrees(1.37 * i), point<BedFrame>(30 + 0.613 * i, 0.219 * i), Handedness::kImproper),
+                           Millimetres(0.02)};
+    look();
+    const Status traced = frame(0.02);
+    EXPECT_TRUE(traced.ok()) << i << ": " << traced.error().message;
+  }
+}
+
 TEST_F(ProofTest, AFrameWithPowerOverWoodThatIsKeptForAPieceIsRefused) {
   laser_.burn_at_once = true;
   load_first_panel();
