@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "tests/support/guarded_record.h"
 #include "tests/support/laser_only_cell.h"
 #include "tests/support/temp_directory.h"
 
@@ -26,12 +27,7 @@ class GuardianScenario : public ::testing::Test {
     ASSERT_TRUE(cell->begin_pattern(300).ok());
     ASSERT_TRUE(cell->wait_for([&] { return cell->laser.beam_on(); }));
   }
-  // May the machine be left burning, for all the record says?
-  bool watched() const {
-    std::ifstream in(cell->data() / "guarded");
-    std::string line;
-    return std::getline(in, line) && !line.starts_with("dark ");
-  }
+  bool watched() const { return tests::watched(cell->data()); }
   // Of the guardian that the daemon has started; 0: there is none.
   int pid() const {
     const std::string find = "pgrep -f '[v]eneer-guardian --record " + (cell->data() / "guarded").string() + "'";

@@ -5,6 +5,7 @@
 
 #include "daemon/services/test_pattern.h"
 #include "tests/support/board_file.h"
+#include "tests/support/guarded_record.h"
 #include "tests/support/lihuiyu_job.h"
 #include "tests/support/lone_daemon.h"
 
@@ -157,7 +158,7 @@ TEST_F(LihuiyuBoardCell, TheGuardianResetsTheBoardOfAKilledDaemonWithinASecond) 
       [&] { return board.with_board([](sim::LihuiyuBoard& b) { return !b.homed() && !b.moving(); }); }));
   EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(1));
   EXPECT_TRUE(at_rest());
-  EXPECT_TRUE(daemon.wait_for([&] { return !fs::exists(daemon.data() / "guarded"); })) << "and the guardian knows it";
+  EXPECT_TRUE(daemon.wait_for([&] { return darkened(daemon.data()); })) << "and the guardian knows it";
 }
 
 TEST_F(LihuiyuBoardCell, ABoardWithoutItsSupplyIsNamedByItsRemedy) {

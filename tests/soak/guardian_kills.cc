@@ -9,9 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <string>
 #include <thread>
 
+#include "tests/support/guarded_record.h"
 #include "tests/support/simulated_cell.h"
 
 namespace {
@@ -44,9 +44,7 @@ double one_kill(SimulatedCell& cell, std::mt19937& random) {
   double last_ms = 0;
   while (Clock::now() - killed < std::chrono::milliseconds(2500))
     if (beam_on(cell)) last_ms = std::chrono::duration<double, std::milli>(Clock::now() - killed).count();
-  std::ifstream record(cell.data_dir() / "guarded");
-  std::string line;
-  if (!std::getline(record, line) || !line.starts_with("dark ")) return -1;  // the guardian does not know that it is
+  if (!darkened(cell.data_dir())) return -1;  // the guardian does not know that it is dark
   return cell.start_daemon() ? last_ms : -1;
 }
 
