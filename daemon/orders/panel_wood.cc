@@ -52,7 +52,7 @@ Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector
                                const std::vector<Ring<PanelFrame>>& others) {
   cv::Mat within(free.pixels.size(), CV_8UC1, cv::Scalar(0));
   const auto draw = [&](const Ring<PanelFrame>& ring, int value) {
-    const std::vector<std::vector<cv::Point>> rings{to_pixels(ring, free, kShift)};
+    std::vector<std::vector<cv::Point>> rings{to_pixels(ring, free, kShift)};
     cv::fillPoly(within, rings, cv::Scalar(value), cv::LINE_8, kShift);
     return rings;
   };

@@ -90,6 +90,7 @@ void PanelLibrary::drop_index(const PanelId& panel) const {
 
 void PanelLibrary::keep_index_only(const std::vector<PanelId>& panels) const {
   std::vector<std::string> names;
+  names.reserve(panels.size());
   for (const PanelId& panel : panels) names.push_back(panel.value);
   if (auto cache = planner::IndexCache::open(index_dir())) cache->keep_only(names);
 }

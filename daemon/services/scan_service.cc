@@ -227,7 +227,7 @@ Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFold
   panel.created_at = utc_timestamp();
   const auto fiducials = to_records(read.fiducials, Face::kShow);
   const Status added = database_.call([&](Repositories& r) -> Status {
-    if (const Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
+    if (Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
     return r.materials.add_zones(panel.id, read.zones);
   });
   if (!added) return added.error();
@@ -273,9 +273,9 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   auto scans = store_scans(panel.id, Face::kShow, read);
   if (!scans) return scans.error();
   const Status written = database_.call([&](Repositories& r) -> Status {
-    if (const Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
+    if (Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
     // A panel from before zones were kept gets them now.
-    if (const Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
+    if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version = r.panels.add_mask(
         panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable});
     return version ? Ok() : Status(version.error());
