@@ -93,18 +93,19 @@ class JobRunnerTest : public ::testing::Test {
     settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
+  // Nobody waits for the reply of what goes on after these return.
   Status frame(double power = 0, const std::vector<std::string>& confirmed = {}) {
-    std::optional<Status> out;
+    const auto out = std::make_shared<std::optional<Status>>();
     runner_->frame(
-        PowerFraction(power), "test", [&](Status s) { out = std::move(s); }, confirmed);
+        PowerFraction(power), "test", [out](Status s) { *out = std::move(s); }, confirmed);
     settle();
-    return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
+    return *out ? **out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
   Status recut(std::vector<std::string> marks, std::vector<std::string> confirmed = {}) {
-    std::optional<Status> out;
-    runner_->recut(std::move(marks), std::move(confirmed), "test", [&](Status s) { out = std::move(s); });
+    const auto out = std::make_shared<std::optional<Status>>();
+    runner_->recut(std::move(marks), std::move(confirmed), "test", [out](Status s) { *out = std::move(s); });
     settle();
-    return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
+    return *out ? **out : Status(Error{ErrorCode::kInternal, "no reply"});
   }
   std::string sentence() const { return runner_->view().load ? runner_->view().load->sentence : ""; }
   void look() {
