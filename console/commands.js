@@ -81,7 +81,8 @@ function showCommands() {
   $("frame").hidden = cell.state !== "Suspended";
   const percent = framePercent();
   $("do-frame").disabled = !operator || !found || !databaseSound() || (percent > 0 && !allConfirmed());
-  $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power` : "Trace the frame, dark";
+  const first = percent > 0 && found && !allConfirmed() ? ": first tick what is seen to" : "";
+  $("do-frame").textContent = percent > 0 ? `Trace the frame at ${percent} % power${first}` : "Trace the frame, dark";
   if (cell.load && cell.load.frame_max_power) $("frame-percent").max = 100 * cell.load.frame_max_power;
   $("hint").textContent = operator ? hint
       : "You may look, and press STOP. To operate from this browser, run “veneerctl console” on the cell's machine and open the link it prints.";

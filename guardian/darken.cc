@@ -60,7 +60,7 @@ Status darken_grbl(const std::string& port, milliseconds patience) {
     });
   };
   reset();
-  const Status dark = await(loop, outcome, patience);
+  Status dark = await(loop, outcome, patience);
   (*link)->close();
   return dark;
 }
@@ -81,7 +81,7 @@ class BoardReset {
         !opened)
       return opened;
     link_->submit({lihuiyu::epp_setup(), timeout_});
-    const Status dark = await(loop, outcome_, patience);
+    Status dark = await(loop, outcome_, patience);
     link_->close();
     return dark;
   }

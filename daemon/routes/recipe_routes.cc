@@ -23,6 +23,7 @@ Error must_be(const char* name, const char* what) {
 template <class Q>
 std::vector<Q> quantities(const std::vector<double>& values) {
   std::vector<Q> out;
+  out.reserve(values.size());
   for (const double value : values) out.push_back(Q(value));
   return out;
 }

@@ -57,7 +57,8 @@ class PanelLibrary {
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
   Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
-  // Of the mask, as it was counted when it was made; of one from before that was kept, counted once for each file.
+  // Of the mask, as it was counted when it was made. Masks older than schema 8 have no count in the database: theirs is
+  // taken once for each file.
   Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
 
  private:

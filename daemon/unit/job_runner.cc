@@ -324,10 +324,13 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
   next();
 }
 
+Error JobRunner::no_panel_yet() const {
+  return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
+}
+
 void JobRunner::unsuspend(Reply reply, const std::vector<std::string>& confirmed) {
   if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced: wait until the head stands"});
-  if (wait_.found() == nullptr)
-    return reply(Error{ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"});
+  if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
   auto run = std::make_unique<PanelRun>(host(), view_.job->id, *wait_.found(), wait_.setup_pieces(),
                                         !wait_.is_last_setup(), kept_);
@@ -363,10 +366,11 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
 
 void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply,
                       const std::vector<std::string>& confirmed) {
-  if (view_.state != CellState::kSuspended || wait_.found() == nullptr)
+  if (view_.state != CellState::kSuspended)
     return reply(Error{ErrorCode::kConflict,
                        "the frame is traced while the cell is Suspended and the panel is found: start a job and lay "
                        "its panel"});
+  if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced already"});
   if (!(power.count() >= 0) || power > options_.frame_max_power)
     return reply(Error{ErrorCode::kInvalidArgument,

@@ -80,6 +80,7 @@ class JobRunner : private ActivityHost {
 
   // kRefused, naming what is missing, unless everything of RunnerOptions::confirm and LaserLimits::to_confirm is among
   // them.
+  Error no_panel_yet() const;
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
 
   const CellView& view() const { return view_; }

@@ -211,7 +211,8 @@ Result<std::vector<std::optional<LeadIn>>> choose_leads(const std::vector<LeadPi
   }
   const auto wished = short_way(pieces, candidates, options);
   if (!wished.ok()) return wished.error();
-  for (const auto& [i, begin] : *wished) {
+  for (const auto& [piece, begin] : *wished) {
+    const std::size_t i = piece;
     // Two pieces may have wished for the same waste: the second takes what is next best.
     auto& list = candidates[i];
     std::stable_partition(list.begin(), list.end(), [&b = begin](const Candidate& c) { return c.begin == b; });

@@ -123,10 +123,10 @@ TEST_F(JobRunnerTest, TheEstimateIsOfTheMachineThatIsThere) {
 }
 
 TEST_F(JobRunnerTest, TheFrameIsTracedDarkAndCutsNothing) {
-  EXPECT_FALSE(frame().ok());
+  EXPECT_THAT(frame().error().message, HasSubstr("start a job"));
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   ASSERT_TRUE(start().ok());
-  EXPECT_FALSE(frame().ok());  // nothing lies there
+  EXPECT_EQ(frame().error().message, sentence());  // a job was started already: what it waits for is said
   bed_.lay("P-0001");
   look();
   ASSERT_TRUE(frame().ok());

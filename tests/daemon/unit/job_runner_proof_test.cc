@@ -28,6 +28,12 @@ class ProofTest : public JobRunnerTest {
     ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
     ASSERT_EQ(starts(), 1);
   }
+  // The head is seen to go from x to x along y = 2 of the machine, each known to 1 mm.
+  void go_astray(double from, double to) {
+    laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
+                {point<MachineFrame>(from, 2), point<MachineFrame>(to, 2)}, Millimetres(1));
+    settle();
+  }
   std::string reason() const { return runner_->view().reason; }
   std::vector<db::AllocationRecord> live(const char* panel = "P-0001") {
     auto found = database_->call([&](Repositories& r) { return r.ledger.live_allocations(PanelId{panel}); });
@@ -396,9 +402,7 @@ TEST_F(ProofTest, AnAbortOffThePathMakesTheNeighboursSuspect) {
   look();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   // Astray over the second piece's wood, 20 to 30 of the panel.
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)}, Millimetres(1));
-  settle();
+  go_astray(95, 78);
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(reason(), AllOf(HasSubstr("off its path"), HasSubstr("1 piece(s) beside it")));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
@@ -424,9 +428,7 @@ TEST_F(ProofTest, AnAbortOffThePathReachesNoFartherThanItSays) {
   bed_.lay("P-0001", true, 100, 0);
   look();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(95, 2), point<MachineFrame>(85, 2)}, Millimetres(1));
-  settle();
+  go_astray(95, 85);
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
 }
 
@@ -438,9 +440,7 @@ TEST_F(ProofTest, ACutNeighbourBecomesSuspectAsWell) {
   laser_.finish();
   settle();
   ASSERT_EQ(starts(), 2);
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(78, 2), point<MachineFrame>(95, 2)}, Millimetres(1));
-  settle();
+  go_astray(78, 95);
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
@@ -453,9 +453,7 @@ TEST_F(ProofTest, ARecutOffThePathMakesWhatItMayHaveHitSuspect) {
   ASSERT_EQ(state(), CellState::kSuspended);
   static_cast<void>(recut({"A1-1"}));
   ASSERT_EQ(starts(), 3);
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(95, 2), point<MachineFrame>(78, 2)}, Millimetres(1));
-  settle();
+  go_astray(95, 78);
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(reason(), AllOf(HasSubstr("A1-1 was being cut again"), HasSubstr("2 piece(s) beside it")));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
@@ -467,9 +465,7 @@ TEST_F(ProofTest, AFrameWithPowerOffThePathMakesWhatItMayHaveHitSuspect) {
   bed_.lay("P-0001", true, 100, 0);
   look();
   static_cast<void>(frame(0.02));
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(79, 2), point<MachineFrame>(72, 2)}, Millimetres(1));
-  settle();
+  go_astray(79, 72);
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kSuspect, P::kReserved));
 }
@@ -479,9 +475,7 @@ TEST_F(ProofTest, ADarkFrameOffThePathHitsNothing) {
   bed_.lay("P-0001", true, 100, 0);
   look();
   static_cast<void>(frame(0));
-  laser_.fail({ErrorCode::kDeviceFault, "the laser is off its path"},
-              {point<MachineFrame>(79, 2), point<MachineFrame>(72, 2)}, Millimetres(1));
-  settle();
+  go_astray(79, 72);
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(piece_states(), ElementsAre(P::kReserved, P::kReserved, P::kReserved));
 }
