@@ -33,6 +33,7 @@ cv::Mat draw(const Region<PanelFrame>& region, const Raster<PanelFrame>& map, co
 // The regions, each with its border moved outwards by a distance (inwards when it is negative).
 Region<PanelFrame> moved_borders(const std::vector<Region<PanelFrame>>& regions, Millimetres by) {
   std::vector<Region<PanelFrame>> moved;
+  moved.reserve(regions.size());
   for (const auto& region : regions) moved.push_back(offset(region, by));
   return unite(moved);
 }

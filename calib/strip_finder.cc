@@ -110,6 +110,7 @@ double step_along(const Stretch& stretch, double at, double tilt, double share =
   const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
   if (length < 1e-9) return 0;
   std::vector<double> along;
+  along.reserve(steps.size());
   for (const Value& step : steps) along.push_back((step[0] * sum[0] + step[1] * sum[1] + step[2] * sum[2]) / length);
   const auto nth = along.begin() + static_cast<std::ptrdiff_t>(share * (count - 1));
   std::nth_element(along.begin(), nth, along.end());

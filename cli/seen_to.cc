@@ -41,6 +41,7 @@ Result<std::vector<std::string>> seen_to(const CommandContext& context, std::vec
   if (missing.empty()) return confirmed;
   if (!at_terminal()) {
     std::vector<std::string> options;
+    options.reserve(missing.size());
     for (const std::string& name : missing) options.push_back(as_option(name));
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the beam would come on, and nobody is at a terminal to be asked: see to it, and say {}",

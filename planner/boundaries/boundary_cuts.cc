@@ -329,6 +329,7 @@ Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_toke
   if (!costs.ok()) return costs.error();
   const std::vector<CutLines> wanted = proposal(*costs);
   std::vector<Shares> shares;
+  shares.reserve(wanted.size());
   for (const CutLines& lines : wanted) shares.push_back(whole_way(lines));
   for (int back = 0;; ++back) {
     if (stop.stop_requested()) return cancelled();

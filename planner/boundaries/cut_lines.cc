@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <tuple>
 #include <utility>
@@ -145,7 +146,7 @@ class Recut {
     const auto states = static_cast<std::size_t>(places * kLeans);
     const std::vector<LeanLimits> limits = lean_limits(parts, length, places, quantum);
     std::vector<double> total(states, 0), next(states);
-    std::vector<signed char> leans(static_cast<std::size_t>(parts) * states, 0);
+    std::vector<std::int16_t> leans(static_cast<std::size_t>(parts) * states, 0);
     for (int part = 0; part < parts; ++part) {
       const auto from = static_cast<std::size_t>(std::lround(part * length));
       const auto to = static_cast<std::size_t>(std::lround((part + 1) * length));
@@ -161,7 +162,7 @@ class Recut {
             const int turn = part > 0 ? lean - was : 0;
             const double cost = total[static_cast<std::size_t>(before * kLeans + was + kLean)] + bend * turn * turn;
             if (cost >= least) continue;
-            least = cost, leans[static_cast<std::size_t>(part) * states + state] = static_cast<signed char>(was);
+            least = cost, leans[static_cast<std::size_t>(part) * states + state] = static_cast<std::int16_t>(was);
           }
           const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
           const double beyond = std::max({0, limit.least - lean, lean - limit.most});

@@ -90,7 +90,7 @@ class Refiner {
       const BoundaryCuts before = cuts_;
       const PatchPlacements placements = out_.patches;
       const double cost = cost_;
-      const Status done = one_round(*rematch, static_cast<std::uint64_t>(round));
+      Status done = one_round(*rematch, static_cast<std::uint64_t>(round));
       // Half a round, or one that gained nothing, is taken back.
       if (!done.ok() || cost_ >= cost) {
         cuts_.become(before), out_.patches = placements, cost_ = cost;

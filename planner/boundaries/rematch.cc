@@ -122,6 +122,7 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
   if (!measured.ok()) return measured.error();
   state.best = state.chosen;
   std::vector<Footprint> footprints;
+  footprints.reserve(made.size());
   for (auto& it : made) footprints.push_back(std::move(*it));
   const Chosen before = chosen_from(lists, state.chosen);
   const Score start = score_of(before);

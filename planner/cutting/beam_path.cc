@@ -103,7 +103,7 @@ Polyline<BedFrame> part_of(const Walk& walk, double from, double to) {
 
 // The ring without edges of some micrometres, which offsets leave where an outline turns inwards: they point anywhere,
 // so that their ends would pass for corners.
-Ring<BedFrame> without_specks(Ring<BedFrame> ring) {
+Ring<BedFrame> without_specks(const Ring<BedFrame>& ring) {
   Ring<BedFrame> out;
   for (const auto& p : ring)
     if (out.empty() || distance(out.back(), p) > kMoved) out.push_back(p);
@@ -264,6 +264,7 @@ std::vector<Polyline<BedFrame>> cut_paths(const Ring<BedFrame>& ring, const Door
   const double around = walk.at.back(), half = bridge_gap.count() / 2;
   const double door_at = walk_from(ring, 0).at[door.vertex];
   std::vector<double> middles;
+  middles.reserve(bridges.size());
   for (const double place : bridges) middles.push_back(std::fmod(place - door_at + around, around));
   std::sort(middles.begin(), middles.end());
   std::vector<Polyline<BedFrame>> paths;

@@ -12,28 +12,50 @@
 namespace veneer::planner {
 namespace {
 
-// In glyph units, a sixth of the height: room between characters so that burnt lines never touch, and under them.
-constexpr double kGap = 1.5, kBarDepth = 1.9;
+// In glyph units, a sixth of the height: room between characters so that burnt lines never touch, under them, and
+// between two lines of them.
+constexpr double kGap = 1.5, kBarDepth = 1.9, kLineGap = 2.2;
 
 struct Text {
-  std::vector<std::vector<GlyphPoint>> strokes;  // left end of the bar at x = 0, baseline at y = 0; the bar is the last
-  double width = 0;
+  std::vector<std::vector<GlyphPoint>>
+      strokes;  // left end of the bar at x = 0, last baseline at y = 0; the bar is last
+  double width = 0, top = 0;
+
+  double height() const { return top + kBarDepth; }
 };
 
-std::optional<Text> compose(std::string_view characters) {
+// Lines from top to bottom, over one bar.
+std::optional<Text> compose(std::initializer_list<std::string_view> lines) {
   Text text;
-  for (const char c : characters) {
-    const Glyph* glyph = find_glyph(c);
-    if (glyph == nullptr) return std::nullopt;
-    if (text.width > 0) text.width += kGap;
-    for (const auto& stroke : glyph->strokes) {
-      auto& placed = text.strokes.emplace_back(stroke);
-      for (GlyphPoint& p : placed) p.x += text.width;
+  double baseline = (kGlyphHeight + kLineGap) * static_cast<double>(lines.size() - 1);
+  text.top = baseline + kGlyphHeight;
+  for (const std::string_view line : lines) {
+    double right = 0;
+    for (const char c : line) {
+      const Glyph* glyph = find_glyph(c);
+      if (glyph == nullptr) return std::nullopt;
+      if (right > 0) right += kGap;
+      for (const auto& stroke : glyph->strokes) {
+        auto& placed = text.strokes.emplace_back(stroke);
+        for (GlyphPoint& p : placed) p = {p.x + right, p.y + baseline};
+      }
+      right += glyph->width;
     }
-    text.width += glyph->width;
+    text.width = std::max(text.width, right);
+    baseline -= kGlyphHeight + kLineGap;
   }
   text.strokes.push_back({{0, -kBarDepth}, {text.width, -kBarDepth}});
   return text;
+}
+
+// The ways to write a mark, the best first: on one line, or broken before its hyphen.
+std::vector<Text> ways_to_write(std::string_view mark) {
+  std::vector<Text> ways;
+  if (auto text = compose({mark})) ways.push_back(std::move(*text));
+  const std::size_t hyphen = mark.find('-');
+  if (ways.empty() || hyphen == 0 || hyphen == std::string_view::npos) return ways;
+  ways.push_back(*compose({mark.substr(0, hyphen), mark.substr(hyphen)}));
+  return ways;
 }
 
 // The outline in coordinates turned so that the text's up is +y.
@@ -86,7 +108,7 @@ struct Fit {
 double height_at(const Turned& outline, GlyphPoint centre, const Text& text, const MarkOptions& options) {
   const auto fits = [&](double height) {
     const double unit = height / kGlyphHeight, margin = options.margin.count();
-    return box_fits(outline, centre, text.width * unit / 2 + margin, (kGlyphHeight + kBarDepth) * unit / 2 + margin);
+    return box_fits(outline, centre, text.width * unit / 2 + margin, text.height() * unit / 2 + margin);
   };
   double low = options.min_height.count(), high = options.height.count();
   if (!fits(low)) return 0;
@@ -107,8 +129,7 @@ Fit best_fit(const Turned& outline, const Text& text, const MarkOptions& options
   const GlyphPoint middle{(low.x + high.x) / 2, (low.y + high.y) / 2};
   constexpr int kSteps = 20;
   const double unit = options.min_height.count() / kGlyphHeight, margins = 2 * options.margin.count();
-  if (high.x - low.x < text.width * unit + margins || high.y - low.y < (kGlyphHeight + kBarDepth) * unit + margins)
-    return {};
+  if (high.x - low.x < text.width * unit + margins || high.y - low.y < text.height() * unit + margins) return {};
   Fit best;
   double best_off = 0;
   const auto consider = [&](GlyphPoint centre) {
@@ -139,7 +160,7 @@ Mark place(const Text& text, const Fit& fit, double up) {
     auto& path = mark.strokes.emplace_back();
     for (const GlyphPoint& p : stroke) {
       const double x = fit.centre.x + (p.x - text.width / 2) * unit;
-      const double y = fit.centre.y + (p.y - (kGlyphHeight - kBarDepth) / 2) * unit;
+      const double y = fit.centre.y + (p.y - (text.top - kBarDepth) / 2) * unit;
       path.push_back(point<BedFrame>(c * x - s * y, s * x + c * y));
     }
   }
@@ -184,15 +205,16 @@ bool has_glyph(char c) { return find_glyph(c) != nullptr; }
 
 Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
                           const MarkOptions& options) {
-  const auto composed = compose(text);
-  if (!composed || text.empty())
+  const std::vector<Text> ways = ways_to_write(text);
+  if (ways.empty() || text.empty())
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the mark \"{}\" cannot be engraved: only capitals, digits and '-' can", text)};
   if (outline.size() < 3) return Error{ErrorCode::kInvalidArgument, "a piece without an outline cannot carry a mark"};
   for (const double turn : turns_for(outline, artwork_up.count())) {
     const double up = artwork_up.count() + turn;
-    const Fit fit = best_fit(turn_outline(outline, up), *composed, options);
-    if (fit.height > 0) return place(*composed, fit, up);
+    const Turned turned = turn_outline(outline, up);
+    for (const Text& way : ways)
+      if (const Fit fit = best_fit(turned, way, options); fit.height > 0) return place(way, fit, up);
   }
   return Error{ErrorCode::kRefused,
                fmt::format("the mark \"{}\" does not fit on its piece at {:.1f} mm", text, options.min_height.count())};

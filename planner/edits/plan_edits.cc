@@ -20,7 +20,7 @@ Result<Piece*> find_piece(Plan& plan, const std::string& mark) {
 }
 
 Result<Piece*> find_placed(Plan& plan, const std::string& mark) {
-  const Result<Piece*> piece = find_piece(plan, mark);
+  Result<Piece*> piece = find_piece(plan, mark);
   if (piece.ok() && !(*piece)->placement)
     return Error{ErrorCode::kInvalidArgument, fmt::format("piece {} has no wood in the plan that is kept", mark)};
   return piece;

@@ -27,7 +27,7 @@ cv::Vec3b bilinear(const cv::Mat& picture, double column, double row) {
   cv::Vec3b out;
   for (int k = 0; k < 3; ++k) {
     const double value = (1 - fy) * ((1 - fx) * a[k] + fx * b[k]) + fy * ((1 - fx) * d[k] + fx * e[k]);
-    out[k] = static_cast<std::uint8_t>(value + 0.5);
+    out[k] = static_cast<std::uint8_t>(std::lround(value));
   }
   return out;
 }

@@ -147,7 +147,7 @@ class ClassSurvey {
     if (stop_.stop_requested()) return cancelled();
     std::vector<Best> best(patches_.size(), Best(2 * options_.candidates));
     std::mutex merging;
-    const Status surveyed = run_parallel(
+    Status surveyed = run_parallel(
         rows_, options_.threads, stop_,
         [&](std::size_t row) {
           std::vector<Best> mine(patches_.size(), Best(2 * options_.candidates));
@@ -193,10 +193,11 @@ class ClassSurvey {
                          [](std::size_t value, const Panel& it) { return value < it.first_row; }) -
         panels_.begin() - 1);
     const auto position = static_cast<int>(within) / matcher_.rotations();
+    const int across = position % kPositionsASide, down = position / kPositionsASide;
     const double step = region_ / kPositionsASide;
     return {static_cast<int>(panel), static_cast<int>(within) % matcher_.rotations(),
-            column * region_ + (position % kPositionsASide + 0.5) * step,
-            static_cast<double>(row - panels_[panel].first_row) * region_ + (position / kPositionsASide + 0.5) * step};
+            column * region_ + (across + 0.5) * step,
+            static_cast<double>(row - panels_[panel].first_row) * region_ + (down + 0.5) * step};
   }
   std::uint32_t widest() const {
     int columns = 0;

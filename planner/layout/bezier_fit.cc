@@ -134,12 +134,12 @@ std::vector<Cubic> fit_cubics(std::span<const PlanePoint> path, double tolerance
   std::vector<Cubic> out;
   for (std::size_t from = 0; from + 1 < path.size();) {
     // The longest part that one cubic follows; two points are always followed.
-    std::size_t good = from + 1, bad = path.size();
+    std::size_t good = from + 1;
     std::optional<Cubic> best = fitted(from, path.size() - 1);
     if (best) {
       good = path.size() - 1;
     } else {
-      bad = path.size() - 1;
+      std::size_t bad = path.size() - 1;
       while (bad - good > 1) {
         const std::size_t middle = (good + bad) / 2;
         if (std::optional<Cubic> cubic = fitted(from, middle))

@@ -54,7 +54,7 @@ Status Matcher::measure_clearance(const std::vector<WindowClass>& classes, int t
 Status Matcher::measure_clearance(int threads, const std::stop_token& stop) {
   if (widest_disc_ == 0) return Ok();
   std::vector<std::optional<Clearance>> measured(panels_.size());
-  const Status done = run_parallel(panels_.size(), threads, stop, [&](std::size_t p) -> Status {
+  Status done = run_parallel(panels_.size(), threads, stop, [&](std::size_t p) -> Status {
     const MatchPanel& panel = panels_[p];
     Result<Clearance> it = Clearance::measure(
         panel.wood, panel.features.resolution.to_mm(Pixels(widest_disc_ / 2.0)) + panel.wood.kerf(), stop);

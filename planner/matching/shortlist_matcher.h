@@ -22,7 +22,7 @@ namespace veneer::planner {
 class ShortlistMatcher final : public Matcher {
  public:
   // `largest_response` bounds the absolute value of all features.
-  ShortlistMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, std::vector<WindowClass> classes,
+  ShortlistMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, const std::vector<WindowClass>& classes,
                    double largest_response);
 
   // To be called before build_index(): what is measured of panels is read from `cache` where it was kept, and kept

@@ -278,6 +278,7 @@ std::vector<ShortlistSearch::FreePlace> ShortlistSearch::free_places(const std::
            {static_cast<double>(x0), static_cast<double>(y0), 1, 1, all.columns() + x1 - x0 - 1, rows}, row_length,
            samples_.data());
     std::vector<std::ptrdiff_t> base;
+    base.reserve(static_cast<std::size_t>(rows));
     for (int r = 0; r < rows; ++r) base.push_back(static_cast<std::ptrdiff_t>(row_length) * r);
     for (int y = y0; y < y1; ++y) {
       for (int x = x0; x < x1; ++x) {

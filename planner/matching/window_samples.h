@@ -39,7 +39,8 @@ class TargetWindow {
   // The grid of samples of a window at a place.
   SampleGrid at(int x, int y) const {
     // The first sample is the middle pixel of the first stride x stride.
-    const double to_first = stride_ / 2 + 0.5 - stride_ * 0.5, step = stride_;
+    const int middle = stride_ / 2;
+    const double to_first = middle + 0.5 - stride_ * 0.5, step = stride_;
     return {x + to_first, y + to_first, step, step, columns_, rows_};
   }
   kernels::WindowRows pixels() const {

@@ -47,7 +47,7 @@ Status GreyHistogram::add(const cv::Mat& grey, const cv::Mat& mask, double weigh
     const auto* usable = mask.empty() ? nullptr : mask.ptr<std::uint8_t>(r);
     for (int c = 0; c < grey.cols; ++c) {
       if (usable != nullptr && usable[c] == 0) continue;
-      // Rounded as lround does, which is a call.
+      // Rounded as lround does, which is a call. NOLINTNEXTLINE(bugprone-incorrect-roundings)
       const int bin = static_cast<int>(static_cast<double>(from[c] * 255.0F) + 0.5);
       ++pixels[static_cast<std::size_t>(std::clamp(bin, 0, 255))];
     }

@@ -42,16 +42,16 @@ struct Arguments {
   double time_scale = 40;
 };
 
-// The second picture: the face alone, cut out of the first one's middle, smaller.
-Result<fs::path> second_picture(const fs::path& first, const fs::path& out) {
-  const cv::Mat whole = cv::imread(first.string());
+// The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised.
+Result<fs::path> face_of(const fs::path& portrait, const fs::path& out) {
+  const cv::Mat whole = cv::imread(portrait.string());
   if (whole.empty())
     return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: install python-matplotlib-data or name "
                                                    "another with --picture",
-                                                   first.string())};
+                                                   portrait.string())};
   const int w = whole.cols, h = whole.rows;
   const cv::Rect face(w * 28 / 100, h * 12 / 100, w * 44 / 100, h * 44 / 100);
-  const fs::path file = out / "second-target.png";
+  const fs::path file = out / "target.png";
   if (!cv::imwrite(file.string(), whole(face)))
     return Error{ErrorCode::kStorage, fmt::format("cannot write {}", file.string())};
   return file;
@@ -61,9 +61,11 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   if (Status s = story.calibrate(); !s) return s;
   for (const StoryPanel& panel : {StoryPanel{"large", 420, 280}, StoryPanel{"small", 290, 210}})
     if (Status s = story.scan_panel(panel); !s) return s;
-  auto second = second_picture(arguments.picture, arguments.out);
-  if (!second) return second.error();
-  const StoryJob jobs[] = {{arguments.picture, "portrait", 192, 12}, {*second, "second picture", 72, 12}};
+  auto face = face_of(arguments.picture, arguments.out);
+  if (!face) return face.error();
+  // A face needs all tones of the wood, and many pieces; narrower than 8 mm they would stay in the panel, by bridges.
+  const StoryJob jobs[] = {{*face, "portrait", 189, 9, {{"w_hist", "1"}}},
+                           {*face, "second picture", 72, 9, {{"w_hist", "1"}}}};
   for (const auto& job : jobs) {
     if (Status s = story.plan(job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;
@@ -110,7 +112,7 @@ int main(int argc, char** argv) {
   CLI::App app{"the whole cell on the desk: scan, plan, cut and prove", "veneer-demo"};
   app.add_option("--out", arguments.out, "where pictures and report.json go");
   app.add_option("--seed", arguments.seed, "draws wood, layout, poses, warp and noise");
-  app.add_option("--picture", arguments.picture, "what the first job rebuilds");
+  app.add_option("--picture", arguments.picture, "a portrait; what the jobs rebuild is its middle");
   app.add_option("--time-scale", arguments.time_scale, "device time per real time")->check(CLI::Range(1.0, 1000.0));
   try {
     app.parse(argc, argv);

@@ -181,8 +181,9 @@ Status Story::plan(const StoryJob& job) {
     auto picture = read_file(job.picture);
     if (!picture) return picture.error();
     const double began = now_s();
-    const std::string target =
+    std::string target =
         fmt::format("/jobs?name={}&size_mm={}&patch_mm={}", cli::url_encode(job.name), job.size_mm, job.patch_mm);
+    for (const auto& [name, value] : job.options) target += fmt::format("&{}={}", name, cli::url_encode(value));
     auto started = cell_.api().request("POST", target, *picture, "application/octet-stream");
     if (!started) return started.error();
     auto planned = cell_.api().wait_task((*started)["task"], [&](const json& task) {

@@ -26,6 +26,7 @@ struct StoryJob {
   std::filesystem::path picture;
   std::string name;
   double size_mm = 0, patch_mm = 0;
+  std::map<std::string, std::string> options = {};  // further ones of POST /jobs
 };
 
 // Says what a stage did and how long it took; `progress` while it lasts (0 to 1).

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPxPerMm = 50;
 
-// A mark on pale ply, turned by `angle`, drawn with a line of 0.2 mm.
+// A mark on pale ply, turned by `angle`, drawn with a line of 0.2 mm. A slash in the text begins a second line.
 cv::Mat engraved(const std::string& text, double height, double angle, bool mirrored, unsigned seed) {
   const int side = static_cast<int>(16 * kPxPerMm);
   cv::Mat wood(side, side, CV_32F);
@@ -24,8 +24,18 @@ cv::Mat engraved(const std::string& text, double height, double angle, bool mirr
   cv::Mat grey;
   wood.convertTo(grey, CV_8U);
   cv::Mat mask(side, side, CV_8UC1, cv::Scalar(0));
-  auto strokes = sim::stroke_text(text, height, 0.2 * height);
-  const double width = strokes.back().back().x;
+  auto strokes = sim::stroke_text(text.substr(text.find('/') + 1), height, 0.2 * height);
+  double width = strokes.back().back().x;
+  if (const std::size_t end = text.find('/'); end != std::string::npos) {
+    auto upper = sim::stroke_text(text.substr(0, end), height, 0.2 * height);
+    upper.pop_back();  // its bar
+    for (const auto& stroke : upper)
+      for (const Vec2& p : stroke) width = std::max(width, p.x);
+    for (auto& stroke : upper)
+      for (Vec2& p : stroke) p.y += 1.37 * height;
+    strokes.back().back().x = width;
+    strokes.insert(strokes.begin(), upper.begin(), upper.end());
+  }
   for (auto& stroke : strokes) {
     for (Vec2& p : stroke) {
       const double x = (p.x - width / 2) * (mirrored ? -1 : 1);
@@ -63,6 +73,19 @@ TEST_F(MarkReading, ReadsEveryLetterAndManyNumbersAtAnyAngle) {
     EXPECT_FALSE(mark->mirrored);
     EXPECT_NEAR(mark->up.x, -std::sin(angle), 0.02);
     EXPECT_NEAR(mark->up.y, std::cos(angle), 0.02);
+  }
+}
+
+TEST_F(MarkReading, ReadsTwoLinesAsOne) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 26; ++i) {
+    const std::string first = std::string(1, static_cast<char>('A' + i)) + std::to_string(random() % 41);
+    const std::string second = "-" + std::to_string(random() % 41);
+    const bool mirrored = i % 5 == 4;
+    const auto mark = reader_->read(engraved(first + "/" + second, 2.0, i * 0.7, mirrored, random()), kPxPerMm);
+    ASSERT_TRUE(mark) << first << second;
+    EXPECT_EQ(mark->text, first + second);
+    EXPECT_EQ(mark->mirrored, mirrored);
   }
 }
 

@@ -21,7 +21,8 @@ std::string encoded(const cv::Mat& picture, const std::string& ending) {
 
 // A few flat and rough patches: short, but with something in every part of the file.
 cv::Mat honest(Random& random, int type) {
-  cv::Mat picture(24 + static_cast<int>(random() % 100), 24 + static_cast<int>(random() % 100), type);
+  constexpr int kLeast = 32;  // JPEG 2000 cannot be written smaller
+  cv::Mat picture(kLeast + static_cast<int>(random() % 100), kLeast + static_cast<int>(random() % 100), type);
   cv::theRNG().state = random();
   cv::randu(picture, 0, CV_MAT_DEPTH(type) == CV_32F ? 1 : CV_MAT_DEPTH(type) == CV_16U ? 65535 : 255);
   cv::GaussianBlur(picture, picture, {0, 0}, 1 + static_cast<double>(random() % 5));

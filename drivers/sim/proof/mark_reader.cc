@@ -155,6 +155,34 @@ cv::Rect join(const std::vector<Character>& characters, std::size_t first, std::
   return box;
 }
 
+cv::Mat without_empty_columns(const cv::Mat& ink) {
+  cv::Mat points;
+  cv::findNonZero(ink > 127, points);
+  const cv::Rect box = points.empty() ? cv::Rect(0, 0, ink.cols, ink.rows) : cv::boundingRect(points);
+  return ink(cv::Rect(box.x, 0, box.width, ink.rows));
+}
+
+// Two lines of text as one, the upper one first: where rows without ink part the text near its middle. One line is left
+// as it is: its characters are as high as itself.
+cv::Mat as_one_line(const cv::Mat& text) {
+  cv::Mat most;
+  cv::reduce(text, most, 1, cv::REDUCE_MAX);
+  int above = -1, below = -1;  // the last row of the upper line, the first one of the lower line
+  for (int y = text.rows / 4; y < text.rows - text.rows / 4; ++y) {
+    if (most.at<unsigned char>(y) > 127) continue;
+    if (above < 0) above = y - 1;
+    below = y + 1;
+  }
+  if (above < 0) return text;
+  const cv::Mat upper = without_empty_columns(text.rowRange(0, above + 1));
+  const cv::Mat lower = without_empty_columns(text.rowRange(below, text.rows));
+  const int height = std::max(upper.rows, lower.rows), gap = height / 4;
+  cv::Mat line(height, upper.cols + gap + lower.cols, text.type(), cv::Scalar(0));
+  upper.copyTo(line(cv::Rect(0, height - upper.rows, upper.cols, upper.rows)));
+  lower.copyTo(line(cv::Rect(upper.cols + gap, height - lower.rows, lower.cols, lower.rows)));
+  return line;
+}
+
 }  // namespace
 
 struct MarkReader::Engine {
@@ -259,10 +287,10 @@ std::optional<ReadMark> MarkReader::read(const cv::Mat& back, double px_per_mm) 
   cv::Mat line;
   cv::warpAffine(text, line, picture_from_line, box->size, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
                  cv::Scalar(0));
-  std::optional<ReadMark> mark = read_line(line, px_per_mm, false);
+  std::optional<ReadMark> mark = read_line(as_one_line(line), px_per_mm, false);
   if (!mark || mark->confidence < kSure) {
     cv::flip(line, line, 1);
-    const std::optional<ReadMark> turned = read_line(line, px_per_mm, true);
+    const std::optional<ReadMark> turned = read_line(as_one_line(line), px_per_mm, true);
     if (turned && (!mark || turned->confidence > mark->confidence)) mark = turned;
   }
   if (mark) mark->up = {up.x, -up.y};

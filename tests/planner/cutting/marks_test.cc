@@ -30,6 +30,13 @@ Box<BedFrame> box_of(const Mark& mark) {
   return box;
 }
 
+// Inside the outline, a margin away from its edge.
+void expect_inside(const Mark& mark, const Ring<BedFrame>& outline) {
+  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
+  for (const auto& stroke : mark.strokes)
+    for (const auto& p : stroke) EXPECT_TRUE(inner.contains(p));
+}
+
 TEST(Marks, HaveEveryCharacterAMarkMayCarry) {
   for (const char c : std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-")) EXPECT_TRUE(has_glyph(c)) << c;
   EXPECT_FALSE(has_glyph('a'));
@@ -72,23 +79,29 @@ TEST(Marks, ShrinkDownToTheLeastHeightAndThenRefuse) {
   ASSERT_TRUE(small.ok());
   EXPECT_LT(small->height.count(), 2.4);
   EXPECT_GE(small->height.count(), 2.0);
-  const auto tiny = lay_out_mark("A3-12", rectangle(0, 0, 8, 8), kUp);
+  const auto tiny = lay_out_mark("A3-12", rectangle(0, 0, 6, 6), kUp);
   ASSERT_FALSE(tiny.ok());
   EXPECT_EQ(tiny.error().code, ErrorCode::kRefused);
   EXPECT_THAT(tiny.error().message, HasSubstr("A3-12"));
 }
 
-TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
-  const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 6, 14), kUp);
-  ASSERT_TRUE(mark.ok());
-  EXPECT_NEAR(std::abs(std::sin(mark->up.count())), 0, 1e-12);
+TEST(Marks, StandOnTwoLinesOverOneBarWhereOneLineFindsNoRoom) {
+  const auto mark = lay_out_mark("A12-27", rectangle(0, 0, 8, 8), kUp);
+  ASSERT_TRUE(mark.ok()) << mark.error().message;
+  EXPECT_NEAR(mark->up.count(), kUp.count(), 1e-12);
+  const auto box = box_of(*mark);
+  EXPECT_GT(box.height().count(), 2.5 * mark->height.count());
+  const auto& bar = mark->strokes.back();
+  EXPECT_NEAR((bar[1].x - bar[0].x).count(), box.width().count(), 1e-9);
+  expect_inside(*mark, rectangle(0, 0, 8, 8));
+  // The A stands over the hyphen.
+  EXPECT_GT(mark->strokes.front()[0].y - bar[0].y, 1.5 * mark->height);
 }
 
-// Inside the outline, a margin away from its edge.
-void expect_inside(const Mark& mark, const Ring<BedFrame>& outline) {
-  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
-  for (const auto& stroke : mark.strokes)
-    for (const auto& p : stroke) EXPECT_TRUE(inner.contains(p));
+TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
+  const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 5, 14), kUp);
+  ASSERT_TRUE(mark.ok());
+  EXPECT_NEAR(std::abs(std::sin(mark->up.count())), 0, 1e-12);
 }
 
 TEST(Marks, LieAlongASliverThatLeansAnyWay) {
