@@ -413,7 +413,7 @@ TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
 TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
   const Outcome outcome = plan(usual() + " --layout mosaic --min-width-mm 1");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
-  const nlohmann::json plan_json = nlohmann::json::parse(text("out/plan.json"));
+  const nlohmann::json plan_json = json("out/plan.json");
   ASSERT_EQ(plan_json["layouts"].size(), 1U);
   std::size_t number = 0;
   for (const nlohmann::json& piece : plan_json["pieces"]) {
@@ -421,7 +421,7 @@ TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
     EXPECT_TRUE(piece["row"].is_null() && piece["col"].is_null());
     EXPECT_GE(piece["edges"].size(), 2U);
   }
-  const nlohmann::json report = nlohmann::json::parse(text("out/report.json"));
+  const nlohmann::json report = json("out/report.json");
   EXPECT_LT(report["mosaic"]["mean_move_px"], 0.1);
   EXPECT_TRUE(fs::exists(path("out/cut-P.svg")) && fs::exists(path("out/preview.png")));
   // Kept without a word of its layout, it is the same plan.
@@ -430,6 +430,18 @@ TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
   const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
   ASSERT_EQ(kept.status, 0) << kept.errors;
   EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanCommand, CutsAPictureIntoTheAreasOfAnother) {
+  cv::Mat areas(60, 60, CV_8UC3, cv::Scalar(0, 0, 0));
+  areas.colRange(30, 60).setTo(cv::Scalar(0, 0, 255));
+  areas(cv::Rect(0, 30, 30, 30)).setTo(cv::Scalar(255, 0, 0));
+  areas(cv::Rect(10, 10, 2, 2)).setTo(cv::Scalar(9, 9, 9));  // too small to be a piece
+  ASSERT_TRUE(cv::imwrite(path("areas.png"), areas));
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
+  EXPECT_TRUE(json("out/report.json")["mosaic"].is_null());
 }
 
 TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {
