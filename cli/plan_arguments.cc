@@ -156,6 +156,10 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
     if (!is_of_plan_alone(option.name)) add_plan_option(command, option, arguments.options);
   command.add_option("--importance", arguments.importances,
                      "A picture that is white where the target matters most; the n-th belongs to the n-th target");
+  command.add_option(
+      "--segmentation", arguments.segmentations,
+      "With --layout segmentation: a picture whose areas of one colour become the pieces, stretched over "
+      "the target; the n-th belongs to the n-th target");
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
   command
@@ -214,6 +218,10 @@ Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
 Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
   if (arguments.importances.size() > arguments.targets.size())
     return unusable("there are more --importance pictures than --target pictures");
+  if (arguments.segmentations.size() > arguments.targets.size())
+    return unusable("there are more --segmentation pictures than --target pictures");
+  if (!arguments.segmentations.empty() && arguments.options.layout != planner::LayoutKind::kSegmentation)
+    return unusable("--segmentation says where pieces end: add --layout segmentation");
   std::vector<Artwork> once;
   for (std::size_t i = 0; i < arguments.targets.size(); ++i) {
     if (arguments.targets[i].empty()) return unusable("--target \"\" names no picture");
@@ -223,6 +231,11 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     Artwork& artwork = once.emplace_back();
     artwork.name = arguments.targets[i], artwork.picture = *picture;
     artwork.width = size.width, artwork.height = size.height;
+    if (i < arguments.segmentations.size()) {
+      const Result<cv::Mat> segmentation = planner::load_picture(arguments.segmentations[i]);
+      if (!segmentation.ok()) return segmentation.error();
+      artwork.segmentation = *segmentation;
+    }
     if (i >= arguments.importances.size()) continue;
     const Result<cv::Mat> importance = planner::load_picture(arguments.importances[i]);
     if (!importance.ok()) return importance.error();

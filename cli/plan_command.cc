@@ -39,19 +39,9 @@ using Clock = std::chrono::steady_clock;
 struct PlanCommandArguments {
   PlanArguments plan;
   EditArguments edits;
-  std::string layout = "grid", formats = "svg,json";
+  std::string formats = "svg,json";
   std::string out;
-  std::string segmentation;
 };
-
-// Options that are kept for later versions are refused by name, so that a script never gets something else.
-void refuse_what_is_not_there(const PlanCommandArguments& a) {
-  const auto only = [](bool there, const std::string& option, const char* what_is_there) {
-    if (!there) end(kUnusableArguments, fmt::format("{} is not available in this version: {}", option, what_is_there));
-  };
-  only(a.layout == "grid", "--layout " + a.layout, "pictures are cut into squares, --layout grid");
-  only(a.segmentation.empty(), "--segmentation", "the picture is not segmented, --layout grid");
-}
 
 std::string known_formats() {
   std::string names;
@@ -189,7 +179,6 @@ void tell_gain(const planner::FineReport& fine) {
 void run_plan(const PlanCommandArguments& arguments) {
   const auto start = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  refuse_what_is_not_there(arguments);
   if (arguments.out.empty()) end(kUnusableArguments, "--out \"\" names no directory");
   const auto formats = wanted_formats(arguments.formats);
   PlanOptions options = or_end(plan_options(arguments.plan));
@@ -236,9 +225,6 @@ void add_plan_command(CLI::App& app) {
           "Without --interleave: the share of each picture's patches, its most salient, that choose before all "
           "others")
       ->capture_default_str();
-  // One value so far; others are refused by name.
-  plan->add_option("--layout", arguments->layout, "How the picture is cut into patches")->capture_default_str();
-  plan->add_option("--segmentation", arguments->segmentation)->group("");
   add_plan_only_arguments(*plan, arguments->plan);
   add_edit_arguments(*plan, arguments->edits);
   plan->add_option(

@@ -34,6 +34,9 @@ struct Artwork {
   // CV_8UC1 of any size, stretched over the artwork: white = as important as can be, black = not at all. It multiplies
   // saliency and weighs costs where patches compete. Empty: all alike.
   cv::Mat importance{};
+  // CV_8UC3 of any size, stretched over the artwork: areas of one colour are the patches of LayoutKind::kSegmentation.
+  // Empty: there are none.
+  cv::Mat segmentation{};
 };
 
 // The size that gives `picture` the shorter side `shorter`.
@@ -47,6 +50,10 @@ std::string artwork_letter(std::size_t index);
 enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
+
+// How an artwork is cut into patches: kGrid, into squares; kMosaic, into cells that follow the edges of the picture
+// (layout/mosaic.h); kSegmentation, as Artwork::segmentation says.
+enum class LayoutKind { kGrid, kMosaic, kSegmentation };
 
 // kDp: borders are cut by dynamic programming once wood is chosen (boundaries/refinement.h).
 enum class Refine { kNone, kDp };
@@ -72,10 +79,12 @@ struct KeptPiece {
 struct KeptLayout {
   std::string letter;  // of the artwork
   Partition layout;
+  bool is_free = false;  // its patches have no rows and columns
 };
 
 // Defaults are the paper's Table 1.
 struct PlanOptions {
+  LayoutKind layout = LayoutKind::kGrid;
   Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
   int rotations = 15;     // n_rot: turns by k * 360 / n_rot degrees
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
@@ -104,7 +113,7 @@ struct PlanOptions {
   Refine refine = Refine::kNone;
   Curves curves = Curves::kG0;
   Millimetres overlap{0};      // how far refined pieces grow over their borders; 0: three eighths of a patch
-  Millimetres min_width{1.5};  // of any part of a refined piece (fabrication.h)
+  Millimetres min_width{1.5};  // of any part of a piece that is no plain square (fabrication.h)
   int rematch = 0;             // how often at most wood is chosen again for refined shapes, which are then cut again
   Optimize optimize = Optimize::kGreedy;
   // Optimize::kGlobal stops early after so many seconds (0: never) or iterations (0: when done); the plan of a run that
@@ -134,10 +143,13 @@ struct Alternative {
 };
 
 struct Piece {
-  std::string mark;  // "A3-12": letter, row, column, both counted from 1 at the upper left; unique within the plan
+  // "A3-12": letter, row, column, both counted from 1 at the upper left; "A312": letter, place in reading order, where
+  // a layout has no rows. Unique within the plan.
+  std::string mark;
   std::size_t artwork = 0;
-  int row = 0, column = 0;             // counted from 0 at the upper left; of its upper left cell when it has several
-  int cells = 1;                       // side in cells of the grid; more than 1 only with adaptive levels
+  static constexpr int kNoRow = -1;
+  int row = 0, column = 0;  // from 0 at the upper left; of its upper left cell when it has several; or kNoRow
+  int cells = 1;            // side in cells of the grid; more than 1 only with adaptive levels
   Ring<ArtworkFrame> artwork_outline;  // counter-clockwise
   std::optional<Placement> placement;  // none: no wood was left for it
   double cost = 0;                     // docs/FILES.md; measured on what is placed; 0 when unfilled
@@ -179,6 +191,16 @@ struct Shortage {
   std::optional<Smaller> smaller;
 };
 
+// How the cells of a mosaic came out, over all artworks that are cut into one.
+struct MosaicReport {
+  std::size_t tiles = 0;     // that were wished for
+  int iterations = 0;        // of Lloyd's method, the most of an artwork
+  double mean_move_px = 0;   // in the last of them, the farthest
+  double deviation_deg = 0;  // between tiles and the direction field, the worst median
+  double straddling = 0;     // share of the tiles that an edge of the picture runs through, the largest
+  double seconds = 0;        // not part of what a plan is
+};
+
 // What `Optimize::kGlobal` gained over the greedy plan it started from.
 struct GlobalReport {
   double greedy_cost = 0, cost = 0;  // weighed by importance where that is given
@@ -216,12 +238,13 @@ struct Plan {
   std::vector<Piece> pieces;
   double dpi = 0;
   Millimetres kerf;
-  // Of each artwork, with a face for each of its pieces, in their order. Empty: all borders are straight.
+  // Of each artwork, with a face for each of its pieces, in their order. Empty: all are grids with straight borders.
   std::vector<Partition> layouts;
   // Not part of what a plan is, and not in its file:
   PlanSeconds seconds;
   std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
+  std::optional<MosaicReport> mosaic;
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;
   std::optional<RefineReport> refined;

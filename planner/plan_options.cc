@@ -69,10 +69,31 @@ Status read(std::string_view name, std::string_view text, Refine& out) {
   return Ok();
 }
 
+std::string_view word_for(LayoutKind kind) {
+  switch (kind) {
+    case LayoutKind::kGrid:
+      return "grid";
+    case LayoutKind::kMosaic:
+      return "mosaic";
+    case LayoutKind::kSegmentation:
+      return "segmentation";
+  }
+  return "";
+}
+
 Status read(std::string_view name, std::string_view text, Curves& out) {
   if (text != "g0" && text != "g1") return unusable_option(name, "g0 or g1", text);
   out = text == "g1" ? Curves::kG1 : Curves::kG0;
   return Ok();
+}
+
+Status read(std::string_view name, std::string_view text, LayoutKind& out) {
+  for (const LayoutKind kind : {LayoutKind::kGrid, LayoutKind::kMosaic, LayoutKind::kSegmentation})
+    if (text == word_for(kind)) {
+      out = kind;
+      return Ok();
+    }
+  return unusable_option(name, "grid, mosaic or segmentation", text);
 }
 
 template <class Number>
@@ -85,6 +106,7 @@ std::string written(Priority value) { return value == Priority::kCentre ? "cente
 std::string written(Optimize value) { return value == Optimize::kGlobal ? "global" : "greedy"; }
 
 std::string written(Refine value) { return value == Refine::kDp ? "dp" : "none"; }
+std::string written(LayoutKind value) { return std::string(word_for(value)); }
 std::string written(Curves value) { return value == Curves::kG1 ? "g1" : "g0"; }
 
 struct Field {
@@ -100,6 +122,7 @@ constexpr Field field(std::string_view name) {
 }
 
 constexpr std::array kFields = {
+    field<&PlanOptions::layout>("layout"),
     field<&PlanOptions::patch>("patch_mm"),
     field<&PlanOptions::adaptive_levels>("adaptive_levels"),
     field<&PlanOptions::adaptive_factor>("adaptive_factor"),

@@ -21,7 +21,12 @@ struct NamedOption {
 };
 
 inline constexpr std::array kNamedOptions = {
-    NamedOption{"patch_mm", OptionKind::kNumber, "Side of the smallest patch, in millimetres"},
+    NamedOption{
+        "layout", OptionKind::kWord,
+        "How the picture is cut into patches: grid (squares), mosaic (cells that follow its edges) or segmentation "
+        "(the areas of another picture)"},
+    NamedOption{"patch_mm", OptionKind::kNumber,
+                "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},
     NamedOption{"adaptive_factor", OptionKind::kNumber,
                 "A large patch is kept while its cost per pixel is at most this many times that of its four quarters"},
@@ -30,10 +35,11 @@ inline constexpr std::array kNamedOptions = {
                 "In the end, turn and shift each piece a little, to angles between those that were tried"},
     NamedOption{"refine", OptionKind::kWord,
                 "Borders between pieces: none (straight) or dp (cut along the picture once wood is chosen)"},
-    NamedOption{"curves", OptionKind::kWord, "Refined borders: g0 (may turn at joints) or g1 (smooth)"},
+    NamedOption{"curves", OptionKind::kWord, "Curved borders: g0 (may turn at joints) or g1 (smooth)"},
     NamedOption{"overlap_mm", OptionKind::kNumber,
                 "How far refined pieces may grow over their borders, in millimetres; 0: three eighths of a patch"},
-    NamedOption{"min_width_mm", OptionKind::kNumber, "No part of a refined piece is thinner, in millimetres"},
+    NamedOption{"min_width_mm", OptionKind::kNumber,
+                "No part of a piece is thinner, in millimetres; squares are as they are"},
     NamedOption{"rematch", OptionKind::kWhole,
                 "With refined borders: how often, at most, to choose wood again for the new shapes and refine again"},
     NamedOption{"dpi", OptionKind::kNumber, "Working resolution, in dots per inch"},

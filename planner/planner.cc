@@ -83,7 +83,7 @@ std::vector<std::size_t> reading_order(const Problem& problem) {
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     const auto place = [&](const Problem::Task& task) {
       const Patch& patch = problem.artworks[task.artwork].patches[task.patch];
-      return std::tuple(task.artwork, patch.row, patch.column);
+      return std::tuple(task.artwork, patch.number, patch.row, patch.column);
     };
     return place(problem.queue[a]) < place(problem.queue[b]);
   });
@@ -99,7 +99,9 @@ void add_pieces(std::span<const Artwork> artworks, std::span<const StockPanel> s
     Piece& piece = plan.pieces.emplace_back();
     piece.mark = mark_of(artworks[task.artwork].letter, patch);
     piece.artwork = task.artwork;
-    piece.row = patch.row, piece.column = patch.column, piece.cells = patch.cells;
+    const bool has_rows = patch.number == Patch::kInGrid;
+    piece.row = has_rows ? patch.row : Piece::kNoRow, piece.column = has_rows ? patch.column : Piece::kNoRow;
+    piece.cells = patch.cells;
     piece.artwork_outline = patch.outline;
     piece.pixels = task.match.pixels.count;
     if (!placements[i]) continue;
@@ -125,8 +127,14 @@ std::vector<Partition> in_reading_order(const Problem& problem, const Refinement
   return out;
 }
 
+// Whether a plan has more than straight grids.
+bool has_layouts(const Problem& problem, const PlanOptions& options) {
+  return !options.kept_layouts.empty() || std::any_of(problem.artworks.begin(), problem.artworks.end(),
+                                                      [](const WorkingArtwork& it) { return it.layout.has_value(); });
+}
+
 // Of the artworks that an earlier plan had, and of those that are planned beside them.
-std::vector<Partition> layouts_kept(const Problem& problem, const PlanOptions& options, const Plan& plan) {
+std::vector<Partition> layouts_of(const Problem& problem, const PlanOptions& options, const Plan& plan) {
   std::vector<Partition> out;
   for (std::size_t a = 0; a < plan.artworks.size(); ++a) {
     const PlanArtwork& artwork = plan.artworks[a];
@@ -134,6 +142,10 @@ std::vector<Partition> layouts_kept(const Problem& problem, const PlanOptions& o
                                    [&](const KeptLayout& it) { return it.letter == artwork.letter; });
     if (kept != options.kept_layouts.end()) {
       out.push_back(kept->layout);
+      continue;
+    }
+    if (problem.artworks[a].layout) {
+      out.push_back(*problem.artworks[a].layout);
       continue;
     }
     std::vector<Patch> patches;
@@ -196,6 +208,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads = threads_meant(options.threads);
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
+  plan.mosaic = problem->mosaic;
   std::unique_ptr<Matcher> matcher;
   if (shared != nullptr) {
     Result<std::unique_ptr<Matcher>> before = shared->matcher_for(*problem, options, threads, stop);
@@ -277,8 +290,10 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   std::move(staying->tasks.begin(), staying->tasks.end(), std::back_inserter(problem->queue));
   std::move(staying->placements.begin(), staying->placements.end(), std::back_inserter(patches));
   add_pieces(artworks, stock, *problem, patches, plan);
-  if (plan.refined) plan.layouts = in_reading_order(*problem, refined);
-  if (!options.kept_layouts.empty()) plan.layouts = layouts_kept(*problem, options, plan);
+  if (plan.refined)
+    plan.layouts = in_reading_order(*problem, refined);
+  else if (has_layouts(*problem, options))
+    plan.layouts = layouts_of(*problem, options, plan);
   for (const WorkingArtwork& work : problem->artworks) plan.targets.push_back(work.features);
   plan.shortage = shortage;
   if (options.alternatives > 0) {

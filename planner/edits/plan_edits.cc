@@ -26,6 +26,11 @@ Result<Piece*> find_placed(Plan& plan, const std::string& mark) {
   return piece;
 }
 
+bool has_no_rows(const Plan& plan, std::size_t artwork) {
+  return std::any_of(plan.pieces.begin(), plan.pieces.end(),
+                     [&](const Piece& piece) { return piece.artwork == artwork && piece.row == Piece::kNoRow; });
+}
+
 Point<ArtworkFrame> centre(const Piece& piece) {
   const Box<ArtworkFrame> box = bounds(piece.artwork_outline);
   return {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2};
@@ -148,7 +153,7 @@ Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   if (!plan.layouts.empty()) options.refine = Refine::kNone;
   options.kept_layouts.clear();
   for (std::size_t a = 0; a < plan.layouts.size(); ++a)
-    options.kept_layouts.push_back({plan.artworks[a].letter, plan.layouts[a]});
+    options.kept_layouts.push_back({plan.artworks[a].letter, plan.layouts[a], has_no_rows(plan, a)});
   for (const KeptPiece& piece : options.kept)
     options.adaptive_levels =
         std::max(options.adaptive_levels, static_cast<int>(std::bit_width(static_cast<unsigned>(piece.cells))) - 1);

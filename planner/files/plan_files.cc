@@ -123,11 +123,13 @@ json boundary_to_json(const PartitionFace& face) {
   return out;
 }
 
+json row_to_json(int row) { return row == Piece::kNoRow ? json() : json(row); }
+
 json piece_to_json(const Piece& piece) {
   json out{{"id", piece.mark},
            {"artwork", piece.artwork},
-           {"row", piece.row},
-           {"col", piece.column},
+           {"row", row_to_json(piece.row)},
+           {"col", row_to_json(piece.column)},
            {"cells", piece.cells},
            {"panel", nullptr},
            {"rotation_deg", nullptr},
@@ -165,14 +167,19 @@ Placement placement_from_json(const json& from, const Piece& piece, PlanReader& 
   return placement;
 }
 
+int row_from_json(const json& from, const char* name, PlanReader& read) {
+  return read.member(from, name).is_null() ? Piece::kNoRow : static_cast<int>(read.whole(from, name));
+}
+
 Piece piece_from_json(const json& from, std::size_t artworks, PlanReader& read) {
   Piece piece;
   piece.mark = read.text(from, "id");
   const std::int64_t artwork = read.whole(from, "artwork");
   if (artwork < 0 || artwork >= static_cast<std::int64_t>(artworks)) read.fail("\"artwork\" counts past the list");
   piece.artwork = static_cast<std::size_t>(artwork);
-  piece.row = static_cast<int>(read.whole(from, "row"));
-  piece.column = static_cast<int>(read.whole(from, "col"));
+  piece.row = row_from_json(from, "row", read);
+  piece.column = row_from_json(from, "col", read);
+  if ((piece.row == Piece::kNoRow) != (piece.column == Piece::kNoRow)) read.fail("a piece has only one of row and col");
   if (from.is_object() && from.contains("cells")) piece.cells = static_cast<int>(read.whole(from, "cells"));
   piece.cost = read.number(from, "cost");
   piece.pixels = read.whole(from, "pixels");
@@ -256,6 +263,15 @@ json global_to_json(const GlobalReport& global) {
           {"budget", global.budget},
           {"stopped", global.stopped},
           {"seconds", global.seconds}};
+}
+
+json mosaic_to_json(const MosaicReport& mosaic) {
+  return {{"tiles", mosaic.tiles},
+          {"iterations", mosaic.iterations},
+          {"mean_move_px", mosaic.mean_move_px},
+          {"deviation_deg", mosaic.deviation_deg},
+          {"straddling", mosaic.straddling},
+          {"seconds", mosaic.seconds}};
 }
 
 json fine_to_json(const FineReport& fine) {
@@ -375,6 +391,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                    {"total", seconds.total}}},
                  {"warnings", plan.warnings},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
+                 {"mosaic", plan.mosaic ? mosaic_to_json(*plan.mosaic) : json()},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
                  {"refined", plan.refined ? refined_to_json(*plan.refined) : json()},

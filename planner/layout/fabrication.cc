@@ -1,5 +1,6 @@
 #include "planner/layout/fabrication.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/polygon_ops.h"
@@ -9,6 +10,13 @@ namespace {
 
 // How far the tip of a corner of 45 degrees sticks out of the body, in widths: (1 / sin 22.5 - 1) / 2.
 constexpr double kTip = 0.8066;
+
+// What whole micrometres may make of the area of an outline: none of its points moves by more than 0.71 um.
+double rounding_of(const Ring<ArtworkFrame>& outline) {
+  Millimetres around{0};
+  for (std::size_t i = 0; i < outline.size(); ++i) around += distance(outline[i], outline[(i + 1) % outline.size()]);
+  return around.count() * 0.00071;
+}
 
 }  // namespace
 
@@ -31,7 +39,8 @@ std::optional<FabricationFault> fault_of(const Ring<ArtworkFrame>& outline, cons
   const Region<ArtworkFrame> piece(outline);
   // A ring that crosses itself encloses some area twice or the wrong way round.
   constexpr SquareMillimetres kRounding{0.01};
-  if (piece.micro_area().rings.size() != 1 || std::abs(piece.area().count() - signed_area(outline)) > kRounding.count())
+  if (piece.micro_area().rings.size() != 1 ||
+      std::abs(piece.area().count() - signed_area(outline)) > std::max(kRounding.count(), rounding_of(outline)))
     return FabricationFault::kCrossesItself;
   if (piece.area() < limits.area) return FabricationFault::kTooSmall;
   const Millimetres radius = limits.width / 2;

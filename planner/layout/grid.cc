@@ -28,6 +28,7 @@ std::vector<Patch> grid_layout(Millimetres width, Millimetres height, Millimetre
 }
 
 std::string mark_of(const std::string& letter, const Patch& patch) {
+  if (patch.number != Patch::kInGrid) return fmt::format("{}{}", letter, patch.number + 1);
   return fmt::format("{}{}-{}", letter, patch.row + 1, patch.column + 1);
 }
 

@@ -11,9 +11,12 @@ namespace veneer::planner {
 namespace {
 
 constexpr int kCellsAWindow = 12;
-constexpr int kMostSamples = 6;  // a cell and axis, unless half its pixels are more
+constexpr int kCellsAnOddWindow = 8;  // where windows are not filled: there are no bounds, so every cell is scored
+constexpr int kMostSamples = 6;       // a cell and axis, unless half its pixels are more
 
-int cells_along(int window) { return std::min(kCellsAWindow, std::max(2, window / 2 * 2)); }
+int cells_along(int window, bool filled) {
+  return std::min(filled ? kCellsAWindow : kCellsAnOddWindow, std::max(2, window / 2 * 2));
+}
 
 }  // namespace
 
@@ -21,7 +24,7 @@ int CellGrid::first_place(int k, double size) { return static_cast<int>(std::cei
 
 CellGrid cell_grid(const WindowClass& windows) {
   CellGrid grid;
-  grid.columns = cells_along(windows.width), grid.rows = cells_along(windows.height);
+  grid.columns = cells_along(windows.width, windows.filled), grid.rows = cells_along(windows.height, windows.filled);
   grid.width = static_cast<double>(windows.width) / grid.columns;
   grid.height = static_cast<double>(windows.height) / grid.rows;
   // All pixels of small cells; a sample of large ones says as much.

@@ -1,4 +1,5 @@
-// One lattice of a panel in cells of about a twelfth of a window: what the shortlist scores.
+// One lattice of a panel in cells of about a twelfth of a window, an eighth where windows are not filled: what the
+// shortlist scores.
 //
 // A cell stands for the places around its corner. Its window is cut into blocks of 2 x 2 cells. With t and c the
 // features of target and wood, |t - c|^2 = |t|^2 + |c|^2 - 2 t . c. The map keeps |c|^2 of every cell's window as it

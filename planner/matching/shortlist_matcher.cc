@@ -119,7 +119,7 @@ Status ShortlistMatcher::measure(CoarseMap& map, std::size_t at, std::size_t win
   const std::string name = IndexCache::entry_name(kept_->names[p], window_class, rotation_of(at));
   const std::string key =
       fmt::format("{} {}x{} windows {}x{} {} turn {}", kept_->hashes[p], entries_[p].cols, entries_[p].rows,
-                  windows.width, windows.height, windows.filled ? "filled" : "partly", lattice.turn().count());
+                  windows.width, windows.height, windows.filled ? "filled" : "in eighths", lattice.turn().count());
   const Result<bool> loaded = kept_->cache.load(name, key, map.measured(), stop);
   if (!loaded.ok()) return loaded.error();
   if (*loaded) return Ok();

@@ -1,12 +1,14 @@
 // Panels and artworks at the working resolution: features, free wood, mapped tones. Pure functions.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "planner/layout/grid.h"
+#include "planner/layout/partition.h"
 #include "planner/matching/lattice.h"
 #include "planner/matching/matcher.h"
 #include "planner/plan.h"
@@ -18,6 +20,7 @@ struct WorkingArtwork {
   cv::Mat features;  // CV_32FC(n), after gamut mapping
   cv::Mat tones;     // CV_8UC1: the intensity that is looked for, after gamut mapping; 255 = white
   std::vector<Patch> patches;
+  std::optional<Partition> layout;  // without rows and columns: a face for each patch, in their order; none: a grid
 };
 
 struct WorkingPictures {

@@ -15,7 +15,9 @@
 #include "planner/matching/kernels.h"
 #include "planner/parallel.h"
 #include "planner/pictures/features.h"
+#include "planner/problem/free_layout.h"
 #include "planner/problem/priority.h"
+#include "planner/stopwatch.h"
 
 namespace veneer::planner {
 namespace {
@@ -114,12 +116,12 @@ class Squares {
     square.parts = std::move(parts);
   }
 
-  // Patches of one size share an index: squares of as many cells; of other shapes those whose windows are about alike,
-  // so that a layout with as many windows as patches has few indexes.
+  // Patches of one size share an index: squares of as many cells; of other shapes those whose windows are roughly
+  // alike, so that a layout with as many windows as patches has few indexes.
   using Size = std::tuple<int, int, int>;
   static Size size_of(const Patch& patch, const PatchPixels& pixels) {
-    if (patch.outline.size() == 4) return {patch.cells, 0, 0};
-    constexpr double kAlike = 1.25;
+    if (patch.number == Patch::kInGrid && patch.outline.size() == 4) return {patch.cells, 0, 0};
+    constexpr double kAlike = 2.2;
     const auto step = [&](int pixels_wide) {
       return 1 + static_cast<int>(std::log(std::max(1, pixels_wide)) / std::log(kAlike));
     };
@@ -169,19 +171,73 @@ Result<std::vector<PatchTree>> in_kept_sizes(const std::vector<PatchTree>& layou
 
 struct Layout {
   std::vector<TaskTree> squares;
-  bool fixed = false;  // an earlier plan says how large patches are
+  bool fixed = false;  // patches are of the sizes that they have
 };
 
+// Adds up what came of several artworks.
+void note_figures(const MosaicFigures& figures, double seconds, std::optional<MosaicReport>& report) {
+  MosaicReport& all = report ? *report : report.emplace();
+  all.tiles += static_cast<std::size_t>(figures.tiles), all.seconds += seconds;
+  all.iterations = std::max(all.iterations, figures.iterations);
+  all.mean_move_px = std::max(all.mean_move_px, figures.mean_move_px);
+  all.deviation_deg = std::max(all.deviation_deg, figures.deviation_deg);
+  all.straddling = std::max(all.straddling, figures.straddling);
+}
+
+// The layout without rows that an earlier plan has of the artwork, or that the options ask for; none: it is a grid.
+Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, const PlanOptions& options,
+                                                     SaliencyMaps& saliency, Problem& problem,
+                                                     const std::stop_token& stop) {
+  const auto kept = std::find_if(options.kept_layouts.begin(), options.kept_layouts.end(),
+                                 [&](const KeptLayout& it) { return it.letter == artwork.letter && it.is_free; });
+  if (kept != options.kept_layouts.end()) return std::optional(kept->layout);
+  if (options.layout == LayoutKind::kGrid) return std::optional<Partition>();
+  const Stopwatch watch;
+  Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
+  if (!made.ok()) return made.error();
+  if (made->mosaic) note_figures(*made->mosaic, watch.seconds(), problem.mosaic);
+  return std::optional(std::move(made->partition));
+}
+
+// kInvalidArgument: a patch is larger than every panel. A grid's are looked at by check_input().
+Result<std::vector<PatchTree>> faces_of(const Partition& layout, const Artwork& artwork,
+                                        const std::vector<Radians>& all_turns, const Problem& problem) {
+  std::vector<PatchTree> out;
+  for (std::size_t f = 0; f < layout.faces.size(); ++f) {
+    const Patch patch{0, 0, outline_of(layout, f), 1, static_cast<int>(f)};
+    const Box<ArtworkFrame> box = bounds(patch.outline);
+    if (!fits_somewhere(patch.outline, problem, all_turns))
+      return unusable(fmt::format(
+          "piece {} of \"{}\" ({:.1f} x {:.1f} mm) is larger than every panel: choose smaller patches or add a panel",
+          mark_of(artwork.letter, patch), artwork.name, box.width().count(), box.height().count()));
+    out.push_back({patch, {}});
+  }
+  return out;
+}
+
 Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanOptions& options,
-                          const std::vector<Radians>& all_turns, Problem& problem) {
+                          const std::vector<Radians>& all_turns, SaliencyMaps& saliency, Problem& problem,
+                          const std::stop_token& stop) {
   auto layout = adaptive_layout(artwork.width, artwork.height, options.patch, options.adaptive_levels);
   Result<std::vector<PatchTree>> fixed = in_kept_sizes(layout, artwork, options.kept);
   if (!fixed.ok()) return fixed.error();
-  if (!fixed->empty()) layout = *fixed;
+  bool is_fixed = !fixed->empty();
+  if (is_fixed) {
+    layout = *fixed;
+  } else {
+    Result<std::optional<Partition>> free = layout_without_rows(artwork, options, saliency, problem, stop);
+    if (!free.ok()) return free.error();
+    if (*free) {
+      Result<std::vector<PatchTree>> faces = faces_of(**free, artwork, all_turns, problem);
+      if (!faces.ok()) return faces.error();
+      layout = std::move(*faces), is_fixed = true;
+      problem.artworks[index].layout = std::move(**free);
+    }
+  }
   Squares builder(artwork, index, all_turns, problem);
   std::vector<TaskTree> squares = builder.of(layout);
   if (Status status = builder.classify(squares, options); !status.ok()) return status.error();
-  return Layout{std::move(squares), !fixed->empty()};
+  return Layout{std::move(squares), is_fixed};
 }
 
 // When a square chooses: the smaller the earlier.
@@ -238,7 +294,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     if (stop.stop_requested()) return cancelled();
-    Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, problem);
+    Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, saliency, problem, stop);
     if (!layout.ok()) return layout.error();
     std::vector<TaskTree>& own = layout->squares;
     std::vector<Patch> patches;

@@ -35,6 +35,7 @@ struct Problem {
   // only of artworks whose sizes an earlier plan has fixed, and none after keep_pieces().
   std::vector<TaskTree> squares;
   double entries_per_unit = 1;
+  std::optional<MosaicReport> mosaic;
 
   Problem();
   Problem(Problem&&) noexcept;

@@ -36,6 +36,10 @@ Status check_options(const PlanOptions& o) {
   if (!within(o.min_width.count(), 0.1, 100))
     return unusable("the least width of refined pieces must lie between 0.1 and 100 mm");
   if (!within(o.rematch, 0, 100)) return unusable("wood can be chosen again for refined pieces from 0 to 100 times");
+  if (o.layout != LayoutKind::kGrid && o.adaptive_levels > 0)
+    return unusable("only a grid has adaptive levels: leave them at 0, or choose the layout grid");
+  if (o.layout != LayoutKind::kGrid && o.refine != Refine::kNone)
+    return unusable("only borders of a grid are refined so far: leave refine at none, or choose the layout grid");
   if (o.refine != Refine::kNone && !o.kept.empty())
     return unusable(
         "a plan whose pieces are kept keeps its borders too: refine the picture anew, or keep the plan without refine");
@@ -62,6 +66,13 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format("the size of \"{}\" must lie between 0.1 mm and 100 m", artwork.name));
   if (!artwork.importance.empty() && artwork.importance.type() != CV_8UC1)
     return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
+  if (!artwork.segmentation.empty() && artwork.segmentation.type() != CV_8UC3)
+    return unusable(fmt::format("the segmentation of \"{}\" is not 8-bit colour", artwork.name));
+  if (options.layout == LayoutKind::kSegmentation && artwork.segmentation.empty())
+    return unusable(
+        fmt::format("nothing says how \"{}\" is segmented: add --segmentation with a picture whose areas of one colour "
+                    "are its pieces",
+                    artwork.name));
   const double pixels = options.dpi / 25.4 * options.dpi / 25.4 * artwork.width.count() * artwork.height.count();
   if (pixels > 4e8)
     return unusable(

@@ -402,16 +402,46 @@ TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
   EXPECT_EQ(text("out/plan.json"), without);
 }
 
-TEST_F(PlanCommand, RefusesWhatIsNotThereYetByName) {
-  const auto expect_refused = [this](const std::string& option, const std::string& instead) {
-    const Outcome outcome = plan(usual() + " " + option);
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.errors, StartsWith("veneerctl: " + option + " is not available in this version: "));
-    EXPECT_THAT(outcome.errors, EndsWith(instead + "\n"));
-  };
-  expect_refused("--layout morph", "--layout grid");
-  expect_refused("--layout gird", "--layout grid");
-  expect_unusable(usual() + " --segmentation x.png", "--segmentation is not available in this version: ");
+TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
+  expect_unusable(usual() + " --layout morph", "layout must be grid, mosaic or segmentation, not \"morph\"");
+  expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
+  expect_unusable(usual() + " --layout segmentation", "add --segmentation with a picture");
+  expect_unusable(usual() + " --layout mosaic --adaptive-levels 1", "leave them at 0, or choose the layout grid");
+  expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid");
+}
+
+TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
+  const Outcome outcome = plan(usual() + " --layout mosaic --min-width-mm 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json");
+  ASSERT_EQ(plan_json["layouts"].size(), 1U);
+  std::size_t number = 0;
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    EXPECT_EQ(piece["id"], "A" + std::to_string(++number));
+    EXPECT_TRUE(piece["row"].is_null() && piece["col"].is_null());
+    EXPECT_GE(piece["edges"].size(), 2U);
+  }
+  const nlohmann::json report = json("out/report.json");
+  EXPECT_LT(report["mosaic"]["mean_move_px"], 0.1);
+  EXPECT_TRUE(fs::exists(path("out/cut-P.svg")) && fs::exists(path("out/preview.png")));
+  // Kept without a word of its layout, it is the same plan.
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanCommand, CutsAPictureIntoTheAreasOfAnother) {
+  cv::Mat areas(60, 60, CV_8UC3, cv::Scalar(0, 0, 0));
+  areas.colRange(30, 60).setTo(cv::Scalar(0, 0, 255));
+  areas(cv::Rect(0, 30, 30, 30)).setTo(cv::Scalar(255, 0, 0));
+  areas(cv::Rect(10, 10, 2, 2)).setTo(cv::Scalar(9, 9, 9));  // too small to be a piece
+  ASSERT_TRUE(cv::imwrite(path("areas.png"), areas));
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
+  EXPECT_TRUE(json("out/report.json")["mosaic"].is_null());
 }
 
 TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {

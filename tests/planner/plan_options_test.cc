@@ -14,7 +14,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::map<std::string_view, std::string_view> kOther = {{"patch_mm", "7.5"},
+const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"},
+                                                             {"patch_mm", "7.5"},
                                                              {"adaptive_levels", "2"},
                                                              {"adaptive_factor", "1.5"},
                                                              {"rotations", "3"},

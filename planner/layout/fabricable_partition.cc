@@ -1,0 +1,96 @@
+#include "planner/layout/fabricable_partition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "planner/cancelled.h"
+#include "planner/layout/label_partition.h"
+#include "planner/layout/label_regions.h"
+#include "planner/parallel.h"
+
+namespace veneer::planner {
+namespace {
+
+// Straightening takes a little off what the raster had.
+constexpr double kSpare = 1.05;
+constexpr int kCleanings = 6;
+
+bool is_sound(const Ring<ArtworkFrame>& outline, const FabricationLimits& limits) {
+  return outline.size() >= 3 && signed_area(outline) > 0 && !fault_of(outline, limits);
+}
+
+class Maker {
+ public:
+  Maker(cv::Mat labels, Millimetres width, Millimetres height, const FabricableOptions& options)
+      : labels_(std::move(labels)), width_(width), height_(height), options_(options) {
+    const double px_per_mm = std::min(labels_.cols / width.count(), labels_.rows / height.count());
+    limits_ = {options.limits.width.count() * px_per_mm * kSpare,
+               options.limits.area.count() * px_per_mm * px_per_mm * kSpare};
+  }
+
+  Result<Partition> run(const std::stop_token& stop) {
+    clean_regions(labels_, limits_);
+    for (int round = 0;; ++round) {
+      const int count = number_regions(labels_);
+      how_.assign(static_cast<std::size_t>(count), Straightening::kFree);
+      std::vector<int> faulty;
+      Partition out;
+      for (const Straightening next : {Straightening::kClose, Straightening::kNone, Straightening::kNone}) {
+        if (stop.stop_requested()) return cancelled();
+        out = partition_of_labels(labels_, width_, height_, options_.smoothness, how_);
+        faulty = faulty_faces(out);
+        for (const int f : faulty) how_[static_cast<std::size_t>(f)] = next;
+        if (faulty.empty()) break;
+      }
+      if (faulty.empty() || count == 1) return in_reading_order(out);
+      absorb_regions(labels_, faulty);
+      // Cleaning may part what was joined; without it regions become fewer each time, so there is an end.
+      if (round < kCleanings)
+        clean_regions(labels_, limits_);
+      else
+        fill_holes(labels_);
+    }
+  }
+
+ private:
+  std::vector<int> faulty_faces(const Partition& partition) const {
+    std::vector<char> wrong(partition.faces.size(), 0);
+    (void)run_parallel(wrong.size(), options_.threads, {},
+                       [&](std::size_t f) { wrong[f] = is_sound(outline_of(partition, f), options_.limits) ? 0 : 1; });
+    std::vector<int> out;
+    for (std::size_t f = 0; f < wrong.size(); ++f)
+      if (wrong[f] != 0) out.push_back(static_cast<int>(f));
+    return out;
+  }
+
+  Partition in_reading_order(const Partition& partition) const {
+    using Place = std::tuple<int, double, std::size_t>;
+    std::vector<Place> places;
+    for (std::size_t f = 0; f < partition.faces.size(); ++f) {
+      const Box<ArtworkFrame> box = bounds(outline_of(partition, f));
+      const double y = ((box.min.y + box.max.y) / 2).count(), x = ((box.min.x + box.max.x) / 2).count();
+      places.emplace_back(static_cast<int>(std::floor((height_.count() - y) / options_.row.count())), x, f);
+    }
+    std::sort(places.begin(), places.end());
+    std::vector<std::size_t> order;
+    for (const Place& place : places) order.push_back(std::get<2>(place));
+    return with_faces(partition, order);
+  }
+
+  cv::Mat labels_;
+  Millimetres width_, height_;
+  FabricableOptions options_;
+  LabelLimits limits_;
+  std::vector<Straightening> how_;
+};
+
+}  // namespace
+
+Result<Partition> fabricable_partition(cv::Mat labels, Millimetres width, Millimetres height,
+                                       const FabricableOptions& options, const std::stop_token& stop) {
+  return Maker(std::move(labels), width, height, options).run(stop);
+}
+
+}  // namespace veneer::planner

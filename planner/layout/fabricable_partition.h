@@ -1,0 +1,30 @@
+// From any raster of labels to a partition whose faces can all be cut.
+//
+// Labels are cleaned (label_regions.h) and their borders fitted (label_partition.h). Where a face that comes of it is
+// not fabricable (fabrication.h), its borders are straightened less; where that does not help, it becomes part of the
+// neighbour with which it shares the longest border. Pure functions.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <stop_token>
+
+#include "base/result.h"
+#include "planner/layout/bezier_fit.h"
+#include "planner/layout/fabrication.h"
+#include "planner/layout/partition.h"
+
+namespace veneer::planner {
+
+struct FabricableOptions {
+  FabricationLimits limits;
+  Millimetres row{10};  // faces are in reading order: in rows of this height, from left to right
+  Smoothness smoothness = Smoothness::kG0;
+  int threads = 1;
+};
+
+// `labels`: CV_32SC1 over the artwork, any. All faces are fabricable, unless a single one is left. kCancelled: a stop
+// was requested.
+Result<Partition> fabricable_partition(cv::Mat labels, Millimetres width, Millimetres height,
+                                       const FabricableOptions& options, const std::stop_token& stop = {});
+
+}  // namespace veneer::planner

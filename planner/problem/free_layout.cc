@@ -1,0 +1,99 @@
+#include "planner/problem/free_layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "planner/cancelled.h"
+#include "planner/layout/fabricable_partition.h"
+#include "planner/layout/grid.h"
+#include "planner/parallel.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr double kPatchPixels = 24;    // side of a patch in the mosaic's raster
+constexpr double kLeastPixels = 6;     // the same, of very many
+constexpr double kMostPixels = 9e6;    // in a raster that is finer than that
+constexpr double kSizeRatio = 2;       // of the largest tile to the smallest
+constexpr double kSmallest = 0.25;     // area of the smallest patch, in wished ones
+constexpr double kHandy = 16.0 / 9.0;  // least area of a piece, in squares of its least width
+
+cv::Size raster_of(const Artwork& artwork, double px_per_mm) {
+  const auto pixels = [&](Millimetres side) {
+    return std::max(1, static_cast<int>(std::lround(side.count() * px_per_mm)));
+  };
+  return {pixels(artwork.width), pixels(artwork.height)};
+}
+
+// Areas of one colour get one number; in the order in which colours come.
+cv::Mat labels_of(const cv::Mat& picture) {
+  const double scale = std::min(1.0, std::sqrt(kMostPixels / static_cast<double>(picture.total())));
+  cv::Mat colours = picture;
+  if (scale < 1) cv::resize(picture, colours, {}, scale, scale, cv::INTER_NEAREST);
+  std::map<std::uint32_t, int> known;
+  cv::Mat out(colours.size(), CV_32SC1);
+  for (int r = 0; r < out.rows; ++r)
+    for (int c = 0; c < out.cols; ++c) {
+      const auto& bgr = colours.at<cv::Vec3b>(r, c);
+      const std::uint32_t colour =
+          bgr[0] | static_cast<std::uint32_t>(bgr[1]) << 8 | static_cast<std::uint32_t>(bgr[2]) << 16;
+      out.at<int>(r, c) = known.emplace(colour, static_cast<int>(known.size())).first->second;
+    }
+  return out;
+}
+
+// What draws the eye, and what the artwork says is important, in a raster of this size.
+cv::Mat detail_of(const Artwork& artwork, SaliencyMaps& maps, cv::Size size) {
+  cv::Mat out;
+  cv::resize(maps.of(artwork.picture), out, size, 0, 0, cv::INTER_AREA);
+  if (artwork.importance.empty()) return out;
+  cv::Mat important, weight;
+  cv::resize(artwork.importance, important, size, 0, 0, cv::INTER_AREA);
+  important.convertTo(weight, CV_32F, 1.0 / 255);
+  return out.mul(weight);
+}
+
+// As many tiles as the grid has patches.
+Result<Mosaic> mosaic_of(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
+                         const std::stop_token& stop) {
+  const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
+  const double area = (artwork.width * artwork.height).count();
+  const double count = static_cast<double>(grid.rows) * grid.columns, side = std::sqrt(area / count);
+  const double finest = std::sqrt(kMostPixels / area);
+  const cv::Size size = raster_of(artwork, std::max(kLeastPixels / side, std::min(kPatchPixels / side, finest)));
+  cv::Mat picture;
+  const bool shrinks = size.area() < artwork.picture.size().area();
+  cv::resize(artwork.picture, picture, size, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
+  const int tiles = grid.rows * grid.columns;
+  return decorative_mosaic(picture, tile_sizes(detail_of(artwork, maps, size), tiles, kSizeRatio),
+                           {tiles, 1, options.seed, threads_meant(options.threads)}, stop);
+}
+
+}  // namespace
+
+Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
+                               const std::stop_token& stop) {
+  FreeLayout out;
+  cv::Mat labels;
+  if (options.layout == LayoutKind::kMosaic) {
+    Result<Mosaic> mosaic = mosaic_of(artwork, options, maps, stop);
+    if (!mosaic.ok()) return mosaic.error();
+    labels = mosaic->labels;
+    out.mosaic = mosaic->figures;
+  } else {
+    labels = labels_of(artwork.segmentation);
+  }
+  const SquareMillimetres handy = options.min_width * options.min_width * kHandy;
+  const FabricableOptions wanted{{options.min_width, std::max(handy, options.patch * options.patch * kSmallest)},
+                                 options.patch,
+                                 options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+                                 threads_meant(options.threads)};
+  Result<Partition> partition = fabricable_partition(std::move(labels), artwork.width, artwork.height, wanted, stop);
+  if (!partition.ok()) return partition.error();
+  out.partition = std::move(*partition);
+  return out;
+}
+
+}  // namespace veneer::planner

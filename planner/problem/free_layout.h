@@ -1,0 +1,24 @@
+// How one artwork is cut up when not into a grid.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+
+#include "planner/layout/mosaic.h"
+#include "planner/layout/partition.h"
+#include "planner/plan.h"
+#include "planner/problem/priority.h"
+
+namespace veneer::planner {
+
+struct FreeLayout {
+  Partition partition;  // faces in reading order, all fabricable
+  std::optional<MosaicFigures> mosaic;
+};
+
+// `options.layout` is not kGrid; the artwork's pictures are as check_input() wants them. A pure function of these,
+// whatever the number of threads. kCancelled: a stop was requested.
+Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
+                               const std::stop_token& stop);
+
+}  // namespace veneer::planner

@@ -1,0 +1,259 @@
+// Layouts without rows: labels cleaned and traced, direction fields, centroidal Voronoi diagrams, mosaics.
+#include "planner/layout/mosaic.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "planner/layout/centroidal_voronoi.h"
+#include "planner/layout/direction_field.h"
+#include "planner/layout/fabricable_partition.h"
+#include "planner/layout/label_regions.h"
+
+namespace veneer::planner {
+namespace {
+
+constexpr FabricationLimits kLimits{1.5_mm, SquareMillimetres(4)};
+
+// A cell of random sites: regions of all sizes, and specks.
+cv::Mat random_labels(cv::Size size, int sites, int specks, std::uint64_t seed) {
+  cv::RNG random(seed);
+  cv::Mat seeds(size, CV_8UC1, cv::Scalar(255)), distance, labels;
+  for (int i = 0; i < sites; ++i)
+    seeds.at<std::uint8_t>(random.uniform(0, size.height), random.uniform(0, size.width)) = 0;
+  cv::distanceTransform(seeds, distance, labels, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  for (int i = 0; i < specks; ++i)
+    cv::ellipse(labels, {random.uniform(0, size.width), random.uniform(0, size.height)},
+                {random.uniform(0, 9), random.uniform(0, 9)}, random.uniform(0, 180), 0, 360,
+                cv::Scalar(1000 + random.uniform(0, 5)), random.uniform(1, 3));
+  return labels;
+}
+
+// Faces cover the artwork once: each edge is used by the faces beside it, one in each direction, each face is simple,
+// and areas add up.
+void expect_exact_cover(const Partition& partition) {
+  std::vector<int> forwards(partition.edges.size()), backwards = forwards;
+  double area = 0;
+  for (std::size_t f = 0; f < partition.faces.size(); ++f) {
+    const std::vector<DirectedEdge>& boundary = partition.faces[f].boundary;
+    for (std::size_t i = 0; i < boundary.size(); ++i) {
+      const DirectedEdge &it = boundary[i], &next = boundary[(i + 1) % boundary.size()];
+      ++(it.backwards ? backwards : forwards)[it.edge];
+      const auto &a = partition.edges[it.edge].curve, &b = partition.edges[next.edge].curve;
+      RC_ASSERT((it.backwards ? a.front() : a.back()) == (next.backwards ? b.back() : b.front()));
+      RC_ASSERT((it.backwards ? partition.edges[it.edge].right : partition.edges[it.edge].left) == f);
+    }
+    area += signed_area(outline_of(partition, f));
+  }
+  for (std::size_t e = 0; e < partition.edges.size(); ++e) {
+    RC_ASSERT(forwards[e] == (partition.edges[e].left == PartitionEdge::kOutside ? 0 : 1));
+    RC_ASSERT(backwards[e] == (partition.edges[e].right == PartitionEdge::kOutside ? 0 : 1));
+  }
+  RC_ASSERT(std::abs(area - (partition.width * partition.height).count()) < 1e-6 * area);
+}
+
+// Simply connected, and nothing too thin or too small.
+void expect_fabricable(const Partition& partition, const FabricationLimits& limits) {
+  for (std::size_t f = 0; f < partition.faces.size(); ++f) {
+    const Ring<ArtworkFrame> outline = outline_of(partition, f);
+    RC_ASSERT(signed_area(outline) > 0);
+    RC_ASSERT(!fault_of(outline, limits).has_value());
+  }
+}
+
+RC_GTEST_PROP(FabricablePartition, OfAnyLabelsCoversTheArtworkInPiecesThatCanBeCut, ()) {
+  const cv::Size size(*rc::gen::inRange(20, 200), *rc::gen::inRange(20, 200));
+  const cv::Mat labels =
+      random_labels(size, *rc::gen::inRange(1, 60), *rc::gen::inRange(0, 12), *rc::gen::arbitrary<std::uint64_t>());
+  const double mm_per_px = *rc::gen::inRange(20, 70) / 100.0;
+  const Millimetres width(size.width * mm_per_px), height(size.height * mm_per_px * 1.01);
+  const Smoothness smoothness = *rc::gen::element(Smoothness::kG0, Smoothness::kG1);
+  const FabricableOptions options{kLimits, 10_mm, smoothness, 2};
+  const Result<Partition> partition = fabricable_partition(labels.clone(), width, height, options);
+  RC_ASSERT(partition.ok());
+  expect_exact_cover(*partition);
+  expect_fabricable(*partition, kLimits);
+  const FabricableOptions alone{kLimits, 10_mm, smoothness, 1};
+  RC_ASSERT(*fabricable_partition(labels.clone(), width, height, alone) == *partition);
+}
+
+RC_GTEST_PROP(LabelRegions, AreSimplyConnectedAndNumberedInReadingOrder, ()) {
+  const cv::Size size(*rc::gen::inRange(1, 40), *rc::gen::inRange(1, 40));
+  cv::Mat labels(size, CV_32SC1);
+  cv::RNG random(*rc::gen::arbitrary<std::uint64_t>());
+  random.fill(labels, cv::RNG::UNIFORM, 0, *rc::gen::inRange(1, 6));
+  const int count = clean_regions(labels, {3, 6});
+  int next = 0;
+  for (int r = 0; r < labels.rows; ++r)
+    for (int c = 0; c < labels.cols; ++c) {
+      RC_ASSERT(labels.at<int>(r, c) <= next);
+      next = std::max(next, labels.at<int>(r, c) + 1);
+    }
+  RC_ASSERT(next == count);
+  for (int region = 0; region < count; ++region) {
+    cv::Mat mask, numbers;
+    cv::copyMakeBorder(labels == region, mask, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+    RC_ASSERT(cv::connectedComponents(mask, numbers, 4) == 2);
+    RC_ASSERT(cv::connectedComponents(~mask, numbers, 4) == 2);
+  }
+}
+
+TEST(LabelRegions, SmallPartsGoToTheNeighbourWithTheLongestBorder) {
+  cv::Mat labels(30, 30, CV_32SC1, cv::Scalar(0));
+  labels.colRange(20, 30).setTo(1);
+  labels(cv::Rect(18, 10, 5, 3)).setTo(2);  // 3 of its pixels look to the left, 3 to the right; above and below 2 to 3
+  EXPECT_EQ(clean_regions(labels, {0, 20}), 2);
+  EXPECT_EQ(labels.at<int>(11, 20), 1);
+}
+
+TEST(LabelRegions, WhatSurroundsAnotherIsCutInTwo) {
+  cv::Mat labels(60, 60, CV_32SC1, cv::Scalar(0));
+  labels(cv::Rect(20, 20, 20, 20)).setTo(1);
+  EXPECT_EQ(clean_regions(labels, {4, 20}), 3);
+  EXPECT_EQ(labels.at<int>(30, 30), labels.at<int>(22, 22));
+}
+
+TEST(LabelRegions, ANeckIsCutThrough) {
+  cv::Mat labels(40, 80, CV_32SC1, cv::Scalar(0));
+  labels(cv::Rect(5, 5, 30, 30)).setTo(1);
+  labels(cv::Rect(45, 5, 30, 30)).setTo(1);
+  labels(cv::Rect(35, 19, 10, 2)).setTo(1);
+  clean_regions(labels, {5, 20});
+  EXPECT_NE(labels.at<int>(20, 20), labels.at<int>(20, 60));
+}
+
+TEST(LabelRegions, StrayPartsDoNotComeBackOverABarrier) {
+  cv::Mat labels(20, 30, CV_32SC1, cv::Scalar(0)), barrier(20, 30, CV_8UC1, cv::Scalar(0));
+  labels.colRange(15, 30).setTo(1);
+  barrier.col(12).setTo(255);  // cuts three columns off the left region
+  absorb_stray_parts(labels, barrier);
+  EXPECT_EQ(labels.at<int>(5, 5), labels.at<int>(5, 11));
+  EXPECT_EQ(labels.at<int>(5, 13), labels.at<int>(5, 20));
+  EXPECT_NE(labels.at<int>(5, 11), labels.at<int>(5, 13));
+}
+
+TEST(DirectionField, PointsAcrossTheNearestEdgeUpToQuarterTurns) {
+  cv::Mat edges(200, 200, CV_8UC1, cv::Scalar(0));
+  cv::line(edges, {60, 160}, {140, 80}, cv::Scalar(255));  // up to the right, at 45 degrees
+  const DirectionField field = direction_field(edges, 3);
+  EXPECT_NEAR(std::abs(static_cast<double>(field.angle.at<float>(110, 90))), std::atan(1.0), 0.05);
+  EXPECT_NEAR(static_cast<double>(field.angle.at<float>(100, 4)), 0, 0.05) << "the border is an edge too";
+  EXPECT_EQ(field.distance.at<float>(160, 60), 0.0F);
+}
+
+TEST(DirectionField, FindsTheEdgeOfADiscAndNoneInNoise) {
+  cv::Mat picture(300, 300, CV_8UC3, cv::Scalar(90, 90, 90));
+  cv::circle(picture, {150, 150}, 80, cv::Scalar(180, 180, 180), cv::FILLED);
+  cv::Mat noise(picture.size(), CV_8UC3);
+  cv::RNG random(7);
+  random.fill(noise, cv::RNG::UNIFORM, 0, 12);
+  picture += noise;
+  const cv::Mat edges = salient_edges(picture, 24);
+  EXPECT_GT(cv::countNonZero(edges), 400);
+  for (int r = 0; r < edges.rows; ++r)
+    for (int c = 0; c < edges.cols; ++c) {
+      if (edges.at<std::uint8_t>(r, c) == 0) continue;
+      EXPECT_NEAR(std::hypot(r - 150, c - 150), 80, 4);
+    }
+}
+
+// A field without edges: tiles of one size, axes upright.
+VoronoiField level_field(cv::Size size, int count) {
+  const auto side = static_cast<float>(std::sqrt(static_cast<double>(size.area()) / count));
+  return {cv::Mat(size, CV_32FC1, cv::Scalar(0)), cv::Mat(size, CV_32FC1, cv::Scalar(side)), {}};
+}
+
+TEST(CentroidalVoronoi, EverySiteRestsInTheMiddleOfItsCell) {
+  const cv::Size size(240, 180);
+  const VoronoiField field = level_field(size, 48);
+  VoronoiOptions options;
+  options.count = 48;
+  const auto diagram = centroidal_voronoi(sampled_sites(field.size, 48, 3), field, options);
+  ASSERT_TRUE(diagram.ok());
+  EXPECT_LT(diagram->mean_move, 0.1);
+  std::vector<double> x(48), y(48), n(48);
+  for (int r = 0; r < size.height; ++r)
+    for (int c = 0; c < size.width; ++c) {
+      const auto i = static_cast<std::size_t>(diagram->labels.at<int>(r, c));
+      x[i] += c + 0.5, y[i] += r + 0.5, ++n[i];
+    }
+  double off = 0;
+  for (std::size_t i = 0; i < 48; ++i)
+    off += std::hypot(x[i] / n[i] - diagram->sites[i].x, y[i] / n[i] - diagram->sites[i].y) / 48;
+  EXPECT_LT(off, 0.15);
+}
+
+TEST(CentroidalVoronoi, CellsAreTheSameWhateverTheThreads) {
+  const cv::Size size(130, 97);
+  VoronoiField field = level_field(size, 20);
+  for (int r = 0; r < size.height; ++r)
+    for (int c = 0; c < size.width; ++c) {
+      field.angle.at<float>(r, c) = static_cast<float>(r) * 0.01F;
+      field.size.at<float>(r, c) *= 0.7F + 0.005F * static_cast<float>(c);
+    }
+  VoronoiOptions options;
+  options.count = 20, options.most_iterations = 5, options.rest = 0;
+  const auto one = centroidal_voronoi(sampled_sites(field.size, 20, 5), field, options);
+  options.threads = 3;
+  const auto three = centroidal_voronoi(sampled_sites(field.size, 20, 5), field, options);
+  ASSERT_TRUE(one.ok() && three.ok());
+  EXPECT_EQ(one->sites, three->sites);
+  EXPECT_EQ(cv::countNonZero(one->labels != three->labels), 0);
+  EXPECT_EQ(one->iterations, 5);
+}
+
+cv::Mat portrait(cv::Size size) {
+  cv::Mat out(size, CV_8UC3, cv::Scalar(200, 190, 180));
+  cv::ellipse(out, {size.width / 2, size.height / 2}, {size.width / 4, size.height / 3}, 20, 0, 360,
+              cv::Scalar(90, 120, 170), cv::FILLED);
+  cv::circle(out, {size.width * 2 / 5, size.height * 2 / 5}, size.width / 18, cv::Scalar(30, 30, 40), cv::FILLED);
+  return out;
+}
+
+TEST(TileSizes, FillTheRasterAndAreSmallWhereDetailIs) {
+  cv::Mat detail(200, 300, CV_32FC1, cv::Scalar(0));
+  detail.colRange(0, 100).setTo(1);
+  const cv::Mat size = tile_sizes(detail, 80, 2);
+  double tiles = 0;
+  for (int r = 0; r < size.rows; ++r)
+    for (int c = 0; c < size.cols; ++c) tiles += 1 / std::pow(static_cast<double>(size.at<float>(r, c)), 2);
+  EXPECT_NEAR(tiles, 80, 0.1);
+  EXPECT_GT(size.at<float>(100, 290), 1.3F * size.at<float>(100, 10));
+}
+
+TEST(Mosaic, ComesToRestAlongTheEdgesAndIsTheSameForEachSeed) {
+  const cv::Mat picture = portrait({360, 300});
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 150, 2);
+  const auto mosaic = decorative_mosaic(picture, size, {150, 1, 4, 2});
+  ASSERT_TRUE(mosaic.ok());
+  EXPECT_EQ(mosaic->figures.tiles, 150);
+  EXPECT_LT(mosaic->figures.mean_move_px, 0.1);
+  EXPECT_LE(mosaic->figures.deviation_deg, 5);
+  EXPECT_LE(mosaic->figures.straddling, 0.05);
+  const auto again = decorative_mosaic(picture, size, {150, 1, 4, 1});
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(cv::countNonZero(mosaic->labels != again->labels), 0);
+  EXPECT_EQ(mosaic->figures, again->figures);
+  const auto other = decorative_mosaic(picture, size, {150, 1, 5, 1});
+  EXPECT_GT(cv::countNonZero(mosaic->labels != other->labels), 0);
+}
+
+RC_GTEST_PROP(Mosaic, CellsAreFabricable, ()) {
+  const cv::Mat picture = portrait({240, 210});
+  const cv::Mat size = tile_sizes(cv::Mat(picture.size(), CV_32FC1, cv::Scalar(0)), 80, 2);
+  const auto mosaic = decorative_mosaic(picture, size, {80, 1, *rc::gen::arbitrary<std::uint64_t>(), 2});
+  RC_ASSERT(mosaic.ok());
+  const FabricableOptions options{{1.5_mm, SquareMillimetres(12)}, 7_mm, Smoothness::kG0, 2};
+  const Result<Partition> partition = fabricable_partition(mosaic->labels, 60_mm, 52.5_mm, options);
+  RC_ASSERT(partition.ok());
+  expect_exact_cover(*partition);
+  expect_fabricable(*partition, options.limits);
+  RC_ASSERT(partition->faces.size() >= 68U && partition->faces.size() <= 92U);
+}
+
+}  // namespace
+}  // namespace veneer::planner
