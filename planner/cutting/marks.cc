@@ -48,13 +48,13 @@ std::optional<Text> compose(std::initializer_list<std::string_view> lines) {
   return text;
 }
 
-// The ways to write a mark, the best first: on one line, or broken before its hyphen.
+// The ways to write a mark, the best first: on one line, or broken before its hyphen, or in its middle.
 std::vector<Text> ways_to_write(std::string_view mark) {
   std::vector<Text> ways;
   if (auto text = compose({mark})) ways.push_back(std::move(*text));
-  const std::size_t hyphen = mark.find('-');
-  if (ways.empty() || hyphen == 0 || hyphen == std::string_view::npos) return ways;
-  ways.push_back(*compose({mark.substr(0, hyphen), mark.substr(hyphen)}));
+  const std::size_t hyphen = mark.find('-'), half = hyphen == std::string_view::npos ? (mark.size() + 1) / 2 : hyphen;
+  if (ways.empty() || half == 0 || half == mark.size()) return ways;
+  ways.push_back(*compose({mark.substr(0, half), mark.substr(half)}));
   return ways;
 }
 

@@ -1,5 +1,6 @@
 // What is engraved on the back of a piece: its mark in a single-line alphabet, over a baseline bar that tells 6 from 9.
-// A mark that does not fit on one line stands on two, broken before its hyphen, over one bar.
+// A mark that does not fit on one line stands on two, broken before its hyphen or in its middle, over
+// one bar.
 //
 // Everything is laid out in BedFrame, after bed_from_panel: a panel lies with its back up, so text that reads from left
 // to right in BedFrame, seen from above, reads right on the piece's back. Nothing here mirrors.
@@ -32,9 +33,9 @@ struct Mark {
 };
 
 // `artwork_up` is where the artwork's up points in BedFrame, counter-clockwise from +x. The text's up is that
-// direction; only when the mark does not fit so, on one line or on two, is it turned: by a quarter (left, right, then upside down), along the
-// longest edges of the outline, then in steps of 15 degrees.
-// kInvalidArgument for a character without a glyph; kRefused when the mark does not fit at the least height.
+// direction; only when the mark does not fit so, on one line or on two, is it turned: by a quarter (left, right, then
+// upside down), along the longest edges of the outline, then in steps of 15 degrees. kInvalidArgument for a character
+// without a glyph; kRefused when the mark does not fit at the least height.
 Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, Radians artwork_up,
                           const MarkOptions& options = {});
 

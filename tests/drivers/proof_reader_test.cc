@@ -76,6 +76,18 @@ TEST_F(MarkReading, ReadsEveryLetterAndManyNumbersAtAnyAngle) {
   }
 }
 
+TEST_F(MarkReading, ReadsMarksThatCountInReadingOrder) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 26; ++i) {
+    const std::string first = std::string(1, static_cast<char>('A' + i)) + std::to_string(1 + random() % 40);
+    const std::string second = i % 3 == 0 ? "" : std::to_string(random() % 100);
+    const auto mark =
+        reader_->read(engraved(first + (second.empty() ? "" : "/") + second, 2.0, i * 0.7, false, random()), kPxPerMm);
+    ASSERT_TRUE(mark) << first << second;
+    EXPECT_EQ(mark->text, first + second);
+  }
+}
+
 TEST_F(MarkReading, ReadsTwoLinesAsOne) {
   std::mt19937 random(7);
   for (int i = 0; i < 26; ++i) {

@@ -14,7 +14,7 @@ namespace veneer::proof {
 namespace {
 
 constexpr double kInkBelow = 0.65;     // of the back's own grey
-constexpr double kLeastBar = 3;        // mm
+constexpr double kLeastBar = 2.5;      // mm
 constexpr double kBarThickness = 0.5;  // mm
 constexpr double kSpeck = 0.02;        // mm2, smaller ink is dirt
 constexpr double kSure = 80;
@@ -252,14 +252,15 @@ std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per
     if (hyphen != characters.size()) return std::nullopt;
     hyphen = i;
   }
-  if (hyphen < 2 || hyphen + 1 >= characters.size()) return std::nullopt;
+  const bool parted = hyphen < characters.size();
+  if (hyphen < 2 || hyphen + 1 == characters.size()) return std::nullopt;
   std::optional<ReadMark> best;
   for (std::size_t letters = 1; letters <= std::min<std::size_t>(2, hyphen - 1); ++letters) {
     const Text letter = read_part(true, line, join(characters, 0, letters), px_per_mm, letters);
     const Text number =
         read_part(false, line, join(characters, letters, characters.size()), px_per_mm, characters.size() - letters);
-    if (letter.text.empty() || number.text.empty() || number.text[hyphen - letters] != '-') continue;
-    if (std::count(number.text.begin(), number.text.end(), '-') != 1) continue;
+    if (letter.text.empty() || number.text.empty() || (parted && number.text[hyphen - letters] != '-')) continue;
+    if (std::count(number.text.begin(), number.text.end(), '-') != (parted ? 1 : 0)) continue;
     if (number.text[0] == '0' && hyphen - letters > 1) continue;  // an O, not a leading zero
     const double confidence = std::min(letter.confidence, number.confidence);
     if (!best || confidence > best->confidence) best = ReadMark{letter.text + number.text, mirrored, {}, confidence};

@@ -1,6 +1,6 @@
 // Reads what is engraved on a piece's back as a stranger would: by OCR (tesseract), with no knowledge of the font, of
-// the plan, or of which marks exist. All it is told is the grammar: letters, a number, a hyphen, a number, over a bar,
-// on one line or on two.
+// the plan, or of which marks exist. All it is told is the grammar: letters, a number, and maybe a hyphen and another
+// number, over a bar, on one line or on two.
 //
 // The bar is the longest straight stroke; the side the ink is on is the text's up. What reads well only in a mirror is
 // reported as mirrored. Each character is set apart first; the letters are read among letters, the numbers among

@@ -96,6 +96,10 @@ TEST(Marks, StandOnTwoLinesOverOneBarWhereOneLineFindsNoRoom) {
   expect_inside(*mark, rectangle(0, 0, 8, 8));
   // The A stands over the hyphen.
   EXPECT_GT(mark->strokes.front()[0].y - bar[0].y, 1.5 * mark->height);
+  // One that counts in reading order is broken in its middle.
+  const auto counted = lay_out_mark("A312", rectangle(0, 0, 6.5, 8), kUp);
+  ASSERT_TRUE(counted.ok()) << counted.error().message;
+  EXPECT_GT(box_of(*counted).height().count(), 2.5 * counted->height.count());
 }
 
 TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
