@@ -61,6 +61,7 @@ Result<RotatedPanel> RotatedPanel::make(const cv::Mat& features, const Lattice& 
 
 void RotatedPanel::find_spans(const cv::Size& panel) {
   std::vector<std::pair<int, int>> inside;
+  inside.reserve(static_cast<std::size_t>(lattice_.height()));
   for (int row = 0; row < lattice_.height(); ++row) inside.push_back(centres_on_panel(lattice_, row, panel));
   const int stored = lattice_.height() + kReach;
   begin_.assign(static_cast<std::size_t>(stored), 0);
@@ -102,6 +103,7 @@ void RotatedPanel::sample_row(const cv::Mat& features, int row, float scale) {
     for (int ch = 0; ch < channels; ++ch) {
       const float above = upper[ch] + fx * (upper[ch + right] - upper[ch]);
       const float below = lower[ch] + fx * (lower[ch + right] - lower[ch]);
+      // Moved by a half and cut off, which vectors do: rounding is a call. NOLINTNEXTLINE(bugprone-incorrect-roundings)
       *to++ = static_cast<std::int16_t>((above + fy * (below - above)) * scale + 0.5F);
     }
   }

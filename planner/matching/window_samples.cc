@@ -203,6 +203,7 @@ BoxMeans box_means(const MatchPatch& patch, int columns, int rows, double box_wi
     return parts;
   };
   std::vector<std::vector<Part>> across;
+  across.reserve(static_cast<std::size_t>(pixels.width));
   for (int c = 0; c < pixels.width; ++c) across.push_back(parts_of(c, box_width, columns));
   const double area = box_width * box_height;
   for (const PatchPixels::Span& span : pixels.spans) {

@@ -260,6 +260,7 @@ bool fits(Millimetres width, Millimetres height, Millimetres into_width, Millime
 
 std::vector<Radians> turns(int rotations) {
   std::vector<Radians> out;
+  out.reserve(static_cast<std::size_t>(rotations));
   for (int k = 0; k < rotations; ++k) out.push_back(degrees(360.0 * k / rotations));
   return out;
 }
