@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A head before a bright window: enough tone and edge that no two patches look alike.
-void draw_target(const fs::path& file) {
+void draw_portrait(const fs::path& file) {
   cv::Mat picture(240, 240, CV_8UC3);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x)
@@ -40,7 +40,7 @@ void PreparedCell::SetUpTestSuite() {
   if (base_) return;  // made for an earlier suite of this program
   base_.emplace(testing::TempDirectory::Place::kDisk);
   fs::create_directories(*base_ / "base");
-  draw_target(*base_ / "target.png");
+  draw_portrait(*base_ / "target.png");
   auto cell = SimulatedCell::start({*base_ / "base", bin_dir(), 7, 40});
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   QuietNarrator narrator;
