@@ -1,6 +1,10 @@
 # veneer_add_library(<name> SOURCES ... [DEPS ...] [PRIVATE_DEPS ...])   one static library per folder
 # veneer_add_program(<name> SOURCES ... [DEPS ...])
-# veneer_add_test(<name> SOURCES ... [DEPS ...] [LABELS ...] [TIMEOUT s] [AS_SHIPPED]) one executable per topic
+# veneer_add_tests(<name> SOURCES ... [DEPS ...] [DEFINITIONS ...] [PROGRAMS ...] [LABELS ...] [TIMEOUT s] [AS_SHIPPED])
+#                                                                       one program per folder of tests
+#
+# Every <topic>_test.cc of SOURCES is a test of ctest, named as its path: daemon/unit/preflight_test runs the tests of
+# tests/daemon/unit/preflight_test.cc in a process of its own. PROGRAMS are those that the tests start.
 #
 # A test is a unit test unless LABELS say otherwise. './dev test' runs unit tests under sanitizers, which see all that an
 # optimised build would and more; AS_SHIPPED ones, whose subject is not the same there (kernels that are compiled for
@@ -32,10 +36,10 @@ if(VENEER_SANITIZE MATCHES thread)
   target_compile_definitions(veneer_settings INTERFACE BOOST_ASIO_DISABLE_FENCED_BLOCK)
 endif()
 
-# Most of a compilation is reading headers: sources of one folder share them (option VENEER_UNITY).
+# Most of a compilation is reading headers and instantiating the same templates: sources of one folder share them (option
+# VENEER_UNITY).
 function(veneer_compile_together name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE 8)
-  target_compile_options(${name} PRIVATE -Wconversion)
   if(VENEER_UNITY)
     # A source of a batch looks like a header to the compiler, which then warns of types in anonymous namespaces.
     target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
@@ -46,6 +50,7 @@ function(veneer_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS;PRIVATE_DEPS")
   add_library(${name} STATIC ${arg_SOURCES})
   target_link_libraries(${name} PUBLIC veneer_settings ${arg_DEPS} PRIVATE ${arg_PRIVATE_DEPS})
+  target_compile_options(${name} PRIVATE -Wconversion)
   veneer_compile_together(${name})
 endfunction()
 
@@ -53,24 +58,30 @@ function(veneer_add_program name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;DEPS")
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS})
+  target_compile_options(${name} PRIVATE -Wconversion)
   veneer_compile_together(${name})
   add_dependencies(veneer_as_shipped ${name})
 endfunction()
 
-# What nearly every test begins with, read once (tests/CMakeLists.txt makes the target).
-function(veneer_precompile_test_headers name)
-  add_library(${name} OBJECT "${CMAKE_SOURCE_DIR}/tests/support/precompiled.cc")
-  target_link_libraries(${name} PRIVATE veneer_settings GTest::gmock GTest::gtest_main)
+# The main() of test programs, and what nearly every test begins with, read once (tests/CMakeLists.txt makes the target).
+function(veneer_add_test_main name)
+  add_library(${name} STATIC "${CMAKE_SOURCE_DIR}/tests/support/test_main.cc")
+  target_link_libraries(${name} PUBLIC veneer_settings GTest::gmock)
   target_precompile_headers(${name} PRIVATE
     <gmock/gmock.h> <gtest/gtest.h> <algorithm> <chrono> <filesystem> <fstream> <functional> <memory> <nlohmann/json.hpp>
     <optional> <random> <string> <thread> <vector>)
 endfunction()
 
-function(veneer_add_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_SHIPPED" "TIMEOUT" "SOURCES;DEPS;LABELS")
+function(veneer_add_tests name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "AS_SHIPPED" "TIMEOUT" "SOURCES;DEPS;DEFINITIONS;PROGRAMS;LABELS")
   add_executable(${name} ${arg_SOURCES})
-  target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS} GTest::gmock GTest::gtest_main)
-  target_precompile_headers(${name} REUSE_FROM veneer_test_headers)
+  target_link_libraries(${name} PRIVATE veneer_settings ${arg_DEPS} veneer_test_main)
+  target_precompile_headers(${name} REUSE_FROM veneer_test_main)
+  veneer_compile_together(${name})
+  target_compile_definitions(${name} PRIVATE ${arg_DEFINITIONS})
+  foreach(program IN LISTS arg_PROGRAMS)
+    add_dependencies(${name} ${program})
+  endforeach()
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 400)
@@ -86,7 +97,12 @@ function(veneer_add_test name)
   else()
     add_dependencies(veneer_as_shipped ${name})
   endif()
-  add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77
-                       ENVIRONMENT "RC_PARAMS=seed=20260501")  # rapidcheck draws a fresh seed otherwise
+  list(FILTER arg_SOURCES INCLUDE REGEX "_test\\.cc$")
+  foreach(source IN LISTS arg_SOURCES)
+    file(RELATIVE_PATH file "${CMAKE_SOURCE_DIR}/tests" "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+    string(REGEX REPLACE "\\.cc$" "" test "${file}")
+    add_test(NAME ${test} COMMAND ${name} ${file})
+    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" SKIP_RETURN_CODE 77
+                         ENVIRONMENT "RC_PARAMS=seed=20260501")  # rapidcheck draws a fresh seed otherwise
+  endforeach()
 endfunction()

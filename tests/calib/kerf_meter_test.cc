@@ -35,11 +35,20 @@ struct ScanScene {
   bool cut = true;
 };
 
-double distance_to_line(const KerfLine& line, double x, double y) {
+// Square of the distance in mm, as all below: a root for every one of millions of points takes longer than all the
+// rest.
+double square_to_line(const KerfLine& line, double x, double y) {
   const double ax = line.from.x.count(), ay = line.from.y.count();
   const double dx = line.to.x.count() - ax, dy = line.to.y.count() - ay;
   const double t = std::clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy), 0.0, 1.0);
-  return std::hypot(x - ax - t * dx, y - ay - t * dy);
+  const double off_x = x - ax - t * dx, off_y = y - ay - t * dy;
+  return off_x * off_x + off_y * off_y;
+}
+
+// The ring of the pattern that is nearest to a place stands on this middle.
+double square_to_ring_middle(double x, double y) {
+  const double rx = x < 220 ? 200 : x < 260 ? 240 : 280, ry = y < 60 ? 40 : 80;
+  return (x - rx) * (x - rx) + (y - ry) * (y - ry);
 }
 
 cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& lines, double x, double y) {
@@ -49,14 +58,13 @@ cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& line
   const auto grain = static_cast<float>(6 * std::sin(y * 2.3 + 2 * std::sin(x * 0.05)) + 4 * std::sin(y * 0.5));
   cv::Vec3f wood = cv::Vec3f(150, 185, 206) + cv::Vec3f(grain, grain, grain);
   // Rings of the same pattern, engraved.
-  for (const double rx : {200.0, 240.0, 280.0})
-    for (const double ry : {40.0, 80.0})
-      if (std::abs(std::hypot(x - rx, y - ry) - 2) < 0.1) wood *= 0.4F;
+  const double from_middle = square_to_ring_middle(x, y);
+  if (from_middle > 1.9 * 1.9 && from_middle < 2.1 * 2.1) wood *= 0.4F;
   if (!scene.cut) return wood;
   double nearest = 1e9;
-  for (const auto& line : lines) nearest = std::min(nearest, distance_to_line(line, x, y));
+  for (const auto& line : lines) nearest = std::min(nearest, square_to_line(line, x, y));
   // A burnt wall is rough: 0.02 mm, quickly along the line.
-  nearest += 0.02 * (std::sin(31 * x + 17 * y) + std::sin(23 * x - 41 * y));
+  nearest = std::sqrt(nearest) + 0.02 * (std::sin(31 * x + 17 * y) + std::sin(23 * x - 41 * y));
   if (nearest < scene.kerf / 2) return lid * static_cast<float>(scene.lid_in_slit);
   const double browned = std::clamp(1 - (nearest - scene.kerf / 2) / scene.rim, 0.0, 1.0);
   return wood * static_cast<float>(1 - scene.rim_dark * browned);
@@ -64,10 +72,9 @@ cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& line
 
 bool is_plain(const std::vector<KerfLine>& lines, double x, double y) {
   if (std::abs(x - 188) < 0.3 || std::abs(y - 24) < 0.3) return false;
-  for (const double rx : {200.0, 240.0, 280.0})
-    for (const double ry : {40.0, 80.0})
-      if (std::hypot(x - rx, y - ry) < 2.5) return false;
-  return std::all_of(lines.begin(), lines.end(), [&](const KerfLine& l) { return distance_to_line(l, x, y) > 0.6; });
+  if (square_to_ring_middle(x, y) < 2.5 * 2.5) return false;
+  return std::all_of(lines.begin(), lines.end(),
+                     [&](const KerfLine& line) { return square_to_line(line, x, y) > 0.6 * 0.6; });
 }
 
 cv::Mat scan_of(const ScanScene& scene) {

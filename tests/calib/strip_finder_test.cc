@@ -18,7 +18,9 @@ std::vector<calib::FoundStrip> strips_of(const DrawnBoard& board) {
   return calib::find_strips(calib::view_board(map, unmarked), unmarked);
 }
 
-const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31);
+using drawn::kEbony;
+using drawn::kOak;
+using drawn::kSilver;
 
 void expect_corners(const calib::FoundStrip& found, const DrawnStrip& strip) {
   const auto corners = calib::corners_of(found);

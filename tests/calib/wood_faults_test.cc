@@ -50,7 +50,10 @@ class WoodFaults : public ::testing::Test {
   calib::WorkMap map_;
 };
 
-const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31), kBleached(205, 211, 214);
+using drawn::kEbony;
+using drawn::kOak;
+using drawn::kSilver;
+const cv::Scalar kBleached(205, 211, 214);
 
 TEST_F(WoodFaults, FindsHolesAndHeadsOfAnyMetalInAnyWood) {
   const cv::Scalar brass(82, 152, 187), steel(163, 160, 158), hole(15, 16, 17), lid(215, 216, 217);

@@ -192,7 +192,8 @@ TEST_F(PlanCommand, GivesTheSameBytesAgain) {
 }
 
 TEST_F(PlanCommand, WarnsOfUnfilledPatchesAndStillSucceeds) {
-  const Outcome outcome = plan(replaced("--size-mm 21", "--size-mm 90"));
+  // 60 x 90 mm from a panel of 60 x 75 mm.
+  const Outcome outcome = plan(replaced("--size-mm 21", "--size-mm 60"));
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.errors, HasSubstr("warning"));
   EXPECT_GT(json("out/report.json")["unfilled"], 0);

@@ -16,7 +16,7 @@ double fraction(const std::string& text) {
   return power ? *power : -1;
 }
 
-std::string refusal(const std::string& text) {
+std::string refused_power(const std::string& text) {
   const auto power = power_of(text);
   EXPECT_FALSE(power.ok()) << text;
   return power ? "" : power.error().message;
@@ -33,14 +33,14 @@ TEST(Power, IsPerCentAndSaysSo) {
 
 // 1 was 1 % of one command and all of another's.
 TEST(Power, WithoutAUnitIsRefusedWithWhatToWrite) {
-  EXPECT_THAT(refusal("1"), HasSubstr("write 1% or 100%"));
-  EXPECT_THAT(refusal("0.07"), HasSubstr("write 0.07% or 7%"));
-  EXPECT_THAT(refusal("50"), HasSubstr("write 50%"));
-  EXPECT_THAT(refusal("high"), HasSubstr("as in 60%"));
-  EXPECT_THAT(refusal(""), HasSubstr("as in 60%"));
-  EXPECT_THAT(refusal("nan%"), HasSubstr("as in 60%"));
-  EXPECT_THAT(refusal("120%"), HasSubstr("0% to 100%"));
-  EXPECT_THAT(refusal("-5%"), HasSubstr("0% to 100%"));
+  EXPECT_THAT(refused_power("1"), HasSubstr("write 1% or 100%"));
+  EXPECT_THAT(refused_power("0.07"), HasSubstr("write 0.07% or 7%"));
+  EXPECT_THAT(refused_power("50"), HasSubstr("write 50%"));
+  EXPECT_THAT(refused_power("high"), HasSubstr("as in 60%"));
+  EXPECT_THAT(refused_power(""), HasSubstr("as in 60%"));
+  EXPECT_THAT(refused_power("nan%"), HasSubstr("as in 60%"));
+  EXPECT_THAT(refused_power("120%"), HasSubstr("0% to 100%"));
+  EXPECT_THAT(refused_power("-5%"), HasSubstr("0% to 100%"));
 }
 
 TEST(Overrides, AreWhatTheDescriptionOfTheApiSays) {

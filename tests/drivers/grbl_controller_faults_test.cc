@@ -6,7 +6,7 @@ namespace veneer::sim {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::StartsWith;
 
 TEST(GrblFaults, AreKnownByName) {
   EXPECT_EQ(*fault_kind("fuse_lines"), FaultKind::kFuseLines);
@@ -28,7 +28,7 @@ TEST(GrblFaults, GarbleAByte) {
   GrblBench bench;
   bench.power_on_and_home();
   bench.controller.inject({FaultKind::kGarbleByte, 1});
-  EXPECT_THAT(bench.send("G21\n"), testing::Not("ok\r\n"));
+  EXPECT_THAT(bench.send("G21\n"), ::testing::Not("ok\r\n"));
 }
 
 TEST(GrblFaults, ADroppedDigitLeavesAValidLine) {

@@ -6,11 +6,11 @@ namespace veneer::sim {
 namespace {
 
 using ::testing::Each;
-using testing::EndsWith;
-using testing::Field;
+using ::testing::EndsWith;
+using ::testing::Field;
 using ::testing::HasSubstr;
-using testing::Property;
-using testing::StartsWith;
+using ::testing::Property;
+using ::testing::StartsWith;
 
 TEST(GrblController, MovesOnATrapezoid) {
   GrblBench bench;

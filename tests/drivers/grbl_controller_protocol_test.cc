@@ -5,10 +5,10 @@
 namespace veneer::sim {
 namespace {
 
-using testing::EndsWith;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr const char* kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
 

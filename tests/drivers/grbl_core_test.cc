@@ -259,13 +259,13 @@ TEST_F(GrblCoreTest, AbortsWhenPowerWasUnderstoodDifferently) {
 TEST_F(GrblCoreTest, SendsNoMotionBeforeModesAndFeedAreKnownToBeUnderstood) {
   connect_and_home();
   core.start(line_job(), now);
-  EXPECT_THAT(out(), testing::Not(HasSubstr("X")));
+  EXPECT_THAT(out(), ::testing::Not(HasSubstr("X")));
   say("ok\r\nok\r\nok\r\n");
   EXPECT_EQ(say("[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F90 S0]\r\n"), "!") << "a digit of F900 was lost";
   EXPECT_EQ(say("ok\r\n"), "");
   EXPECT_EQ(wait_in("<Hold:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
   ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->suspect, testing::IsEmpty()) << "nothing was burnt";
+  EXPECT_THAT(event<laser_event::Aborted>()->suspect, ::testing::IsEmpty()) << "nothing was burnt";
 }
 
 TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
@@ -301,7 +301,7 @@ TEST_F(GrblCoreTest, AnAbortOnThePathAccusesNobody) {
   wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
   core.abort(now);
   ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, testing::IsEmpty());
+  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, ::testing::IsEmpty());
 }
 
 TEST_F(GrblCoreTest, CountsEachOpeningOfTheLid) {

@@ -54,7 +54,8 @@ TEST(GrblPace, ALineThatGrewIsNoticedWithinASecondOfMotion) {
 
 TEST(GrblPace, AnArcThatNoiseTurnedTheOtherWayIsNoticed) {
   ChangedLine run("X1.365Y-0.788I0.752J-0.274", "X1.365Y-0.788I0.75G2J-0.274");
-  EXPECT_THAT(run.sentence(), testing::AnyOf(::testing::HasSubstr("understood"), ::testing::HasSubstr("off its path")));
+  EXPECT_THAT(run.sentence(),
+              ::testing::AnyOf(::testing::HasSubstr("understood"), ::testing::HasSubstr("off its path")));
   EXPECT_FALSE(run.cell.has<laser_event::PieceVerified>());
 }
 

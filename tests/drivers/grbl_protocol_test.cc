@@ -21,7 +21,7 @@
 namespace veneer::grbl {
 namespace {
 
-using testing::EndsWith;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
 MachineSettings stock_settings(int home_corner = 0, const std::string& options = "V") {
@@ -283,7 +283,7 @@ TEST(Settings, ThatAreUnlikelyAreTheOperatorsToConfirm) {
     reader.setting({number, value});
     return reader.finish().value().unlikely;
   };
-  EXPECT_THAT(unlikely(30, 255), testing::IsEmpty());
+  EXPECT_THAT(unlikely(30, 255), ::testing::IsEmpty());
   EXPECT_THAT(unlikely(30, 5), ::testing::ElementsAre("$30 = 5 (full power)"));
   EXPECT_THAT(unlikely(110, 60), ::testing::ElementsAre("$110 = 60 (mm/min in x)"));
   EXPECT_THAT(unlikely(131, 30000), ::testing::ElementsAre("$131 = 30000 (mm of travel in y)"));
@@ -443,7 +443,7 @@ TEST(MotionQueue, BelievesTheEarliestPlaceOfAPathThatCrossesItself) {
   EXPECT_TRUE(queue.reported(-420 + 1.0, -280, {}));  // the crossing: in the first motion, and again in the last
   EXPECT_NEAR(queue.queued_s(), all, 1e-9);
   EXPECT_TRUE(queue.reported(-420 + 1.0, -281, {}));
-  EXPECT_THAT(queue.take_executed(), testing::IsEmpty()) << "its last motion is not over";
+  EXPECT_THAT(queue.take_executed(), ::testing::IsEmpty()) << "its last motion is not over";
   queue.all_executed();
   EXPECT_THAT(queue.take_executed(), ::testing::ElementsAre(0U));
   EXPECT_EQ(queue.queued_s(), 0);
@@ -483,7 +483,7 @@ TEST(MotionQueue, LetsGoOfShortMotionsThePlannerMustHaveLetGo) {
   EXPECT_NEAR(queue.queued_s(), all, 1e-12);
   queue.acknowledged({});
   EXPECT_NEAR(queue.queued_s(), all - moves[0].longest_s, 1e-9);
-  EXPECT_THAT(queue.take_executed(), testing::IsEmpty()) << "acknowledgements execute nothing";
+  EXPECT_THAT(queue.take_executed(), ::testing::IsEmpty()) << "acknowledgements execute nothing";
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ class LihuiyuCampaign : public ::testing::TestWithParam<std::string_view> {};
 TEST_P(LihuiyuCampaign, NeverReportsAWrongPieceAndNeverMovesUnasked) {
   const BoardRow row = run_board_campaign(GetParam(), 50, 20260501);
   EXPECT_EQ(row.complete + row.aborted, 50);
-  EXPECT_TRUE(row.clean()) << testing::PrintToString(row.complaints);
+  EXPECT_TRUE(row.clean()) << ::testing::PrintToString(row.complaints);
   EXPECT_LE(row.longest_queue_s, 1.0);
   EXPECT_LE(row.hausdorff_mm, kBurnTolerance);
 }

@@ -54,7 +54,7 @@ TEST(LihuiyuCore, RefusesAJobUntilHomedAndOneThatLeavesTheTravel) {
   outside.strokes[1].path[0] = point<MachineFrame>(300.1, 10);
   cell.start(outside);
   EXPECT_THAT(cell.failure().message, ::testing::HasSubstr("leaves the machine's travel"));
-  EXPECT_THAT(cell.burns, testing::IsEmpty());
+  EXPECT_THAT(cell.burns, ::testing::IsEmpty());
 }
 
 TEST(LihuiyuCore, BurnsEveryPieceAsPlanned) {
@@ -77,7 +77,7 @@ TEST(LihuiyuCore, BurnsEveryPieceAsPlanned) {
     ASSERT_TRUE(cell.has<laser_event::Done>()) << cell.failure().message;
     EXPECT_EQ(verified, 3U);
     EXPECT_EQ(cell.all<laser_event::StrokeExecuted>().size(), job.strokes.size());
-    EXPECT_THAT(cell.board.complaints(), testing::IsEmpty());
+    EXPECT_THAT(cell.board.complaints(), ::testing::IsEmpty());
     const sim::BoardLog& log = cell.board.log();
     EXPECT_EQ(log.beam_at_rest_s, 0);
     EXPECT_EQ(log.burnt_unhomed_mm, 0);

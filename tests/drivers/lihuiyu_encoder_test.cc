@@ -66,7 +66,7 @@ TEST(LihuiyuDistance, IsWrittenAsTheBoardReadsIt) {
     const Decoded decoded = decode("IB" + distance_code(mils) + "R" + distance_code(3001 - mils) + "S1P");
     ASSERT_EQ(decoded.x, mils);
     ASSERT_EQ(decoded.y, 3001 - mils);
-    ASSERT_THAT(decoded.complaints, testing::IsEmpty());
+    ASSERT_THAT(decoded.complaints, ::testing::IsEmpty());
   }
 }
 
@@ -224,7 +224,7 @@ TEST(LihuiyuProgram, StrokesOfOneSettingShareAProgramAndPassesRepeat) {
   const Decoded cut = decode(programs[1].text);
   EXPECT_NEAR(length(burnt(cut)), 3 * 10 / 0.0254, 3);
   EXPECT_GT(programs[1].shortest_s, 3 * 10 / 15.0);
-  EXPECT_THAT(cut.complaints, testing::IsEmpty());
+  EXPECT_THAT(cut.complaints, ::testing::IsEmpty());
 }
 
 TEST(LihuiyuEgv, HasTheVendorsHeaderAndReadsBack) {
@@ -241,7 +241,7 @@ TEST(LihuiyuEgv, HasTheVendorsHeaderAndReadsBack) {
   EXPECT_EQ(std::count(text.begin(), text.end(), 'I'), 1);
   EXPECT_EQ(text.substr(text.size() - 4), "FNSE");
   const Decoded decoded = decode(text);
-  EXPECT_THAT(decoded.complaints, testing::IsEmpty());
+  EXPECT_THAT(decoded.complaints, ::testing::IsEmpty());
   EXPECT_TRUE(decoded.finished);
   for (const Stroke& stroke : job.strokes) EXPECT_LE(farthest(on_board(stroke.path, 200), burnt(decoded)), kHalfMil);
   std::vector<MilSegment> all;

@@ -207,7 +207,7 @@ double seconds_since(std::chrono::steady_clock::time_point from) {
 
 TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
   const bool large = std::getenv("VENEER_PROOF_LARGE") != nullptr;  // NOLINT(concurrency-mt-unsafe)
-  const std::filesystem::path dir = std::filesystem::path(testing::TempDir()) / "veneer-proof-test" / "twin";
+  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / "twin";
   const auto begin = std::chrono::steady_clock::now();
   TwinRun run(dir, large ? 420 : 200, large ? 280 : 160);
   const double made = seconds_since(begin);
@@ -230,12 +230,12 @@ TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
       job.pieces, made, cut, run.laser_seconds_, loaded, proven, job.edge.rms, job.edge.max,
       job.picture_ssim.value_or(0), claims.panels[0].fiducials.size());
   EXPECT_EQ(job.cut, job.pieces);
-  EXPECT_EQ(job.unreadable_ids, 0U) << testing::PrintToString(job.notes);
-  EXPECT_EQ(job.wrong_pieces, 0U) << testing::PrintToString(job.notes);
-  EXPECT_EQ(job.mirrored_pieces, 0U) << testing::PrintToString(job.notes);
+  EXPECT_EQ(job.unreadable_ids, 0U) << ::testing::PrintToString(job.notes);
+  EXPECT_EQ(job.wrong_pieces, 0U) << ::testing::PrintToString(job.notes);
+  EXPECT_EQ(job.mirrored_pieces, 0U) << ::testing::PrintToString(job.notes);
   EXPECT_LT(job.edge.rms, 0.02);
   EXPECT_GT(*job.picture_ssim, 0.9);
-  EXPECT_TRUE(*proof->ledger_matches.at(0)) << testing::PrintToString(proof->notes);
+  EXPECT_TRUE(*proof->ledger_matches.at(0)) << ::testing::PrintToString(proof->notes);
   EXPECT_LT(proof->poses.at(0).pose->rms, 1e-6);
   ASSERT_TRUE(write_proof(*proof, dir / "out").ok());
 }

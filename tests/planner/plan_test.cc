@@ -15,25 +15,16 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
 namespace {
 
 using test::blob_artwork;
+using test::planned;
+using test::small_options;
 using test::wood_panel;
-
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 7_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
-  return options;
-}
-
-Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options) {
-  const auto plan = make_plan(artworks, stock, options);
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
-}
 
 std::string error_of(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock,
                      const PlanOptions& options) {

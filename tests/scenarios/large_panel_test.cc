@@ -11,6 +11,7 @@
 
 #include "tests/demo/figures.h"
 #include "tests/demo/story.h"
+#include "tests/scenarios/prepared_cell.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
@@ -24,14 +25,8 @@ using ::testing::IsEmpty;
 constexpr double kBedWidth = 520, kBedHeight = 380;
 const StoryPanel kPlank{"plank", 680, 130};
 
-class Quiet final : public Narrator {
- public:
-  void progress(const std::string&, double, const std::string&) override {}
-  void done(const std::string&, const std::string&, double) override {}
-};
-
 // From black to white along x, so that dark wood and pale wood are both wanted, wherever they lie on the plank.
-void draw_target(const fs::path& file) {
+void draw_slope(const fs::path& file) {
   cv::Mat picture(200, 200, CV_8UC3);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x)
@@ -59,11 +54,11 @@ json laid_as_told(const std::string& how) {
 TEST(LargePanel, IsCutInSeveralSetUpsLaidAsTheCellSays) {
   const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
   const fs::path &dir = folder.path(), bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
-  draw_target(dir / "target.png");
+  draw_slope(dir / "target.png");
   auto started = SimulatedCell::start({dir, bin, 11, 40, "[twin.scanner]\nwidth_mm = 390\n"});
   ASSERT_TRUE(started.ok()) << started.error().message;
   SimulatedCell& cell = **started;
-  Quiet narrator;
+  QuietNarrator narrator;
   Story story(cell, dir, narrator);
   for (const Status& step :
        {story.calibrate(), story.scan_panel(kPlank), story.plan({dir / "target.png", "plank", 108, 12})})

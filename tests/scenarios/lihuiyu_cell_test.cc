@@ -9,6 +9,7 @@
 
 #include "tests/demo/figures.h"
 #include "tests/demo/story.h"
+#include "tests/scenarios/prepared_cell.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::tests {
@@ -18,14 +19,8 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using ::testing::IsEmpty;
 
-class Quiet final : public Narrator {
- public:
-  void progress(const std::string&, double, const std::string&) override {}
-  void done(const std::string&, const std::string&, double) override {}
-};
-
 // Dark to the left, light to the right, and a disc: tone and edges everywhere.
-void draw_target(const fs::path& file) {
+void draw_disc(const fs::path& file) {
   cv::Mat picture(240, 240, CV_8UC3);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x)
@@ -37,12 +32,12 @@ void draw_target(const fs::path& file) {
 TEST(LihuiyuCell, CutsAJobThatTheTwinsTruthProves) {
   const testing::TempDirectory folder(testing::TempDirectory::Place::kDisk);
   const fs::path &dir = folder.path(), bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
-  draw_target(dir / "target.png");
+  draw_disc(dir / "target.png");
   auto started = SimulatedCell::start(
       {.dir = dir, .bin_dir = bin, .seed = 5, .time_scale = 20, .twin_tables = {}, .lihuiyu = true});
   ASSERT_TRUE(started.ok()) << started.error().message;
   SimulatedCell& cell = **started;
-  Quiet narrator;
+  QuietNarrator narrator;
   Story story(cell, dir, narrator);
   for (const Status& step :
        {story.calibrate(), story.scan_panel({"sheet", 200, 140}), story.plan({dir / "target.png", "sheet", 48, 12}),

@@ -2,7 +2,7 @@
 
 #include <SQLiteCpp/Database.h>
 #include <fmt/format.h>
-#include <stdlib.h>
+#include <cstdlib>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A head before a bright window: enough tone and edge that no two patches look alike.
-void draw_target(const fs::path& file) {
+void draw_portrait(const fs::path& file) {
   cv::Mat picture(240, 240, CV_8UC3);
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x)
@@ -32,29 +32,42 @@ const StoryPanel kSheet{"control", 200, 140};
 
 }  // namespace
 
-std::optional<testing::TempDirectory> PreparedCell::base_;
+fs::path PreparedCell::base_;
+std::optional<testing::TempDirectory> PreparedCell::folder_;
 
 fs::path PreparedCell::bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
 
-void PreparedCell::SetUpTestSuite() {
-  if (base_) return;  // made for an earlier suite of this program
-  base_.emplace(testing::TempDirectory::Place::kDisk);
-  fs::create_directories(*base_ / "base");
-  draw_target(*base_ / "target.png");
-  auto cell = SimulatedCell::start({*base_ / "base", bin_dir(), 7, 40});
+fs::path PreparedCell::made_before() {
+  const char* made = std::getenv("VENEER_PREPARED_CELL");  // NOLINT(concurrency-mt-unsafe): nothing sets it
+  return made == nullptr ? "" : made;
+}
+
+void PreparedCell::prepare(const fs::path& base) {
+  fs::create_directories(base / "base");
+  draw_portrait(base / "target.png");
+  auto cell = SimulatedCell::start({base / "base", bin_dir(), 7, 40});
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   QuietNarrator narrator;
-  Story story(**cell, base_->path(), narrator);
+  Story story(**cell, base, narrator);
   for (const Status& step :
-       {story.calibrate(), story.scan_panel(kSheet), story.plan({*base_ / "target.png", "control", 48, 12})})
+       {story.calibrate(), story.scan_panel(kSheet), story.plan({base / "target.png", "control", 48, 12})})
     ASSERT_TRUE(step.ok()) << step.error().message;
   ASSERT_EQ((*cell)->stop_daemon(), 0);
   ASSERT_EQ((*cell)->stop_twin(), 0);
 }
 
+void PreparedCell::SetUpTestSuite() {
+  if (folder_) return;  // made for an earlier suite of this process
+  folder_.emplace(testing::TempDirectory::Place::kDisk);
+  base_ = made_before();
+  if (!base_.empty()) return;
+  base_ = folder_->path();
+  prepare(base_);
+}
+
 void PreparedCell::SetUp() {
-  dir_ = *base_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::copy(*base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  dir_ = *folder_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  fs::copy(base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   auto cell = SimulatedCell::start(options());
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   cell_ = std::move(*cell);

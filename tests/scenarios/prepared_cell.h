@@ -1,5 +1,6 @@
-// A small cell, calibrated, with one panel in stock and a planned job of 16 pieces: made once for all tests of a
-// program, then copied for each, so that every test begins from the same wood, certificates and reservation.
+// A small cell, calibrated, with one panel in stock and a planned job of 16 pieces: made once for all tests (by
+// prepare_test.cc where ctest runs them, else by each process for itself), then copied for each, so that every test
+// begins from the same wood, certificates and reservation.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -44,6 +45,10 @@ class PreparedCell : public ::testing::Test {
   void tamper(const std::vector<std::string>& without, const std::string& sql) const;
 
   static std::filesystem::path bin_dir();
+  // Where prepare_test.cc makes the cell; "" = this process makes its own.
+  static std::filesystem::path made_before();
+  // Makes the cell in a folder that holds nothing.
+  static void prepare(const std::filesystem::path& base);
   static constexpr std::int64_t kJob = 1;
   static constexpr const char* kPanel = "P-0001";
 
@@ -53,7 +58,8 @@ class PreparedCell : public ::testing::Test {
   std::unique_ptr<Story> story_;
 
  private:
-  static std::optional<testing::TempDirectory> base_;
+  static std::filesystem::path base_;                    // the cell that is copied
+  static std::optional<testing::TempDirectory> folder_;  // of the copies
 };
 
 }  // namespace veneer::tests

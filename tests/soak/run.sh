@@ -15,7 +15,7 @@
 #                five seeds and 1000 times by kill -9, 4000 single bits flipped
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by cracks in near-black wood and strips on birch plywood
-#   properties   every test executable that draws its inputs, with 2000 cases per property
+#   properties   every test that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
@@ -63,7 +63,7 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian"
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
   show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 \
-    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenarios_workers_test"
+    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenarios" scenarios/workers_test.cc
 done
 
 seed=$(fresh_seed)
@@ -77,20 +77,27 @@ show_table=1 campaign "eyes/boards" "$seed" "$build/bin/veneer-soak-eyes" --seed
   --out "$(dirname "$out")/eyes.json"
 
 seed=$(fresh_seed)
-campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=2000" "$build/tests/db_ledger_model_test"
+campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=2000" \
+  "$build/tests/db_tests" db/ledger_model_test.cc
 for ((i = 0; i < 5; ++i)); do
   seed=$(fresh_seed)
-  campaign "ledger/power-loss/$i" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=200 "$build/tests/db_power_loss_test"
+  campaign "ledger/power-loss/$i" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=200 "$build/tests/db_power_loss_tests"
 done
 seed=$(fresh_seed)
-show_table=1 campaign "ledger/bit-flips" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 "$build/tests/db_bit_flip_test"
+show_table=1 campaign "ledger/bit-flips" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 \
+  "$build/tests/db_tests" db/bit_flip_test.cc
 
-# Only what links rapidcheck draws its inputs.
-for test in "$build"/tests/*_test; do
-  grep -q 'rapidcheck' "$test" || continue
+# Every test whose inputs rapidcheck draws; ctest knows which program it is in.
+while read -r program file; do
+  grep -q 'rapidcheck' "tests/$file" || continue
   seed=$(fresh_seed)
-  campaign "properties/$(basename "$test")" "$seed" env RC_PARAMS="seed=$seed max_success=2000" "$test"
-done
+  campaign "properties/${file%_test.cc}" "$seed" env RC_PARAMS="seed=$seed max_success=2000" "$program" "$file"
+done < <(ctest --test-dir "$build" --show-only=json-v1 | python3 -c '
+import json, sys
+for test in json.load(sys.stdin)["tests"]:
+    command = test.get("command", [])
+    if len(command) == 2 and command[1].endswith("_test.cc"): print(*command)
+')
 for ((i = 0; i < 5; ++i)); do
   seed=$(fresh_seed)
   campaign "demo/$i" "$seed" "$build/bin/veneer-demo" --seed "$seed" --out "out/soak-$seed"

@@ -29,6 +29,9 @@ struct DrawnBoard {
 
 constexpr double kPxPerMm = 6;
 
+// Woods of workshops.
+inline const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 29, 31);
+
 calib::WorkMap draw(const DrawnBoard& board);
 // 255 on the strip.
 cv::Mat place_of(const DrawnStrip& strip, const cv::Size& size);

@@ -21,7 +21,7 @@ namespace {
 using daemon::CellCommand;
 using daemon::CellState;
 
-constexpr int kPieces = 4;
+constexpr int kHoldPieces = 4;
 constexpr double kNudge = 3.4;  // mm
 
 struct GrblFamily {
@@ -106,7 +106,7 @@ class HeldRun {
       return;
     }
     database_ = std::move(*opened);
-    if (const Status stocked = stock_two_panels(*database_, kPieces, 1); !stocked) {
+    if (const Status stocked = stock_two_panels(*database_, kHoldPieces, 1); !stocked) {
       complain(stocked.error().message);
       return;
     }
@@ -207,14 +207,14 @@ class HeldRun {
     const double piece_s = piece_seconds();
     turns_ = static_cast<int>(random_() % 12);
     if (stratum == 2) {
-      at_done_ = 1 + static_cast<int>(random_() % kPieces);
+      at_done_ = 1 + static_cast<int>(random_() % kHoldPieces);
     } else {
-      double at = up_to(kPieces * piece_s);
-      if (stratum == 1) at = piece_s * static_cast<double>(1 + random_() % kPieces) - up_to(0.5);
+      double at = up_to(kHoldPieces * piece_s);
+      if (stratum == 1) at = piece_s * static_cast<double>(1 + random_() % kHoldPieces) - up_to(0.5);
       moment_ = began_ + Duration(static_cast<Duration::rep>(at * 1e9));
       turns_ = 0;
     }
-    lid_at_ = began_ + Duration(static_cast<Duration::rep>(up_to(kPieces * piece_s) * 1e9));
+    lid_at_ = began_ + Duration(static_cast<Duration::rep>(up_to(kHoldPieces * piece_s) * 1e9));
     nudge_ = with_lid_ && random_() % 2 == 0;
     lid_while_held_ = random_() % 2 == 0;
     armed_ = true;
@@ -225,7 +225,7 @@ class HeldRun {
       HeldRun run(false, 0);
       if (!run.load()) return 1.0;
       run.wait(120, [&] { return run.over(); });
-      return std::chrono::duration<double>(run.cell_.now() - run.began_).count() / kPieces;
+      return std::chrono::duration<double>(run.cell_.now() - run.began_).count() / kHoldPieces;
     }();
     return kSeconds;
   }
@@ -280,7 +280,7 @@ class HeldRun {
     if (out_.aborted && !with_lid_) complain("aborted: " + runner_->view().reason);
     for (const auto& [piece, times] : begun_)
       if (times > 1) complain(fmt::format("piece {} was begun {} times", piece.value, times));
-    if (whole && begun_.size() != kPieces) complain("not all pieces were burnt");
+    if (whole && begun_.size() != kHoldPieces) complain("not all pieces were burnt");
   }
 
   const bool with_lid_;

@@ -12,7 +12,7 @@
 namespace veneer::tests {
 namespace {
 
-constexpr int kPieces = 3;
+constexpr int kBoardPieces = 3;
 
 // A moment somewhere in the job, and how long or how often.
 sim::BoardFault draw(sim::BoardFaultKind kind, std::mt19937_64& random, std::size_t packets, std::size_t statuses) {
@@ -33,7 +33,7 @@ class FaultedRun {
  public:
   FaultedRun(std::string_view kind, std::uint64_t seed)
       : cell_({.m3 = seed % 2 == 1}, options(seed), seed),
-        job_(odd_job(kPieces, seed % 2 == 1 ? 0.7 : 1, 3.5 + static_cast<double>(seed % 5) / 3)) {
+        job_(odd_job(kBoardPieces, seed % 2 == 1 ? 0.7 : 1, 3.5 + static_cast<double>(seed % 5) / 3)) {
     std::mt19937_64 random(seed * 2654435761U + std::hash<std::string_view>{}(kind));
     cell_.connect_and_home();
     cell_.on_step = [this] { look(); };
@@ -52,7 +52,7 @@ class FaultedRun {
     if (out_.complete) {
       cell_.run(5);
       if (cell_.board.beam_commanded()) complain(out_.broken, "the beam is on after the job");
-      if (verified_ != kPieces) complain(out_.wrong, "done, but not with all pieces");
+      if (verified_ != kBoardPieces) complain(out_.wrong, "done, but not with all pieces");
       if (burnt_since() > 0) complain(out_.wrong, "burnt on after the last piece");
     }
     out_.longest_queue_s = cell_.board.log().longest_queued_motion_s;
@@ -119,7 +119,7 @@ class FaultedRun {
     if (burnt_outside(aborted)) complain(out_.wrong, "burnt where nobody was told to look");
     for (const PieceId piece : aborted.suspect)
       if (piece.value != verified_ + 1) complain(out_.wrong, "the wrong piece is suspect");
-    if (cell_.has<laser_event::PieceVerified>() && verified_ > kPieces) complain(out_.wrong, "too many pieces");
+    if (cell_.has<laser_event::PieceVerified>() && verified_ > kBoardPieces) complain(out_.wrong, "too many pieces");
     // A hang ends, the plug is put back, the lid is closed: nothing moves but what was queued before.
     cell_.run(65);
     if (cell_.board.beam_on()) complain(out_.broken, "the tube burns after an abort");

@@ -63,7 +63,7 @@ while read -r line; do
 done < <(sed -n 's/^SystemCallFilter=//p' "$units/veneerd.service")
 sort -u -o "$stage/calls" "$stage/calls"
 # Under it a worker can be started, confines itself and is limited.
-"$1/bin/veneer-under-filter" "$stage/calls" "$1/tests/daemon_worker_processes_test" \
+"$1/bin/veneer-under-filter" "$stage/calls" "$1/tests/daemon_workers_tests" \
   --gtest_filter='*DoWhatIsAsked*:*ReachNoSocket*:*TakeNoMoreMemory*:*CannotOpenTheLasersPort*' >"$stage/workers" ||
   { cat "$stage/workers"; fail "workers cannot do their work under the unit's filter"; }
 tail -1 "$stage/workers"

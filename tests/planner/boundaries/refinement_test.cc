@@ -14,12 +14,14 @@
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
 #include "planner/layout/fabrication.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
 namespace {
 
 using test::blob_artwork;
+using test::planned;
 using test::wood_panel;
 using ::testing::HasSubstr;
 
@@ -29,12 +31,6 @@ PlanOptions refined_options() {
   options.priority = Priority::kCentre;  // saliency costs more time than all the rest here
   options.refine = Refine::kDp;
   return options;
-}
-
-Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options) {
-  const auto plan = make_plan(artworks, stock, options);
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
 }
 
 bool is_whole(Millimetres length) { return length.count() == std::llround(length.count() * 1000) / 1000.0; }

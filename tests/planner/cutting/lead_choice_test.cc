@@ -13,7 +13,7 @@ namespace {
 
 constexpr Millimetres kKerf{0.27};
 
-Ring<PanelFrame> square(double x, double y, double side) {
+Ring<PanelFrame> panel_square(double x, double y, double side) {
   return {point<PanelFrame>(x, y), point<PanelFrame>(x + side, y), point<PanelFrame>(x + side, y + side),
           point<PanelFrame>(x, y + side)};
 }
@@ -93,7 +93,7 @@ void expect_burnt_where_booked(const std::vector<LeadPiece>& pieces, const std::
 }
 
 TEST(LeadChoice, APieceAloneIsLedIntoFromOutside) {
-  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14))};
+  const std::vector<LeadPiece> pieces = {lead_piece(panel_square(40, 40, 14))};
   const LeadRoom room = sheet(100, 100);
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
@@ -108,7 +108,7 @@ TEST(LeadChoice, APieceAloneIsLedIntoFromOutside) {
 
 TEST(LeadChoice, WasteThatNothingFitsIntoComesFirst) {
   // A gap of 1.5 mm to the right, free wood everywhere else.
-  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14)), lead_piece(square(56.04, 30, 40))};
+  const std::vector<LeadPiece> pieces = {lead_piece(panel_square(40, 40, 14)), lead_piece(panel_square(56.04, 30, 40))};
   const LeadRoom room = sheet(140, 100);
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
@@ -122,7 +122,7 @@ TEST(LeadChoice, PiecesPackedTightlyGetNoneInside) {
   // Nine squares whose kerfs touch: the middle one has no waste at all.
   std::vector<LeadPiece> pieces;
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) pieces.push_back(lead_piece(square(40 + 14.54 * c, 40 + 14.54 * r, 14)));
+    for (int c = 0; c < 3; ++c) pieces.push_back(lead_piece(panel_square(40 + 14.54 * c, 40 + 14.54 * r, 14)));
   const LeadRoom room = sheet(130, 130);
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
@@ -133,12 +133,12 @@ TEST(LeadChoice, PiecesPackedTightlyGetNoneInside) {
 }
 
 TEST(LeadChoice, NothingOutsideTheUsableWoodIsBurntAndNoFiducial) {
-  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14))};
+  const std::vector<LeadPiece> pieces = {lead_piece(panel_square(40, 40, 14))};
   LeadRoom room = sheet(100, 100);
   // Only a strip along the upper edge is wood, and a tag lies on its right end.
   room.free.pixels.setTo(0);
   room.free.pixels(cv::Rect(390, 390, 160, 220)).setTo(255);
-  room.spared = {Region<PanelFrame>(square(53, 54.5, 10))};
+  room.spared = {Region<PanelFrame>(panel_square(53, 54.5, 10))};
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok()) << leads.error().message;
   ASSERT_TRUE((*leads)[0].has_value());
@@ -154,12 +154,13 @@ TEST(LeadChoice, NothingOutsideTheUsableWoodIsBurntAndNoFiducial) {
 TEST(LeadChoice, ALengthOfZeroIsNone) {
   auto off = options();
   off.leads.length = Millimetres(0);
-  EXPECT_EQ(found(choose_leads({lead_piece(square(40, 40, 14))}, sheet(100, 100), off)), 0);
+  EXPECT_EQ(found(choose_leads({lead_piece(panel_square(40, 40, 14))}, sheet(100, 100), off)), 0);
 }
 
 TEST(LeadChoice, TwoPiecesNeverTakeTheSameWaste) {
   // Two squares corner to corner, 1.3 mm apart: each alone would begin in between.
-  const std::vector<LeadPiece> pieces = {lead_piece(square(40, 40, 14)), lead_piece(square(55.3, 55.3, 14))};
+  const std::vector<LeadPiece> pieces = {lead_piece(panel_square(40, 40, 14)),
+                                         lead_piece(panel_square(55.3, 55.3, 14))};
   const LeadRoom room = sheet(120, 120);
   const auto leads = choose_leads(pieces, room, options());
   ASSERT_TRUE(leads.ok());
@@ -192,7 +193,7 @@ TEST(LeadChoice, AFullPanelFindsOneForNearlyEveryPiece) {
 Ring<PanelFrame> wavy_square(double x, double y, double side, cv::RNG& random) {
   constexpr int kSteps = 24;
   Ring<PanelFrame> out;
-  const Ring<PanelFrame> corners = square(x, y, side);
+  const Ring<PanelFrame> corners = panel_square(x, y, side);
   for (std::size_t k = 0; k < 4; ++k) {
     const auto &a = corners[k], &b = corners[(k + 1) % 4];
     const double ux = (b.x - a.x).count() / side, uy = (b.y - a.y).count() / side;

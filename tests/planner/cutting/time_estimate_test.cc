@@ -9,9 +9,12 @@
 #include "planner/cutting/toolpath.h"
 #include "tests/planner/cutting/scattered_pieces.h"
 #include "tests/support/grbl_cell.h"
+#include "tests/support/toolpath_piece.h"
 
 namespace veneer::planner {
 namespace {
+
+using test::toolpath_piece;
 
 Kinematics kinematics_of(const sim::GrblSettings& machine) {
   Kinematics k;
@@ -53,14 +56,6 @@ Times times_of(const std::string& name, const std::vector<ToolpathPiece>& pieces
 
 void expect_close(const Times& times) { EXPECT_NEAR(times.estimated / times.simulated, 1, 0.05); }
 
-ToolpathPiece piece(std::int64_t id, Ring<BedFrame> outline, std::string mark) {
-  ToolpathPiece p;
-  p.piece = PieceId{id};
-  p.outline = std::move(outline);
-  p.mark = std::move(mark);
-  return p;
-}
-
 // An outline that waves around a circle.
 Ring<BedFrame> wave(double x, double y, double radius, int waves, double depth) {
   Ring<BedFrame> ring;
@@ -81,7 +76,7 @@ TEST(TimeEstimate, IsWithinFivePercentOnDenseEngraving) {
   std::vector<ToolpathPiece> pieces;
   for (int i = 0; i < 24; ++i) {
     const double x = 30 + 75 * (i % 6), y = 40 + 40 * (i / 6);
-    pieces.push_back(piece(
+    pieces.push_back(toolpath_piece(
         i + 1,
         {point<BedFrame>(x, y), point<BedFrame>(x + 70, y), point<BedFrame>(x + 70, y + 8), point<BedFrame>(x, y + 8)},
         "SB8G0-3CQ9R-S6B-2853-8GB90-S8B3G"));
@@ -95,7 +90,7 @@ TEST(TimeEstimate, IsWithinFivePercentOnDenseEngraving) {
 TEST(TimeEstimate, IsWithinFivePercentOnLongCurves) {
   std::vector<ToolpathPiece> pieces;
   for (int i = 0; i < 6; ++i)
-    pieces.push_back(piece(i + 1, wave(90 + 160 * (i % 3), 100 + 170 * (i / 3), 60, 9 + i, 6), ""));
+    pieces.push_back(toolpath_piece(i + 1, wave(90 + 160 * (i % 3), 100 + 170 * (i / 3), 60, 9 + i, 6), ""));
   ToolpathOptions options;
   options.recipe.cut_speed = MmPerSecond(40);
   expect_close(times_of("long curves", pieces, options));

@@ -10,26 +10,20 @@
 #include <utility>
 
 #include "base/polygon_ops.h"
+#include "tests/support/toolpath_piece.h"
 
 namespace veneer::planner {
 namespace {
 
+using test::toolpath_piece;
 using ::testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
-using testing::UnorderedElementsAreArray;
+using ::testing::UnorderedElementsAreArray;
 
-Ring<BedFrame> square(double x, double y, double side) {
+Ring<BedFrame> bed_square(double x, double y, double side) {
   return {point<BedFrame>(x, y), point<BedFrame>(x + side, y), point<BedFrame>(x + side, y + side),
           point<BedFrame>(x, y + side)};
-}
-
-ToolpathPiece piece(std::int64_t id, Ring<BedFrame> outline, std::string mark = "") {
-  ToolpathPiece out;
-  out.piece = PieceId{id};
-  out.outline = std::move(outline);
-  out.mark = std::move(mark);
-  return out;
 }
 
 ToolpathOptions options_with_kerf(double mm) {
@@ -43,7 +37,7 @@ std::vector<ToolpathPiece> grid_of_pieces(int columns, int rows) {
   std::vector<ToolpathPiece> pieces;
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c)
-      pieces.push_back(piece(r * columns + c + 1, square(20 + 15 * c, 20 + 15 * r, 13), "A1-2"));
+      pieces.push_back(toolpath_piece(r * columns + c + 1, bed_square(20 + 15 * c, 20 + 15 * r, 13), "A1-2"));
   return pieces;
 }
 
@@ -59,19 +53,19 @@ auto corners(const StrokeIn<BedFrame>& stroke) { return micrometres({stroke.path
 auto exactly(const Ring<BedFrame>& ring) { return UnorderedElementsAreArray(micrometres(ring)); }
 
 TEST(Toolpath, GrowsASquareByExactlyHalfAKerf) {
-  const auto path = make_toolpath({piece(1, square(10, 20, 12))}, options_with_kerf(0.27));
+  const auto path = make_toolpath({toolpath_piece(1, bed_square(10, 20, 12))}, options_with_kerf(0.27));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->strokes, SizeIs(1));
   const auto& cut = path->strokes[0];
   EXPECT_TRUE(cut.closed());
   EXPECT_EQ(cut.path.front(), cut.path.back());
-  EXPECT_THAT(corners(cut), exactly(square(9.865, 19.865, 12.27)));
+  EXPECT_THAT(corners(cut), exactly(bed_square(9.865, 19.865, 12.27)));
 }
 
 TEST(Toolpath, GrowsAnLShapeByExactlyHalfAKerfInItsNotchToo) {
   const Ring<BedFrame> l = {point<BedFrame>(0, 0), point<BedFrame>(20, 0), point<BedFrame>(20, 8),
                             point<BedFrame>(8, 8), point<BedFrame>(8, 20), point<BedFrame>(0, 20)};
-  const auto path = make_toolpath({piece(1, l)}, options_with_kerf(0.3));
+  const auto path = make_toolpath({toolpath_piece(1, l)}, options_with_kerf(0.3));
   ASSERT_TRUE(path.ok());
   const Ring<BedFrame> grown = {point<BedFrame>(-.15, -.15),  point<BedFrame>(20.15, -.15),
                                 point<BedFrame>(20.15, 8.15), point<BedFrame>(8.15, 8.15),
@@ -80,20 +74,21 @@ TEST(Toolpath, GrowsAnLShapeByExactlyHalfAKerfInItsNotchToo) {
 }
 
 TEST(Toolpath, ShrinksHolesAndCutsThemBeforeTheOutline) {
-  ToolpathPiece with_hole = piece(1, square(0, 0, 40));
-  with_hole.holes = {square(10, 10, 20)};
+  ToolpathPiece with_hole = toolpath_piece(1, bed_square(0, 0, 40));
+  with_hole.holes = {bed_square(10, 10, 20)};
   const auto path = make_toolpath({with_hole}, options_with_kerf(0.2));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->strokes, SizeIs(2));
   // From the hole's own waste into its corner and around.
   const auto& hole = path->strokes[0].path;
-  EXPECT_THAT(micrometres({hole.begin() + 1, hole.begin() + 5}), exactly(square(10.1, 10.1, 19.8)));
-  EXPECT_THAT(corners(path->strokes[1]), exactly(square(-0.1, -0.1, 40.2)));
+  EXPECT_THAT(micrometres({hole.begin() + 1, hole.begin() + 5}), exactly(bed_square(10.1, 10.1, 19.8)));
+  EXPECT_THAT(corners(path->strokes[1]), exactly(bed_square(-0.1, -0.1, 40.2)));
 }
 
 TEST(Toolpath, BurnsPiecesInAHoleBeforeThePieceAroundThem) {
-  std::vector<ToolpathPiece> pieces = {piece(1, square(0, 0, 40)), piece(2, square(14, 14, 12))};
-  pieces[0].holes = {square(10, 10, 20)};
+  std::vector<ToolpathPiece> pieces = {toolpath_piece(1, bed_square(0, 0, 40)),
+                                       toolpath_piece(2, bed_square(14, 14, 12))};
+  pieces[0].holes = {bed_square(10, 10, 20)};
   const auto path = make_toolpath(pieces, options_with_kerf(0.2));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->pieces, SizeIs(2));
@@ -120,7 +115,7 @@ TEST(Toolpath, EngravesTheMarkBeforeCuttingThePieceFree) {
 
 TEST(Toolpath, GathersTheMarksThatDoNotFit) {
   std::vector<ToolpathPiece> pieces;
-  for (int i = 1; i <= 10; ++i) pieces.push_back(piece(i, square(10 * i, 0, 5), fmt::format("A10-{}", i)));
+  for (int i = 1; i <= 10; ++i) pieces.push_back(toolpath_piece(i, bed_square(10 * i, 0, 5), fmt::format("A10-{}", i)));
   const auto path = make_toolpath(pieces, options_with_kerf(0.27));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->warnings, SizeIs(1));
@@ -130,7 +125,7 @@ TEST(Toolpath, GathersTheMarksThatDoNotFit) {
 }
 
 TEST(Toolpath, WarnsAboutAMarkThatDoesNotFitAndStillCuts) {
-  const auto path = make_toolpath({piece(9, square(0, 0, 5), "A10-12")}, options_with_kerf(0.27));
+  const auto path = make_toolpath({toolpath_piece(9, bed_square(0, 0, 5), "A10-12")}, options_with_kerf(0.27));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->warnings, SizeIs(1));
   EXPECT_THAT(path->warnings[0], HasSubstr("A10-12"));
@@ -139,7 +134,7 @@ TEST(Toolpath, WarnsAboutAMarkThatDoesNotFitAndStillCuts) {
 
 TEST(Toolpath, RefusesOutlinesThatEncloseNothing) {
   const Ring<BedFrame> flat = {point<BedFrame>(0, 0), point<BedFrame>(10, 0), point<BedFrame>(20, 0)};
-  const auto path = make_toolpath({piece(7, flat, "A1-1")}, options_with_kerf(0.27));
+  const auto path = make_toolpath({toolpath_piece(7, flat, "A1-1")}, options_with_kerf(0.27));
   ASSERT_FALSE(path.ok());
   EXPECT_EQ(path.error().code, ErrorCode::kInvalidArgument);
   EXPECT_THAT(path.error().message, HasSubstr("A1-1"));
@@ -148,7 +143,7 @@ TEST(Toolpath, RefusesOutlinesThatEncloseNothing) {
 TEST(Toolpath, StartsACutAtACorner) {
   Ring<BedFrame> with_points_on_edges;
   for (int i = 0; i < 4; ++i) {
-    const auto corner = square(0, 0, 10);
+    const auto corner = bed_square(0, 0, 10);
     const auto &a = corner[static_cast<std::size_t>(i)], &b = corner[static_cast<std::size_t>((i + 1) % 4)];
     with_points_on_edges.push_back(a);
     with_points_on_edges.push_back(
@@ -156,7 +151,7 @@ TEST(Toolpath, StartsACutAtACorner) {
   }
   auto options = options_with_kerf(0.2);
   options.start = point<BedFrame>(5, -3);  // nearest to the slight bend in the middle of the lower edge
-  const auto path = make_toolpath({piece(1, with_points_on_edges)}, options);
+  const auto path = make_toolpath({toolpath_piece(1, with_points_on_edges)}, options);
   ASSERT_TRUE(path.ok());
   const auto& start = path->strokes[0].path.front();
   EXPECT_GT(std::abs(start.x.count() - 5), 4.5);
@@ -174,7 +169,7 @@ TEST(Toolpath, JudgesEdgesByTheKerfAtTheShowFaceAndGivesTheJointItsClearance) {
   ToolpathOptions options;
   options.recipe.kerf_back = Millimetres(0.30);
   options.recipe.kerf_show = Millimetres(0.20);
-  const auto path = make_toolpath({piece(1, square(10, 10, 12))}, options);
+  const auto path = make_toolpath({toolpath_piece(1, bed_square(10, 10, 12))}, options);
   ASSERT_TRUE(path.ok());
   // The default joint of 0.05 mm: each edge gives 0.025, so the piece's show face is a square of 11.95 mm.
   const auto beam = bounds(path->strokes[0].path);
@@ -184,7 +179,8 @@ TEST(Toolpath, JudgesEdgesByTheKerfAtTheShowFaceAndGivesTheJointItsClearance) {
 }
 
 TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
-  std::vector<ToolpathPiece> pieces = {piece(1, square(10, 10, 12), "A1-1"), piece(2, square(30, 10, 12), "A1-2")};
+  std::vector<ToolpathPiece> pieces = {toolpath_piece(1, bed_square(10, 10, 12), "A1-1"),
+                                       toolpath_piece(2, bed_square(30, 10, 12), "A1-2")};
   Recipe oak;
   oak.cut_speed = MmPerSecond(9), oak.cut_passes = 2, oak.cut_power = PowerFraction(0.9),
   oak.air = oak.engrave_air = false;
@@ -204,7 +200,7 @@ TEST(Toolpath, TakesTheRecipeOfEachPiecesWood) {
 
 TEST(Toolpath, BeginsInTheWasteThatIsBookedForIt) {
   const double kerf = 0.27;
-  ToolpathPiece with_waste = piece(1, square(10, 10, 12));
+  ToolpathPiece with_waste = toolpath_piece(1, bed_square(10, 10, 12));
   with_waste.leads = {point<BedFrame>(22.8, 22.8)};
   auto options = options_with_kerf(kerf);
   options.start = point<BedFrame>(0, 0);  // near the other corner
@@ -223,18 +219,18 @@ TEST(Toolpath, BeginsInTheWasteThatIsBookedForIt) {
   const auto without = make_toolpath({with_waste}, options);
   ASSERT_TRUE(without.ok());
   EXPECT_FALSE(without->pieces[0].lead.has_value());
-  EXPECT_THAT(corners(without->strokes[0]), exactly(square(9.865, 9.865, 12.27)));
+  EXPECT_THAT(corners(without->strokes[0]), exactly(bed_square(9.865, 9.865, 12.27)));
 }
 
 TEST(Toolpath, LeadsIntoAHoleFromItsWasteButNotOverAPieceThatLiesInIt) {
-  ToolpathPiece frame = piece(1, square(0, 0, 40));
-  frame.holes = {square(10, 10, 20)};
+  ToolpathPiece frame = toolpath_piece(1, bed_square(0, 0, 40));
+  frame.holes = {bed_square(10, 10, 20)};
   const auto free = make_toolpath({frame}, options_with_kerf(0.2));
   ASSERT_TRUE(free.ok());
   EXPECT_FALSE(free->strokes[0].closed());
-  EXPECT_TRUE(Region<BedFrame>(square(10.5, 10.5, 19)).contains(free->strokes[0].path.front()));
+  EXPECT_TRUE(Region<BedFrame>(bed_square(10.5, 10.5, 19)).contains(free->strokes[0].path.front()));
   // Filled by a piece that touches its kerf.
-  const auto filled = make_toolpath({frame, piece(2, square(10.4, 10.4, 19.2))}, options_with_kerf(0.2));
+  const auto filled = make_toolpath({frame, toolpath_piece(2, bed_square(10.4, 10.4, 19.2))}, options_with_kerf(0.2));
   ASSERT_TRUE(filled.ok());
   ASSERT_EQ(filled->pieces[0].piece, PieceId{2});
   EXPECT_TRUE(filled->strokes[1].closed()) << "no room to lead in";
@@ -242,7 +238,7 @@ TEST(Toolpath, LeadsIntoAHoleFromItsWasteButNotOverAPieceThatLiesInIt) {
 
 TEST(Toolpath, HoldsSmallPiecesByBridgesAwayFromTheirCorners) {
   const double kerf = 0.2, kept = 0.4;
-  const auto path = make_toolpath({piece(1, square(10, 10, 6))}, options_with_kerf(kerf));
+  const auto path = make_toolpath({toolpath_piece(1, bed_square(10, 10, 6))}, options_with_kerf(kerf));
   ASSERT_TRUE(path.ok());
   EXPECT_EQ(path->pieces[0].bridges, 2U);
   double cut = 0;
@@ -252,20 +248,20 @@ TEST(Toolpath, HoldsSmallPiecesByBridgesAwayFromTheirCorners) {
   }
   EXPECT_NEAR(4 * 6.2 - cut, 2 * (kept + kerf), 1e-6);
   // All four corners are cut.
-  for (const auto& corner : square(9.9, 9.9, 6.2)) {
+  for (const auto& corner : bed_square(9.9, 9.9, 6.2)) {
     bool through = false;
     for (const auto& stroke : path->strokes) through |= std::count(stroke.path.begin(), stroke.path.end(), corner) > 0;
     EXPECT_TRUE(through);
   }
   // Larger pieces cannot tip; and nobody is made to have bridges.
-  EXPECT_EQ(make_toolpath({piece(1, square(10, 10, 12))}, options_with_kerf(kerf))->pieces[0].bridges, 0U);
+  EXPECT_EQ(make_toolpath({toolpath_piece(1, bed_square(10, 10, 12))}, options_with_kerf(kerf))->pieces[0].bridges, 0U);
   auto off = options_with_kerf(kerf);
   off.bridges.on = false;
-  EXPECT_EQ(make_toolpath({piece(1, square(10, 10, 6))}, off)->pieces[0].bridges, 0U);
+  EXPECT_EQ(make_toolpath({toolpath_piece(1, bed_square(10, 10, 6))}, off)->pieces[0].bridges, 0U);
 }
 
 TEST(Toolpath, WarnsOfASmallPieceThatHasNoRoomForABridge) {
-  const auto path = make_toolpath({piece(4, square(10, 10, 1.5), "")}, options_with_kerf(0.2));
+  const auto path = make_toolpath({toolpath_piece(4, bed_square(10, 10, 1.5), "")}, options_with_kerf(0.2));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->warnings, SizeIs(1));
   EXPECT_THAT(path->warnings[0], HasSubstr("bridge"));
@@ -275,7 +271,7 @@ TEST(Toolpath, HoldsASmallDiscByBridgesToo) {
   Ring<BedFrame> disc;
   for (int i = 0; i < 60; ++i)
     disc.push_back(point<BedFrame>(20 + 3 * std::cos(i * kPi / 30), 20 + 3 * std::sin(i * kPi / 30)));
-  const auto path = make_toolpath({piece(1, disc)}, options_with_kerf(0.2));
+  const auto path = make_toolpath({toolpath_piece(1, disc)}, options_with_kerf(0.2));
   ASSERT_TRUE(path.ok());
   EXPECT_EQ(path->pieces[0].bridges, 2U);
   // On opposite sides.
@@ -304,7 +300,7 @@ RC_GTEST_PROP(Toolpath, LeavesThePieceWholeAndTheKerfInItsBand, ()) {
     outline.push_back(point<BedFrame>(100 + r * std::cos(2 * kPi * i / n), 100 + r * std::sin(2 * kPi * i / n)));
   }
   const double kerf = 0.27;
-  const auto path = make_toolpath({piece(1, outline)}, options_with_kerf(kerf));
+  const auto path = make_toolpath({toolpath_piece(1, outline)}, options_with_kerf(kerf));
   RC_ASSERT(path.ok());
   const Region<BedFrame> piece(outline);
   const auto band = subtract(offset(piece, Millimetres(kerf + 0.003)), offset(piece, Millimetres(-0.003)));

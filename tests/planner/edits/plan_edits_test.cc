@@ -10,11 +10,13 @@
 #include "planner/files/plan_files.h"
 #include "planner/matching/free_wood.h"
 #include "planner/problem/problem.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
 namespace {
 
+using test::same_place;
 using ::testing::HasSubstr;
 
 class PlanEdits : public ::testing::Test {
@@ -47,11 +49,6 @@ const Piece& piece(const Plan& plan, const std::string& mark) {
   for (const Piece& it : plan.pieces)
     if (it.mark == mark) return it;
   throw std::runtime_error("no piece " + mark);
-}
-
-bool same_place(const Piece& a, const Piece& b) {
-  return a.placement && b.placement && a.placement->panel == b.placement->panel &&
-         a.panel_outline() == b.panel_outline();
 }
 
 std::size_t moved(const Plan& a, const Plan& b) {

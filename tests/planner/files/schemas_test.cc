@@ -7,6 +7,7 @@
 
 #include "planner/files/plan_files.h"
 #include "tests/support/json_schema.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -19,9 +20,9 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using veneer::testing::schema_errors;
 
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 10_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
+PlanOptions coarse_options() {
+  PlanOptions options = test::small_options();
+  options.patch = 10_mm;
   return options;
 }
 
@@ -39,7 +40,7 @@ void expect_published(const Plan& plan) {
 }
 
 TEST(Schemas, SayWhatAPlanOfScarceWoodSays) {
-  const Plan plan = planned(small_options());
+  const Plan plan = planned(coarse_options());
   ASSERT_GT(unfilled(plan), 0U);
   ASSERT_LT(unfilled(plan), plan.pieces.size());
   ASSERT_TRUE(plan.shortage.has_value());
@@ -47,7 +48,7 @@ TEST(Schemas, SayWhatAPlanOfScarceWoodSays) {
 }
 
 TEST(Schemas, SayWhatIsAskedForBesides) {
-  PlanOptions options = small_options();
+  PlanOptions options = coarse_options();
   options.patch = 4_mm, options.alternatives = 3, options.fine_rotation = true, options.adaptive_levels = 1;
   options.optimize = Optimize::kGlobal, options.optimize_iterations = 500;
   const Plan plan = planned(options, 20_mm);
@@ -58,7 +59,7 @@ TEST(Schemas, SayWhatIsAskedForBesides) {
 }
 
 TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
-  PlanOptions options = small_options();
+  PlanOptions options = coarse_options();
   options.patch = 6_mm, options.refine = Refine::kDp, options.rematch = 2;
   const Plan plan = planned(options, 24_mm);
   ASSERT_TRUE(plan.refined.has_value());
@@ -67,7 +68,7 @@ TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
 }
 
 TEST(Schemas, RefuseWhatIsNotAPlan) {
-  const json good = json::parse(plan_to_json(planned(small_options(), 20_mm)));
+  const json good = json::parse(plan_to_json(planned(coarse_options(), 20_mm)));
   ASSERT_THAT(schema_errors(good, "plan.schema.json"), IsEmpty());
   const auto expect_refused = [](const json& bad) {
     EXPECT_THAT(schema_errors(bad, "plan.schema.json"), Not(IsEmpty())) << bad.dump().substr(0, 400);
@@ -88,7 +89,7 @@ TEST(Schemas, RefuseWhatIsNotAPlan) {
 }
 
 TEST(Schemas, RefuseWhatIsNotAReport) {
-  const json good = report_of(planned(small_options(), 20_mm));
+  const json good = report_of(planned(coarse_options(), 20_mm));
   ASSERT_THAT(schema_errors(good, "plan-report.schema.json"), IsEmpty());
   for (const auto& [key, value] : good.items()) {
     json bad = good;

@@ -11,6 +11,7 @@
 #include "planner/matching/free_wood.h"
 #include "planner/poses/footprint.h"
 #include "planner/problem/priority.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/stop_in_the_midst.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
@@ -19,22 +20,14 @@ namespace veneer::planner {
 namespace {
 
 using test::blob_artwork;
+using test::planned;
 using test::StopInTheMidst;
 using test::wood_panel;
 
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 7_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
-  options.priority = Priority::kCentre;  // saliency costs more time than all the rest here
+PlanOptions global_options() {
+  PlanOptions options = test::small_options_without_saliency();
   options.optimize = Optimize::kGlobal;
   return options;
-}
-
-Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options,
-             const Progress& progress = {}, std::stop_token stop = {}) {
-  const auto plan = make_plan(artworks, stock, options, progress, std::move(stop));
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
 }
 
 PlanOptions greedy(PlanOptions options) {
@@ -63,7 +56,7 @@ class GlobalPlanOfSeed : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(GlobalPlanOfSeed, IsNeverWorseThanGreedyAndKeepsToTheWood) {
   const std::uint64_t seed = GetParam();
   cv::RNG random(seed);
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.kerf = Millimetres(random.uniform(0, 50) / 100.0);
   options.position_margin = Millimetres(random.uniform(0, 3) / 10.0);
   options.rotations = random.uniform(1, 8);
@@ -97,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, GlobalPlanOfSeed, ::testing::Range<std::uint64_t
 
 TEST(GlobalPlan, GainsWhereWoodIsScarce) {
   const std::vector<StockPanel> stock{wood_panel("P", 150, 110, 50.8, 2)};
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.optimize_iterations = 50000;
   const Plan plan = planned({blob_artwork("A", 50, 50, 42_mm, 1)}, stock, options);
   EXPECT_EQ(unfilled(plan), 0U);
@@ -107,7 +100,7 @@ TEST(GlobalPlan, GainsWhereWoodIsScarce) {
 TEST(GlobalPlan, GivesTheBetterWoodToWhatIsImportant) {
   const std::vector<StockPanel> stock{wood_panel("P", 130, 110, 50.8, 2)};
   Artwork artwork = blob_artwork("A", 50, 50, 42_mm, 1);
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.optimize_iterations = 50000;
   const auto cost_of_left = [](const Plan& plan) {
     double cost = 0;
@@ -127,7 +120,7 @@ TEST(GlobalPlan, FillsEveryPatchOnAThirdMoreWoodThanThePicture) {
   // Room for 8 x 6 patches of 7.3 mm and little more; greedy jams.
   StockPanel panel = wood_panel("P", 120, 90, 50.8, 2);
   panel.free.pixels = cv::Mat(90, 120, CV_8UC1, cv::Scalar(255));
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.rotations = 15, options.optimize_iterations = 20000;
   const std::vector<Artwork> artworks{blob_artwork("A", 70, 60, 42_mm, 1)};
   const Plan plan = planned(artworks, {panel}, options), before = planned(artworks, {panel}, greedy(options));
@@ -141,7 +134,7 @@ TEST(GlobalPlan, FillsEveryPatchOnAThirdMoreWoodThanThePicture) {
 
 TEST(GlobalPlan, AWholeRunUsesItsWholeBudget) {
   const std::vector<StockPanel> stock{wood_panel("P", 90, 70, 50.8, 2)};
-  const Plan plan = planned({blob_artwork("A", 50, 50, 21_mm, 1)}, stock, small_options());
+  const Plan plan = planned({blob_artwork("A", 50, 50, 21_mm, 1)}, stock, global_options());
   EXPECT_EQ(plan.global->iterations, plan.global->budget);
   EXPECT_FALSE(plan.global->stopped);
 }
@@ -149,7 +142,7 @@ TEST(GlobalPlan, AWholeRunUsesItsWholeBudget) {
 TEST(GlobalPlan, IsTheSameForAnyNumberOfThreadsAndAnotherForAnotherSeed) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2), wood_panel("Q", 70, 90, 50.8, 3)};
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.optimize_iterations = 20000;
   const std::string one = plan_to_json(planned(artworks, stock, options));
   EXPECT_EQ(plan_to_json(planned(artworks, stock, options)), one);
@@ -162,7 +155,7 @@ TEST(GlobalPlan, IsTheSameForAnyNumberOfThreadsAndAnotherForAnotherSeed) {
 TEST(GlobalPlan, AStoppedRunGivesTheBestSoFarAndIsRepeatedByItsIterations) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2)};
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.optimize_iterations = 30000;
   const Plan plan = planned(artworks, stock, options);
   EXPECT_TRUE(plan.global->stopped);
@@ -220,7 +213,7 @@ void expect_same(const PatchPlacements& a, const PatchPlacements& b) {
 }
 
 TEST(GlobalPlan, AStopAtAnyMomentIsRepeatedByItsIterations) {
-  GlobalChoice choice(small_options());
+  GlobalChoice choice(global_options());
   std::stop_source stop;
   const GlobalOutcome outcome = choice.run(
       0,
@@ -255,7 +248,7 @@ void expect_to_stop_at_once(GlobalChoice& choice, std::uint64_t iterations) {
 }
 
 TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStoppedOnScarceWood) {
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.patch = 4_mm;
   GlobalChoice choice(options, wood_panel("P", 140, 40, 50.8, 2), blob_artwork("A", 50, 40, 28_mm, 1));
   ASSERT_GT(choice.run(1).report.greedy_unfilled, 0U);  // so the wood is packed too
@@ -263,7 +256,7 @@ TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStoppedOnScarceWood) {
 }
 
 TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStoppedOnALongBoard) {
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.patch = 4_mm;
   // Eight rows of regions: a single one would be too much.
   GlobalChoice choice(options, wood_panel("P", 600, 44, 50.8, 2), blob_artwork("A", 50, 40, 24_mm, 1));
@@ -272,7 +265,7 @@ TEST(GlobalPlan, DoesHardlyAnythingMoreOnceItIsStoppedOnALongBoard) {
 
 TEST(GlobalPlan, LeavesHolesToThePatchesThatMatterLeast) {
   // Wood for two thirds of the patches: many stay without whatever is done.
-  GlobalChoice choice(small_options(), wood_panel("P", 110, 90, 50.8, 2), blob_artwork("A", 50, 40, 49_mm, 1));
+  GlobalChoice choice(global_options(), wood_panel("P", 110, 90, 50.8, 2), blob_artwork("A", 50, 40, 49_mm, 1));
   const PatchPlacements patches = choice.run(20000).patches;
   const auto holes = static_cast<std::size_t>(
       std::count_if(patches.begin(), patches.end(), [](const auto& placement) { return !placement.has_value(); }));
@@ -283,7 +276,7 @@ TEST(GlobalPlan, LeavesHolesToThePatchesThatMatterLeast) {
 }
 
 TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
-  GlobalChoice choice(small_options());
+  GlobalChoice choice(global_options());
   std::stop_source stop;
   const GlobalOutcome outcome = choice.run(
       0,
@@ -299,7 +292,7 @@ TEST(GlobalPlan, AStopDuringTheSurveyLeavesGreedysPlan) {
 TEST(GlobalPlan, GoesOnFromAJournalWithoutDoingAgainWhatWasDone) {
   const veneer::testing::TempDirectory folder;
   const auto journal = [&] { return std::move(*PlanJournal::open(folder.path() / "plan.journal", "key")); };
-  GlobalChoice choice(small_options());
+  GlobalChoice choice(global_options());
   const GlobalOutcome unbroken = choice.run(0);
   std::stop_source stop;
   PlanJournal first = journal();
@@ -330,7 +323,7 @@ TEST(GlobalPlan, GoesOnFromAJournalWithoutDoingAgainWhatWasDone) {
 TEST(GlobalPlan, TheClockStopsItAfterWholeLegsThatIterationsRepeat) {
   const std::vector<StockPanel> stock{wood_panel("P", 110, 90, 50.8, 2)};
   const std::vector<Artwork> artworks{blob_artwork("A", 50, 40, 35_mm, 1)};
-  PlanOptions options = small_options();
+  PlanOptions options = global_options();
   options.optimize_seconds = 1e-9;
   const Plan plan = planned(artworks, stock, options);
   EXPECT_TRUE(plan.global->stopped);

@@ -107,7 +107,7 @@ TEST_P(PackingOfSeed, FindsRoomForAllThatAreKnownToFit) {
   EXPECT_EQ(*pack_rectangles(*matcher, 7_mm, 7_mm, known, 3, {}), poses);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, PackingOfSeed, testing::Range(1, 5));
+INSTANTIATE_TEST_SUITE_P(Seeds, PackingOfSeed, ::testing::Range(1, 5));
 
 TEST(Packing, FindsNothingWhereNothingFits) {
   cv::Mat free(100, 160, CV_8UC1, cv::Scalar(0));

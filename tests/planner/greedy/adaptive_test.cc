@@ -10,6 +10,7 @@
 #include "planner/files/plan_files.h"
 #include "planner/layout/adaptive_grid.h"
 #include "planner/plan.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -26,9 +27,7 @@ PlanOptions options_with(int levels, double factor) {
 }
 
 Plan planned(const Artwork& artwork, const std::vector<StockPanel>& stock, const PlanOptions& options) {
-  const auto plan = make_plan({&artwork, 1}, stock, options);
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
+  return test::planned({artwork}, stock, options);
 }
 
 // Every cell of the grid belongs to exactly one piece, whose outline is the cell's share.

@@ -10,35 +10,21 @@
 #include "planner/edits/plan_edits.h"
 #include "planner/files/plan_files.h"
 #include "planner/matching/free_wood.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
 namespace {
 
 using test::blob_artwork;
+using test::planned;
+using test::same_place;
+using test::small_options_without_saliency;
 using test::wood_panel;
-
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 7_mm, options.dpi = 50.8, options.rotations = 5, options.threads = 1;
-  options.priority = Priority::kCentre;  // saliency costs more time than all the rest here
-  return options;
-}
 
 PlanOptions fine(PlanOptions options) {
   options.fine_rotation = true;
   return options;
-}
-
-Plan planned(const std::vector<Artwork>& artworks, const std::vector<StockPanel>& stock, const PlanOptions& options) {
-  const auto plan = make_plan(artworks, stock, options);
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
-}
-
-bool same_place(const Piece& a, const Piece& b) {
-  return a.placement && b.placement && a.placement->panel == b.placement->panel &&
-         a.panel_outline() == b.panel_outline();
 }
 
 // Whether all outlines can be taken one after another, forwards and backwards through the plan.
@@ -81,7 +67,7 @@ class FinePlanOfSeed : public ::testing::TestWithParam<std::uint64_t> {};
 TEST_P(FinePlanOfSeed, MakesNoPieceDearerAndKeepsToTheWood) {
   const std::uint64_t seed = GetParam();
   cv::RNG random(seed);
-  PlanOptions options = small_options();
+  PlanOptions options = small_options_without_saliency();
   options.kerf = Millimetres(random.uniform(0, 50) / 100.0);
   options.position_margin = Millimetres(random.uniform(0, 3) / 10.0);
   options.rotations = random.uniform(1, 8);
@@ -127,7 +113,7 @@ class FinePlan : public ::testing::Test {
  protected:
   std::vector<Artwork> artworks_{blob_artwork("A", 50, 50, 42_mm, 31)};
   std::vector<StockPanel> stock_{wood_panel("P", 130, 100, 50.8, 33), wood_panel("Q", 70, 90, 60, 34)};
-  PlanOptions options_ = fine(small_options());
+  PlanOptions options_ = fine(small_options_without_saliency());
 };
 
 TEST_F(FinePlan, IsCheaperAndMostPiecesMoveToAnglesInBetween) {
@@ -165,7 +151,7 @@ TEST_F(FinePlan, IsNeverDearerThanTheGlobalOneItStartsFrom) {
 }
 
 TEST_F(FinePlan, KeptPiecesStayAsTheyAreAndTheOthersKeepClearOfThem) {
-  const Plan before = planned(artworks_, stock_, small_options());
+  const Plan before = planned(artworks_, stock_, small_options_without_saliency());
   const std::vector<std::string> pinned{"A1-1", "A2-3", "A4-4"};
   options_.kept = *kept_pieces(before, Keep::kOnly, pinned, {});
   const Plan after = planned(artworks_, stock_, options_);
@@ -176,7 +162,7 @@ TEST_F(FinePlan, KeptPiecesStayAsTheyAreAndTheOthersKeepClearOfThem) {
   for (const StockPanel& panel : stock_) EXPECT_FALSE(share_wood(after, panel, options_.kerf));
 
   // A fine plan that is kept whole stays as it is.
-  const Plan turned = planned(artworks_, stock_, fine(small_options()));
+  const Plan turned = planned(artworks_, stock_, fine(small_options_without_saliency()));
   options_.kept = *kept_pieces(turned, Keep::kAll, {}, {});
   EXPECT_EQ(plan_to_json(planned(artworks_, stock_, options_)), plan_to_json(turned));
 }

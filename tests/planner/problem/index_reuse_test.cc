@@ -12,6 +12,7 @@
 #include "planner/problem/problem.h"
 #include "planner/problem/shared_work.h"
 #include "planner/series/series.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace {
@@ -38,11 +39,7 @@ std::atomic<std::size_t> g_watched_size = 0, g_asked_for = 0;
 namespace veneer::planner {
 namespace {
 
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1;
-  return options;
-}
+using test::one_rotation_options;
 
 class IndexReuse : public ::testing::Test {
  protected:
@@ -59,7 +56,7 @@ class IndexReuse : public ::testing::Test {
   // Wood cannot be measured without the memory for what is found: how often a block of just that size is asked for.
   template <class Work>
   std::size_t measured(const Work& work) const {
-    const Problem it = problem(small_options());
+    const Problem it = problem(one_rotation_options());
     const cv::Mat& panel = it.panels[0].features.pixels;
     const Lattice lattice(panel.cols, panel.rows, Radians(0));
     CoarseMap map(panel.size(), panel.channels(), lattice, cell_grid(it.classes.at(0)), it.classes[0].filled);
@@ -85,7 +82,7 @@ std::vector<std::optional<LatticeCandidate>> in_turn(Matcher& matcher, const Pro
 }
 
 TEST_F(IndexReuse, WoodThatIsGivenBackIsAsItWas) {
-  PlanOptions options = small_options();
+  PlanOptions options = one_rotation_options();
   options.rotations = 5;
   artwork_.width = artwork_.height = 45_mm;  // most of the wood
   const Problem it = problem(options);
@@ -101,7 +98,7 @@ TEST_F(IndexReuse, WoodThatIsGivenBackIsAsItWas) {
 }
 
 TEST_F(IndexReuse, AlternativesAreAskedOfTheIndexThatIsThere) {
-  PlanOptions greedy = small_options(), global = greedy, fine = greedy;
+  PlanOptions greedy = one_rotation_options(), global = greedy, fine = greedy;
   global.optimize = Optimize::kGlobal, global.optimize_iterations = 2000;
   fine.fine_rotation = true;
   for (PlanOptions options : {greedy, global, fine}) {
@@ -115,9 +112,9 @@ TEST_F(IndexReuse, AlternativesAreAskedOfTheIndexThatIsThere) {
 TEST_F(IndexReuse, ASeriesMeasuresItsWoodOnce) {
   SeriesOptions how;
   how.pictures = 3;
-  const std::size_t once = measured([&] { plan(small_options()); });
+  const std::size_t once = measured([&] { plan(one_rotation_options()); });
   ASSERT_GT(once, 0U);
-  EXPECT_EQ(measured([&] { ASSERT_TRUE(make_series(artwork_, stock_, small_options(), how).ok()); }), once);
+  EXPECT_EQ(measured([&] { ASSERT_TRUE(make_series(artwork_, stock_, one_rotation_options(), how).ok()); }), once);
 }
 
 TEST_F(IndexReuse, PlansDoNotDependOnThePlanBefore) {
@@ -127,7 +124,7 @@ TEST_F(IndexReuse, PlansDoNotDependOnThePlanBefore) {
     EXPECT_EQ(plan(options, &shared), alone);
     EXPECT_EQ(plan(options, &shared), alone);
   };
-  PlanOptions options = small_options();
+  PlanOptions options = one_rotation_options();
   expect_same(options);
   options.alternatives = 2, options.fine_rotation = true;
   expect_same(options);
@@ -155,13 +152,13 @@ TEST_F(IndexReuse, PlansDoNotDependOnThePlanBefore) {
 // What kept pieces hold is no less free for the next plan.
 TEST_F(IndexReuse, WoodOfKeptPiecesIsNotLost) {
   SharedWork shared;
-  const std::string alone = plan(small_options());
-  const auto before = make_plan({&artwork_, 1}, stock_, small_options());
-  PlanOptions keeping = small_options();
+  const std::string alone = plan(one_rotation_options());
+  const auto before = make_plan({&artwork_, 1}, stock_, one_rotation_options());
+  PlanOptions keeping = one_rotation_options();
   for (const Piece& piece : before->pieces) keeping.kept.push_back({piece.mark, 1, piece.placement});
   for (std::size_t i = 0; i < keeping.kept.size(); i += 2) keeping.kept[i].placement.reset();
   plan(keeping, &shared);
-  EXPECT_EQ(plan(small_options(), &shared), alone);
+  EXPECT_EQ(plan(one_rotation_options(), &shared), alone);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "planner/files/plan_files.h"
 #include "planner/plan.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
@@ -36,9 +37,7 @@ StockPanel clear_panel(int columns, int rows) {
 }
 
 Plan planned(const Artwork& artwork, const StockPanel& panel, const PlanOptions& how) {
-  const auto plan = make_plan({&artwork, 1}, {&panel, 1}, how);
-  if (!plan.ok()) throw std::runtime_error(plan.error().message);
-  return *plan;
+  return test::planned({artwork}, {panel}, how);
 }
 
 TEST(Shortage, IsNotReportedWhenAllIsWell) {

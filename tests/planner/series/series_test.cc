@@ -8,20 +8,16 @@
 #include <pugixml.hpp>
 
 #include "planner/files/plan_files.h"
+#include "tests/support/small_plans.h"
 #include "tests/support/synthetic_wood.h"
 
 namespace veneer::planner {
 namespace {
 
 using test::blob_artwork;
+using test::one_rotation_options;
 using test::wood_panel;
 using ::testing::HasSubstr;
-
-PlanOptions small_options() {
-  PlanOptions options;
-  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 1, options.threads = 1;
-  return options;
-}
 
 class SeriesOfPictures : public ::testing::Test {
  protected:
@@ -32,7 +28,7 @@ class SeriesOfPictures : public ::testing::Test {
 
 TEST_F(SeriesOfPictures, EndsWithTheFirstPictureThatStaysIncomplete) {
   std::vector<double> fractions;
-  const auto series = make_series(artwork_, stock_, small_options(), {},
+  const auto series = make_series(artwork_, stock_, one_rotation_options(), {},
                                   [&](double fraction, std::string_view) { fractions.push_back(fraction); });
   ASSERT_TRUE(series.ok()) << series.error().message;
   const auto columns = columns_of(*series);
@@ -54,9 +50,9 @@ TEST_F(SeriesOfPictures, EndsWithTheFirstPictureThatStaysIncomplete) {
 TEST_F(SeriesOfPictures, ConsistsOfThePlansThatMakePlanMakes) {
   SeriesOptions how;
   how.pictures = 2, how.sequential = how.interleaved = Priority::kSaliency;
-  const auto series = make_series(artwork_, stock_, small_options(), how);
+  const auto series = make_series(artwork_, stock_, one_rotation_options(), how);
   ASSERT_TRUE(series.ok());
-  PlanOptions options = small_options();
+  PlanOptions options = one_rotation_options();
   std::vector<Artwork> artworks{artwork_, artwork_};
   artworks[0].letter = "A", artworks[1].letter = "B";
   EXPECT_EQ(plan_to_json(series->sequential), plan_to_json(*make_plan(artworks, stock_, options)));
@@ -70,7 +66,7 @@ TEST_F(SeriesOfPictures, ConsistsOfThePlansThatMakePlanMakes) {
 TEST_F(SeriesOfPictures, IsWrittenAsFiguresCurveAndStrip) {
   SeriesOptions how;
   how.pictures = 2;
-  const auto series = make_series(artwork_, stock_, small_options(), how);
+  const auto series = make_series(artwork_, stock_, one_rotation_options(), how);
   ASSERT_TRUE(series.ok());
   const auto columns = columns_of(*series);
   const auto json = nlohmann::json::parse(series_to_json(*series));
@@ -102,7 +98,7 @@ TEST_F(SeriesOfPictures, HasNoCostForAPictureWithoutWood) {
   how.pictures = 3;
   Artwork large = artwork_;
   large.width = large.height = 45_mm;
-  const auto series = make_series(large, stock_, small_options(), how);
+  const auto series = make_series(large, stock_, one_rotation_options(), how);
   ASSERT_TRUE(series.ok());
   const auto columns = columns_of(*series);
   EXPECT_FALSE(columns[2].sequential.last);
@@ -116,13 +112,13 @@ TEST_F(SeriesOfPictures, HasNoCostForAPictureWithoutWood) {
 TEST_F(SeriesOfPictures, RefusesWhatItCannotDraw) {
   SeriesOptions how;
   how.pictures = kMostPictures + 1;
-  const auto series = make_series(artwork_, stock_, small_options(), how);
+  const auto series = make_series(artwork_, stock_, one_rotation_options(), how);
   ASSERT_FALSE(series.ok());
   EXPECT_THAT(series.error().message, HasSubstr("at most 26 pictures"));
-  EXPECT_FALSE(make_series(artwork_, {}, small_options(), {}).ok());
+  EXPECT_FALSE(make_series(artwork_, {}, one_rotation_options(), {}).ok());
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(make_series(artwork_, stock_, small_options(), {}, {}, stop.get_token()).error().code,
+  EXPECT_EQ(make_series(artwork_, stock_, one_rotation_options(), {}, {}, stop.get_token()).error().code,
             ErrorCode::kCancelled);
 }
 
