@@ -78,12 +78,15 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector
   for (const auto& panel : stock)
     options.kerf =
         std::max(options.kerf, WoodRecipes({}, order.kerf, order.recipes, held(order, panel.id).zones).widest_kerf());
-  if (options.refine != planner::Refine::kNone) options.web = planner::kPieceWeb;
+  // Chips would fall out between curved borders that touch, booked by nobody (docs/KERF.md).
+  if (options.refine != planner::Refine::kNone || options.layout != planner::LayoutKind::kGrid)
+    options.web = planner::kPieceWeb;
   options.index_cache = order.wood.index_dir;
   if (order.earlier.empty()) return options;
   auto earlier = planner::read_plan(order.earlier);
   if (!earlier) return earlier.error();
   if (const Status kept = planner::keep_edited(std::move(*earlier), order.edits, options); !kept) return kept.error();
+  if (!options.kept_layouts.empty()) options.web = planner::kPieceWeb;
   return options;
 }
 

@@ -63,7 +63,7 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian"
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
   show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 \
-    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenarios" scenarios/workers_test.cc
+    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenario_tests" scenarios/workers_test.cc
 done
 
 seed=$(fresh_seed)

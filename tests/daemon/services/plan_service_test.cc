@@ -245,6 +245,26 @@ TEST_F(PlanServiceTest, APlanWithRefinedBordersKeepsAWebOfWoodAroundEachPiece) {
   EXPECT_EQ(nlohmann::json::parse(kept->options_json)["web_mm"], 0);
 }
 
+// A mosaic's borders are curved without being refined.
+TEST_F(PlanServiceTest, AMosaicKeepsAWebOfWoodAroundEachPiece) {
+  add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
+  JobRequest request = refined_job();
+  request.options.refine = planner::Refine::kNone;
+  request.options.layout = planner::LayoutKind::kMosaic;
+  const auto stored = stored_plan(request);
+  ASSERT_TRUE(stored.ok()) << stored.error().message;
+  const auto kept = database_->call([&](Repositories& r) { return r.plans.find(stored->plan); });
+  EXPECT_EQ(nlohmann::json::parse(kept->options_json)["web_mm"], planner::kPieceWeb.count());
+  const auto pieces = database_->call([&](Repositories& r) { return r.plans.patches(stored->plan); });
+  ASSERT_GT(pieces->size(), 1U);
+  for (const auto& piece : *pieces) {
+    ASSERT_TRUE(piece.panel);
+    const Region<PanelFrame> webbed = offset(piece.allocation, planner::kPieceWeb - Millimetres(0.01), Corners::kRound);
+    for (const auto& other : *pieces)
+      EXPECT_TRUE(other.mark == piece.mark || !overlaps(webbed, other.allocation)) << piece.mark << " " << other.mark;
+  }
+}
+
 TEST_F(PlanServiceTest, APlanIsNoJobWhenOtherWoodCameNearerThanItsWeb) {
   add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
   const auto stored = stored_plan(refined_job());
