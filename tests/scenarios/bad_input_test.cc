@@ -31,10 +31,6 @@ class BadInput : public PreparedCell {
     if (!started) return started;
     return cell_->api().wait_task((*started)["task"]);
   }
-  std::string target() {
-    std::ifstream in(dir_.parent_path() / "target.png", std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   void place(const std::string& sheet, const std::string& on, const std::string& face) {
     auto placed = cell_->twin({{"cmd", "place"}, {"sheet", sheet}, {"on", on}, {"face", face}, {"part", "whole"}});
     ASSERT_TRUE(placed.ok()) << placed.error().message;

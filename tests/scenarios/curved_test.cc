@@ -18,10 +18,9 @@ class Curved : public OperatedCell {
   // In place of the prepared job, whose wood is released.
   void plan_curved() {
     ASSERT_EQ(post(fmt::format("/jobs/{}/cancel", kJob)), "");
-    std::ifstream file(dir_.parent_path() / "target.png", std::ios::binary);
     auto started =
         cell_->api().request("POST", "/jobs?name=curved&size_mm=48&patch_mm=12&refine=dp&rematch=2&optimize=global",
-                             std::string{std::istreambuf_iterator<char>(file), {}}, "application/octet-stream");
+                             target(), "application/octet-stream");
     ASSERT_TRUE(started.ok()) << started.error().message;
     const auto planned = cell_->api().wait_task((*started)["task"]);
     ASSERT_TRUE(planned.ok()) << planned.error().message;

@@ -65,10 +65,7 @@ class Interrupted : public OperatedCell {
     lift();
   }
   Result<json> new_job(const std::string& query) {
-    std::ifstream in(dir_.parent_path() / "target.png", std::ios::binary);
-    auto started =
-        cell_->api().request("POST", "/jobs?name=again&" + query, std::string{std::istreambuf_iterator<char>(in), {}},
-                             "application/octet-stream");
+    auto started = cell_->api().request("POST", "/jobs?name=again&" + query, target(), "application/octet-stream");
     if (!started) return started;
     return cell_->api().wait_task((*started)["task"]);
   }

@@ -56,6 +56,11 @@ void PreparedCell::prepare(const fs::path& base) {
   ASSERT_EQ((*cell)->stop_twin(), 0);
 }
 
+std::string PreparedCell::target() {
+  std::ifstream file(base_ / "target.png", std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 void PreparedCell::SetUpTestSuite() {
   if (folder_) return;  // made for an earlier suite of this process
   folder_.emplace(testing::TempDirectory::Place::kDisk);

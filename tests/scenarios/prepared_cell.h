@@ -40,6 +40,8 @@ class PreparedCell : public ::testing::Test {
   // The rest of the story: cut, reconcile, prove. Failures of the first two are no failure of the test.
   void cut_and_prove();
   nlohmann::json get(const std::string& target) const;
+  // The picture of the prepared job, as a file's bytes.
+  static std::string target();
   // Runs SQL on the daemon's database while it is stopped, which it would notice; triggers named in `without` dropped
   // first.
   void tamper(const std::vector<std::string>& without, const std::string& sql) const;

@@ -77,10 +77,6 @@ class Workers : public OperatedCell {
     auto done = cell_->api().post_and_wait("/scans", json::object());
     return done ? "" : done.error().message;
   }
-  std::string target() const {
-    std::ifstream in(dir_.parent_path() / "target.png", std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   // From the panel on the bed to a cut that goes on.
   void begin_cut() {
     ASSERT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "grid"}, {"on", "scanner"}, {"face", "show"}}).ok());
