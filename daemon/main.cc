@@ -135,8 +135,10 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
                      }});
   Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
-  // A file that may not grow is an error to be told, like a full disk; it must not end a job.
+  // A file that may not grow is an error to be told, like a full disk; so is somebody who reads no more of what is
+  // written to him (a log that goes down a pipe). Neither may end a job. (Asio ignores SIGPIPE too, in passing.)
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   OrderlyEnd end(reactor, c);
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
   signals.async_wait([&](const boost::system::error_code& error, int) {

@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/eventfd.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,6 +57,12 @@ struct Pipe {
 std::optional<Pipe> make_pipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return std::nullopt;
+  return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
+}
+// A pipe whose end nobody reads kills who writes to it unless SIGPIPE is ignored; a socket can be asked not to.
+std::optional<Pipe> make_pipe_that_does_not_signal() {
+  std::array<int, 2> ends{};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) return std::nullopt;
   return Pipe{Descriptor(ends[0]), Descriptor(ends[1])};
 }
 
@@ -193,7 +200,7 @@ class Conversation {
         return Error{ErrorCode::kInternal, fmt::format("{} could not be followed: try again", order_.what)};
       if (ready <= 0) continue;
       if (wait[1].revents != 0) return Error{ErrorCode::kCancelled, fmt::format("{} was cancelled", order_.what)};
-      if (wait[2].revents != 0) send(requests.get());
+      if (wait[2].revents != 0) send_rest(requests.get());
       if (wait[0].revents == 0) continue;
       if (auto over = receive(answers.get())) return std::move(*over);
       if (ended_) return without_answer(child.end());
@@ -210,9 +217,9 @@ class Conversation {
     return order.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
   }
 
-  void send(int to) {
+  void send_rest(int to) {
     // A process that does not read any more is about to end; receive() will see it.
-    const ssize_t n = ::write(to, rest_.data() + sent_, rest_.size() - sent_);
+    const ssize_t n = ::send(to, rest_.data() + sent_, rest_.size() - sent_, MSG_NOSIGNAL);
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (n < 0) sent_ = rest_.size();
     if (n > 0) sent_ += static_cast<std::size_t>(n);
@@ -307,7 +314,7 @@ WorkerProcesses::WorkerProcesses(WorkerProcessOptions options, Logger log)
 
 Result<json> WorkerProcesses::run(const WorkOrder& order, const TaskProgress& progress, std::stop_token stop) {
   const Descriptor wake(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  auto requests = make_pipe(), answers = make_pipe();
+  auto requests = make_pipe_that_does_not_signal(), answers = make_pipe();
   if (wake.get() < 0 || !requests || !answers)
     return Error{ErrorCode::kUnavailable,
                  fmt::format("{} cannot begin, because too many files are open: try again later", order.what)};

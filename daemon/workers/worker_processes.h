@@ -1,6 +1,6 @@
 // Has work done by processes of the program veneer-worker: one for each piece of work, ended with it.
 //
-// The order goes down a pipe as one line of JSON; the process answers with lines on another: {"progress": 0.3, "text":
+// The order goes to the process as one line of JSON; it answers with lines down a pipe: {"progress": 0.3, "text":
 // "..."} any number of times, then {"done": ...}, {"error": {"code", "message"}} or {"out_of_memory": true}. It
 // inherits no other descriptor, confines itself before it looks at anything foreign (confinement.h), and dies with this
 // process (work_server.h). When it says anything else, dies, does not end in time, or fills the disk that the ledger

@@ -121,6 +121,19 @@ TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyAreKilled) {
   EXPECT_THAT(result.error().message, HasSubstr("killed"));
 }
 
+// Before it has read what it is to do: writing to it must not kill the writer.
+TEST_F(WorkerProcessesTest, CostTheirTaskWhenTheyAreKilledBeforeTheyRead) {
+  const auto kill_and_see_it_gone = [](pid_t pid) {
+    ::kill(pid, SIGKILL);
+    siginfo_t how{};
+    EXPECT_EQ(::waitid(P_PID, static_cast<id_t>(pid), &how, WEXITED | WNOWAIT), 0);
+  };
+  const auto result = processes(0, kill_and_see_it_gone).run(order("hang"), {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(result.error().message, HasSubstr("killed"));
+}
+
 TEST_F(WorkerProcessesTest, AreEndedAtTheirDeadline) {
   WorkOrder slow = order("hang");
   slow.deadline = std::chrono::milliseconds(300);
