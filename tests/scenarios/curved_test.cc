@@ -1,4 +1,4 @@
-// A job with curved borders: whatever falls out of the panel is a piece, and booked, at every moment.
+// Jobs with curved borders and without rows: whatever falls out of the panel is a piece, and booked, at every moment.
 #include <gmock/gmock.h>
 #include <signal.h>
 
@@ -15,26 +15,29 @@ using ::testing::IsEmpty;
 
 class Curved : public OperatedCell {
  protected:
-  // In place of the prepared job, whose wood is released.
-  void plan_curved() {
-    ASSERT_EQ(post(fmt::format("/jobs/{}/cancel", kJob)), "");
-    auto started =
-        cell_->api().request("POST", "/jobs?name=curved&size_mm=48&patch_mm=12&refine=dp&rematch=2&optimize=global",
-                             target(), "application/octet-stream");
-    ASSERT_TRUE(started.ok()) << started.error().message;
-    const auto planned = cell_->api().wait_task((*started)["task"]);
-    ASSERT_TRUE(planned.ok()) << planned.error().message;
-    ASSERT_TRUE((*planned)["refined"].is_object()) << planned->dump();
-    EXPECT_LT((*planned)["refined"]["cost"], (*planned)["refined"]["cost_before"]);
+  // In place of the prepared job, whose wood is released. What the task tells.
+  json plan(const std::string& options) {
+    EXPECT_EQ(post(fmt::format("/jobs/{}/cancel", kJob)), "");
+    auto started = cell_->api().request("POST", "/jobs?name=curved&size_mm=48&patch_mm=12&" + options, target(),
+                                        "application/octet-stream");
+    if (!started.ok()) return started.error().message;
+    auto planned = cell_->api().wait_task((*started)["task"]);
+    if (!planned.ok()) return planned.error().message;
     job_ = (*planned)["job"];
-    const json told = get(fmt::format("/jobs/{}", job_));
-    EXPECT_EQ(told["refined"], (*planned)["refined"]);
-    EXPECT_EQ(told["options"]["web_mm"], 0.2);
+    story_->resume({}, {job_});
+    EXPECT_EQ(get(fmt::format("/jobs/{}", job_))["options"]["web_mm"], 0.2);
+    return std::move(*planned);
+  }
+
+  void plan_curved() {
+    const json planned = plan("refine=dp&rematch=2&optimize=global");
+    ASSERT_TRUE(planned["refined"].is_object()) << planned.dump();
+    EXPECT_LT(planned["refined"]["cost"], planned["refined"]["cost_before"]);
+    EXPECT_EQ(get(fmt::format("/jobs/{}", job_))["refined"], planned["refined"]);
     std::size_t corners = 0;
     const json pieces = get(fmt::format("/jobs/{}/pieces", job_));
     for (const auto& piece : pieces["pieces"]) corners += piece["panel_outline_mm"].size();
     EXPECT_GT(corners, 16U * 8) << "the pieces are curved";
-    story_->resume({}, {job_});
   }
 
   // The whole of it, with what is wrong where.
@@ -48,6 +51,15 @@ class Curved : public OperatedCell {
 
 TEST_F(Curved, PiecesAndNothingElseFallOut) {
   ASSERT_NO_FATAL_FAILURE(plan_curved());
+  const Status cut = story_->cut(job_);
+  ASSERT_TRUE(cut.ok()) << cut.error().message;
+  EXPECT_THAT(red(), IsEmpty()) << proof();
+  EXPECT_EQ(get(fmt::format("/jobs/{}", job_))["state"], "complete");
+}
+
+TEST_F(Curved, AMosaicIsCutAsItWasPlanned) {
+  const json planned = plan("layout=mosaic");
+  ASSERT_TRUE(planned.is_object()) << planned.dump();
   const Status cut = story_->cut(job_);
   ASSERT_TRUE(cut.ok()) << cut.error().message;
   EXPECT_THAT(red(), IsEmpty()) << proof();
