@@ -121,9 +121,13 @@ void add_sim_commands(CLI::App& app, CommandContext& context) {
   add_new_sheets(*sim, context);
   add_place(*sim, context);
   const auto from = std::make_shared<std::string>();
-  CLI::App* lift = sim->add_subcommand("lift", "Put away what lies on the scanner or the bed");
+  const auto leave_bridges = std::make_shared<bool>(false);
+  CLI::App* lift = sim->add_subcommand("lift", "Put away what lies on the scanner or the bed, and take its pieces out");
   lift->add_option("FROM", *from, "scanner or bed")->required()->check(CLI::IsMember({"scanner", "bed"}));
-  lift->callback([from, &context] { call(context, "lift", {{"from", *from}}); });
+  lift->add_flag("--leave-bridges", *leave_bridges, "Pieces that hang by bridges stay where they are");
+  lift->callback([from, leave_bridges, &context] {
+    call(context, "lift", {{"from", *from}, {"leave_bridges", *leave_bridges}});
+  });
   sim->add_subcommand("nudge", "Move the sheet on the bed a little")->callback([&context] {
     call(context, "nudge", json::object());
   });

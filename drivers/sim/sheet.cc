@@ -54,6 +54,7 @@ void burn_segment(Sheet& sheet, const TrueBurn& stroke, Vec2 a, Vec2 b) {
     const double burnt = std::clamp((half - d) / pixel + 0.5, 0.0, 1.0);
     auto& wood = sheet.material.at<unsigned char>(at);
     wood = std::min(wood, cv::saturate_cast<unsigned char>(255 * (1 - burnt)));
+    if (stroke.by_hand) return;
     const double browned = std::clamp(1 - (d - half) / kCharWidth, 0.0, 1.0);
     darken(met, at, 150 * browned);
     darken(other, at, 95 * browned);

@@ -47,13 +47,15 @@ struct SpeciesZone {
   std::vector<Vec2> outline;
 };
 
-// One stroke as burnt, in sheet mm. Width is what is burnt away (through) or darkened (engrave).
+// One stroke as burnt, in sheet mm. Width is what is burnt away (through) or darkened (engrave). By hand: a bridge that
+// somebody cut through with a knife, which browns nothing.
 struct TrueBurn {
   BurnDepth depth = BurnDepth::kEngrave;
   SheetFace face = SheetFace::kShow;  // which face the beam met
   double width_mm = 0;
   double begin_s = 0, end_s = 0;  // device time of the controller
   std::vector<Vec2> points;
+  bool by_hand = false;
 };
 
 // A part that was cut loose and fell out when the sheet was lifted. `mask` (255 = wood) covers `box` of the sheet's

@@ -100,6 +100,7 @@ Status read_burns(Sheet& sheet, const fs::path& file) {
     burn.begin_s = value.at("begin_s").get<double>();
     burn.end_s = value.at("end_s").get<double>();
     burn.points = points_from(value.at("points_mm"));
+    burn.by_hand = value.value("by_hand", false);
     // What was cut after the last lifting may hang loose; looking again costs little.
     sheet.cut_since_lifted = sheet.cut_since_lifted || burn.depth == BurnDepth::kThrough;
     burn_stroke(sheet, std::move(burn));
@@ -142,9 +143,9 @@ Status save_sheet(const Sheet& sheet, const fs::path& dir) {
 }
 
 Status append_burn(const TrueBurn& burn, const fs::path& dir) {
-  const json line = {
-      {"depth", to_string(burn.depth)}, {"face", to_string(burn.face)}, {"width_mm", burn.width_mm},
-      {"begin_s", burn.begin_s},        {"end_s", burn.end_s},          {"points_mm", to_json(burn.points)}};
+  json line = {{"depth", to_string(burn.depth)}, {"face", to_string(burn.face)}, {"width_mm", burn.width_mm},
+               {"begin_s", burn.begin_s},        {"end_s", burn.end_s},          {"points_mm", to_json(burn.points)}};
+  if (burn.by_hand) line["by_hand"] = true;
   std::ofstream out(dir / "burns.jsonl", std::ios::app | std::ios::binary);
   out << line.dump() << "\n" << std::flush;
   if (!out) return Error{ErrorCode::kStorage, fmt::format("cannot append to {}", (dir / "burns.jsonl").string())};

@@ -129,7 +129,7 @@ const TwinService::Command* TwinService::find(const json& request) {
         {"x_mm", Type::kNumber, false},
         {"y_mm", Type::kNumber, false},
         {"turn_deg", Type::kNumber, false}}},
-      {"lift", false, &TwinService::lift, {{"from"}}},
+      {"lift", false, &TwinService::lift, {{"from"}, {"leave_bridges", Type::kFlag, false}}},
       {"nudge", false, &TwinService::nudge, {}},
       {"scan", false, &TwinService::scan, {{"dpi", Type::kNumber, false}}},
       {"camera", false, &TwinService::camera, {}}};
@@ -236,7 +236,7 @@ TwinService::Reply TwinService::place(const json& r) {
 
 TwinService::Reply TwinService::lift(const json& r) {
   const Result<Spot> from = spot_named(r.at("from"));
-  return from.ok() ? done(world_.lift(*from)) : Reply(from.error());
+  return from.ok() ? done(world_.lift(*from, r.value("leave_bridges", false))) : Reply(from.error());
 }
 
 TwinService::Reply TwinService::nudge(const json&) { return done(world_.nudge()); }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "drivers/sim/bridges.h"
 #include "drivers/sim/placing.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/sheet_maker.h"
@@ -231,7 +232,7 @@ Status World::put(const Placement& placement, Spot on) {
   for (const Spot spot : {Spot::kScanner, Spot::kBed}) {
     const std::optional<Placement>& lies = spot == Spot::kScanner ? on_scanner_ : on_bed_;
     if (!lies || (spot != on && lies->sheet != placement.sheet)) continue;
-    if (Status s = take_off(spot); !s.ok()) return s;
+    if (Status s = take_off(spot, false); !s.ok()) return s;
   }
   const std::lock_guard lock(mutex_);
   (on == Spot::kScanner ? on_scanner_ : on_bed_) = placement;
@@ -250,12 +251,12 @@ Status World::log_load_locked(bool nudged) {
   return Ok();
 }
 
-Status World::lift(Spot from) {
+Status World::lift(Spot from, bool leave_bridges) {
   const std::lock_guard one_at_a_time(changing_);
-  return take_off(from);
+  return take_off(from, leave_bridges);
 }
 
-Status World::take_off(Spot from) {
+Status World::take_off(Spot from, bool leave_bridges) {
   std::string name;
   {
     const std::lock_guard lock(mutex_);
@@ -269,10 +270,10 @@ Status World::take_off(Spot from) {
     lies.reset();
     if (Status s = save_locked(); !s.ok()) return s;
   }
-  return from == Spot::kBed ? let_pieces_fall(name) : Ok();
+  return from == Spot::kBed ? let_pieces_fall(name, leave_bridges) : Ok();
 }
 
-Status World::let_pieces_fall(const std::string& name) {
+Status World::let_pieces_fall(const std::string& name, bool leave_bridges) {
   std::shared_ptr<Sheet> changed;
   {
     const std::lock_guard lock(mutex_);
@@ -280,9 +281,13 @@ Status World::let_pieces_fall(const std::string& name) {
     if (!sheet->cut_since_lifted) return Ok();
     changed = copy_of(*sheet);
   }
+  const std::size_t burnt = changed->burns.size();
+  const int bridges = leave_bridges ? 0 : cut_bridges(*changed);
+  for (std::size_t i = burnt; i < changed->burns.size(); ++i)
+    if (Status s = append_burn(changed->burns[i], sheet_dir(name)); !s.ok()) return s;
   const int fallen = drop_loose_pieces(*changed);
-  changed->cut_since_lifted = false;
-  log_->info("{} pieces fell out of {}", fallen, name);
+  changed->cut_since_lifted = leave_bridges;
+  log_->info("{} pieces fell out of {}, {} bridges were cut by hand", fallen, name, bridges);
   if (Status s = save_pieces(*changed, sheet_dir(name)); !s.ok()) return s;
   const std::lock_guard lock(mutex_);
   sheets_[name] = changed;
@@ -388,8 +393,10 @@ std::vector<BurnSummary> World::burn_summary() const {
   const std::lock_guard lock(mutex_);
   std::vector<BurnSummary> out;
   for (const auto& [name, sheet] : sheets_) {
-    BurnSummary one{name, sheet->burns.size(), sheet->pieces.size(), 0, 0};
+    BurnSummary one{name, 0, sheet->pieces.size(), 0, 0};
     for (const TrueBurn& burn : sheet->burns) {
+      if (burn.by_hand) continue;
+      ++one.strokes;
       double& sum = burn.depth == BurnDepth::kThrough ? one.through_mm : one.engraved_mm;
       for (std::size_t i = 1; i < burn.points.size(); ++i) sum += length(burn.points[i] - burn.points[i - 1]);
     }

@@ -75,7 +75,8 @@ class World final : public BurnSink {
   // `part` is "whole", or which part of the face (upright, as the viewer sees it) lies on the glass: "left", "right",
   // "bottom", "top". The pose is drawn from the seed. Lifts what lay there.
   Status place(const std::string& sheet, Spot on, SheetFace face, const std::string& part, double height_mm);
-  Status lift(Spot from);
+  // From the bed, what hangs by bridges is cut out first (bridges.h), unless they are left.
+  Status lift(Spot from, bool leave_bridges = false);
   Status nudge();
   Status place_at(const Placement& placement, Spot on);  // for tests: a pose of one's own
 
@@ -105,8 +106,8 @@ class World final : public BurnSink {
   Status add(std::shared_ptr<Sheet> sheet);
   Result<std::shared_ptr<Sheet>> find_locked(const std::string& name) const;
   Status put(const Placement& placement, Spot on);
-  Status take_off(Spot from);
-  Status let_pieces_fall(const std::string& name);
+  Status take_off(Spot from, bool leave_bridges);
+  Status let_pieces_fall(const std::string& name, bool leave_bridges);
   Status log_load_locked(bool nudged);
   Status save_locked();
   void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);

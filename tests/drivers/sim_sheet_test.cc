@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "drivers/sim/bridges.h"
 #include "drivers/sim/panel_layout.h"
 #include "drivers/sim/sheet_maker.h"
 #include "tests/drivers/sim_sheets.h"
@@ -167,6 +168,40 @@ TEST(Burn, LetsClosedCutsFallOutAndOpenOnesHang) {
                                          static_cast<int>(high.x - low.x) - 2, static_cast<int>(high.y - low.y) - 2))),
             0);
   EXPECT_EQ(drop_loose_pieces(*sheet), 0);
+}
+
+// A square from its lower left corner, but for two bridges: on the right and at the left.
+std::vector<std::vector<Vec2>> bridged(Vec2 low, double side, double bridge) {
+  const Vec2 high = low + Vec2{side, side}, middle = low + Vec2{side / 2, side / 2};
+  return {{low, {high.x, low.y}, {high.x, middle.y - bridge / 2}},
+          {{high.x, middle.y + bridge / 2}, high, {low.x, high.y}, {low.x, middle.y + bridge / 2}},
+          {{low.x, middle.y - bridge / 2}, low}};
+}
+
+TEST(Bridges, AreCutByHandFlushWithTheCut) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  for (const auto& points : bridged({10, 10}, 7, 0.65))
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, points));
+  EXPECT_EQ(drop_loose_pieces(*sheet), 0);
+  EXPECT_EQ(cut_bridges(*sheet), 2);
+  ASSERT_EQ(sheet->burns.size(), 5U);
+  EXPECT_TRUE(sheet->burns.back().by_hand);
+  EXPECT_EQ(drop_loose_pieces(*sheet), 1);
+  EXPECT_NEAR(sheet->pieces.back().area_mm2, (7 - 0.27) * (7 - 0.27), 1.2);
+  EXPECT_EQ(cut_bridges(*sheet), 0) << "once";
+}
+
+// Nobody cuts where nothing would come free.
+TEST(Bridges, AreNotWhatLiesBetweenTwoCutsThatEndInTheWood) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  const auto cut = [&](std::vector<Vec2> points) {
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, std::move(points)));
+  };
+  cut({{10, 30}, {20, 30}});
+  cut({{20.7, 30}, {30, 30}});
+  cut({{40, 10}, {50, 10}, {50, 20}, {40, 20}, {40, 13}});  // a laser that was stopped: three millimetres are missing
+  EXPECT_EQ(cut_bridges(*sheet), 0);
+  EXPECT_EQ(sheet->burns.size(), 3U);
 }
 
 TEST(Sheet, ComesBackFromDiskAsItWas) {

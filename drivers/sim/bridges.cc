@@ -1,0 +1,120 @@
+#include "drivers/sim/bridges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace veneer::sim {
+namespace {
+
+constexpr double kShortest = 0.3;  // mm between the middles of two cuts' ends; nearer ones meet
+constexpr double kLongest = 1.5;   // of what a hand would call a bridge
+constexpr double kLook = 0.3;      // mm of a cut that show its direction at its end
+constexpr double kAligned = 0.6;   // cosine, between a cut's end and the way across
+constexpr double kBeside = 0.4;    // mm from the bridge to the wood on either side of it
+
+struct End {
+  Vec2 at;
+  Vec2 onward;  // of length 1, out of the cut
+  const TrueBurn* burn = nullptr;
+};
+
+double dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
+
+std::optional<End> end_of(const TrueBurn& burn, bool at_begin) {
+  const auto& points = burn.points;
+  const std::size_t n = points.size();
+  const auto at = [&](std::size_t i) { return at_begin ? points[i] : points[n - 1 - i]; };
+  for (std::size_t i = 1; i < n; ++i) {
+    const Vec2 back = at(0) - at(i);
+    if (const double way = length(back); way >= kLook || (i + 1 == n && way > 0))
+      return End{at(0), back * (1 / way), &burn};
+  }
+  return std::nullopt;
+}
+
+bool is_wood(const Sheet& sheet, Vec2 mm) {
+  const Vec2 p = sheet.pixel(mm);
+  const cv::Point at(static_cast<int>(p.x), static_cast<int>(p.y));
+  return cv::Rect({}, sheet.material.size()).contains(at) && sheet.material.at<unsigned char>(at) > 127;
+}
+
+// Ends that look at each other across a bit of wood; each with the nearest it could go on with.
+std::vector<TrueBurn> gaps_of(const Sheet& sheet) {
+  std::vector<End> ends, begins;
+  for (const TrueBurn& burn : sheet.burns) {
+    if (burn.depth != BurnDepth::kThrough || burn.by_hand) continue;
+    if (const auto end = end_of(burn, false)) ends.push_back(*end);
+    if (const auto begin = end_of(burn, true)) begins.push_back(*begin);
+  }
+  std::sort(begins.begin(), begins.end(), [](const End& a, const End& b) { return a.at.x < b.at.x; });
+  std::vector<TrueBurn> gaps;
+  for (const End& end : ends) {
+    const End* next = nullptr;
+    double nearest = std::numeric_limits<double>::infinity();
+    auto begin = std::lower_bound(begins.begin(), begins.end(), end.at.x - kLongest,
+                                  [](const End& b, double x) { return b.at.x < x; });
+    for (; begin != begins.end() && begin->at.x <= end.at.x + kLongest; ++begin) {
+      const Vec2 across = begin->at - end.at;
+      const double way = length(across);
+      if (way < kShortest || way > kLongest || way >= nearest) continue;
+      if (dot(across, end.onward) < kAligned * way || -dot(across, begin->onward) < kAligned * way) continue;
+      next = &*begin;
+      nearest = way;
+    }
+    if (next == nullptr || !is_wood(sheet, (end.at + next->at) * 0.5)) continue;
+    TrueBurn cut = *end.burn;
+    cut.by_hand = true;
+    cut.begin_s = cut.end_s;
+    cut.points = {end.at, next->at};
+    gaps.push_back(std::move(cut));
+  }
+  return gaps;
+}
+
+// The parts that the wood would fall into, by number; 0 = no wood.
+cv::Mat parts_without(const Sheet& sheet, const std::vector<TrueBurn>& gaps) {
+  Sheet without;
+  without.px_per_mm = sheet.px_per_mm;
+  without.height_mm = sheet.height_mm;
+  without.material = sheet.material.clone();
+  without.engraved_front = cv::Mat(sheet.material.size(), CV_8UC1, cv::Scalar(0));
+  without.engraved_back = without.engraved_front.clone();
+  for (const TrueBurn& gap : gaps) burn_stroke(without, gap);
+  cv::Mat parts;
+  cv::connectedComponents(without.material > 127, parts, 4, CV_32S);
+  return parts;
+}
+
+bool parts_something(const Sheet& sheet, const cv::Mat& parts, const TrueBurn& gap) {
+  const Vec2 a = gap.points.front(), b = gap.points.back(), middle = (a + b) * 0.5;
+  const Vec2 aside = Vec2{-(b - a).y, (b - a).x} * (kBeside / length(b - a));
+  const auto part = [&](Vec2 mm) {
+    const Vec2 p = sheet.pixel(mm);
+    const cv::Point at(static_cast<int>(p.x), static_cast<int>(p.y));
+    return cv::Rect({}, parts.size()).contains(at) ? parts.at<int>(at) : 0;
+  };
+  const int left = part(middle + aside), right = part(middle - aside);
+  return left != 0 && right != 0 && left != right;
+}
+
+}  // namespace
+
+int cut_bridges(Sheet& sheet) {
+  const std::vector<TrueBurn> gaps = gaps_of(sheet);
+  if (gaps.empty()) return 0;
+  const cv::Mat parts = parts_without(sheet, gaps);
+  int cut = 0;
+  for (const TrueBurn& gap : gaps) {
+    if (!parts_something(sheet, parts, gap)) continue;
+    burn_stroke(sheet, gap);
+    ++cut;
+  }
+  return cut;
+}
+
+}  // namespace veneer::sim
