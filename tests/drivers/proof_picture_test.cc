@@ -25,10 +25,41 @@ TEST(BlockMeans, OfAPlainPieceAreNotDisturbedByItsNeighbours) {
   cv::Mat mask(preview.size(), CV_32F, cv::Scalar(0));
   mask(cv::Range(71, 139), cv::Range(1, 70)).setTo(1);
   cv::Mat piece = preview.mul(mask);
-  const BlockMeans place(table_of(preview), centre, half, kPxPerMm);
+  cv::Mat outline(preview.size(), CV_32F, cv::Scalar(0));
+  outline(cv::Range(70, 140), cv::Range::all()).setTo(1);
+  const BlockMeans place(table_of(preview.mul(outline)), table_of(outline), centre, half, kPxPerMm);
   const BlockMeans mine(table_of(piece), table_of(mask), centre, half, kPxPerMm);
   EXPECT_GT(mine.with(place).correlation, 0.97);
   EXPECT_LT(mine.with(place).difference, 0.2);
+}
+
+// A piece with a slanted side is compared with what its own outline shows of the preview; of two places of unlike shape
+// the blocks count that both have.
+TEST(BlockMeans, OfOddShapesCountWhatBothHave) {
+  constexpr double kPxPerMm = 6;
+  constexpr int kSide = 72;
+  const sim::Vec2 half{kSide / 2.0, kSide / 2.0};
+  cv::Mat grain(kSide, kSide, CV_32F), triangle(kSide, kSide, CV_32F, cv::Scalar(0)), band = triangle.clone();
+  for (int r = 0; r < kSide; ++r)
+    for (int c = 0; c < kSide; ++c) {
+      grain.at<float>(r, c) = 120 + 40 * std::sin(0.11F * static_cast<float>(r) + 0.07F * static_cast<float>(c));
+      if (c < r) triangle.at<float>(r, c) = 1;
+      if (r > 48) band.at<float>(r, c) = 1;
+    }
+  cv::Mat preview = cv::Mat(kSide, kSide, CV_32F, cv::Scalar(10));  // beside the triangle a far darker piece
+  grain.copyTo(preview, triangle > 0);
+  const auto blocks = [&](const cv::Mat& picture, const cv::Mat& mask) {
+    return BlockMeans(table_of(picture.mul(mask)), table_of(mask), half, half, kPxPerMm);
+  };
+  const BlockMeans mine = blocks(grain, triangle), place = blocks(preview, triangle);
+  EXPECT_GT(mine.with(place).correlation, 0.999);
+  cv::Mat other_wood = 0.2F * cv::Mat(255 - grain);  // as unlike as can be, in a band that crosses the triangle
+  const BlockMeans other = blocks(other_wood, band);
+  EXPECT_LT(mine.with(other, place).correlation, 0);
+  EXPECT_GT(mine.with(place, other).correlation, 0.999);
+  EXPECT_EQ(mine.shared_with(place), 1);
+  EXPECT_GT(mine.shared_with(other), 0.3);
+  EXPECT_LT(mine.shared_with(other), 0.7);
 }
 
 // Plain wood with a fine grain, 60 x 60 mm at 300 dpi, and what is seen of it when `gap` pixels are missing at every

@@ -101,6 +101,17 @@ TEST_F(MarkReading, ReadsTwoLinesAsOne) {
   }
 }
 
+TEST_F(MarkReading, ReadsTheSmallestMarks) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 52; ++i) {
+    const std::string letter(1, static_cast<char>('A' + i % 26));
+    const std::string first = letter + std::to_string(1 + random() % 9), second = std::to_string(10 + random() % 90);
+    const auto mark = reader_->read(engraved(first + "/" + second, 1.4, i * 0.7, false, random()), kPxPerMm);
+    ASSERT_TRUE(mark) << first << second;
+    EXPECT_EQ(mark->text, first + second);
+  }
+}
+
 TEST_F(MarkReading, TellsSixFromNineByTheBar) {
   EXPECT_EQ(reader_->read(engraved("H6-9", 2.4, 0, false, 1), kPxPerMm)->text, "H6-9");
   EXPECT_EQ(reader_->read(engraved("H6-9", 2.4, 3.14159, false, 1), kPxPerMm)->text, "H6-9");

@@ -13,7 +13,9 @@ namespace {
 
 constexpr double kQuarter = 1.5707963267948966;
 constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse than the best are still the same shape
+constexpr int kTurns = 24;               // a mark may be turned on its piece, in steps of 15 degrees
 constexpr double kMirrorMargin = 0.3;    // in correlation
+constexpr double kComparable = 0.6;      // of a piece's blocks, that another place has too
 const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
 const cv::Scalar kTable(40, 40, 40);     // seen through gaps
 constexpr int kFiner = 4;                // joints are narrower than a pixel: edges are drawn this much finer
@@ -120,7 +122,7 @@ void paint(const FoundPiece& piece, const Canvas& canvas, Laid& laid) {
 cv::Mat grey_integral(const cv::Mat& colour, const cv::Mat& mask) {
   cv::Mat grey;
   cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
-  if (!mask.empty()) grey.setTo(0, mask == 0);
+  grey.setTo(0, mask == 0);
   cv::Mat table;
   cv::integral(grey, table, CV_64F);
   return table;
@@ -144,6 +146,22 @@ Place place_of(const ClaimedPiece& piece, const Canvas& canvas) {
   return {canvas.pixel((low + high) * 0.5), (high - low) * (canvas.px_per_mm / 2)};
 }
 
+// The piece's part of the preview: what lies within its outline.
+BlockMeans preview_of(const ClaimedPiece& piece, const Canvas& canvas, const cv::Mat& preview) {
+  const Place place = place_of(piece, canvas);
+  const Vec2 low = place.centre_px - place.half_px, high = place.centre_px + place.half_px;
+  const cv::Rect box = cv::Rect(static_cast<int>(std::floor(low.x)) - 1, static_cast<int>(std::floor(low.y)) - 1,
+                                static_cast<int>(high.x - low.x) + 4, static_cast<int>(high.y - low.y) + 4) &
+                       cv::Rect({}, preview.size());
+  const Vec2 corner{static_cast<double>(box.x), static_cast<double>(box.y)};
+  std::vector<Vec2> ring;
+  for (const Vec2& p : piece.artwork_outline) ring.push_back(canvas.pixel(p) - corner);
+  cv::Mat mask(box.size(), CV_8UC1, cv::Scalar(0)), inside;
+  fill_ring(mask, ring, 255);
+  cv::integral(mask, inside, CV_64F);
+  return {grey_integral(preview(box), mask), inside / 255.0, place.centre_px - corner, place.half_px, canvas.px_per_mm};
+}
+
 std::vector<Vec2> flipped(std::vector<Vec2> ring) {
   for (Vec2& p : ring) p.x = -p.x;
   std::reverse(ring.begin(), ring.end());
@@ -156,17 +174,20 @@ double upright_turn(const ReadMark& mark) {
   return std::atan2(1.0, 0.0) - std::atan2(up.y, up.x);
 }
 
-Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview_integral) {
+Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview) {
   Laid laid;
   laid.as = *piece.laid_as;
   const ClaimedPiece& patch = job.pieces[laid.as];
   const double upright = upright_turn(*piece.mark);
   std::vector<Fit> fits;
   double best_rms = 1e9;
-  for (int quarter = 0; quarter < 4; ++quarter) {
-    fits.push_back(fit_contour(piece.cut->contour, patch.artwork_outline, upright + quarter * kQuarter));
+  const auto try_turn = [&](int turn) {
+    fits.push_back(fit_contour(piece.cut->contour, patch.artwork_outline, upright + turn * 4 * kQuarter / kTurns));
     best_rms = std::min(best_rms, fits.back().rms);
-  }
+  };
+  for (int turn = 0; turn < kTurns; turn += kTurns / 4) try_turn(turn);
+  for (int turn = 0; turn < kTurns && best_rms > 2 * kShapeSlack; ++turn)
+    if (turn % (kTurns / 4) != 0) try_turn(turn);
   laid.fit = fits[0];
   const Place place = place_of(patch, canvas);
   laid.centre_px = place.centre_px;
@@ -181,8 +202,7 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
       double agreement = 0;
       if (canvas.px_per_mm > 0) {
         paint(piece, canvas, other);
-        const BlockMeans own(preview_integral, place.centre_px, place.half_px, canvas.px_per_mm);
-        agreement = blocks_of(other, canvas.px_per_mm).with(own).correlation;
+        agreement = blocks_of(other, canvas.px_per_mm).with(preview_of(patch, canvas, preview)).correlation;
       }
       if (agreement <= best) continue;
       best = agreement;
@@ -197,27 +217,27 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
   return laid;
 }
 
-// Judges the pictures of the laid pieces against the preview.
-void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& integral, std::vector<Laid>& laid,
+// Judges the pictures of the laid pieces against the preview. Where places are of unlike shape, what a piece looks more
+// like is told by the blocks that both have, and a place that has few of the piece's blocks tells nothing.
+void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview, std::vector<Laid>& laid,
                     int threads, JobProof& proof) {
   std::vector<BlockMeans> places;
-  for (const ClaimedPiece& piece : job.pieces) {
-    const Place place = place_of(piece, canvas);
-    places.emplace_back(integral, place.centre_px, place.half_px, canvas.px_per_mm);
-  }
+  for (const ClaimedPiece& piece : job.pieces) places.push_back(preview_of(piece, canvas, preview));
   std::vector<int> looks_like(laid.size(), -1);
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
-    const auto own = mine.with(places[laid[i].as]);
-    const auto mirror = mine.with(places[laid[i].as].mirrored());
-    auto best = own;
+    const BlockMeans& place = places[laid[i].as];
+    const BlockMeans turned_over = place.mirrored();
+    auto best = mine.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
-      if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
-      const auto other = mine.with(places[k]);
-      if (other.correlation <= best.correlation || other.difference >= best.difference) continue;
+      if (k == laid[i].as || job.pieces[k].panel.empty() || mine.shared_with(places[k]) < kComparable) continue;
+      const auto own = mine.with(place, places[k]), other = mine.with(places[k], place);
+      if (other.correlation <= own.correlation || other.difference >= own.difference) continue;
+      if (looks_like[i] >= 0 && other.correlation <= best.correlation) continue;
       best = other;
       looks_like[i] = static_cast<int>(k);
     }
+    const auto own = mine.with(place, turned_over), mirror = mine.with(turned_over, place);
     const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
     if (clear && mirror.difference < best.difference) laid[i].mirrored = true;
   });
@@ -303,7 +323,6 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
   proof.edge = edge_of_all(job, found, threads);
 
   Canvas canvas;
-  cv::Mat integral;
   if (!job.preview_file.empty()) {
     proof.preview = cv::imread(job.preview_file.string(), cv::IMREAD_COLOR);
     if (proof.preview.empty()) proof.notes.push_back("there is no preview " + job.preview_file.string());
@@ -312,15 +331,14 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     canvas.px_per_mm = proof.preview.cols / job.width_mm;  // it covers exactly the artwork
     canvas.height_mm = job.height_mm;
     canvas.size = proof.preview.size();
-    integral = grey_integral(proof.preview, cv::Mat());
   }
 
   const std::vector<std::size_t> readable = readable_pieces(job, found, proof);
   std::vector<Laid> laid(readable.size());
   parallel_for(readable.size(), threads,
-               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, integral); });
+               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, proof.preview); });
   if (!proof.preview.empty()) {
-    judge_pictures(job, canvas, integral, laid, threads, proof);
+    judge_pictures(job, canvas, proof.preview, laid, threads, proof);
     const Assembled assembled = assemble(job, canvas, laid);
     proof.assembled = assembled.picture;
     proof.picture_ssim = picture_ssim(assembled, kTable, proof.preview, job.width_mm, job.height_mm);

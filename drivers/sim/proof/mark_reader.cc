@@ -14,19 +14,36 @@ namespace veneer::proof {
 namespace {
 
 constexpr double kInkBelow = 0.65;     // of the back's own grey
-constexpr double kLeastBar = 2.5;      // mm
+constexpr double kLeastBar = 1.2;      // mm
 constexpr double kBarThickness = 0.5;  // mm
 constexpr double kSpeck = 0.02;        // mm2, smaller ink is dirt
 constexpr double kSure = 80;
+constexpr double kClearly = 20;
 
-// Heights of a capital in pixels, and how much every stroke is thickened, as a part of a capital's height: tesseract is
-// trained on print, where strokes are heavier than a laser's line.
+// Heights of a capital in pixels, and how wide its strokes are made, as a part of that height: tesseract is trained on
+// print, whose strokes are heavier than a laser's line in a large mark. Those of a small mark are heavy enough.
 struct Rendering {
   int capital_px;
-  double thicken;
+  double weight;
 };
-constexpr Rendering kRenderings[] = {{28, 0.066}, {32, 0.05}, {30, 0.085}, {36, 0.066}, {26, 0.05},
-                                     {34, 0.1},   {30, 0.03}, {40, 0.03},  {36, 0}};
+constexpr Rendering kRenderings[] = {{28, 0.15}, {32, 0.135}, {30, 0.17},  {36, 0.15}, {26, 0.135},
+                                     {34, 0.18}, {30, 0.115}, {40, 0.115}, {36, 0}};
+
+double stroke_width_px(const cv::Mat& line) {
+  cv::Mat ink = line > 127, depth;
+  cv::copyMakeBorder(ink, ink, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::distanceTransform(ink, depth, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  std::vector<float> middle;  // along the strokes' middles, where no neighbour lies deeper
+  cv::Mat deepest;
+  cv::dilate(depth, deepest, cv::Mat());
+  for (int y = 0; y < depth.rows; ++y)
+    for (int x = 0; x < depth.cols; ++x)
+      if (const float d = depth.at<float>(y, x); d > 0 && d >= deepest.at<float>(y, x)) middle.push_back(d);
+  if (middle.empty()) return 0;
+  const auto half = middle.begin() + static_cast<std::ptrdiff_t>(middle.size() / 2);
+  std::nth_element(middle.begin(), half, middle.end());
+  return 2.0 * *half;
+}
 
 struct Character {
   cv::Rect box;
@@ -218,10 +235,11 @@ MarkReader::Text MarkReader::read_part(bool letters, const cv::Mat& line, const 
   const int pad = static_cast<int>(std::lround(0.35 * px_per_mm));
   cv::Mat cut(part.height + 2 * pad, part.width + 2 * pad, CV_8UC1, cv::Scalar(0));
   line(part).copyTo(cut(cv::Rect(pad, pad, part.width, part.height)));
+  const double drawn = stroke_width_px(line);
   std::map<std::string, Text> readings;
   Text best;
   for (const Rendering& rendering : kRenderings) {
-    const int radius = static_cast<int>(std::lround(rendering.thicken / 2 * line.rows));
+    const int radius = std::max(0, static_cast<int>(std::lround((rendering.weight * line.rows - drawn) / 2)));
     cv::Mat heavy;
     cv::dilate(cut, heavy, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
     const double scale = static_cast<double>(rendering.capital_px) / line.rows;
@@ -263,7 +281,9 @@ std::optional<ReadMark> MarkReader::read_line(const cv::Mat& line, double px_per
     if (std::count(number.text.begin(), number.text.end(), '-') != (parted ? 1 : 0)) continue;
     if (number.text[0] == '0' && hyphen - letters > 1) continue;  // an O, not a leading zero
     const double confidence = std::min(letter.confidence, number.confidence);
-    if (!best || confidence > best->confidence) best = ReadMark{letter.text + number.text, mirrored, {}, confidence};
+    // An S after the letter is a 5 more often.
+    if (!best || confidence > best->confidence + kClearly)
+      best = ReadMark{letter.text + number.text, mirrored, {}, confidence};
     if (confidence >= kSure) break;
   }
   return best;

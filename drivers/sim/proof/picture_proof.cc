@@ -65,9 +65,6 @@ double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const c
   return cv::mean(above / below)[0];
 }
 
-BlockMeans::BlockMeans(const cv::Mat& integral, sim::Vec2 centre_px, sim::Vec2 half_px, double px_per_mm)
-    : BlockMeans(integral, cv::Mat(), centre_px, half_px, px_per_mm) {}
-
 BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
                        double px_per_mm) {
   const double block = kBlock * px_per_mm;
@@ -92,7 +89,7 @@ BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, si
       double mean = kNone;
       if (within) {
         const cv::Rect box(x0, y0, x1 - x0, y1 - y0);
-        const double weight = mask_integral.empty() ? box.area() : sum(mask_integral, box);
+        const double weight = sum(mask_integral, box);
         if (weight >= 0.6 * block * block) mean = sum(integral, box) / weight;
       }
       means_.push_back(mean);
@@ -113,9 +110,22 @@ BlockMeans BlockMeans::mirrored() const {
   return out;
 }
 
-BlockMeans::Agreement BlockMeans::with(const BlockMeans& other) const {
-  const int columns = std::min(columns_, other.columns_);
-  const int rows = std::min(rows_, other.rows_);
+double BlockMeans::shared_with(const BlockMeans& other) const {
+  double own = 0, shared = 0;
+  for (int row = -rows_; row < rows_; ++row)
+    for (int column = -columns_; column < columns_; ++column) {
+      if (std::isnan(at(column, row))) continue;
+      own += 1;
+      const bool reaches =
+          row >= -other.rows_ && row < other.rows_ && column >= -other.columns_ && column < other.columns_;
+      if (reaches && !std::isnan(other.at(column, row))) shared += 1;
+    }
+  return own > 0 ? shared / own : 0;
+}
+
+BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans& where) const {
+  const int columns = std::min({columns_, other.columns_, where.columns_});
+  const int rows = std::min({rows_, other.rows_, where.rows_});
   double n = 0;
   double sa = 0;
   double sb = 0;
@@ -126,7 +136,7 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other) const {
     for (int column = -columns; column < columns; ++column) {
       const double a = at(column, row);
       const double b = other.at(column, row);
-      if (std::isnan(a) || std::isnan(b)) continue;
+      if (std::isnan(a) || std::isnan(b) || std::isnan(where.at(column, row))) continue;
       n += 1;
       sa += a;
       sb += b;

@@ -26,19 +26,21 @@ double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const c
 // Grey means of the blocks of 2 mm around a centre.
 class BlockMeans {
  public:
-  // `grey` is CV_32F with its integral already taken (CV_64F, one row and column more). Blocks lie symmetrically about
-  // `centre_px` and reach as far as half_px in x and y. Blocks that leave the picture are absent.
-  BlockMeans(const cv::Mat& integral, sim::Vec2 centre_px, sim::Vec2 half_px, double px_per_mm);
-  // Of a part of a picture: blocks of which at least 60 % are set in the mask count.
+  // Of a part of a picture: integrals of its grey, 0 outside, and of its mask, 0 or 1 (CV_64F, one row and column
+  // more). Blocks lie symmetrically about `centre_px` and reach as far as half_px in x and y. Those that leave the
+  // picture, or of which less than 60 % are set in the mask, are absent.
   BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,
              double px_per_mm);
 
-  // Over blocks that both have; nothing in common, or flat: correlation 0, difference infinite.
+  // Over blocks that both have, and `where` as well; nothing in common, or flat: correlation 0, difference infinite.
   struct Agreement {
     double correlation = 0;
     double difference = 0;  // root mean square of grey after each one's own mean is taken out
   };
-  Agreement with(const BlockMeans& other) const;
+  Agreement with(const BlockMeans& other, const BlockMeans& where) const;
+  Agreement with(const BlockMeans& other) const { return with(other, other); }
+  // The share of its own blocks that the other has too.
+  double shared_with(const BlockMeans& other) const;
   BlockMeans mirrored() const;  // left and right exchanged
 
  private:
