@@ -84,7 +84,7 @@ struct RecipeConfig {
   PowerFraction cut_power{0.85};
   MmPerSecond engrave_speed{80};
   PowerFraction engrave_power{0.20};
-  Millimetres mark_height{2.4}, mark_min_height{2.0};  // of a mark's capitals; below the least it is left out
+  Millimetres mark_height{2.4}, mark_min_height{1.4};  // of a mark's capitals; below the least it is left out
   Millimetres fit_clearance{0.05};                     // of a joint; each of its edges gives half
   Millimetres lead_in{1};                              // of a cut, in waste that is booked for it; 0 = none
   bool bridges = true;                                 // hold pieces by wood that could tip when cut free

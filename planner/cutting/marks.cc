@@ -199,6 +199,20 @@ std::vector<double> turns_for(const Ring<BedFrame>& outline, double up) {
   return turns;
 }
 
+// What is tried one after the other: a good height, less margin, less height.
+std::vector<MarkOptions> rooms_for(const MarkOptions& options) {
+  MarkOptions room = options;
+  room.min_height = std::clamp(options.good_height, options.min_height, options.height);
+  std::vector<MarkOptions> rooms = {room};
+  room.margin = std::min(options.margin, options.min_margin);
+  if (room.margin < options.margin) rooms.push_back(room);
+  if (options.min_height < room.min_height) {
+    room.min_height = options.min_height;
+    rooms.push_back(room);
+  }
+  return rooms;
+}
+
 }  // namespace
 
 bool has_glyph(char c) { return find_glyph(c) != nullptr; }
@@ -210,12 +224,14 @@ Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, 
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the mark \"{}\" cannot be engraved: only capitals, digits and '-' can", text)};
   if (outline.size() < 3) return Error{ErrorCode::kInvalidArgument, "a piece without an outline cannot carry a mark"};
-  for (const double turn : turns_for(outline, artwork_up.count())) {
-    const double up = artwork_up.count() + turn;
-    const Turned turned = turn_outline(outline, up);
-    for (const Text& way : ways)
-      if (const Fit fit = best_fit(turned, way, options); fit.height > 0) return place(way, fit, up);
-  }
+  const std::vector<double> turns = turns_for(outline, artwork_up.count());
+  for (const MarkOptions& room : rooms_for(options))
+    for (const double turn : turns) {
+      const double up = artwork_up.count() + turn;
+      const Turned turned = turn_outline(outline, up);
+      for (const Text& way : ways)
+        if (const Fit fit = best_fit(turned, way, room); fit.height > 0) return place(way, fit, up);
+    }
   return Error{ErrorCode::kRefused,
                fmt::format("the mark \"{}\" does not fit on its piece at {:.1f} mm", text, options.min_height.count())};
 }

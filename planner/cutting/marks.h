@@ -1,6 +1,6 @@
 // What is engraved on the back of a piece: its mark in a single-line alphabet, over a baseline bar that tells 6 from 9.
-// A mark that does not fit on one line stands on two, broken before its hyphen or in its middle, over
-// one bar.
+// A mark that does not fit on one line stands on two, broken before its hyphen or in its middle, over one bar. Where it
+// has no room at a height that is read without effort, it moves closer to the outline first, then becomes smaller.
 //
 // Everything is laid out in BedFrame, after bed_from_panel: a panel lies with its back up, so text that reads from left
 // to right in BedFrame, seen from above, reads right on the piece's back. Nothing here mirrors.
@@ -21,9 +21,11 @@ namespace veneer::planner {
 bool has_glyph(char c);
 
 struct MarkOptions {
-  Millimetres height{2.4};      // of a capital, at most
-  Millimetres min_height{2.0};  // below it the mark is left out
-  Millimetres margin{0.8};      // from ink to the outline
+  Millimetres height{2.4};       // of a capital, at most
+  Millimetres good_height{2.0};  // what is read without effort; nothing smaller as long as there is another way
+  Millimetres min_height{1.4};   // below it the mark is left out
+  Millimetres margin{0.8};       // from ink to the outline
+  Millimetres min_margin{0.4};   // where there is no room for it otherwise
 };
 
 struct Mark {
