@@ -39,7 +39,7 @@ struct Arguments {
   fs::path out = "out";
   std::uint64_t seed = 1;
   fs::path picture = "/usr/share/matplotlib/mpl-data/sample_data/grace_hopper.jpg";
-  double time_scale = 40;
+  double time_scale = 80;
 };
 
 // The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised.
@@ -64,8 +64,8 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   auto face = face_of(arguments.picture, arguments.out);
   if (!face) return face.error();
   // A face needs all tones of the wood, and many pieces; narrower than 8 mm they would stay in the panel, by bridges.
-  const StoryJob jobs[] = {{*face, "portrait", 189, 9, {{"w_hist", "1"}}},
-                           {*face, "second picture", 72, 9, {{"w_hist", "1"}}}};
+  const StoryJob jobs[] = {{*face, "portrait", 189, 9, {{"w_hist", "1"}, {"layout", "mosaic"}}},
+                           {*face, "second picture", 84, 10, {{"w_hist", "1"}, {"layout", "mosaic"}}}};
   for (const auto& job : jobs) {
     if (Status s = story.plan(job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;
