@@ -59,6 +59,12 @@ BoundaryCuts::BoundaryCuts(const Problem& problem, const std::vector<MatchPanel>
   std::vector<CutLines> lines;
   for (std::size_t a = 0; a < members_.size(); ++a) {
     const WorkingArtwork& work = problem.artworks[a];
+    if (work.lines) {
+      lines.push_back(*work.lines);
+      lines.back().faces.clear();
+      for (const std::size_t i : members_[a]) lines.back().faces.push_back(work.lines->faces[problem.queue[i].patch]);
+      continue;
+    }
     std::vector<PixelRectangle> rectangles;
     for (const std::size_t i : members_[a]) {
       const Box<ArtworkFrame>& cell = cells_[i];
