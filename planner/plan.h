@@ -51,9 +51,10 @@ enum class Priority { kSaliency, kCentre };
 // kGlobal: greedy first, then all patches choose together (global_plan.h).
 enum class Optimize { kGreedy, kGlobal };
 
-// How an artwork is cut into patches: kGrid, into squares; kMosaic, into cells that follow the edges of the picture
-// (layout/mosaic.h); kSegmentation, as Artwork::segmentation says.
-enum class LayoutKind { kGrid, kMosaic, kSegmentation };
+// How an artwork is cut into patches: kGrid, into squares; kMorph, into the rows and columns of a grid whose lines
+// follow the edges of the picture (morph/morphed_grid.h); kMosaic, into cells that follow them (layout/mosaic.h);
+// kSegmentation, as Artwork::segmentation says.
+enum class LayoutKind { kGrid, kMorph, kMosaic, kSegmentation };
 
 // kDp: borders are cut by dynamic programming once wood is chosen (boundaries/refinement.h).
 enum class Refine { kNone, kDp };
@@ -201,6 +202,14 @@ struct MosaicReport {
   double seconds = 0;        // not part of what a plan is
 };
 
+// How morphed grids came out, over all artworks.
+struct MorphReport {
+  Millimetres mean_move{0}, most_move{0};    // of a grid's vertices from the straight grid's; the largest mean
+  double edges_before = 0, edges_after = 0;  // share of the picture's edges within a pixel of a border; the least after
+  std::size_t relaxed = 0;                   // cells that were drawn back towards the grid, to be fabricable
+  double seconds = 0;                        // not part of what a plan is
+};
+
 // What `Optimize::kGlobal` gained over the greedy plan it started from.
 struct GlobalReport {
   double greedy_cost = 0, cost = 0;  // weighed by importance where that is given
@@ -245,6 +254,7 @@ struct Plan {
   std::vector<cv::Mat> targets;  // weighted features that each artwork looks for (features.h), as make_plan saw them
   std::optional<Shortage> shortage;
   std::optional<MosaicReport> mosaic;
+  std::optional<MorphReport> morph;
   std::optional<GlobalReport> global;
   std::optional<FineReport> fine;
   std::optional<RefineReport> refined;

@@ -73,6 +73,8 @@ std::string_view word_for(LayoutKind kind) {
   switch (kind) {
     case LayoutKind::kGrid:
       return "grid";
+    case LayoutKind::kMorph:
+      return "morph";
     case LayoutKind::kMosaic:
       return "mosaic";
     case LayoutKind::kSegmentation:
@@ -88,12 +90,12 @@ Status read(std::string_view name, std::string_view text, Curves& out) {
 }
 
 Status read(std::string_view name, std::string_view text, LayoutKind& out) {
-  for (const LayoutKind kind : {LayoutKind::kGrid, LayoutKind::kMosaic, LayoutKind::kSegmentation})
+  for (const LayoutKind kind : {LayoutKind::kGrid, LayoutKind::kMorph, LayoutKind::kMosaic, LayoutKind::kSegmentation})
     if (text == word_for(kind)) {
       out = kind;
       return Ok();
     }
-  return unusable_option(name, "grid, mosaic or segmentation", text);
+  return unusable_option(name, "grid, morph, mosaic or segmentation", text);
 }
 
 template <class Number>

@@ -21,10 +21,10 @@ struct NamedOption {
 };
 
 inline constexpr std::array kNamedOptions = {
-    NamedOption{
-        "layout", OptionKind::kWord,
-        "How the picture is cut into patches: grid (squares), mosaic (cells that follow its edges) or segmentation "
-        "(the areas of another picture)"},
+    NamedOption{"layout", OptionKind::kWord,
+                "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
+                "mosaic (cells "
+                "that follow them) or segmentation (the areas of another picture)"},
     NamedOption{"patch_mm", OptionKind::kNumber,
                 "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},

@@ -200,7 +200,8 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const Stopwatch start;
   report(0, "reading the wood");
   Result<Problem> problem =
-      make_problem(artworks, stock, options, stop, shared != nullptr ? &shared->saliency : nullptr);
+      make_problem(artworks, stock, options, stop, shared != nullptr ? &shared->saliency : nullptr,
+                   [&](std::string_view doing) { report(0, std::string(doing)); });
   if (!problem.ok()) return problem.error();
   Result<KeptPatches> staying = keep_pieces(artworks, stock, options, *problem, stop);
   if (!staying.ok()) return staying.error();
@@ -209,6 +210,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
   plan.mosaic = problem->mosaic;
+  plan.morph = problem->morph;
   std::unique_ptr<Matcher> matcher;
   if (shared != nullptr) {
     Result<std::unique_ptr<Matcher>> before = shared->matcher_for(*problem, options, threads, stop);

@@ -25,7 +25,8 @@ struct BoundaryOptions {
 // Not thread-safe. The problem and the panels outlive this.
 class BoundaryCuts {
  public:
-  // The borders of the queue's patches, which are rectangles and cover their artworks, as their layouts have them.
+  // The borders of the queue's patches as their layouts have them: rectangles or a morphed grid's cells, which cover
+  // their artworks.
   BoundaryCuts(const Problem& problem, const std::vector<MatchPanel>& panels, const BoundaryOptions& options);
 
   // Moves the borders to where the pieces show the picture best, given the wood around each. What results is

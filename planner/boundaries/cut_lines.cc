@@ -116,8 +116,13 @@ class Recut {
  public:
   Recut(const CutLines& lines, std::size_t number, std::span<const FaceCost> costs, const CutOptions& options)
       : line_(lines.lines[number]), view_(lines, number), costs_(costs), options_(options) {
-    low_ = std::max(1, static_cast<int>(std::floor(line_.straight - options.reach)));
-    high_ = std::min(view_.across_size() - 1, static_cast<int>(std::ceil(line_.straight + options.reach)));
+    double least = line_.straight, most = line_.straight;
+    if (!line_.curved.empty()) {
+      const auto [low, high] = std::minmax_element(line_.curved.begin(), line_.curved.end());
+      least = *low, most = *high;
+    }
+    low_ = std::max(1, static_cast<int>(std::floor(least - options.reach)));
+    high_ = std::min(view_.across_size() - 1, static_cast<int>(std::ceil(most + options.reach)));
     width_ = static_cast<std::size_t>(std::max(0, high_ - low_) + 1);
     count_ = line_.at.size();
   }
@@ -226,9 +231,9 @@ class Recut {
     const double along = line_.first + static_cast<int>(i) + 0.5;
     Corridor out{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     for (const std::size_t f : view_.before())
-      if (covers(f, along)) out.low = std::max(out.low, view_.far_before(f, along) + options_.gap);
+      if (covers(f, i)) out.low = std::max(out.low, view_.far_before(f, along) + options_.gap);
     for (const std::size_t f : view_.after())
-      if (covers(f, along)) out.high = std::min(out.high, view_.far_after(f, along) - options_.gap);
+      if (covers(f, i)) out.high = std::min(out.high, view_.far_after(f, along) - options_.gap);
     return out;
   }
 
@@ -297,7 +302,11 @@ class Recut {
 
   void bound() {
     for (std::size_t i = 0; i < count_; ++i) {
-      const auto [least, most] = between_far_sides(i);
+      auto [least, most] = between_far_sides(i);
+      if (!line_.curved.empty()) {
+        least = std::max(least, line_.home(i) - options_.reach);
+        most = std::min(most, line_.home(i) + options_.reach);
+      }
       for (std::size_t k = 0; k < width_; ++k) {
         const double at = low_ + static_cast<int>(k);
         const double beyond = std::max({0.0, least - at, at - most});
@@ -306,9 +315,10 @@ class Recut {
     }
   }
 
-  bool covers(std::size_t face, double along) const {
-    return along >= view_.begin(face, line_.straight) - options_.reach / 2 &&
-           along <= view_.end(face, line_.straight) + options_.reach / 2;
+  bool covers(std::size_t face, std::size_t i) const {
+    const double along = line_.first + static_cast<int>(i) + 0.5, across = line_.home(i);
+    return along >= view_.begin(face, across) - options_.reach / 2 &&
+           along <= view_.end(face, across) + options_.reach / 2;
   }
 
   std::vector<double> cheapest() {

@@ -4,7 +4,8 @@
 // A line is the longest straight run of borders: a whole grid line, or between T-joints where patches have several
 // sizes. It is a function of the pixels along it. One line is moved at a time while all others stay, columns and rows
 // in turn; crossings need no special case, because a pixel's patch is found from all four lines around it. Lines turn
-// by at most 45 degrees from where the layout has them, so an upright line and a level one cross once.
+// by less than 45 degrees from upright or level, so an upright line and a level one cross once. A morphed grid's lines
+// (planner/morph) are curved from the start, which changes nothing but where their home is.
 // Lengths are pixels of the working resolution, rows from above. Pure functions; thread-safe.
 #pragma once
 
@@ -15,14 +16,17 @@
 namespace veneer::planner {
 
 struct CutLine {
-  bool upright = false;       // else level; along: rows of an upright line, columns of a level one
-  double straight = 0;        // where the layout has it
-  double begin = 0, end = 0;  // of the line, along
-  int first = 0;              // pixel along that `at` begins with: somewhat before `begin`, for its neighbours' sake
-  std::vector<double> at;     // how far across, in the middle of each pixel along
+  bool upright = false;          // else level; along: rows of an upright line, columns of a level one
+  double straight = 0;           // where the grid has it
+  double begin = 0, end = 0;     // of the line, along
+  int first = 0;                 // pixel along that `at` begins with: somewhat before `begin`, for its neighbours' sake
+  std::vector<double> at;        // how far across, in the middle of each pixel along
+  std::vector<double> curved{};  // where the layout has it, like `at`; empty: at `straight`
 
   // Anywhere along; beyond the known pixels as at the last one.
   double operator()(double along) const;
+  // Where the layout has it.
+  double home(std::size_t i) const { return curved.empty() ? straight : curved[i]; }
 };
 
 // The lines around a face, as numbers; kBorder: the artwork's border.

@@ -274,6 +274,15 @@ json mosaic_to_json(const MosaicReport& mosaic) {
           {"seconds", mosaic.seconds}};
 }
 
+json morph_to_json(const MorphReport& morph) {
+  return {{"mean_move_mm", morph.mean_move.count()},
+          {"most_move_mm", morph.most_move.count()},
+          {"edges_before", morph.edges_before},
+          {"edges_after", morph.edges_after},
+          {"relaxed", morph.relaxed},
+          {"seconds", morph.seconds}};
+}
+
 json fine_to_json(const FineReport& fine) {
   return {{"cost_before", fine.cost_before},
           {"cost", fine.cost},
@@ -392,6 +401,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"warnings", plan.warnings},
                  {"shortage", plan.shortage ? shortage_to_json(*plan.shortage) : json()},
                  {"mosaic", plan.mosaic ? mosaic_to_json(*plan.mosaic) : json()},
+                 {"morph", plan.morph ? morph_to_json(*plan.morph) : json()},
                  {"global", plan.global ? global_to_json(*plan.global) : json()},
                  {"fine_rotation", plan.fine ? fine_to_json(*plan.fine) : json()},
                  {"refined", plan.refined ? refined_to_json(*plan.refined) : json()},

@@ -3,50 +3,24 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <vector>
+
+#include "planner/layout/own_canny.h"
 
 namespace veneer::planner {
 namespace {
 
-// Of the gradients that are no noise, the share that is strong enough to begin an edge.
-constexpr double kStrong = 0.85;
-constexpr double kWeak = 0.4;          // threshold of what continues an edge, in that of what begins one
-constexpr double kLeastGradient = 12;  // of 255 over a pixel, after smoothing: 3 x 3 Sobel
-constexpr double kShortest = 1.5;      // tiles
-
-// The value that this share of the non-zero ones does not exceed.
-double quantile(const cv::Mat& values, double share) {
-  std::vector<float> all;
-  for (int r = 0; r < values.rows; ++r)
-    for (int c = 0; c < values.cols; ++c)
-      if (const float v = values.at<float>(r, c); static_cast<double>(v) > kLeastGradient) all.push_back(v);
-  if (all.empty()) return kLeastGradient;
-  const auto at = all.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(all.size() - 1));
-  std::nth_element(all.begin(), at, all.end());
-  return static_cast<double>(*at);
-}
+constexpr double kShortest = 1.5;  // tiles
 
 }  // namespace
 
 cv::Mat salient_edges(const cv::Mat& bgr, double tile) {
   // The bilateral filter keeps edges where a Gaussian would move them; what is finer than a tile goes with both.
-  cv::Mat smooth, softer, dx, dy, edges;
+  cv::Mat smooth, softer;
   cv::bilateralFilter(bgr, smooth, 0, 40, std::max(1.0, tile / 8));
   cv::GaussianBlur(smooth, softer, {}, std::max(0.8, tile / 12));
   cv::Mat grey;
   cv::cvtColor(softer, grey, cv::COLOR_BGR2GRAY);
-  cv::Sobel(grey, dx, CV_16S, 1, 0);
-  cv::Sobel(grey, dy, CV_16S, 0, 1);
-  cv::Mat fx, fy, strength;
-  dx.convertTo(fx, CV_32F), dy.convertTo(fy, CV_32F);
-  cv::magnitude(fx, fy, strength);
-  const double high = quantile(strength, kStrong);
-  cv::Canny(dx, dy, edges, kWeak * high, high, true);
-  cv::Mat numbers, figures, centres;
-  const int count = cv::connectedComponentsWithStats(edges, numbers, figures, centres, 8, CV_32S);
-  for (int k = 1; k < count; ++k)
-    if (figures.at<int>(k, cv::CC_STAT_AREA) < kShortest * tile) edges.setTo(0, numbers == k);
-  return edges;
+  return own_canny(grey, kShortest * tile);
 }
 
 DirectionField direction_field(const cv::Mat& edges, double smoothing) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/boundaries/cut_lines.h"
 #include "planner/layout/grid.h"
 #include "planner/layout/partition.h"
 #include "planner/matching/lattice.h"
@@ -20,7 +21,8 @@ struct WorkingArtwork {
   cv::Mat features;  // CV_32FC(n), after gamut mapping
   cv::Mat tones;     // CV_8UC1: the intensity that is looked for, after gamut mapping; 255 = white
   std::vector<Patch> patches;
-  std::optional<Partition> layout;  // without rows and columns: a face for each patch, in their order; none: a grid
+  std::optional<Partition> layout;  // a face for each patch, in their order; none: a straight grid
+  std::optional<CutLines> lines;    // of a morphed grid, in pixels of `grid`; faces as in `layout`
 };
 
 struct WorkingPictures {

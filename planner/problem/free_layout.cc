@@ -73,6 +73,11 @@ Result<Mosaic> mosaic_of(const Artwork& artwork, const PlanOptions& options, Sal
 
 }  // namespace
 
+FabricationLimits face_limits(const PlanOptions& options) {
+  const SquareMillimetres handy = options.min_width * options.min_width * kHandy;
+  return {options.min_width, std::max(handy, options.patch * options.patch * kSmallest)};
+}
+
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
                                const std::stop_token& stop) {
   FreeLayout out;
@@ -85,9 +90,7 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   } else {
     labels = labels_of(artwork.segmentation);
   }
-  const SquareMillimetres handy = options.min_width * options.min_width * kHandy;
-  const FabricableOptions wanted{{options.min_width, std::max(handy, options.patch * options.patch * kSmallest)},
-                                 options.patch,
+  const FabricableOptions wanted{face_limits(options), options.patch,
                                  options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
                                  threads_meant(options.threads)};
   Result<Partition> partition = fabricable_partition(std::move(labels), artwork.width, artwork.height, wanted, stop);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stop_token>
 
+#include "planner/layout/fabrication.h"
 #include "planner/layout/mosaic.h"
 #include "planner/layout/partition.h"
 #include "planner/plan.h"
@@ -16,8 +17,11 @@ struct FreeLayout {
   std::optional<MosaicFigures> mosaic;
 };
 
-// `options.layout` is not kGrid; the artwork's pictures are as check_input() wants them. A pure function of these,
-// whatever the number of threads. kCancelled: a stop was requested.
+// What faces of a layout that is no straight grid keep to: handy, and no mere slivers of a patch.
+FabricationLimits face_limits(const PlanOptions& options);
+
+// `options.layout` is kMosaic or kSegmentation; the artwork's pictures are as check_input() wants them. A pure function
+// of these, whatever the number of threads. kCancelled: a stop was requested.
 Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
                                const std::stop_token& stop);
 

@@ -13,6 +13,7 @@
 #include "planner/cancelled.h"
 #include "planner/layout/adaptive_grid.h"
 #include "planner/matching/kernels.h"
+#include "planner/morph/morphed_grid.h"
 #include "planner/parallel.h"
 #include "planner/pictures/features.h"
 #include "planner/problem/free_layout.h"
@@ -21,6 +22,8 @@
 
 namespace veneer::planner {
 namespace {
+
+constexpr Millimetres kHandySize{5};  // what is smaller gets lost (paper, section 4.1)
 
 // Windows of patches that differ by the rounding of their borders share a class.
 WindowClass common_class(const std::vector<const MatchPatch*>& patches) {
@@ -120,7 +123,7 @@ class Squares {
   // alike, so that a layout with as many windows as patches has few indexes.
   using Size = std::tuple<int, int, int>;
   static Size size_of(const Patch& patch, const PatchPixels& pixels) {
-    if (patch.number == Patch::kInGrid && patch.outline.size() == 4) return {patch.cells, 0, 0};
+    if (patch.number == Patch::kInGrid && patch.outline.size() == 4 && pixels.filled()) return {patch.cells, 0, 0};
     constexpr double kAlike = 2.2;
     const auto step = [&](int pixels_wide) {
       return 1 + static_cast<int>(std::log(std::max(1, pixels_wide)) / std::log(kAlike));
@@ -184,14 +187,46 @@ void note_figures(const MosaicFigures& figures, double seconds, std::optional<Mo
   all.straddling = std::max(all.straddling, figures.straddling);
 }
 
+void note_figures(const MorphFigures& figures, double seconds, std::optional<MorphReport>& report) {
+  if (!report) report = MorphReport{{}, {}, figures.edges_before, figures.edges_after, 0, 0};
+  if (figures.edges_after < report->edges_after)
+    report->edges_before = figures.edges_before, report->edges_after = figures.edges_after;
+  report->mean_move = std::max(report->mean_move, figures.mean_move);
+  report->most_move = std::max(report->most_move, figures.most_move);
+  report->relaxed += figures.relaxed, report->seconds += seconds;
+}
+
+Result<std::vector<PatchTree>> morphed_cells(const Artwork& artwork, const PlanOptions& options, WorkingArtwork& work,
+                                             Problem& problem, const std::stop_token& stop) {
+  const Stopwatch watch;
+  const MorphOptions wanted{options.patch, face_limits(options), std::min(kHandySize, options.patch / 2),
+                            options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+                            threads_meant(options.threads)};
+  Result<MorphedGrid> made = morphed_grid(artwork.picture, work.tones, artwork.width, work.grid, wanted, stop);
+  if (!made.ok()) return made.error();
+  note_figures(made->figures, watch.seconds(), problem.morph);
+  std::vector<PatchTree> out;
+  for (Patch& cell : grid_layout(artwork.width, artwork.height, options.patch)) {
+    cell.outline = outline_of(made->partition, out.size());
+    out.push_back({std::move(cell), {}});
+  }
+  work.layout = std::move(made->partition), work.lines = std::move(made->lines);
+  return out;
+}
+
+// The layout without rows that an earlier plan has of the artwork; null: none.
+const KeptLayout* kept_free(const Artwork& artwork, const PlanOptions& options) {
+  const auto kept = std::find_if(options.kept_layouts.begin(), options.kept_layouts.end(),
+                                 [&](const KeptLayout& it) { return it.letter == artwork.letter && it.is_free; });
+  return kept != options.kept_layouts.end() ? &*kept : nullptr;
+}
+
 // The layout without rows that an earlier plan has of the artwork, or that the options ask for; none: it is a grid.
 Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, const PlanOptions& options,
                                                      SaliencyMaps& saliency, Problem& problem,
                                                      const std::stop_token& stop) {
-  const auto kept = std::find_if(options.kept_layouts.begin(), options.kept_layouts.end(),
-                                 [&](const KeptLayout& it) { return it.letter == artwork.letter && it.is_free; });
-  if (kept != options.kept_layouts.end()) return std::optional(kept->layout);
-  if (options.layout == LayoutKind::kGrid) return std::optional<Partition>();
+  if (const KeptLayout* kept = kept_free(artwork, options)) return std::optional(kept->layout);
+  if (options.layout == LayoutKind::kGrid || options.layout == LayoutKind::kMorph) return std::optional<Partition>();
   const Stopwatch watch;
   Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
   if (!made.ok()) return made.error();
@@ -224,6 +259,10 @@ Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanO
   bool is_fixed = !fixed->empty();
   if (is_fixed) {
     layout = *fixed;
+  } else if (options.layout == LayoutKind::kMorph && kept_free(artwork, options) == nullptr) {
+    Result<std::vector<PatchTree>> cells = morphed_cells(artwork, options, problem.artworks[index], problem, stop);
+    if (!cells.ok()) return cells.error();
+    layout = std::move(*cells), is_fixed = true;
   } else {
     Result<std::optional<Partition>> free = layout_without_rows(artwork, options, saliency, problem, stop);
     if (!free.ok()) return free.error();
@@ -271,7 +310,8 @@ Problem& Problem::operator=(Problem&&) noexcept = default;
 Problem::~Problem() = default;
 
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options, const std::stop_token& stop, SaliencyMaps* maps) {
+                             const PlanOptions& options, const std::stop_token& stop, SaliencyMaps* maps,
+                             const std::function<void(std::string_view)>& doing) {
   if (Status status = check_input(artworks, stock, options); !status.ok()) return status.error();
   SaliencyMaps fresh;
   SaliencyMaps& saliency = maps != nullptr ? *maps : fresh;
@@ -295,6 +335,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
   std::vector<bool> of_one_size;  // squares that may be cut otherwise are not
   for (std::size_t a = 0; a < artworks.size(); ++a) {
     if (stop.stop_requested()) return cancelled();
+    if (doing && options.layout != LayoutKind::kGrid) doing(fmt::format("laying out \"{}\"", artworks[a].name));
     Result<Layout> layout = squares_of(artworks[a], a, options, all_turns, saliency, problem, stop);
     if (!layout.ok()) return layout.error();
     std::vector<TaskTree>& own = layout->squares;

@@ -1,10 +1,12 @@
 // A planning problem at the working resolution: everything the matcher needs, checked.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "planner/layout/grid.h"
@@ -36,6 +38,7 @@ struct Problem {
   std::vector<TaskTree> squares;
   double entries_per_unit = 1;
   std::optional<MosaicReport> mosaic;
+  std::optional<MorphReport> morph;
 
   Problem();
   Problem(Problem&&) noexcept;
@@ -61,10 +64,11 @@ inline constexpr int kSmallestPatch = 3;  // working pixels
 
 // kInvalidArgument: see make_plan. Without looking at a pixel.
 Status check_input(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options);
-// The same, and kCancelled: within some tens of milliseconds of the stop request.
+// The same, and kCancelled: within some tens of milliseconds of the stop request. `doing`, if given, gets a short
+// phrase, on the calling thread, before what takes seconds.
 Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const StockPanel> stock,
-                             const PlanOptions& options, const std::stop_token& stop = {},
-                             SaliencyMaps* maps = nullptr);
+                             const PlanOptions& options, const std::stop_token& stop = {}, SaliencyMaps* maps = nullptr,
+                             const std::function<void(std::string_view)>& doing = {});
 
 // Rotations k * 360 / n degrees.
 std::vector<Radians> turns(int rotations);

@@ -409,11 +409,11 @@ TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
 }
 
 TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
-  expect_unusable(usual() + " --layout morph", "layout must be grid, mosaic or segmentation, not \"morph\"");
+  expect_unusable(usual() + " --layout voronoi", "layout must be grid, morph, mosaic or segmentation, not \"voronoi\"");
   expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
   expect_unusable(usual() + " --layout segmentation", "add --segmentation with a picture");
   expect_unusable(usual() + " --layout mosaic --adaptive-levels 1", "leave them at 0, or choose the layout grid");
-  expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid");
+  expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid or morph");
 }
 
 TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
@@ -431,6 +431,24 @@ TEST_F(PlanCommand, CutsAPictureIntoAMosaicAndKeepsIt) {
   EXPECT_LT(report["mosaic"]["mean_move_px"], 0.1);
   EXPECT_TRUE(fs::exists(path("out/cut-P.svg")) && fs::exists(path("out/preview.png")));
   // Kept without a word of its layout, it is the same plan.
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanCommand, MorphsAGridRefinesAndKeepsIt) {
+  const Outcome outcome = plan(usual() + " --layout morph --refine dp --min-width-mm 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json"), report = json("out/report.json");
+  ASSERT_EQ(plan_json["layouts"].size(), 1U);
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    const int row = piece["row"], column = piece["col"];
+    EXPECT_EQ(piece["id"], "A" + std::to_string(row + 1) + "-" + std::to_string(column + 1));
+  }
+  EXPECT_GE(report["morph"]["edges_after"], report["morph"]["edges_before"]);
+  EXPECT_LE(report["refined"]["cost"], report["refined"]["cost_before"]);
   const std::string before = text("out/plan.json");
   fs::rename(path("out"), path("first"));
   const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));

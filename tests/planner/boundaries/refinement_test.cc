@@ -92,7 +92,8 @@ RC_GTEST_PROP(Refinement, PiecesCanBeMadeCoverThePictureAndTakeNoWoodTwice, ()) 
   options.curves = *rc::gen::element(Curves::kG0, Curves::kG1);
   options.overlap = Millimetres(*rc::gen::inRange(0, 40) / 10.0);
   options.rematch = *rc::gen::inRange(0, 2);
-  options.adaptive_levels = *rc::gen::inRange(0, 2);
+  options.layout = *rc::gen::element(LayoutKind::kGrid, LayoutKind::kMorph);
+  options.adaptive_levels = options.layout == LayoutKind::kGrid ? *rc::gen::inRange(0, 2) : 0;
   options.adaptive_factor = 1.6;
   const std::vector<StockPanel> stock{wood_panel("P", 130, 100, 50.8, seed), wood_panel("Q", 80, 90, 45, seed + 9)};
   const Plan plan = planned({blob_artwork("A", 40, 52, 31_mm, seed + 1)}, stock, options);

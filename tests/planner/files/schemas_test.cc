@@ -67,6 +67,15 @@ TEST(Schemas, SayWhatAPlanWithRefinedBordersSays) {
   expect_published(plan);
 }
 
+TEST(Schemas, SayWhatAPlanWithAMorphedGridSays) {
+  PlanOptions options = coarse_options();
+  options.patch = 6_mm, options.layout = LayoutKind::kMorph;
+  const Plan plan = planned(options, 24_mm);
+  ASSERT_TRUE(plan.morph.has_value());
+  ASSERT_FALSE(plan.layouts.empty());
+  expect_published(plan);
+}
+
 TEST(Schemas, RefuseWhatIsNotAPlan) {
   const json good = json::parse(plan_to_json(planned(coarse_options(), 20_mm)));
   ASSERT_THAT(schema_errors(good, "plan.schema.json"), IsEmpty());

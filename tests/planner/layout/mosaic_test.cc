@@ -13,6 +13,7 @@
 #include "planner/layout/direction_field.h"
 #include "planner/layout/fabricable_partition.h"
 #include "planner/layout/label_regions.h"
+#include "tests/planner/layout/partition_checks.h"
 
 namespace veneer::planner {
 namespace {
@@ -31,38 +32,6 @@ cv::Mat random_labels(cv::Size size, int sites, int specks, std::uint64_t seed) 
                 {random.uniform(0, 9), random.uniform(0, 9)}, random.uniform(0, 180), 0, 360,
                 cv::Scalar(1000 + random.uniform(0, 5)), random.uniform(1, 3));
   return labels;
-}
-
-// Faces cover the artwork once: each edge is used by the faces beside it, one in each direction, each face is simple,
-// and areas add up.
-void expect_exact_cover(const Partition& partition) {
-  std::vector<int> forwards(partition.edges.size()), backwards = forwards;
-  double area = 0;
-  for (std::size_t f = 0; f < partition.faces.size(); ++f) {
-    const std::vector<DirectedEdge>& boundary = partition.faces[f].boundary;
-    for (std::size_t i = 0; i < boundary.size(); ++i) {
-      const DirectedEdge &it = boundary[i], &next = boundary[(i + 1) % boundary.size()];
-      ++(it.backwards ? backwards : forwards)[it.edge];
-      const auto &a = partition.edges[it.edge].curve, &b = partition.edges[next.edge].curve;
-      RC_ASSERT((it.backwards ? a.front() : a.back()) == (next.backwards ? b.back() : b.front()));
-      RC_ASSERT((it.backwards ? partition.edges[it.edge].right : partition.edges[it.edge].left) == f);
-    }
-    area += signed_area(outline_of(partition, f));
-  }
-  for (std::size_t e = 0; e < partition.edges.size(); ++e) {
-    RC_ASSERT(forwards[e] == (partition.edges[e].left == PartitionEdge::kOutside ? 0 : 1));
-    RC_ASSERT(backwards[e] == (partition.edges[e].right == PartitionEdge::kOutside ? 0 : 1));
-  }
-  RC_ASSERT(std::abs(area - (partition.width * partition.height).count()) < 1e-6 * area);
-}
-
-// Simply connected, and nothing too thin or too small.
-void expect_fabricable(const Partition& partition, const FabricationLimits& limits) {
-  for (std::size_t f = 0; f < partition.faces.size(); ++f) {
-    const Ring<ArtworkFrame> outline = outline_of(partition, f);
-    RC_ASSERT(signed_area(outline) > 0);
-    RC_ASSERT(!fault_of(outline, limits).has_value());
-  }
 }
 
 RC_GTEST_PROP(FabricablePartition, OfAnyLabelsCoversTheArtworkInPiecesThatCanBeCut, ()) {

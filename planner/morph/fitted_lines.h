@@ -1,0 +1,36 @@
+// The lines of a morphed grid: splines through its vertices, fitted to the picture's edges (paper, section 3.4).
+//
+// The paper fits curves to the edge image where one runs near. Here a line goes where the patches on both of its sides
+// become as uniform in tone as they can, which is at the picture's edges, by the dynamic programming of the refinement
+// (cut_lines.h) with each patch's own tone in place of wood. Between, a line is as straight as it can be. So
+// curves are smooth across vertices (of second order, G2), and lines turn by at most 40 degrees. Pixels of one raster
+// over the artwork, y down. Pure functions, the same for any number of threads.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <stop_token>
+
+#include "base/result.h"
+#include "planner/boundaries/cut_lines.h"
+#include "planner/morph/spring_grid.h"
+
+namespace veneer::planner {
+
+// The lines of the straight grid, in order: upright ones from the left, then level ones from above. Faces are in
+// reading order.
+CutLines grid_lines(const GridSize& size, cv::Size raster);
+
+// Natural cubic splines through the vertices.
+CutLines lines_through(const SpringGrid& grid, CutLines straight);
+
+struct FitOptions {
+  double reach = 0;  // how far lines may come from where the straight grid has them
+  double gap = 0;    // least width of a patch, straight across
+  int threads = 1;
+};
+
+// `tones`: CV_32FC1 of the raster's size, any scale. kCancelled: a stop was requested.
+Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const FitOptions& options,
+                                 const std::stop_token& stop = {});
+
+}  // namespace veneer::planner

@@ -1,0 +1,45 @@
+// A-priori grid morphing (paper, section 3.4, equations 5 to 7, figure 7): a grid whose lines follow the picture's
+// edges before wood is chosen, and whose cells can all be cut.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <stop_token>
+
+#include "base/result.h"
+#include "planner/boundaries/cut_lines.h"
+#include "planner/layout/bezier_fit.h"
+#include "planner/layout/fabrication.h"
+#include "planner/layout/partition.h"
+#include "planner/matching/lattice.h"
+
+namespace veneer::planner {
+
+struct MorphOptions {
+  Millimetres patch{14};  // wished side of a patch, as grid_size() takes it
+  FabricationLimits limits;
+  Millimetres size{5};  // patches hold a disc of this diameter, where squares do
+  Smoothness smoothness = Smoothness::kG0;
+  int threads = 1;
+};
+
+struct MorphFigures {
+  Millimetres mean_move{0}, most_move{0};    // of the grid's vertices from where the straight grid has them
+  double edges_before = 0, edges_after = 0;  // share of the edges' pixels within a pixel of a border
+  std::size_t relaxed = 0;                   // cells that were drawn back towards the straight grid, to be fabricable
+  friend bool operator==(const MorphFigures&, const MorphFigures&) = default;
+};
+
+struct MorphedGrid {
+  Partition partition;  // faces in reading order of the grid: row by row
+  CutLines lines;       // the same in pixels of `grid`, faces alike
+  MorphFigures figures;
+};
+
+// `bgr`: the picture, CV_8UC3 of any size. `tones`: CV_8UC1 over `grid`, what wood is looked for. Cells that are not
+// fabricable are relaxed until all are. The grid is straight to the last bit where the picture has no edges, and where
+// its squares are not fabricable either. A pure function of its arguments, whatever the number of threads. kCancelled:
+// a stop was requested.
+Result<MorphedGrid> morphed_grid(const cv::Mat& bgr, const cv::Mat& tones, Millimetres width, const PixelGrid& grid,
+                                 const MorphOptions& options, const std::stop_token& stop = {});
+
+}  // namespace veneer::planner

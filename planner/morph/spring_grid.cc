@@ -1,0 +1,120 @@
+#include "planner/morph/spring_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::planner {
+namespace {
+
+// m = 1. A vertex alone is held by eight springs, a line that moves as a whole by far weaker ones.
+constexpr double kEdgeWeight = 3;   // w, in spacings
+constexpr double kDamping = 4;      // gamma
+constexpr double kEulerStep = 0.1;  // of Euler's method
+constexpr double kAtRest = 0.005;   // pixels a step
+constexpr int kMostSteps = 1500;
+constexpr double kMostLean = 0.5;  // most, of a border between two vertices
+
+// The slope of P across the lines, CV_32FC1: along x of upright edges, along y of level ones.
+cv::Mat slope_of(const cv::Mat& edges, double reach, bool along_x) {
+  cv::Mat distance, slope;
+  cv::distanceTransform(~edges, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::Mat potential = cv::min(distance, reach);
+  // At an edge itself the slope jumps from -1 to 1, about which a vertex would swing for ever.
+  cv::GaussianBlur(potential, potential, {}, 1.5);
+  cv::Sobel(potential, slope, CV_32F, along_x ? 1 : 0, along_x ? 0 : 1, 3, 1.0 / 8);
+  return slope;
+}
+
+double bilinear(const cv::Mat& map, const PlanePoint& p) {
+  const double x = std::clamp(p.x - 0.5, 0.0, map.cols - 1.0), y = std::clamp(p.y - 0.5, 0.0, map.rows - 1.0);
+  const int c = std::min(static_cast<int>(x), map.cols - 2), r = std::min(static_cast<int>(y), map.rows - 2);
+  const double s = x - c, t = y - r;
+  const auto value = [&](int row, int column) { return static_cast<double>(map.at<float>(row, column)); };
+  return (1 - t) * ((1 - s) * value(r, c) + s * value(r, c + 1)) +
+         t * ((1 - s) * value(r + 1, c) + s * value(r + 1, c + 1));
+}
+
+class Springs {
+ public:
+  Springs(const GridSize& size, double width, double height, const EdgeImage& edges)
+      : rows_(size.rows), columns_(size.columns), dx_(width / size.columns), dy_(height / size.rows) {
+    slope_x_ = slope_of(edges.upright, dx_ / 2, true), slope_y_ = slope_of(edges.level, dy_ / 2, false);
+    for (int r = 0; r <= rows_; ++r)
+      for (int c = 0; c <= columns_; ++c)
+        home_.push_back({width * (static_cast<double>(c) / columns_), height * (static_cast<double>(r) / rows_)});
+    // Displacements, not places: springs of equal neighbours cancel to the last bit.
+    moved_.assign(home_.size(), {}), speed_ = moved_;
+  }
+
+  SpringGrid run() {
+    for (int step = 0; step < kMostSteps && advance() > kAtRest; ++step) {
+    }
+    limit_leans();
+    SpringGrid out{{rows_, columns_}, home_};
+    for (std::size_t i = 0; i < home_.size(); ++i) out.vertices[i].x += moved_[i].x, out.vertices[i].y += moved_[i].y;
+    return out;
+  }
+
+ private:
+  std::size_t number(int row, int column) const { return static_cast<std::size_t>(row * (columns_ + 1) + column); }
+
+  // One step of Euler's method for all vertices. Returns how far the fastest goes.
+  double advance() {
+    std::vector<PlanePoint> next = moved_;
+    double farthest = 0;
+    for (int r = 0; r <= rows_; ++r)
+      for (int c = 0; c <= columns_; ++c) {
+        const std::size_t i = number(r, c);
+        PlanePoint force;
+        for (int dr = -1; dr <= 1; ++dr)
+          for (int dc = -1; dc <= 1; ++dc) {
+            if (r + dr < 0 || r + dr > rows_ || c + dc < 0 || c + dc > columns_) continue;
+            const PlanePoint& neighbour = moved_[number(r + dr, c + dc)];
+            force.x += neighbour.x - moved_[i].x, force.y += neighbour.y - moved_[i].y;
+          }
+        const PlanePoint here{home_[i].x + moved_[i].x, home_[i].y + moved_[i].y};
+        force.x -= kEdgeWeight * dx_ * bilinear(slope_x_, here);
+        force.y -= kEdgeWeight * dy_ * bilinear(slope_y_, here);
+        PlanePoint& v = speed_[i];
+        // Damping is taken implicitly, which holds at any step.
+        v.x = c == 0 || c == columns_ ? 0 : (v.x + kEulerStep * force.x) / (1 + kEulerStep * kDamping);
+        v.y = r == 0 || r == rows_ ? 0 : (v.y + kEulerStep * force.y) / (1 + kEulerStep * kDamping);
+        next[i].x = std::clamp(moved_[i].x + kEulerStep * v.x, -kFarthest * dx_, kFarthest * dx_);
+        next[i].y = std::clamp(moved_[i].y + kEulerStep * v.y, -kFarthest * dy_, kFarthest * dy_);
+        farthest = std::max({farthest, std::abs(next[i].x - moved_[i].x), std::abs(next[i].y - moved_[i].y)});
+      }
+    moved_ = std::move(next);
+    return farthest;
+  }
+
+  // Vertices whose border leans too far give way to each other, both by half.
+  void limit_leans() {
+    const auto ease = [](double& a, double& b, double most) {
+      const double beyond = std::abs(b - a) - most;
+      if (beyond <= 0) return;
+      const double half = b > a ? beyond / 2 : -beyond / 2;
+      a += half, b -= half;
+    };
+    constexpr int kPasses = 50;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      for (int r = 0; r < rows_; ++r)
+        for (int c = 1; c < columns_; ++c) ease(moved_[number(r, c)].x, moved_[number(r + 1, c)].x, kMostLean * dy_);
+      for (int r = 1; r < rows_; ++r)
+        for (int c = 0; c < columns_; ++c) ease(moved_[number(r, c)].y, moved_[number(r, c + 1)].y, kMostLean * dx_);
+    }
+  }
+
+  int rows_, columns_;
+  double dx_, dy_;
+  cv::Mat slope_x_, slope_y_;
+  std::vector<PlanePoint> home_, moved_, speed_;
+};
+
+}  // namespace
+
+SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges) {
+  return Springs(size, width, height, edges).run();
+}
+
+}  // namespace veneer::planner
