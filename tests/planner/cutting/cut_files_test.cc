@@ -292,7 +292,7 @@ TEST_F(CutFiles, NoNameCanBreakAFile) {
 }
 
 TEST_F(CutFiles, TellInOneSentenceHowManyMarksFoundNoRoom) {
-  const Plan plan = plan_of(5_mm, 20_mm);
+  const Plan plan = plan_of(3.5_mm, 14_mm);
   const auto drawing = draw_cuts(plan, plan.panels[0]);
   ASSERT_TRUE(drawing.ok()) << drawing.error().message;
   ASSERT_EQ(drawing->warnings.size(), 1U);

@@ -31,8 +31,8 @@ Box<BedFrame> box_of(const Mark& mark) {
 }
 
 // Inside the outline, a margin away from its edge.
-void expect_inside(const Mark& mark, const Ring<BedFrame>& outline) {
-  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
+void expect_inside(const Mark& mark, const Ring<BedFrame>& outline, Millimetres margin = 0.8_mm) {
+  const auto inner = offset(Region<BedFrame>(outline), 0.002_mm - margin);
   for (const auto& stroke : mark.strokes)
     for (const auto& p : stroke) EXPECT_TRUE(inner.contains(p));
 }
@@ -79,7 +79,18 @@ TEST(Marks, ShrinkDownToTheLeastHeightAndThenRefuse) {
   ASSERT_TRUE(small.ok());
   EXPECT_LT(small->height.count(), 2.4);
   EXPECT_GE(small->height.count(), 2.0);
-  const auto tiny = lay_out_mark("A3-12", rectangle(0, 0, 6, 6), kUp);
+  const auto small_piece = rectangle(0, 0, 6.5, 6.5);
+  const auto close = lay_out_mark("A3-12", small_piece, kUp);
+  ASSERT_TRUE(close.ok());
+  EXPECT_GE(close->height.count(), 2.0) << "nearer to the outline rather than smaller";
+  expect_inside(*close, small_piece, 0.4_mm);
+  const auto smaller_piece = rectangle(0, 0, 5, 5);
+  const auto smallest = lay_out_mark("A3-12", smaller_piece, kUp);
+  ASSERT_TRUE(smallest.ok());
+  EXPECT_LT(smallest->height.count(), 2.0);
+  EXPECT_GE(smallest->height.count(), 1.4);
+  expect_inside(*smallest, smaller_piece, 0.4_mm);
+  const auto tiny = lay_out_mark("A3-12", rectangle(0, 0, 4, 4), kUp);
   ASSERT_FALSE(tiny.ok());
   EXPECT_EQ(tiny.error().code, ErrorCode::kRefused);
   EXPECT_THAT(tiny.error().message, HasSubstr("A3-12"));
@@ -186,7 +197,7 @@ RC_GTEST_PROP(Marks, StayInsideTheirPieceWithTheMargin, ()) {
     return;
   }
   // A micrometre for the rounding of regions.
-  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.8 + 0.002));
+  const auto inner = offset(Region<BedFrame>(outline), Millimetres(-0.4 + 0.002));
   for (const auto& stroke : mark->strokes)
     for (const auto& p : stroke) RC_ASSERT(inner.contains(p));
 }

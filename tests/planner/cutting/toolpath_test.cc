@@ -115,17 +115,18 @@ TEST(Toolpath, EngravesTheMarkBeforeCuttingThePieceFree) {
 
 TEST(Toolpath, GathersTheMarksThatDoNotFit) {
   std::vector<ToolpathPiece> pieces;
-  for (int i = 1; i <= 10; ++i) pieces.push_back(toolpath_piece(i, bed_square(10 * i, 0, 5), fmt::format("A10-{}", i)));
+  for (int i = 1; i <= 10; ++i)
+    pieces.push_back(toolpath_piece(i, bed_square(10 * i, 0, 3.5), fmt::format("A10-{}", i)));
   const auto path = make_toolpath(pieces, options_with_kerf(0.27));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->warnings, SizeIs(1));
-  EXPECT_THAT(path->warnings[0], HasSubstr("10 marks do not fit on their pieces at 2.0 mm"));
+  EXPECT_THAT(path->warnings[0], HasSubstr("10 marks do not fit on their pieces at 1.4 mm"));
   EXPECT_THAT(path->warnings[0], HasSubstr("A10-1, A10-2"));
   EXPECT_THAT(path->warnings[0], HasSubstr("A10-8 and 2 more"));
 }
 
 TEST(Toolpath, WarnsAboutAMarkThatDoesNotFitAndStillCuts) {
-  const auto path = make_toolpath({toolpath_piece(9, bed_square(0, 0, 5), "A10-12")}, options_with_kerf(0.27));
+  const auto path = make_toolpath({toolpath_piece(9, bed_square(0, 0, 3.5), "A10-12")}, options_with_kerf(0.27));
   ASSERT_TRUE(path.ok());
   ASSERT_THAT(path->warnings, SizeIs(1));
   EXPECT_THAT(path->warnings[0], HasSubstr("A10-12"));
