@@ -16,7 +16,7 @@ constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse 
 constexpr int kTurns = 24;               // a mark may be turned on its piece, in steps of 15 degrees
 constexpr double kMirrorMargin = 0.3;    // in correlation
 constexpr double kComparable = 0.6;      // of a piece's blocks, that another place has too
-constexpr double kRounding = 0.25;       // grey levels: of plain wood, a few blocks differ by no more
+constexpr double kNoise = 0.5;           // grey levels, of a scan: few blocks of plain wood differ by no more
 const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
 const cv::Scalar kTable(40, 40, 40);     // seen through gaps
 constexpr int kFiner = 4;                // joints are narrower than a pixel: edges are drawn this much finer
@@ -220,7 +220,7 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
 
 // Judges the pictures of the laid pieces against the preview. Where places are of unlike shape, what a piece looks more
 // like is told by the blocks that both have; a place that has few of the piece's blocks tells nothing, nor does one
-// that comes nearer by less than pictures of whole grey levels can tell.
+// that comes nearer by less than a scan's noise.
 void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview, std::vector<Laid>& laid,
                     int threads, JobProof& proof) {
   std::vector<BlockMeans> places;
@@ -236,7 +236,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
       const double shared = mine.shared_with(places[k]);
       if (shared < kComparable) continue;
       const auto own = mine.with(place, places[k]), other = mine.with(places[k], place);
-      const double clearly = shared < 1 ? kRounding : 0;
+      const double clearly = shared < 1 || places[k].shared_with(mine) < 1 ? kNoise : 0;
       if (other.correlation <= own.correlation || other.difference >= own.difference - clearly) continue;
       if (looks_like[i] >= 0 && other.correlation <= best.correlation) continue;
       best = other;
