@@ -57,6 +57,19 @@ Result<fs::path> face_of(const fs::path& portrait, const fs::path& out) {
   return file;
 }
 
+// As an operator would who is told that no free wood is left: smaller pieces fit where the first job left scraps.
+Status plan_with_what_is_left(Story& story, StoryJob job) {
+  constexpr double kSmaller = 0.8;
+  constexpr double kSmallestPatch = 6;  // mm: of smaller ones some pieces would be below the paper's 5
+  Status planned = story.plan(job);
+  while (!planned && planned.error().code == ErrorCode::kRefused && job.patch_mm * kSmaller >= kSmallestPatch) {
+    std::printf("%s: %s\n", job.name.c_str(), planned.error().message.c_str());
+    job.size_mm *= kSmaller, job.patch_mm *= kSmaller;
+    planned = story.plan(job);
+  }
+  return planned;
+}
+
 Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_dir) {
   if (Status s = story.calibrate(); !s) return s;
   for (const StoryPanel& panel : {StoryPanel{"large", 420, 280}, StoryPanel{"small", 290, 210}})
@@ -67,7 +80,7 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   const StoryJob jobs[] = {{*face, "portrait", 189, 9, {{"w_hist", "1"}, {"layout", "mosaic"}}},
                            {*face, "second picture", 84, 10, {{"w_hist", "1"}, {"layout", "mosaic"}}}};
   for (const auto& job : jobs) {
-    if (Status s = story.plan(job); !s) return s;
+    if (Status s = plan_with_what_is_left(story, job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;
     if (Status s = story.reconcile(story.jobs().back()); !s) return s;
   }
