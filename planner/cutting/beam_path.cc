@@ -13,6 +13,8 @@ constexpr std::size_t kMostDoors = 8;
 // What rounding may move a vertex by where the same outline lies elsewhere, several times over.
 constexpr Millimetres kMoved{0.005};
 constexpr double kCornerClearance = 0.75;  // mm from a bridge's edge to a corner: the tip of a corner breaks off
+constexpr double kBridgeEnds = 0.3;        // mm of the ring on either side of a bridge that are to lie in line with it
+constexpr double kBridgeSteps = 0.1;       // mm between the places that are looked at
 
 std::vector<std::size_t> corners_of(const Ring<BedFrame>& ring) {
   std::vector<std::size_t> corners;
@@ -196,9 +198,21 @@ std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t 
 std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options) {
   const Walk walk = walk_from(ring, 0);
   const double around = walk.at.back(), least = options.width.count() + 2 * kCornerClearance;
-  // Stretches between corners; a smooth ring is one stretch. Sorted by length, the longest first.
+  // How far the ring bends where a bridge would stand; radians.
+  const auto bend_at = [&](double place) {
+    const double reach = options.width.count() / 2 + kBridgeEnds;
+    double bend = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const double d = std::abs(walk.at[i] - place);
+      if (std::min(d, around - d) <= reach) bend += turn_at(ring, i);
+    }
+    return bend;
+  };
+  // Stretches between corners; a smooth ring is cut into as many as there are to be bridges.
   struct Stretch {
     double from, length;
+    double place = 0;  // of its bridge
+    bool straight = true;
   };
   std::vector<Stretch> stretches;
   const auto corners = corners_of(ring);
@@ -211,8 +225,23 @@ std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOption
     for (int k = 0; k < options.count; ++k)
       stretches.push_back({around * k / std::max(1, options.count), around / std::max(1, options.count)});
   }
-  std::stable_sort(stretches.begin(), stretches.end(),
-                   [](const Stretch& a, const Stretch& b) { return a.length > b.length + 1e-6; });
+  std::erase_if(stretches, [&](const Stretch& stretch) { return stretch.length < least; });
+  // The middle of a stretch, unless it bends there; then the nearest place to it that does not, or the one that bends
+  // least.
+  for (Stretch& stretch : stretches) {
+    const double middle = stretch.from + stretch.length / 2, room = (stretch.length - least) / 2;
+    double least_bend = std::numeric_limits<double>::infinity();
+    for (double aside = 0; aside <= room && least_bend >= kSharp; aside += kBridgeSteps) {
+      for (const double at : {middle - aside, middle + aside}) {
+        const double place = std::fmod(at, around), bend = bend_at(place);
+        if (bend < least_bend - 1e-6) stretch.place = place, least_bend = bend;
+      }
+    }
+    stretch.straight = least_bend < kSharp;
+  }
+  std::stable_sort(stretches.begin(), stretches.end(), [](const Stretch& a, const Stretch& b) {
+    return a.straight != b.straight ? a.straight : a.length > b.length + 1e-6;
+  });
   std::vector<double> places;
   std::vector<bool> used(stretches.size(), false);
   const auto apart = [&](double place) {  // from the nearest bridge so far, along the ring
@@ -224,18 +253,18 @@ std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOption
     return nearest;
   };
   while (static_cast<int>(places.size()) < options.count) {
-    // The first goes to the longest stretch, the next to where it is farthest from those there are.
+    // The first goes to the longest stretch, the next to where it is farthest from those there are; to one that bends
+    // only where there is no other.
     std::size_t best = stretches.size();
     double best_key = -1;
     for (std::size_t k = 0; k < stretches.size(); ++k) {
-      if (used[k] || stretches[k].length < least) continue;
-      const double middle = std::fmod(stretches[k].from + stretches[k].length / 2, around);
-      const double key = places.empty() ? stretches[k].length : apart(middle);
+      if (used[k] || (best < stretches.size() && !stretches[k].straight && stretches[best].straight)) continue;
+      const double key = places.empty() ? stretches[k].length : apart(stretches[k].place);
       if (key > best_key + 1e-6) best = k, best_key = key;
     }
     if (best == stretches.size()) break;
     used[best] = true;
-    places.push_back(std::fmod(stretches[best].from + stretches[best].length / 2, around));
+    places.push_back(stretches[best].place);
   }
   return places;
 }

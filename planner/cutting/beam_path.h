@@ -63,8 +63,9 @@ std::vector<Point<BedFrame>> leads_into(const Ring<BedFrame>& ring, std::size_t 
 // The corners of the ring, at most eight; on a smooth one eight vertices around it.
 std::vector<std::size_t> door_vertices(const Ring<BedFrame>& ring);
 
-// Where bridges stay, as distances along the ring from its first vertex: in the middle of long straight or smooth
-// stretches, never at a corner. Empty when no stretch is long enough.
+// Where bridges stay, as distances along the ring from its first vertex: near the middle of long stretches between
+// corners, where the ring bends little, since a knife cuts them straight and flush. Where it bends everywhere, they
+// stand where it bends least. Empty when no stretch is long enough.
 std::vector<double> bridge_places(const Ring<BedFrame>& ring, const BridgeOptions& options);
 
 // The least distance between two parallels that enclose the ring.

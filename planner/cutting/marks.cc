@@ -15,6 +15,8 @@ namespace {
 // In glyph units, a sixth of the height: room between characters so that burnt lines never touch, under them, and
 // between two lines of them.
 constexpr double kGap = 1.5, kBarDepth = 1.9, kLineGap = 2.2;
+// As long as a capital is high, so that a bar under lines of one character is no stroke of another.
+constexpr double kLeastBar = kGlyphHeight;
 
 struct Text {
   std::vector<std::vector<GlyphPoint>>
@@ -44,6 +46,7 @@ std::optional<Text> compose(std::initializer_list<std::string_view> lines) {
     text.width = std::max(text.width, right);
     baseline -= kGlyphHeight + kLineGap;
   }
+  text.width = std::max(text.width, kLeastBar);
   text.strokes.push_back({{0, -kBarDepth}, {text.width, -kBarDepth}});
   return text;
 }
@@ -99,15 +102,60 @@ bool box_fits(const Turned& outline, GlyphPoint centre, double half_width, doubl
   return true;
 }
 
+double squared_distance(GlyphPoint p, GlyphPoint a, GlyphPoint b) {
+  const double dx = b.x - a.x, dy = b.y - a.y, length = dx * dx + dy * dy;
+  const double t = length > 0 ? std::clamp(((p.x - a.x) * dx + (p.y - a.y) * dy) / length, 0.0, 1.0) : 0;
+  const double x = a.x + t * dx - p.x, y = a.y + t * dy - p.y;
+  return x * x + y * y;
+}
+
+bool cross(GlyphPoint a, GlyphPoint b, GlyphPoint c, GlyphPoint d) {
+  const auto side = [](GlyphPoint p, GlyphPoint q, GlyphPoint r) {
+    return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x) > 0;
+  };
+  return side(a, b, c) != side(a, b, d) && side(c, d, a) != side(c, d, b);
+}
+
+// Whether no stroke comes nearer to the outline than `margin`, which lets corners of the text's box lie outside.
+bool ink_fits(const Turned& outline, GlyphPoint centre, const Text& text, double unit, double margin) {
+  for (const auto& stroke : text.strokes) {
+    const auto at = [&](std::size_t i) {
+      return GlyphPoint{centre.x + (stroke[i].x - text.width / 2) * unit,
+                        centre.y + (stroke[i].y - (text.top - kBarDepth) / 2) * unit};
+    };
+    if (!inside(outline, at(0))) return false;
+    for (std::size_t k = 1; k < stroke.size(); ++k) {
+      const GlyphPoint a = at(k - 1), b = at(k);
+      for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
+        const GlyphPoint &c = outline[j], &d = outline[i];
+        const double nearest = std::min(std::min(squared_distance(a, c, d), squared_distance(b, c, d)),
+                                        std::min(squared_distance(c, a, b), squared_distance(d, a, b)));
+        if (nearest < margin * margin || cross(a, b, c, d)) return false;
+      }
+    }
+  }
+  return true;
+}
+
+// What of a mark keeps its margin from the outline.
+enum class Keeps { kBox, kInk };
+
+struct Room {
+  MarkOptions options;
+  Keeps keeps = Keeps::kBox;
+};
+
 struct Fit {
   GlyphPoint centre;
   double height = 0;
 };
 
-// The greatest height, up to the wanted one, of a text box around this centre.
-double height_at(const Turned& outline, GlyphPoint centre, const Text& text, const MarkOptions& options) {
+// The greatest height, up to the wanted one, of a text around this centre.
+double height_at(const Turned& outline, GlyphPoint centre, const Text& text, const Room& room) {
+  const MarkOptions& options = room.options;
   const auto fits = [&](double height) {
     const double unit = height / kGlyphHeight, margin = options.margin.count();
+    if (room.keeps == Keeps::kInk) return ink_fits(outline, centre, text, unit, margin);
     return box_fits(outline, centre, text.width * unit / 2 + margin, text.height() * unit / 2 + margin);
   };
   double low = options.min_height.count(), high = options.height.count();
@@ -120,7 +168,8 @@ double height_at(const Turned& outline, GlyphPoint centre, const Text& text, con
   return low;
 }
 
-Fit best_fit(const Turned& outline, const Text& text, const MarkOptions& options) {
+Fit best_fit(const Turned& outline, const Text& text, const Room& room) {
+  const MarkOptions& options = room.options;
   GlyphPoint low = outline.front(), high = outline.front();
   for (const GlyphPoint& p : outline) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
@@ -134,7 +183,7 @@ Fit best_fit(const Turned& outline, const Text& text, const MarkOptions& options
   double best_off = 0;
   const auto consider = [&](GlyphPoint centre) {
     if (!inside(outline, centre)) return;
-    const double height = height_at(outline, centre, text, options);
+    const double height = height_at(outline, centre, text, room);
     const double off = std::hypot(centre.x - middle.x, centre.y - middle.y);
     if (height > best.height + 1e-9 || (height > best.height - 1e-9 && height > 0 && off < best_off)) {
       best = {centre, height};
@@ -199,17 +248,19 @@ std::vector<double> turns_for(const Ring<BedFrame>& outline, double up) {
   return turns;
 }
 
-// What is tried one after the other: a good height, less margin, less height.
-std::vector<MarkOptions> rooms_for(const MarkOptions& options) {
-  MarkOptions room = options;
-  room.min_height = std::clamp(options.good_height, options.min_height, options.height);
-  std::vector<MarkOptions> rooms = {room};
-  room.margin = std::min(options.margin, options.min_margin);
-  if (room.margin < options.margin) rooms.push_back(room);
-  if (options.min_height < room.min_height) {
-    room.min_height = options.min_height;
+// What is tried one after the other: a good height, less margin, less height, and at last the ink alone.
+std::vector<Room> rooms_for(const MarkOptions& options) {
+  Room room{options};
+  room.options.min_height = std::clamp(options.good_height, options.min_height, options.height);
+  std::vector<Room> rooms = {room};
+  room.options.margin = std::min(options.margin, options.min_margin);
+  if (room.options.margin < options.margin) rooms.push_back(room);
+  if (options.min_height < room.options.min_height) {
+    room.options.min_height = options.min_height;
     rooms.push_back(room);
   }
+  room.keeps = Keeps::kInk;
+  rooms.push_back(room);
   return rooms;
 }
 
@@ -225,7 +276,7 @@ Result<Mark> lay_out_mark(std::string_view text, const Ring<BedFrame>& outline, 
                  fmt::format("the mark \"{}\" cannot be engraved: only capitals, digits and '-' can", text)};
   if (outline.size() < 3) return Error{ErrorCode::kInvalidArgument, "a piece without an outline cannot carry a mark"};
   const std::vector<double> turns = turns_for(outline, artwork_up.count());
-  for (const MarkOptions& room : rooms_for(options))
+  for (const Room& room : rooms_for(options))
     for (const double turn : turns) {
       const double up = artwork_up.count() + turn;
       const Turned turned = turn_outline(outline, up);

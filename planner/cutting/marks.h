@@ -1,6 +1,7 @@
 // What is engraved on the back of a piece: its mark in a single-line alphabet, over a baseline bar that tells 6 from 9.
 // A mark that does not fit on one line stands on two, broken before its hyphen or in its middle, over one bar. Where it
-// has no room at a height that is read without effort, it moves closer to the outline first, then becomes smaller.
+// has no room at a height that is read without effort, it moves closer to the outline first, then becomes smaller; at
+// last only its ink, not the box around it, keeps away from the outline.
 //
 // Everything is laid out in BedFrame, after bed_from_panel: a panel lies with its back up, so text that reads from left
 // to right in BedFrame, seen from above, reads right on the piece's back. Nothing here mirrors.

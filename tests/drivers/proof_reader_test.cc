@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -33,7 +34,7 @@ cv::Mat engraved(const std::string& text, double height, double angle, bool mirr
       for (const Vec2& p : stroke) width = std::max(width, p.x);
     for (auto& stroke : upper)
       for (Vec2& p : stroke) p.y += 1.37 * height;
-    strokes.back().back().x = width;
+    strokes.back().back().x = std::max(width, height);
     strokes.insert(strokes.begin(), upper.begin(), upper.end());
   }
   for (auto& stroke : strokes) {
@@ -109,6 +110,15 @@ TEST_F(MarkReading, ReadsTheSmallestMarks) {
     const auto mark = reader_->read(engraved(first + "/" + second, 1.4, i * 0.7, false, random()), kPxPerMm);
     ASSERT_TRUE(mark) << first << second;
     EXPECT_EQ(mark->text, first + second);
+  }
+}
+
+TEST_F(MarkReading, ReadsOneCharacterOverAnother) {
+  std::mt19937 random(9);
+  for (int i = 0; i < 26; ++i) {
+    const std::string first(1, static_cast<char>('A' + i)), second = std::to_string(1 + random() % 9);
+    const auto mark = reader_->read(engraved(first + "/" + second, 1.5, i * 0.7, false, random()), kPxPerMm);
+    EXPECT_EQ(mark ? mark->text : "nothing", first + second);
   }
 }
 

@@ -73,6 +73,18 @@ struct Bar {
   int label = 0;
 };
 
+// From one side of it to the other, wherever it is thickest: an I is no bar, for its feet.
+double thickness_of(const Bar& bar, const cv::Mat& labels, const cv::Rect& box) {
+  double low = 0, high = 0;
+  for (int y = box.y; y < box.br().y; ++y)
+    for (int x = box.x; x < box.br().x; ++x) {
+      if (labels.at<int>(y, x) != bar.label) continue;
+      const double aside = (cv::Point2d(x, y) - bar.centre).cross(bar.along);
+      low = std::min(low, aside), high = std::max(high, aside);
+    }
+  return high - low;
+}
+
 std::optional<Bar> find_bar(const cv::Mat& labels, const cv::Mat& stats, int count, double px_per_mm) {
   std::optional<Bar> best;
   double longest = kLeastBar * px_per_mm;
@@ -83,12 +95,13 @@ std::optional<Bar> find_bar(const cv::Mat& labels, const cv::Mat& stats, int cou
     const cv::Moments m = cv::moments(labels(box) == label, true);
     const double angle = 0.5 * std::atan2(2 * m.mu11, m.mu20 - m.mu02);
     const double spread = std::hypot(m.mu20 - m.mu02, 2 * m.mu11);
-    // Of a filled bar: variances length^2 / 12 along and thickness^2 / 12 across.
+    // Of a filled bar the variance along it is length^2 / 12.
     const double length = std::sqrt(6 * (m.mu20 + m.mu02 + spread) / m.m00);
-    const double across = std::sqrt(std::max(0.0, 6 * (m.mu20 + m.mu02 - spread) / m.m00));
-    if (length < longest || across > kBarThickness * px_per_mm) continue;
+    if (length < longest) continue;
+    const Bar bar{{box.x + m.m10 / m.m00, box.y + m.m01 / m.m00}, {std::cos(angle), std::sin(angle)}, label};
+    if (thickness_of(bar, labels, box) > kBarThickness * px_per_mm) continue;
     longest = length;
-    best = Bar{{box.x + m.m10 / m.m00, box.y + m.m01 / m.m00}, {std::cos(angle), std::sin(angle)}, label};
+    best = bar;
   }
   return best;
 }

@@ -113,6 +113,26 @@ TEST(Marks, StandOnTwoLinesOverOneBarWhereOneLineFindsNoRoom) {
   EXPECT_GT(box_of(*counted).height().count(), 2.5 * counted->height.count());
 }
 
+// A small piece of a mosaic: no box finds room below its bow, but beside the top of an A there is.
+TEST(Marks, KeepOnlyTheirInkInsideWhereNoBoxFits) {
+  const Ring<BedFrame> arch = {point<BedFrame>(6.0, 0.1), point<BedFrame>(6.6, 5.5), point<BedFrame>(4.2, 5.1),
+                               point<BedFrame>(3.9, 3.6), point<BedFrame>(3.5, 2.8), point<BedFrame>(3.0, 2.5),
+                               point<BedFrame>(2.5, 2.8), point<BedFrame>(2.1, 3.8), point<BedFrame>(1.8, 5.0),
+                               point<BedFrame>(0.8, 4.3), point<BedFrame>(0, 1.1),   point<BedFrame>(3.3, 0)};
+  const auto mark = lay_out_mark("A6", arch, kUp);
+  ASSERT_TRUE(mark.ok()) << mark.error().message;
+  EXPECT_GE(mark->height.count(), 1.4);
+  expect_inside(*mark, arch, 0.4_mm);
+}
+
+TEST(Marks, HaveABarThatIsNoShorterThanACapitalIsHigh) {
+  const auto mark = lay_out_mark("A5", rectangle(0, 0, 2.5, 6), kUp);
+  ASSERT_TRUE(mark.ok()) << mark.error().message;
+  EXPECT_GT(box_of(*mark).height().count(), 2.5 * mark->height.count()) << "two lines of one character";
+  const auto& bar = mark->strokes.back();
+  EXPECT_GE(distance(bar[0], bar[1]).count(), mark->height.count() - 1e-9);
+}
+
 TEST(Marks, TurnAQuarterOnPiecesTooNarrowForThem) {
   const auto mark = lay_out_mark("A3-12", rectangle(0, 0, 5, 14), kUp);
   ASSERT_TRUE(mark.ok());

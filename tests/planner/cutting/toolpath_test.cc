@@ -261,6 +261,30 @@ TEST(Toolpath, HoldsSmallPiecesByBridgesAwayFromTheirCorners) {
   EXPECT_EQ(make_toolpath({toolpath_piece(1, bed_square(10, 10, 6))}, off)->pieces[0].bridges, 0U);
 }
 
+// The middle of a horseshoe's longest side is the narrow bow within, where a knife could not cut straight across: such
+// a piece of a mosaic hung in its panel, and the ledger called it cut.
+TEST(Toolpath, PutsNoBridgeWhereTheOutlineBends) {
+  Ring<BedFrame> arch = {point<BedFrame>(14.1, 10), point<BedFrame>(17, 10), point<BedFrame>(17, 15.6),
+                         point<BedFrame>(10, 15.6), point<BedFrame>(10, 10), point<BedFrame>(12.9, 10)};
+  for (int i = 0; i <= 12; ++i) {
+    const double angle = kPi - i * kPi / 12;
+    arch.push_back(point<BedFrame>(13.5 + 0.6 * std::cos(angle), 13 + 0.6 * std::sin(angle)));
+  }
+  const auto path = make_toolpath({toolpath_piece(1, arch, "")}, options_with_kerf(0.25));
+  ASSERT_TRUE(path.ok());
+  EXPECT_EQ(path->pieces[0].bridges, 2U);
+  const auto direction = [](const Point<BedFrame>& a, const Point<BedFrame>& b) {
+    return std::atan2((b.y - a.y).count(), (b.x - a.x).count());
+  };
+  ASSERT_GE(path->strokes.size(), 2U);
+  for (std::size_t k = 1; k < path->strokes.size(); ++k) {
+    const auto &before = path->strokes[k - 1].path, &after = path->strokes[k].path;
+    const double across = direction(before.back(), after.front());
+    EXPECT_LT(std::abs(std::remainder(direction(before.end()[-2], before.back()) - across, 2 * kPi)), kPi / 6);
+    EXPECT_LT(std::abs(std::remainder(direction(after[0], after[1]) - across, 2 * kPi)), kPi / 6);
+  }
+}
+
 TEST(Toolpath, WarnsOfASmallPieceThatHasNoRoomForABridge) {
   const auto path = make_toolpath({toolpath_piece(4, bed_square(10, 10, 1.5), "")}, options_with_kerf(0.2));
   ASSERT_TRUE(path.ok());
