@@ -148,7 +148,9 @@ std::vector<Tag<Frame>> detect_tags(const cv::Mat& picture, const TagOptions& op
   apriltag_detector_add_family_bits(detector.get(), family.get(), options.corrected_bits);
   detector->quad_decimate = static_cast<float>(options.decimate);
   detector->refine_edges = true;
-  detector->nthreads = options.threads;
+  // libapriltag 3.3's pool of threads may read a task while the list of tasks moves, and then jumps anywhere
+  // (github.com/AprilRobotics/apriltag/pull/339). With one thread there is no pool.
+  detector->nthreads = 1;
 
   image_u8_t view{grey.cols, grey.rows, static_cast<int>(grey.step[0]), grey.data};
   const std::unique_ptr<zarray_t, DetectionsDeleter> found(apriltag_detector_detect(detector.get(), &view));

@@ -6,7 +6,7 @@
 // found.
 //
 // Accuracy: corners within 0.05 px of the truth on a sharp scan; at 300 dpi that is 4 um.
-// Threads: every call owns its detector, so calls may run at the same time; one call uses `threads` threads.
+// Threads: every call owns its detector, so calls may run at the same time; each keeps to the thread that makes it.
 // The only user of libapriltag's detector is tag_detector.cc.
 #pragma once
 
@@ -28,9 +28,8 @@ struct Tag {
 
 struct TagOptions {
   // Quads are searched on the picture divided by this, corners are then refined on the full picture. 2 finds tags from
-  // about 30 px upwards; 4 wants 80 px and takes 0.5 s for a scan of 13 megapixels on 2 cores.
+  // about 30 px upwards; 4 wants 80 px.
   double decimate = 2;
-  int threads = 2;
   int corrected_bits = 1;
   double min_decision_margin = 25;
 };
