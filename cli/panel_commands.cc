@@ -1,6 +1,8 @@
-// panel scan|list|show|ledger, calibrate, certificates.
+// panel scan|list|show|registration|ledger|scans|revert|retire|restore, calibrate, certificates.
 #include <memory>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "cli/command_context.h"
 #include "cli/render.h"
@@ -28,6 +30,13 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   });
 }
 
+void leave_out_retired(json& reply) {
+  json in_stock = json::array();
+  for (json& panel : reply["panels"])
+    if (panel.value("retired", json()).is_null()) in_stock.push_back(std::move(panel));
+  reply["panels"] = std::move(in_stock);
+}
+
 void add_panel_show(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, map, stock;
@@ -43,6 +52,51 @@ void add_panel_show(CLI::App& panel, CommandContext& context) {
     if (view) save_parts(context, target, {{options->map, "/map.png"}, {options->stock, "/stock.png"}});
     context.finish(view, render_panel);
   });
+}
+
+// Nothing seen is final: a scan can be taken back, a panel leave the stock.
+void add_corrections(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, reason;
+    std::optional<int> version;
+  };
+  const auto command = [&panel](const char* name, const char* help) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* added = panel.add_subcommand(name, help);
+    added->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+    return std::pair(added, options);
+  };
+  const auto target = [](const Options& options, const char* what) {
+    return "/panels/" + url_encode(options.id) + "/" + what;
+  };
+
+  const auto [scans, of_scans] = command("scans", "What its wood was seen as, scan by scan");
+  scans->callback([of_scans = of_scans, target, &context] {
+    context.finish(context.client().get(target(*of_scans, "masks")), render_masks);
+  });
+
+  const auto [revert, of_revert] =
+      command("revert", "Take the last scan back: what the one before it showed counts again");
+  revert->add_option("--to", of_revert->version, "Another one, as `panel scans` numbers them")
+      ->check(CLI::PositiveNumber);
+  revert->callback([of_revert = of_revert, target, &context] {
+    json body = json::object();
+    if (of_revert->version) body["version"] = *of_revert->version;
+    context.finish(context.client().post(target(*of_revert, "revert"), body), render_reverted);
+  });
+
+  const auto [retire, of_retire] =
+      command("retire", "Take a panel out of stock; its sheet can be scanned anew as another one");
+  retire->add_option("--reason", of_retire->reason, "Why, as in \"the wrong face was scanned\"")->required();
+  const auto [restore, of_restore] = command("restore", "Put a retired panel back into stock");
+  restore->add_option("--reason", of_restore->reason, "Why");
+  for (const auto& [added, options, what] :
+       {std::tuple(retire, of_retire, "retire"), std::tuple(restore, of_restore, "restore")})
+    added->callback([options = options, what = what, target, &context] {
+      json body = json::object();
+      if (!options->reason.empty()) body["reason"] = options->reason;
+      context.finish(context.client().post(target(*options, what), body), render_retired);
+    });
 }
 
 void add_calibrate(CLI::App& app, CommandContext& context) {
@@ -84,10 +138,16 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
   CLI::App* panel = app.add_subcommand("panel", "Panels and remnants");
   panel->require_subcommand(1);
   add_scan(*panel, context);
-  panel->add_subcommand("list", "All panels")->callback([&context] {
-    context.finish(context.client().get_all("/panels", "panels"), render_panels);
+  const auto retired_too = std::make_shared<bool>(false);
+  CLI::App* list = panel->add_subcommand("list", "All panels in stock");
+  list->add_flag("--all", *retired_too, "Retired ones too");
+  list->callback([retired_too, &context] {
+    auto all = context.client().get_all("/panels", "panels");
+    if (all && !*retired_too) leave_out_retired(*all);
+    context.finish(all, render_panels);
   });
   add_panel_show(*panel, context);
+  add_corrections(*panel, context);
   for (const char* part : {"registration", "ledger"}) {
     const auto id = std::make_shared<std::string>();
     const bool ledger = std::string_view(part) == "ledger";

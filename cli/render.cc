@@ -114,14 +114,25 @@ std::string load_words(const json& load) {
                 "; ");
 }
 
+std::string kind_words(const std::string& kind) {
+  if (kind == "gone_not_booked") return "wood is gone that is not booked as cut";
+  if (kind == "booked_not_gone") return "booked as cut, and still in the panel";
+  return kind;
+}
+
 std::string difference_words(const json& difference) {
   const json& place = member(difference, "place_mm");
   std::string where;
   if (place.is_array() && place.size() == 2 && place[0].is_number() && place[1].is_number()) {
     where = fmt::format("at {:.1f}, {:.1f} mm", place[0].get<double>(), place[1].get<double>());
   }
-  return joined(
-      {text_or(difference, "kind", "?"), where, fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))}, ", ");
+  std::vector<std::string> words = {kind_words(text_or(difference, "kind", "?")), where,
+                                    fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))};
+  if (const json& pieces = member(difference, "pieces"); pieces.is_array())
+    for (const json& piece : pieces)
+      words.push_back(fmt::format("piece {} of job {:.0f}, {}", text_or(piece, "mark", "?"), number_or(piece, "job", 0),
+                                  text_or(piece, "state", "?")));
+  return joined(words, ", ");
 }
 
 // "other_device" as a person says it.
@@ -227,12 +238,15 @@ std::string render_panels(const json& reply) {
   if (!panels.is_array() || panels.empty())
     return "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
   TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
+  std::string retired;
   for (const json& panel : panels) {
     table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
                square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
                millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
+    if (const json& why = member(panel, "retired"); why.is_object())
+      retired += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
   }
-  return table.str();
+  return table.str() + retired;
 }
 
 std::string render_panel(const json& panel) {
@@ -247,7 +261,38 @@ std::string render_panel(const json& panel) {
   text += line("Fit", millimetres(panel, "rms_mm", 3));
   text += line("Remnant of", text_or(panel, "parent", ""));
   text += line("Since", text_or(panel, "created", ""));
+  if (const json& why = member(panel, "retired"); why.is_object())
+    text += line("Retired", text_or(why, "reason", "?") + ", " + text_or(why, "at", ""));
   return text + render_zones(panel);
+}
+
+std::string render_masks(const json& masks) {
+  TextTable table({">VERSION", "MADE", ">USABLE", "WHAT"});
+  const json& versions = member(masks, "versions");
+  if (!versions.is_array()) return "";
+  for (const json& version : versions) {
+    const json& same = member(version, "same_as");
+    table.add({std::to_string(version.value("version", 0)), text_or(version, "made", ""),
+               square_cm(version, "usable_mm2"),
+               joined({&version == &versions.front() ? "counts" : "",
+                       same.is_number() ? fmt::format("version {} again", same.get<int>()) : ""},
+                      ", ")});
+  }
+  return table.str();
+}
+
+std::string render_reverted(const json& reply) {
+  return fmt::format(
+      "Panel {}: version {} counts now, with {} of usable wood. `veneerctl panel scans {}` lists them.\n",
+      text_or(reply, "panel", "?"), reply.value("version", 0), square_cm(reply, "usable_mm2"),
+      text_or(reply, "panel", "?"));
+}
+
+std::string render_retired(const json& reply) {
+  const std::string panel = text_or(reply, "panel", "?");
+  if (member(reply, "retired") == json(true))
+    return fmt::format("Panel {} is out of stock. `veneerctl panel restore {}` puts it back.\n", panel, panel);
+  return fmt::format("Panel {} is in stock.\n", panel);
 }
 
 std::string render_registration(const json& registration) {

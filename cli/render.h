@@ -9,6 +9,9 @@ namespace veneer::cli {
 std::string render_status(const nlohmann::json& status);
 std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
 std::string render_panel(const nlohmann::json& panel);
+std::string render_masks(const nlohmann::json& masks);  // of GET /panels/{id}/masks
+std::string render_reverted(const nlohmann::json& reply);
+std::string render_retired(const nlohmann::json& reply);
 std::string render_registration(const nlohmann::json& registration);
 std::string render_scan_result(const nlohmann::json& result);
 std::string render_calibration(const nlohmann::json& result);

@@ -7,7 +7,7 @@ const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
 
 async function loadPanels() {
   listsAt = performance.now();
-  try { panels = await askAll("/api/v1/panels", "panels"); } catch (fault) { return; }
+  try { panels = (await askAll("/api/v1/panels", "panels")).filter((panel) => !panel.retired); } catch (fault) { return; }
   showPanels();
 }
 

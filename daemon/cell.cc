@@ -156,7 +156,7 @@ void Cell::refresh_counts() {
   database->async(
       [](Repositories& r) {
         Counts counts;
-        if (auto list = r.panels.list()) counts.panels = static_cast<int>(list->size());
+        if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
         if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
         return counts;
       },

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <set>
+#include <string_view>
 
 #include "db/panel_sql.h"
 #include "db/shapes.h"
@@ -15,9 +16,13 @@ namespace {
 
 constexpr const char* kPanelColumns =
     "SELECT p.id, p.name, p.width_um, p.height_um, m.map_file, m.mask_file, m.map_hash, p.created_at, p.parent, "
-    "p.root, m.version, a.usable_um2 FROM panels AS p JOIN masks AS m ON m.panel = p.id AND m.version = "
-    "(SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel AND "
-    "a.version = m.version ";
+    "p.root, m.version, a.usable_um2, r.retired, r.reason, r.at FROM panels AS p JOIN masks AS m ON m.panel = p.id AND "
+    "m.version = (SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel "
+    "AND a.version = m.version LEFT JOIN retirements AS r ON r.id = (SELECT max(id) FROM retirements WHERE panel = "
+    "p.id) ";
+// Of the panel `p`.
+constexpr const char* kIsInStock =
+    "coalesce((SELECT retired FROM retirements WHERE panel = p.id ORDER BY id DESC LIMIT 1), 0) = 0";
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
@@ -42,6 +47,8 @@ PanelRecord read_panel(SQLite::Statement& row) {
   panel.root = {text(row.getColumn(9))};
   panel.mask_version = row.getColumn(10).getInt();
   panel.usable = area_or_null(row.getColumn(11));
+  if (!row.getColumn(12).isNull() && row.getColumn(12).getInt() == 1)
+    panel.retired = Retirement{text(row.getColumn(13)), text(row.getColumn(14))};
   return panel;
 }
 
@@ -80,6 +87,26 @@ void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskR
   SQLite::bind(area, panel.value, mask.version,
                static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
   area.exec();
+}
+
+int newest_mask(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, "SELECT coalesce(max(version), 0) FROM masks WHERE panel = ?");
+  row.bind(1, panel.value);
+  row.executeStep();
+  return row.getColumn(0).getInt();
+}
+
+void insert_retirement(SQLite::Database& connection, const PanelId& panel, bool retired, const std::string& reason,
+                       const std::string& at) {
+  SQLite::Statement insert(connection, "INSERT INTO retirements (panel, retired, reason, at) VALUES (?, ?, ?, ?)");
+  SQLite::bind(insert, panel.value, retired ? 1 : 0, reason, at);
+  insert.exec();
+}
+
+bool is_retired(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, std::string("SELECT 1 FROM panels AS p WHERE id = ? AND ") + kIsInStock);
+  row.bind(1, panel.value);
+  return !row.executeStep();
 }
 
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
@@ -166,11 +193,8 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
 Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    SQLite::Statement next(connection, "SELECT coalesce(max(version), 0) + 1 FROM masks WHERE panel = ?");
-    next.bind(1, panel.value);
-    next.executeStep();
     MaskRecord added = mask;
-    added.version = next.getColumn(0).getInt();
+    added.version = newest_mask(connection, panel) + 1;
     insert_mask(connection, panel, added);
     return added.version;
   });
@@ -192,6 +216,87 @@ Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
   });
 }
 
+Result<int> Panels::revert_mask(const PanelId& panel, int version, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    const int newest = newest_mask(connection, panel);
+    if (version == newest)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("version {} of panel {} is the one that counts already", version, panel.value)};
+    SQLite::Statement row(connection,
+                          "SELECT m.map_file, m.mask_file, m.map_hash, a.usable_um2 FROM masks AS m LEFT JOIN "
+                          "mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? AND "
+                          "m.version = ?");
+    SQLite::bind(row, panel.value, version);
+    if (!row.executeStep())
+      return Error{ErrorCode::kNotFound, fmt::format("panel {} has no version {}: see `veneerctl panel scans {}`",
+                                                     panel.value, version, panel.value)};
+    insert_mask(connection, panel,
+                {newest + 1, text(row.getColumn(0)), text(row.getColumn(1)), text(row.getColumn(2)), at,
+                 area_or_null(row.getColumn(3))});
+    return newest + 1;
+  });
+}
+
+Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    if (is_retired(connection, panel))
+      return Error{ErrorCode::kConflict, fmt::format("panel {} is retired already", panel.value)};
+    SQLite::Statement open(connection,
+                           "SELECT job, state, count(*) FROM allocations WHERE panel = ? AND state IN ('reserved', "
+                           "'cutting', 'suspect') GROUP BY job, state ORDER BY job, state LIMIT 1");
+    open.bind(1, panel.value);
+    if (open.executeStep()) {
+      const int count = open.getColumn(2).getInt();
+      const bool one = count == 1;
+      const std::string_view what = text(open.getColumn(1)) == "suspect"
+                                        ? (one ? "suspect piece" : "suspect pieces")
+                                        : (one ? "piece that is not cut yet" : "pieces that are not cut yet");
+      const std::string_view remedy = text(open.getColumn(1)) == "suspect"
+                                          ? (one ? "settle what became of it" : "settle what became of them")
+                                          : (one ? "cut it, or cancel the job," : "cut them, or cancel the job,");
+      return Error{ErrorCode::kConflict, fmt::format("panel {} holds {} {} of job {}: {} first", panel.value, count,
+                                                     what, open.getColumn(0).getInt64(), remedy)};
+    }
+    insert_retirement(connection, panel, true, reason, at);
+    return Ok();
+  });
+}
+
+Status Panels::restore(const PanelId& panel, const std::string& reason, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    if (!is_retired(connection, panel))
+      return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock", panel.value)};
+    SQLite::Statement other(
+        connection, fmt::format("SELECT p.id, f.number FROM fiducials AS mine JOIN fiducials AS f ON f.kind = "
+                                "'tag' AND f.number = mine.number AND f.panel <> mine.panel JOIN panels AS p ON "
+                                "p.id = f.panel WHERE mine.panel = ? AND mine.kind = 'tag' AND {} LIMIT 1",
+                                kIsInStock));
+    other.bind(1, panel.value);
+    if (other.executeStep())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("panel {} carries tag {} of panel {} and is in stock: retire it first",
+                               text(other.getColumn(0)), other.getColumn(1).getInt(), panel.value)};
+    // The same sheet under another name: what was cut from it there is free in no ledger of this one.
+    SQLite::Statement cut(
+        connection,
+        "SELECT f.panel FROM fiducials AS mine JOIN fiducials AS f ON f.kind = 'tag' AND f.number = "
+        "mine.number AND f.panel <> mine.panel JOIN allocations AS a ON a.panel = f.panel AND a.state "
+        "<> 'released' WHERE mine.panel = ? AND mine.kind = 'tag' LIMIT 1");
+    cut.bind(1, panel.value);
+    if (cut.executeStep())
+      return Error{
+          ErrorCode::kConflict,
+          fmt::format("wood of this sheet was booked under panel {}, which panel {} knows nothing of: restore {} "
+                      "instead, or scan the sheet anew",
+                      text(cut.getColumn(0)), panel.value, text(cut.getColumn(0)))};
+    insert_retirement(connection, panel, false, reason, at);
+    return Ok();
+  });
+}
+
 Result<PanelRecord> Panels::find(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelRecord> {
     SQLite::Statement row(connection, std::string(kPanelColumns) + "WHERE p.id = ?");
@@ -208,6 +313,12 @@ Result<std::vector<PanelRecord>> Panels::list() {
     while (rows.executeStep()) out.push_back(read_panel(rows));
     return out;
   });
+}
+
+Result<std::vector<PanelRecord>> Panels::in_stock() {
+  auto all = list();
+  if (all.ok()) std::erase_if(*all, [](const PanelRecord& panel) { return panel.retired.has_value(); });
+  return all;
 }
 
 Result<std::vector<FiducialRecord>> Panels::fiducials(const PanelId& panel) {
@@ -249,19 +360,6 @@ Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
       scan.taken_at = text(rows.getColumn(9));
     }
     return out;
-  });
-}
-
-Result<PanelId> Panels::panel_with_tag(int tag_id, Face face) {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PanelId> {
-    // A remnant with a record of its own carries its parent's tags; the youngest record is what lies there today.
-    SQLite::Statement row(connection,
-                          "SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE f.kind = 'tag' AND "
-                          "f.number = ? AND f.face = ? ORDER BY p.number DESC LIMIT 1");
-    SQLite::bind(row, tag_id, to_string(face));
-    if (row.executeStep()) return PanelId{text(row.getColumn(0))};
-    return Error{ErrorCode::kNotFound, fmt::format("no known panel carries tag {} on its {} face: scan the panel first",
-                                                   tag_id, to_string(face))};
   });
 }
 

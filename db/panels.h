@@ -19,6 +19,12 @@ namespace veneer::db {
 enum class FiducialKind { kTag, kHole };
 const char* to_string(FiducialKind kind);
 
+// Why and since when a panel is no longer in stock.
+struct Retirement {
+  std::string reason;
+  std::string at;
+};
+
 // One physical sheet, or what is left of it. Width and height are those of the veneer map's bounding box.
 struct PanelRecord {
   PanelId id;  // "P-0001"
@@ -29,8 +35,9 @@ struct PanelRecord {
   std::string map_hash;                     // SHA-256 of the map file
   std::optional<SquareMillimetres> usable;  // what that mask calls usable; nothing while nobody has counted it
   std::string created_at;
-  std::optional<PanelId> parent;  // a remnant's panel before it; null for a fresh sheet
-  PanelId root;                   // the sheet it all came from; a fresh sheet is its own root
+  std::optional<PanelId> parent;      // a remnant's panel before it; null for a fresh sheet
+  PanelId root;                       // the sheet it all came from; a fresh sheet is its own root
+  std::optional<Retirement> retired;  // null while it is in stock
 };
 
 // What a panel's wood looked like and which of it is usable, at one time. Never edited.
@@ -78,14 +85,22 @@ class Panels {
   // A new version of map and mask; its number. The frame, the size, the fiducials and earlier versions stay.
   Result<int> add_mask(const PanelId& panel, const MaskRecord& mask);
   Result<std::vector<MaskRecord>> masks(const PanelId& panel);  // newest first
+  // What `version` showed counts again, as a new version; its number. kNotFound when there is no such version,
+  // kConflict when it is the one that counts.
+  Result<int> revert_mask(const PanelId& panel, int version, const std::string& at);
+
+  // The panel leaves the stock: it is neither planned from nor looked for any more; what was cut from it stays known.
+  // kConflict while pieces of it are reserved, being cut or suspect.
+  Status retire(const PanelId& panel, const std::string& reason, const std::string& at);
+  // And comes back; kConflict when a panel in stock carries one of its tags, or when wood of a panel that carries one
+  // was ever booked: it is the same sheet.
+  Status restore(const PanelId& panel, const std::string& reason, const std::string& at);
 
   Result<PanelRecord> find(const PanelId& panel);  // kNotFound
-  Result<std::vector<PanelRecord>> list();         // in order of id
+  Result<std::vector<PanelRecord>> list();         // in order of id, retired ones too
+  Result<std::vector<PanelRecord>> in_stock();     // in order of id
   Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
   Result<std::vector<ScanRecord>> scans(const PanelId& panel);
-  // The panel that carries this tag on this face (of several the youngest: a remnant keeps its parent's tags);
-  // kNotFound.
-  Result<PanelId> panel_with_tag(int tag_id, Face face);
 
  private:
   Database* database_;

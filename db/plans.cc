@@ -142,8 +142,9 @@ Status check_masks(SQLite::Database& connection, PlanId plan) {
                              "(SELECT max(version) FROM masks WHERE panel = p.panel) ORDER BY panel LIMIT 1");
   outdated.bind(1, plan.value);
   if (!outdated.executeStep()) return Ok();
-  return Error{ErrorCode::kConflict, fmt::format("panel {} was scanned again after this was planned: plan again",
-                                                 text(outdated.getColumn(0)))};
+  return Error{ErrorCode::kConflict,
+               fmt::format("panel {} was scanned again after this was planned, or a scan was taken back: plan again",
+                           text(outdated.getColumn(0)))};
 }
 
 Result<PlanId> Plans::add(const NewPlan& plan, const std::string& at) {

@@ -16,8 +16,8 @@ void bind_routes(Router& router, Cell& cell) {
   });
   bind_unit_routes(router,
                    {*c.runner, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
-  bind_stock_routes(router, {*c.scans, *c.scanner_worker, c.tasks, *c.queries, *c.pictures, c.panel_library,
-                             c.panel_figures, [&c, on_reactor](const std::optional<PanelId>& panel) {
+  bind_stock_routes(router, {*c.scans, *c.scanner_worker, c.tasks, *c.queries, *c.database, *c.pictures,
+                             c.panel_library, c.panel_figures, [&c, on_reactor](const std::optional<PanelId>& panel) {
                                on_reactor([&c, panel] {
                                  c.refresh_counts();
                                  if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});

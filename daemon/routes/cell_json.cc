@@ -12,7 +12,7 @@ json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures)
           {"width_mm", panel.width.count()},
           {"height_mm", panel.height.count()},
           {"usable_mm2", figures.usable},
-          {"free_mm2", std::max(0.0, figures.usable - figures.reserved)},
+          {"free_mm2", figures.free},
           {"reserved_mm2", figures.reserved},
           {"cut_mm2", figures.cut},
           {"faces", faces},
@@ -20,7 +20,8 @@ json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures)
           {"root", panel.root.value},
           {"rms_mm", figures.rms ? json(figures.rms->count()) : json()},
           {"created", panel.created_at},
-          {"pieces", figures.pieces}};
+          {"pieces", figures.pieces},
+          {"retired", panel.retired ? json{{"reason", panel.retired->reason}, {"at", panel.retired->at}} : json()}};
 }
 
 json to_json(const std::vector<db::ZoneRecord>& zones) {
@@ -119,10 +120,15 @@ json to_json(const ScanOutcome& o) {
   }
   if (o.differences) {
     json list = json::array();
-    for (const auto& d : *o.differences)
-      list.push_back({{"kind", calib::to_string(d.kind)},
-                      {"place_mm", {d.place.x.count(), d.place.y.count()}},
-                      {"area_mm2", d.area.count()}});
+    for (const auto& [seen, of] : *o.differences) {
+      json pieces = json::array();
+      for (const auto& piece : of)
+        pieces.push_back({{"job", piece.job.value}, {"mark", piece.mark}, {"state", db::to_string(piece.state)}});
+      list.push_back({{"kind", calib::to_string(seen.kind)},
+                      {"place_mm", {seen.place.x.count(), seen.place.y.count()}},
+                      {"area_mm2", seen.area.count()},
+                      {"pieces", pieces}});
+    }
     out["differences"] = list;
   }
   return out;

@@ -47,10 +47,11 @@ struct StockServices {
   Worker& scanner;
   TaskRegistry& tasks;
   QueryPool& queries;
+  DatabaseThread& database;
   QueryPool& pictures;
   const PanelLibrary& panel_library;
   PanelFigures& figures;
-  std::function<void(const std::optional<PanelId>& panel)> on_scanned;
+  std::function<void(const std::optional<PanelId>& panel)> on_changed;
 };
 void bind_stock_routes(Router& router, const StockServices& services);
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <span>
 
+#include "base/clock.h"
 #include "base/hash.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/routes/cell_json.h"
@@ -168,9 +169,86 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
     auto outcome = s.scans.add_tile(
         wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-    s.on_scanned(outcome ? outcome->panel : std::nullopt);
+    s.on_changed(outcome ? outcome->panel : std::nullopt);
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
   });
+}
+
+Result<json> masks_json(Repositories& r, const PanelId& id) {
+  if (auto panel = r.panels.find(id); !panel) return panel.error();
+  auto masks = r.panels.masks(id);
+  if (!masks) return masks.error();
+  json out = {{"panel", id.value}, {"versions", json::array()}};
+  for (const auto& mask : *masks) {
+    // The first that showed it comes last; only what took an earlier one back is the same in both files.
+    const auto first = std::find_if(masks->rbegin(), masks->rend(), [&](const db::MaskRecord& other) {
+      return other.map_file == mask.map_file && other.mask_file == mask.mask_file;
+    });
+    out["versions"].push_back({{"version", mask.version},
+                               {"made", mask.made_at},
+                               {"usable_mm2", mask.usable ? json(mask.usable->count()) : json()},
+                               {"same_as", first->version != mask.version ? json(first->version) : json()}});
+  }
+  return out;
+}
+
+// A change to a panel, after which everybody looks at it again.
+template <class F>
+void change_panel(const StockServices& s, const ApiRequest& request, const Reply& reply, F work) {
+  const PanelId id{request.path_param("id")};
+  reply_from_database(
+      s.database,
+      [s, id, work = std::move(work)](Repositories& r) -> Result<json> {
+        auto out = work(r, id);
+        if (out) s.on_changed(id);
+        return out;
+      },
+      reply);
+}
+
+void revert_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto version = body.whole("version", ranges::kMaskVersion);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_panel(s, request, reply, [s, version](Repositories& r, const PanelId& id) -> Result<json> {
+    const auto before = r.panels.find(id);
+    if (!before) return before.error();
+    int wanted = version ? static_cast<int>(*version) : 0;
+    if (!version) {
+      // Of what counts now the first time it was seen, and the scan before that: going back twice goes back further.
+      const auto masks = r.panels.masks(id);
+      if (!masks) return masks.error();
+      for (const auto& mask : *masks)
+        if (mask.map_file == before->map_file && mask.mask_file == before->mask_file) wanted = mask.version - 1;
+      if (wanted == 0)
+        return Error{ErrorCode::kConflict,
+                     fmt::format("panel {} counts as its first scan saw it: there is nothing to go back to", id.value)};
+    }
+    const auto now = r.panels.revert_mask(id, wanted, utc_timestamp());
+    if (!now) return now.error();
+    s.panel_library.drop_index(id);
+    const auto after = r.panels.find(id);
+    if (!after) return after.error();
+    return json{
+        {"panel", id.value}, {"version", *now}, {"usable_mm2", after->usable ? json(after->usable->count()) : json()}};
+  });
+}
+
+void retire_panel(const StockServices& s, const ApiRequest& request, const Reply& reply, bool retired) {
+  auto body = RequestReader::body_of(request);
+  const auto reason = body.text("reason");
+  if (retired) body.require("reason");
+  if (reason && (reason->empty() || reason->size() > ranges::kLongestReason))
+    body.refuse(
+        {ErrorCode::kInvalidArgument, fmt::format("the reason must be 1 to {} characters", ranges::kLongestReason)});
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_panel(s, request, reply,
+               [retired, reason = reason.value_or("put back")](Repositories& r, const PanelId& id) -> Result<json> {
+                 const std::string now = utc_timestamp();
+                 const Status done = retired ? r.panels.retire(id, reason, now) : r.panels.restore(id, reason, now);
+                 if (!done) return done.error();
+                 return json{{"panel", id.value}, {"retired", retired}};
+               });
 }
 
 }  // namespace
@@ -206,6 +284,16 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         [id = PanelId{request.path_param("id")}, page](Repositories& r) { return registration_json(r, id, page); },
         reply);
   });
+  router.bind("getPanelMasks", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return masks_json(r, id); },
+        reply);
+  });
+  router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
+  router.bind("retirePanel",
+              [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, true); });
+  router.bind("restorePanel",
+              [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, false); });
   router.bind("getPanelMap",
               [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply, false); });
   router.bind("getPanelStock",

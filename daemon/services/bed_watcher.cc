@@ -34,7 +34,7 @@ Result<Shelf> read_shelf(Repositories& r) {
   auto calibration = load_calibration(r, utc_timestamp());
   if (!calibration) return calibration.error();
   shelf.calibration = std::move(*calibration);
-  auto panels = r.panels.list();
+  auto panels = r.panels.in_stock();
   if (!panels) return panels.error();
   for (const auto& panel : *panels) {
     auto fiducials = r.panels.fiducials(panel.id);
@@ -44,7 +44,7 @@ Result<Shelf> read_shelf(Repositories& r) {
   return shelf;
 }
 
-// Whose tag is it?
+// Whose tag is it? A retired panel is wood all the same: nothing is burnt into it by mistake.
 Result<std::map<int, PanelId>> read_tags(Repositories& r) {
   std::map<int, PanelId> panel_of_tag;
   const auto panels = r.panels.list();

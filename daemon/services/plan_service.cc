@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 
 #include "base/clock.h"
@@ -57,10 +58,20 @@ struct Stock {
   std::vector<HeldPanel> held;
   std::vector<db::PlannedPanel> planned_on;  // a panel that is scanned meanwhile is noticed when wood is reserved
   std::vector<PanelId> in_stock;
+  std::vector<PanelId> not_found_on_bed;  // left out: nothing is known of their backs
   std::vector<db::RecipeRecord> recipes;
 };
 
-Result<HeldPanel> read_panel(Repositories& r, const db::PanelRecord& panel, const PanelLibrary& library) {
+std::string scan_its_back(const PanelId& panel) {
+  return fmt::format(
+      "the camera finds panel {0} by the tags on its back, and nobody has scanned them: turn it over and run veneerctl "
+      "panel scan --face back --panel {0}",
+      panel.value);
+}
+
+// Nothing when its back was never scanned: it lies on the bed back up, where nobody would find it.
+Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelRecord& panel,
+                                            const PanelLibrary& library) {
   HeldPanel out{panel.id, library.path_of(panel.map_file).string(), library.path_of(panel.mask_file).string(), {}, {},
                 {}};
   const auto live = r.ledger.live_allocations(panel.id);
@@ -71,25 +82,40 @@ Result<HeldPanel> read_panel(Repositories& r, const db::PanelRecord& panel, cons
   out.zones = std::move(*zones);
   const auto fiducials = r.panels.fiducials(panel.id);
   if (!fiducials) return fiducials.error();
+  if (!to_calib(*fiducials).knows(Face::kBack)) return std::optional<HeldPanel>();
   out.spared = spared_by_leads(*fiducials);
-  return out;
+  return std::optional(std::move(out));
 }
 
 Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, const PanelLibrary& library) {
   const auto panels = r.panels.list();
   if (!panels) return panels.error();
-  for (const auto& id : wanted)
-    if (std::none_of(panels->begin(), panels->end(), [&](const auto& p) { return p.id == id; }))
+  for (const auto& id : wanted) {
+    const auto panel = std::find_if(panels->begin(), panels->end(), [&](const auto& p) { return p.id == id; });
+    if (panel == panels->end())
       return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", id.value)};
+    if (panel->retired)
+      return Error{ErrorCode::kRefused,
+                   fmt::format("panel {} was retired ({}): take another, or veneerctl panel restore {}", id.value,
+                               panel->retired->reason, id.value)};
+  }
   Stock out;
   for (const auto& panel : *panels) {
+    if (panel.retired) continue;
     out.in_stock.push_back(panel.id);
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
     auto held = read_panel(r, panel, library);
     if (!held) return held.error();
-    out.held.push_back(std::move(*held));
+    if (!*held) {
+      if (!wanted.empty()) return Error{ErrorCode::kRefused, scan_its_back(panel.id)};
+      out.not_found_on_bed.push_back(panel.id);
+      continue;
+    }
+    out.held.push_back(std::move(**held));
     out.planned_on.push_back({panel.id, panel.mask_version});
   }
+  if (out.held.empty() && !out.not_found_on_bed.empty())
+    return Error{ErrorCode::kRefused, scan_its_back(out.not_found_on_bed.front())};
   if (out.held.empty())
     return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
   auto recipes = r.materials.recipes();
@@ -206,8 +232,10 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   }
   std::error_code there_already;
   std::filesystem::create_directories(library_.index_dir(), there_already);
-  const auto made = have_done<PlanMade>(workers_, std::move(order), wanted, progress, stop);
+  auto made = have_done<PlanMade>(workers_, std::move(order), wanted, progress, stop);
   if (!made) return made.error();
+  for (const PanelId& panel : stock->not_found_on_bed)
+    made->warnings.push_back(fmt::format("the wood of panel {} was left out: {}", panel.value, scan_its_back(panel)));
 
   auto pieces = read_pieces(folder->path() / kMadePieces);
   if (!pieces) return pieces.error();

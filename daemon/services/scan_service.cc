@@ -25,14 +25,44 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
     const auto lattice = nlohmann::json::parse(text, nullptr, false);
     return lattice.is_object() && lattice.contains("panel_mm") && lattice["panel_mm"].is_array();
   };
+  const auto is_near = [&](const calib::Difference& difference) {
+    const auto near = [&](const Point<PanelFrame>& p) {
+      return p.x >= -kLargest && p.x <= kLargest && p.y >= -kLargest && p.y <= kLargest;
+    };
+    return near(difference.place) && near(difference.box.min) && near(difference.box.max);
+  };
   const auto is_side = [&](Millimetres side) { return side >= kSmallest && side <= kLargest; };
   return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
          (read.sheet.empty() || (is_side(read.sheet.width()) && is_side(read.sheet.height()))) &&
          read.fiducials.tags.size() + read.fiducials.holes.size() <= kMostTags && read.zones.size() <= kMostZones &&
          std::ranges::all_of(read.zones, [](const auto& zone) { return zone.outline.size() <= kMostPoints; }) &&
          read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
-         (!read.differences || read.differences->size() <= kMostDifferences) && read.warnings.size() <= kMostWarnings &&
+         (!read.differences ||
+          (read.differences->size() <= kMostDifferences && std::ranges::all_of(*read.differences, is_near))) &&
+         read.warnings.size() <= kMostWarnings &&
          std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
+}
+
+// Whose wood each difference is; nobody's when it is free.
+Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
+                                                 const std::vector<calib::Difference>& differences) {
+  std::vector<FoundDifference> out;
+  const auto live = r.ledger.live_allocations(panel);
+  if (!live) return live.error();
+  for (const calib::Difference& difference : differences) {
+    FoundDifference& found = out.emplace_back(FoundDifference{difference, {}});
+    const Box<PanelFrame>& box = difference.box;
+    const Region<PanelFrame> around(Ring<PanelFrame>{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}});
+    for (const auto& allocation : *live) {
+      const bool cut = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
+      const bool booked = difference.kind == calib::DifferenceKind::kBookedNotGone;
+      if (allocation.piece.value == 0 || cut != booked || !overlaps(allocation.area, around)) continue;
+      const auto piece = r.jobs.find_piece(allocation.piece);
+      if (!piece) return piece.error();
+      found.pieces.push_back({allocation.job, piece->mark, allocation.state});
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -95,7 +125,8 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
     std::map<PanelId, calib::PanelFiducials> fiducials;
   };
   auto stock = database_.call([](Repositories& r) -> Result<Stock> {
-    auto panels = r.panels.list();
+    // A retired panel is not looked for: its sheet can be scanned anew, as another one.
+    auto panels = r.panels.in_stock();
     if (!panels) return panels.error();
     Stock out{std::move(*panels), {}};
     for (const auto& panel : out.panels) {
@@ -126,7 +157,8 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   for (const auto& panel : stock->panels)
     if (wanted && panel.id == *wanted) known.panel = panel;
   if (wanted && !known.panel)
-    return Error{ErrorCode::kNotFound, fmt::format("there is no panel {}: see veneerctl panel list", wanted->value)};
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("there is no panel {} in stock: see veneerctl panel list", wanted->value)};
   if (!known.panel && request.face == Face::kBack)
     return Error{
         ErrorCode::kInvalidArgument,
@@ -289,7 +321,18 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   outcome.max = read.max;
   outcome.usable = read.usable;
   outcome.zones = read.zones.size();
-  outcome.differences = read.differences;
+  if (read.differences) {
+    auto named = database_.call([&](Repositories& r) { return with_pieces(r, panel.id, *read.differences); });
+    if (!named) return named.error();
+    outcome.differences = std::move(*named);
+    for (const FoundDifference& difference : *outcome.differences)
+      log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.id.value,
+                 calib::to_string(difference.seen.kind), difference.seen.place.x.count(),
+                 difference.seen.place.y.count(), difference.seen.area.count(),
+                 difference.pieces.empty() ? ""
+                                           : fmt::format(", piece {} of job {}", difference.pieces.front().mark,
+                                                         difference.pieces.front().job.value));
+  }
   outcome.warnings = read.warnings;
   return outcome;
 }

@@ -33,6 +33,18 @@ struct ScanRequest {
   bool more = false;             // further tiles follow
 };
 
+// What wood and ledger disagree about, and the pieces whose wood it is: cut ones that still hang there, reserved ones
+// whose wood is gone.
+struct FoundDifference {
+  struct Piece {
+    JobId job;
+    std::string mark;
+    db::AllocationState state = db::AllocationState::kReserved;
+  };
+  calib::Difference seen;
+  std::vector<Piece> pieces;
+};
+
 struct ScanOutcome {
   std::size_t tiles = 0;         // collected so far
   std::optional<PanelId> panel;  // none while further tiles follow
@@ -41,7 +53,7 @@ struct ScanOutcome {
   std::optional<Millimetres> rms, max;  // of the registration
   SquareMillimetres usable{0};          // of a show face
   std::size_t zones = 0;
-  std::optional<std::vector<calib::Difference>> differences;  // of a show face that was known: against the ledger
+  std::optional<std::vector<FoundDifference>> differences;  // of a show face that was known: against the ledger
   std::vector<std::string> warnings;  // sentences for the operator: what of a show face is not used, and why
 };
 

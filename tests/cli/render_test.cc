@@ -106,12 +106,19 @@ TEST(Render, PanelsLineUp) {
 TEST(Render, AReconciledScanNamesEachDifference) {
   const json result = {{"panel", "P-1"},
                        {"registration", {{"rms_mm", 0.0312}, {"max_mm", 0.07}}},
-                       {"differences", {{{"kind", "wood missing"}, {"place_mm", {10, 20.04}}, {"area_mm2", 3.25}}}}};
-  EXPECT_EQ(render_scan_result(result),
-            "Panel P-1\n"
-            "Registered   RMS 0.031 mm, worst 0.070 mm\n"
-            "Ledger       1 DIFFERENCES from the wood\n"
-            "             wood missing, at 10.0, 20.0 mm, 3.2 mm2\n");
+                       {"differences",
+                        {{{"kind", "gone_not_booked"}, {"place_mm", {10, 20.04}}, {"area_mm2", 3.25}},
+                         {{"kind", "booked_not_gone"},
+                          {"place_mm", {41.7, 226.3}},
+                          {"area_mm2", 23.9},
+                          {"pieces", {{{"job", 2}, {"mark", "A6"}, {"state", "cut"}}}}}}}};
+  EXPECT_EQ(
+      render_scan_result(result),
+      "Panel P-1\n"
+      "Registered   RMS 0.031 mm, worst 0.070 mm\n"
+      "Ledger       2 DIFFERENCES from the wood\n"
+      "             wood is gone that is not booked as cut, at 10.0, 20.0 mm, 3.2 mm2\n"
+      "             booked as cut, and still in the panel, at 41.7, 226.3 mm, 23.9 mm2, piece A6 of job 2, cut\n");
 }
 
 TEST(Render, AScanSaysWhatItLeavesOut) {

@@ -64,6 +64,9 @@ inline void fill(CellDatabase& cell) {
   NewPlan only_looked_at = job_of({square_piece("C1", oak, 20, 150, 14)});
   only_looked_at.parent = PlanId{1};
   must(plans.add(only_looked_at, kLater));
+  const PanelId split = cell.new_panel();
+  VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow));
+  VENEER_ASSERT_OK(cell.panels().restore(split, "glued", kLater));
   RequestKeys keys(cell.database());
   must(keys.begin({"local:1000", "newJob", "k-1", "hash"}, kNow));
   Audit audit(cell.database());

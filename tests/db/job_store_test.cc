@@ -324,7 +324,8 @@ TEST_F(JobStoreTest, RefusesAPlanOfAPanelThatWasScannedAgain) {
   const auto refused = jobs.create(planned, kLater);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
-  EXPECT_EQ(refused.error().message, "panel P-0002 was scanned again after this was planned: plan again");
+  EXPECT_EQ(refused.error().message,
+            "panel P-0002 was scanned again after this was planned, or a scan was taken back: plan again");
   EXPECT_EQ(must(jobs.list()).size(), 1U);
   planned.planned_on = {{panel, 1}, {other, 2}};
   VENEER_EXPECT_OK(jobs.create(planned, kLater));

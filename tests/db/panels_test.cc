@@ -94,13 +94,90 @@ TEST_F(PanelsTest, FiducialsOfAFaceAreFrozenOnce) {
   EXPECT_FALSE(execute(cell.database(), "UPDATE panels SET width_um = 1").ok());
 }
 
-TEST_F(PanelsTest, ATagFindsItsPanelOnItsFaceOnly) {
-  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5), tag(301, Face::kBack, 5, 5)}));
-  EXPECT_EQ(must(panels.panel_with_tag(201, Face::kShow)), id);
-  const auto wrong_face = panels.panel_with_tag(201, Face::kBack);
-  ASSERT_FALSE(wrong_face.ok());
-  EXPECT_EQ(wrong_face.error().code, ErrorCode::kNotFound);
-  EXPECT_THAT(wrong_face.error().message, HasSubstr("tag 201"));
+TEST_F(PanelsTest, AnEarlierMaskCountsAgainAsANewVersion) {
+  cell.new_panel();
+  const MaskRecord first = must(panels.masks(id)).at(0);
+  VENEER_ASSERT_OK(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(12)}));
+  EXPECT_EQ(must(panels.revert_mask(id, 1, kLater)), 3);
+  const PanelRecord found = must(panels.find(id));
+  EXPECT_EQ(found.mask_version, 3);
+  EXPECT_EQ(found.map_file, first.map_file);
+  EXPECT_EQ(found.mask_file, first.mask_file);
+  EXPECT_EQ(found.map_hash, first.map_hash);
+  EXPECT_EQ(found.usable, first.usable);
+  EXPECT_EQ(must(panels.masks(id)).size(), 3U);
+  EXPECT_EQ(must(panels.revert_mask(id, 2, kLater)), 4) << "and back";
+  EXPECT_EQ(must(panels.find(id)).usable, SquareMillimetres(12));
+  EXPECT_EQ(panels.revert_mask(id, 4, kLater).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(panels.revert_mask(id, 9, kLater).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(panels.revert_mask({"P-0009"}, 1, kLater).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(PanelsTest, ARetiredPanelLeavesTheStockAndComesBack) {
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5)}));
+  VENEER_ASSERT_OK(panels.retire(id, "the wrong face was scanned", kNow));
+  const PanelRecord found = must(panels.find(id));
+  ASSERT_TRUE(found.retired);
+  EXPECT_EQ(found.retired->reason, "the wrong face was scanned");
+  EXPECT_EQ(found.retired->at, kNow);
+  EXPECT_EQ(must(panels.list()).size(), 1U);
+  EXPECT_TRUE(must(panels.in_stock()).empty());
+  EXPECT_EQ(panels.retire(id, "again", kLater).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(must(panels.next_panel_id()), PanelId{"P-0002"}) << "ids are never used twice";
+
+  // The same sheet, scanned anew, is in its way until that is retired.
+  VENEER_ASSERT_OK(panels.add(sheet({"P-0002"}), {}, {tag(201, Face::kShow, 5, 5)}));
+  const Status twice = panels.restore(id, "it was right", kLater);
+  ASSERT_FALSE(twice.ok());
+  EXPECT_EQ(twice.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(twice.error().message, HasSubstr("P-0002 carries tag 201"));
+  VENEER_ASSERT_OK(panels.retire({"P-0002"}, "the other is right", kLater));
+  VENEER_ASSERT_OK(panels.restore(id, "it was right", kLater));
+  EXPECT_FALSE(must(panels.find(id)).retired);
+  EXPECT_EQ(must(panels.in_stock()).size(), 1U);
+  EXPECT_EQ(panels.restore(id, "again", kLater).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(panels.retire({"P-0009"}, "lost", kLater).error().code, ErrorCode::kNotFound);
+  EXPECT_FALSE(panels.retire(id, "", kLater).ok()) << "nobody would know why";
+  EXPECT_FALSE(execute(cell.database(), "UPDATE retirements SET reason = 'x'").ok());
+  EXPECT_FALSE(execute(cell.database(), "DELETE FROM retirements").ok());
+}
+
+// Else what was cut from the sheet under its second name would be free under its first.
+TEST_F(PanelsTest, APanelWhoseSheetWasCutUnderAnotherNameStaysRetired) {
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5)}));
+  VENEER_ASSERT_OK(panels.retire(id, "the mask was wrong", kNow));
+  const PanelId second{"P-0002"};
+  VENEER_ASSERT_OK(panels.add(sheet(second), {}, {tag(201, Face::kShow, 5, 5)}));
+  VENEER_ASSERT_OK(cell.ledger().write_off(second, Region<PanelFrame>(square(50, 50, 20)), "burnt", kNow));
+  VENEER_ASSERT_OK(panels.retire(second, "thrown away", kLater));
+  const Status refused = panels.restore(id, "it was right", kLater);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(refused.error().message, HasSubstr("booked under panel P-0002"));
+  VENEER_EXPECT_OK(panels.restore(second, "found again", kLater));
+}
+
+TEST_F(PanelsTest, APanelWithOpenPiecesStaysInStock) {
+  cell.new_panel();
+  auto jobs = cell.jobs();
+  const JobId job = must(jobs.create(job_of({square_piece("A1", id, 10, 10, 14)}), kNow));
+  const Status held = panels.retire(id, "split", kNow);
+  ASSERT_FALSE(held.ok());
+  EXPECT_EQ(held.error().message,
+            "panel P-0001 holds 1 piece that is not cut yet of job 1: cut it, or cancel the job, first");
+  EXPECT_FALSE(execute(cell.database(),
+                       "INSERT INTO retirements (panel, retired, reason, at) VALUES ('P-0001', 1, 'x', "
+                       "'t')")
+                   .ok());
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  VENEER_ASSERT_OK(panels.retire(id, "split", kNow));
+
+  const auto late = jobs.create(job_of({square_piece("A1", id, 10, 10, 14)}), kLater);
+  ASSERT_FALSE(late.ok()) << "planned before, reserved after";
+  EXPECT_EQ(late.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(late.error().message, HasSubstr("retired"));
+  VENEER_ASSERT_OK(panels.restore(id, "glued", kLater));
+  VENEER_EXPECT_OK(jobs.create(job_of({square_piece("A1", id, 10, 10, 14)}), kLater));
 }
 
 TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {

@@ -81,7 +81,8 @@ TEST_F(PlansTest, OfAPanelThatWasScannedAgainMakeNoJob) {
   const auto refused = cell.jobs().create(plan, kLater);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
-  EXPECT_EQ(refused.error().message, "panel P-0002 was scanned again after this was planned: plan again");
+  EXPECT_EQ(refused.error().message,
+            "panel P-0002 was scanned again after this was planned, or a scan was taken back: plan again");
 }
 
 TEST_F(PlansTest, KnowThePlanTheyCameFrom) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <utility>
@@ -394,7 +395,9 @@ Status Story::prove(const fs::path& bin_dir) {
     report_["remnant_area_mm2"] = json::array();
     for (const auto& [id, sheet] : sheet_of_panel_) {
       auto panel = cell_.api().get("/panels/" + id);
-      report_["remnant_area_mm2"].push_back(panel ? (*panel)["free_mm2"] : json());
+      report_["remnant_area_mm2"].push_back(
+          panel ? json(std::max(0.0, (*panel)["usable_mm2"].get<double>() - (*panel)["reserved_mm2"].get<double>()))
+                : json());
     }
     return std::string("what was really cut is judged by the twin's own truth");
   });

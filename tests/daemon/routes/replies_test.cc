@@ -133,6 +133,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getPanel", "/panels/P-0003"},
                                                         {"getPanelRegistration", "/panels/P-0003/registration"},
                                                         {"getPanelLedger", "/panels/P-0001/ledger"},
+                                                        {"getPanelMasks", "/panels/P-0001/masks"},
                                                         {"listRecipes", "/recipes"},
                                                         {"listCertificates", "/certificates"},
                                                         {"listPlans", "/plans?limit=1"},

@@ -40,7 +40,7 @@ class PlanServiceTest : public ::testing::Test {
   }
   // A panel of 17 x 17 mm; all of its wood is free, or none.
   void add_panel(const std::string& id, int free) { add_panel(id, free, planner::test::wood_picture(200, 200, 7)); }
-  void add_panel(const std::string& id, int free, const cv::Mat& picture) {
+  void add_panel(const std::string& id, int free, const cv::Mat& picture, bool back_scanned = true) {
     const auto map = library_.store_picture(picture, "panels/" + id, "map");
     const auto mask =
         library_.store_picture(cv::Mat(picture.size(), CV_8UC1, cv::Scalar(free)), "panels/" + id, "mask");
@@ -52,7 +52,11 @@ class PlanServiceTest : public ::testing::Test {
     panel.height = ScanResolution::from_dpi(300).to_mm(Pixels(picture.rows));
     panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
     panel.created_at = "2026-01-01T00:00:00.000Z";
-    const Status added = database_->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
+    db::FiducialRecord tag;  // beside all wood
+    tag.face = back_scanned ? Face::kBack : Face::kShow;
+    tag.tag_id = 200 + tags_++;
+    tag.corners = {{-30_mm, 0_mm}, {-22_mm, 0_mm}, {-22_mm, 8_mm}, {-30_mm, 8_mm}};
+    const Status added = database_->call([&](Repositories& r) { return r.panels.add(panel, {}, {tag}); });
     ASSERT_TRUE(added.ok()) << added.error().message;
   }
   // A strip of the panel, over all its height, is of this wood.
@@ -136,6 +140,7 @@ class PlanServiceTest : public ::testing::Test {
   PanelLibrary library_{folder_.path()};
   testing::WorkHere workers_;
   Config config_;
+  int tags_ = 0;
   std::map<std::string, std::vector<db::ZoneRecord>> zones_;
 };
 
@@ -149,6 +154,43 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
   EXPECT_FALSE(std::filesystem::exists(gone));
   EXPECT_TRUE(std::filesystem::exists(in_stock));
   EXPECT_TRUE(std::filesystem::exists(library_.index_dir() / "P-0002-0-1.index")) << "what this plan measured";
+}
+
+// It was planned and reserved, and ended at the bed, where nobody knew the panel.
+TEST_F(PlanServiceTest, OnlyWoodThatTheCameraFindsIsPlanned) {
+  const cv::Mat picture = planner::test::wood_picture(200, 200, 7);
+  add_panel("P-0001", 255, picture, false);
+  const auto none = plan(small_job());
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(none.error().message,
+            "the camera finds panel P-0001 by the tags on its back, and nobody has scanned them: turn it over and run "
+            "veneerctl panel scan --face back --panel P-0001");
+  add_panel("P-0002", 255, picture);
+  const auto made = plan(small_job());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_EQ(made->panels.size(), 1U);
+  EXPECT_EQ(made->panels[0].first, PanelId{"P-0002"});
+  EXPECT_THAT(made->warnings, ::testing::Contains(::testing::HasSubstr("the wood of panel P-0001 was left out")));
+  JobRequest named = small_job();
+  named.panels = {PanelId{"P-0001"}, PanelId{"P-0002"}};
+  EXPECT_EQ(plan(named).error().code, ErrorCode::kRefused) << "asked for by name";
+}
+
+TEST_F(PlanServiceTest, ARetiredPanelIsNotPlanned) {
+  add_panel("P-0001", 255);
+  add_panel("P-0002", 255);
+  ASSERT_TRUE(database_->call(
+      [](Repositories& r) { return r.panels.retire(PanelId{"P-0001"}, "split", "2026-01-02T00:00:00.000Z"); }));
+  const auto made = plan(small_job());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_EQ(made->panels.size(), 1U);
+  EXPECT_EQ(made->panels[0].first, PanelId{"P-0002"});
+  JobRequest named = small_job();
+  named.panels = {PanelId{"P-0001"}};
+  const auto refused = plan(named);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("P-0001 was retired (split)"));
 }
 
 TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {

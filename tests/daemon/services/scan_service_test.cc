@@ -93,8 +93,40 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   const auto index = library_.index_dir() / "P-0001-0-3.index", other = library_.index_dir() / "P-0002-0-3.index";
   std::filesystem::create_directories(library_.index_dir());
   std::ofstream(index) << "x", std::ofstream(other) << "x";
+  // What wood and ledger disagree about is told with the pieces whose wood it is.
+  db::NewPlan plan;
+  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+  db::PlannedPatch& patch = plan.pieces.emplace_back();
+  patch.mark = "A1";
+  patch.panel = before.id;
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {6.0, 0.0}, {6.0, 6.0}, {0.0, 6.0}}) {
+    patch.artwork_outline.push_back(point<ArtworkFrame>(x, y));
+    patch.panel_outline.push_back(point<PanelFrame>(20 + x, 20 + y));
+  }
+  patch.allocation = Region<PanelFrame>(patch.panel_outline);
+  plan.planned_on = {{before.id, 2}};
+  const auto job = database_->call([&](Repositories& r) { return r.jobs.create(plan, "2026-05-01T07:30:00.000Z"); });
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind != RegisterScans::kKind) return;
+    calib::Difference gone;
+    gone.place = point<PanelFrame>(22, 22);
+    gone.box.add(point<PanelFrame>(21, 21));
+    gone.box.add(point<PanelFrame>(23, 23));
+    calib::Difference elsewhere = gone;
+    elsewhere.box = {};
+    elsewhere.box.add(point<PanelFrame>(40, 40));
+    elsewhere.box.add(point<PanelFrame>(42, 42));
+    answer["differences"] = std::vector<calib::Difference>{gone, elsewhere};
+  };
   auto again = scan();
   ASSERT_TRUE(again.ok()) << again.error().message;
+  ASSERT_TRUE(again->differences);
+  ASSERT_EQ(again->differences->size(), 2U);
+  ASSERT_EQ(again->differences->front().pieces.size(), 1U);
+  EXPECT_EQ(again->differences->front().pieces[0].mark, "A1");
+  EXPECT_EQ(again->differences->front().pieces[0].job, *job);
+  EXPECT_TRUE(again->differences->back().pieces.empty()) << "nobody's";
   EXPECT_FALSE(again->is_new);
   EXPECT_FALSE(std::filesystem::exists(index));
   EXPECT_TRUE(std::filesystem::exists(other));
@@ -112,6 +144,15 @@ TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   const auto scanned = scan();
   ASSERT_TRUE(scanned.ok()) << scanned.error().message;
   EXPECT_EQ(scanned->warnings, std::vector<std::string>{"a strip is left out"});
+
+  // What should not have entered stock leaves it, and the same sheet is scanned as another panel.
+  ASSERT_TRUE(database_->call([](Repositories& r) {
+    return r.panels.retire(PanelId{"P-0001"}, "a strip was left out", "2026-05-01T07:30:00.000Z");
+  }));
+  const auto anew = scan();
+  ASSERT_TRUE(anew.ok()) << anew.error().message;
+  EXPECT_TRUE(anew->is_new);
+  EXPECT_EQ(anew->panel, PanelId{"P-0002"});
 }
 
 // Kept for ever and read whenever somebody asks for it: what no process of ours would say must not get there.
@@ -143,10 +184,18 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
        }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
       {"countless warnings", [](json& a) { a["warnings"] = json::array_t(2'000, "a strip is left out"); }},
+      {"a difference beyond all measure",
+       [](json& a) {
+         calib::Difference difference;
+         difference.box.add(point<PanelFrame>(0, 0));
+         difference.box.add(point<PanelFrame>(1e300, 10));
+         a["differences"] = std::vector<calib::Difference>{difference};
+       }},
       {"a warning without end", [](json& a) { a["warnings"] = {std::string(100'000, 'a')}; }},
       {"another thing", [](json& a) { a = 3; }},
   };
   for (const auto& [what, change] : spoilt) {
+    workers_.repeats = what != spoilt.front().first;
     workers_.spoil = [change = change](const std::string& kind, json& answer) {
       if (kind == RegisterScans::kKind) change(answer);
     };
@@ -156,6 +205,7 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
     EXPECT_TRUE(database_->call([](Repositories& r) { return r.panels.list(); })->empty()) << what;
   }
   workers_.spoil = {};
+  workers_.repeats = false;
   EXPECT_TRUE(scan().ok());
 }
 
