@@ -1,4 +1,4 @@
-// job list|show|start|pieces|recut|settle|cancel and the commands to the cell under its name; task
+// job list|show|start|pieces|recut|redo|settle|cancel and the commands to the cell under its name; task
 // list|show|cancel.
 #include <fmt/format.h>
 
@@ -38,7 +38,22 @@ void add_job_show(CLI::App& job, CommandContext& context) {
   });
 }
 
-// recut, settle, cancel: what a person does about single pieces, or about the rest of a job.
+void add_redo(CLI::App& job, CommandContext& context) {
+  const auto id = std::make_shared<std::int64_t>(0);
+  const auto pieces = std::make_shared<std::vector<std::string>>();
+  CLI::App* redo = add_with_number(
+      job, "redo", "Find other wood for lost pieces and reserve it; they keep their marks, all others stay", "JOB", id);
+  redo->add_option("PIECE", *pieces,
+                   "Their marks; one that was cut counts as lost from then on [all that are missing]");
+  redo->callback([id, pieces, &context] {
+    json body = json::object();
+    if (!pieces->empty()) body["pieces"] = *pieces;
+    context.finish(context.run_task(context.client().post("/jobs/" + std::to_string(*id) + "/redo", body)),
+                   render_redone);
+  });
+}
+
+// recut, redo, settle, cancel: what a person does about single pieces, or about the rest of a job.
 void add_afterwards(CLI::App& job, CommandContext& context) {
   const auto id = std::make_shared<std::int64_t>(0);
   const auto pieces = std::make_shared<std::vector<std::string>>();
@@ -54,6 +69,7 @@ void add_afterwards(CLI::App& job, CommandContext& context) {
                                          {{"pieces", *pieces}, {"confirmed", *confirmed}}),
                    render_state);
   });
+  add_redo(job, context);
   CLI::App* settle = add_with_number(job, "settle", "Say what became of a suspect piece", "JOB", id);
   settle->add_option("PIECE", *piece, "Its mark")->required();
   settle->add_option("VERDICT", *verdict, "cut: it is good; scrap: it is lost; released: its wood is whole")

@@ -32,9 +32,15 @@ void add_scan(CLI::App& panel, CommandContext& context) {
 
 void leave_out_retired(json& reply) {
   json in_stock = json::array();
-  for (json& panel : reply["panels"])
-    if (panel.value("retired", json()).is_null()) in_stock.push_back(std::move(panel));
+  int left_out = 0;
+  for (json& panel : reply["panels"]) {
+    if (panel.value("retired", json()).is_null())
+      in_stock.push_back(std::move(panel));
+    else
+      ++left_out;
+  }
   reply["panels"] = std::move(in_stock);
+  reply["retired_left_out"] = left_out;
 }
 
 void add_panel_show(CLI::App& panel, CommandContext& context) {

@@ -236,7 +236,9 @@ std::string render_status(const json& status) {
 std::string render_panels(const json& reply) {
   const json& panels = member(reply, "panels");
   if (!panels.is_array() || panels.empty())
-    return "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
+    return whole_or(reply, "retired_left_out", 0) > 0
+               ? "No panels in stock: all were retired. `veneerctl panel list --all` shows them.\n"
+               : "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
   TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
   std::string retired;
   for (const json& panel : panels) {
@@ -403,6 +405,9 @@ std::string render_job(const json& job) {
   if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0) {
     text += line("Suspect", fmt::format("{}: look at these pieces before you use them", suspect));
   }
+  if (const auto missing = whole_or(job, "missing", 0); missing > 0)
+    text += line("Missing", fmt::format("{0} piece{1}: `veneerctl job redo {2}` finds other wood for {3}", missing,
+                                        missing == 1 ? "" : "s", whole_or(job, "id", 0), missing == 1 ? "it" : "them"));
   const json& options = member(job, "options");
   text += line(
       "Picture",
@@ -459,6 +464,26 @@ std::string render_new_job(const json& result) {
   const auto id = whole_or(result, "job", 0);
   return fmt::format("Job {}{} is planned and its wood reserved. Start it with `veneerctl job start {}`.\n", id,
                      pieces_words(result), id) +
+         outcome_words(result);
+}
+
+std::string render_redone(const json& result) {
+  const auto id = whole_or(result, "job", 0);
+  const json& redone = member(result, "redone");
+  TextTable table({"PIECE", ">COST BEFORE", ">COST NOW"});
+  if (redone.is_array())
+    for (const json& piece : redone) {
+      const json& before = member(piece, "cost_before");
+      table.add({text_or(piece, "mark", "?"), before.is_number() ? fmt::format("{:.5f}", before.get<double>()) : "none",
+                 fmt::format("{:.5f}", number_or(piece, "cost", 0))});
+    }
+  const double before = number_or(result, "cost_per_pixel_before", 0), now = number_or(result, "cost_per_pixel", 0);
+  const std::string change = before > 0 ? fmt::format(" ({:+.2f} %)", 100 * (now / before - 1)) : "";
+  return fmt::format(
+             "{0}The whole picture costs {1:.6f} per pixel after {2:.6f}{3}. The wood is reserved: see the picture with "
+             "`veneerctl job show {4} --preview FILE`, cut the pieces with `veneerctl job start {4}`, or give them up "
+             "with `veneerctl job cancel {4}`.\n",
+             table.str(), now, before, change, id) +
          outcome_words(result);
 }
 

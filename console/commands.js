@@ -53,7 +53,7 @@ function nextStep() {
   }
 }
 
-const isOver = (job) => job.state === "complete" || job.state === "cancelled";
+const isOver = (job) => ["complete", "incomplete", "cancelled"].includes(job.state);
 
 function startable() {
   const open = jobs.filter((job) => !isOver(job));

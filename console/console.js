@@ -41,6 +41,7 @@ function takeTask(task) {
   if (task.state === "failed" && task.error) {
     showRefusal(task.error.message);
   }
+  noteRedone(task);
   showTasks();
 }
 
@@ -53,6 +54,7 @@ function show() {
   showJob();
   showRecut();
   showSuspects();
+  showMissing();
   showTasks();
   showFacts();
   showCommands();

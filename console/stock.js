@@ -41,7 +41,8 @@ function showPanels() {
 async function loadJobs() {
   try { jobs = await askAll("/api/v1/jobs", "jobs"); } catch (fault) { return; }
   showJobs();
-  if (cell) showCommands();
+  loadSuspects();
+  if (cell) { showMissing(); showCommands(); }
 }
 
 function showJobs() {
@@ -58,11 +59,11 @@ function showJobs() {
     radio.disabled = isOver(job);
     radio.checked = Boolean(chosen) && chosen.id === job.id;
     radio.onchange = () => { chosenJob = job.id; if (cell) showCommands(); };
-    const image = jobPictures.get(job.id) || new Image();  // never changes
+    const image = jobPictures.get(job.id) || new Image();
     jobPictures.set(job.id, image);
     image.alt = "";
-    if (!image.dataset.asked) {
-      image.dataset.asked = "yes";
+    if (image.dataset.asked !== String(job.newest_plan)) {
+      image.dataset.asked = job.newest_plan;
       renewPicture(image, `/api/v1/jobs/${job.id}/preview.png?width=120`).then((came) => { if (!came) delete image.dataset.asked; });
     }
     const words = document.createElement("span");
@@ -80,7 +81,7 @@ function showJobs() {
 function jobWords(job) {
   // Of the job under way the status is newer than the list: one page tells one number.
   const {cut, suspect} = cell && cell.job && cell.job.id === job.id ? cell.job : job;
-  return `job ${job.id}, ${job.state}, ${cut} of ${job.pieces} cut` + (suspect ? `, ▲ ${suspect} suspect` : "");
+  return `job ${job.id}, ${job.state}, ${cut} of ${job.pieces} cut` + (suspect ? `, ▲ ${suspect} suspect` : "") + (job.state === "incomplete" ? `, ▲ ${job.missing} missing` : "");
 }
 
 function recountJobs() {

@@ -42,14 +42,40 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
           {"frame_max_power", options.frame_max_power.count()}};
 }
 
-// What a crash left behind, on the database's thread.
-Result<db::Recovery> recover(Repositories& r) {
+// What a crash left behind, and what to say of it.
+struct Recovered {
+  db::Recovery found;
+  std::vector<std::string> sentences;
+};
+
+// On the database's thread.
+Result<Recovered> recover(Repositories& r) {
   constexpr std::chrono::hours kKeysLife{30 * 24};
   auto recovery = r.jobs.recover(utc_timestamp());
-  if (!recovery) return recovery;
+  if (!recovery) return recovery.error();
   if (auto pruned = r.request_keys.prune(utc_timestamp(-std::chrono::seconds(kKeysLife))); !pruned)
     return pruned.error();
-  return recovery;
+  Recovered out{std::move(*recovery), {}};
+  for (const JobId job : out.found.completed_jobs)
+    out.sentences.push_back(fmt::format(
+        "job {} was running when this program ended last; every piece was booked by then, and it is complete", job.value));
+  for (const JobId job : out.found.aborted_jobs)
+    out.sentences.push_back(fmt::format(
+        "job {0} was running when this program ended last and is aborted; veneerctl job start {0} goes on with it",
+        job.value));
+  for (const PieceId id : out.found.suspects) {
+    const auto piece = r.jobs.find_piece(id);
+    if (!piece) return piece.error();
+    out.sentences.push_back(fmt::format(
+        "piece {0} of job {1} on panel {2} was being cut and is suspect: look at it, then veneerctl job settle {1} {0}",
+        piece->mark, piece->job.value, piece->panel.value_or(PanelId{"?"}).value));
+  }
+  return out;
+}
+
+void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& log) {
+  for (const std::string& sentence : recovered.sentences) log->warn("{}", sentence);
+  runner.begin(recovered.found);
 }
 
 json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid", o.rapid}, {"power", o.power}}; }
@@ -120,15 +146,15 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   if (c.database->needs_check()) {
     c.log->warn("the database was not closed in order and is checked before anything begins");
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
-      c.database->async(recover, [&c, done](const Result<db::Recovery>& recovery) {
-        if (recovery) c.runner->begin(*recovery);
-        done(recovery ? Ok() : Status(recovery.error()));
+      c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
+        if (recovered) begin_after(*c.runner, *recovered, c.log);
+        done(recovered ? Ok() : Status(recovered.error()));
       });
     });
   } else {
-    const auto recovery = c.database->call(recover);
-    if (!recovery) return recovery.error();
-    c.runner->begin(*recovery);
+    const auto recovered = c.database->call(recover);
+    if (!recovered) return recovered.error();
+    begin_after(*c.runner, *recovered, c.log);
   }
   c.refresh_counts();
   c.look_at_bed_regularly();

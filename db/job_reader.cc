@@ -9,8 +9,9 @@ namespace veneer::db {
 namespace {
 
 constexpr const char* kJobColumns =
-    "SELECT j.id, j.name, j.state, j.created_at, q.target_file, q.preview_file, q.options_json, j.plan FROM jobs AS j "
-    "JOIN plans AS q ON q.id = j.plan ";
+    "SELECT j.id, j.name, j.state, j.created_at, q.target_file, n.preview_file, q.options_json, j.plan, n.id FROM jobs "
+    "AS j JOIN plans AS q ON q.id = j.plan JOIN plans AS n ON n.id = coalesce((SELECT plan FROM redos WHERE job = j.id "
+    "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
     "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
@@ -33,6 +34,7 @@ JobRecord read_job(SQLite::Database& connection, SQLite::Statement& row) {
   job.preview_file = text(row.getColumn(5));
   job.options_json = text(row.getColumn(6));
   job.plan = {row.getColumn(7).getInt64()};
+  job.newest = {row.getColumn(8).getInt64()};
   SQLite::Statement counts(connection, "SELECT state, count(*) FROM piece_states WHERE job = ? GROUP BY state");
   counts.bind(1, job.id.value);
   while (counts.executeStep()) job.pieces[piece_state_of(text(counts.getColumn(0)))] = counts.getColumn(1).getInt();
@@ -104,6 +106,10 @@ int JobRecord::count(PieceState wanted) const {
   return found == pieces.end() ? 0 : found->second;
 }
 
+int JobRecord::missing() const {
+  return count(PieceState::kUnfilled) + count(PieceState::kScrap) + count(PieceState::kReleased);
+}
+
 JobState job_state_of(const std::string& name) {
   for (const auto state :
        {JobState::kPlanned, JobState::kRunning, JobState::kStopped, JobState::kAborted, JobState::kComplete})
@@ -142,7 +148,8 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit) {
 Result<std::string> JobStore::plan_json(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
     SQLite::Statement row(connection,
-                          "SELECT q.plan_json FROM jobs AS j JOIN plans AS q ON q.id = j.plan WHERE j.id = ?");
+                          "SELECT q.plan_json FROM jobs AS j JOIN plans AS q ON q.id = coalesce((SELECT plan FROM "
+                          "redos WHERE job = j.id ORDER BY id DESC LIMIT 1), j.plan) WHERE j.id = ?");
     row.bind(1, job.value);
     if (!row.executeStep()) return no_such_job(job);
     return text(row.getColumn(0));
@@ -190,6 +197,16 @@ Result<std::vector<RunRecord>> JobStore::runs(JobId job) {
                      text(rows.getColumn(3)),
                      text_or_null(rows.getColumn(4)),
                      text(rows.getColumn(5))});
+    return out;
+  });
+}
+
+Result<std::vector<PlanId>> JobStore::redos(JobId job) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PlanId>> {
+    SQLite::Statement rows(connection, "SELECT plan FROM redos WHERE job = ? ORDER BY id");
+    rows.bind(1, job.value);
+    std::vector<PlanId> out;
+    while (rows.executeStep()) out.push_back({rows.getColumn(0).getInt64()});
     return out;
   });
 }

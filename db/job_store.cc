@@ -123,6 +123,12 @@ Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::
 Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::string& at,
                        const std::optional<KeyedRequest>& request) {
   if (Status same = check_masks(connection, plan); !same.ok()) return same.error();
+  SQLite::Statement redone(connection, "SELECT job FROM redos WHERE plan = ?");
+  redone.bind(1, plan.value);
+  if (redone.executeStep())
+    return Error{ErrorCode::kConflict, fmt::format("plan {} makes pieces of job {} again and no job of its own: plan "
+                                                   "the whole picture",
+                                                   plan.value, redone.getColumn(0).getInt64())};
   SQLite::Statement insert(connection,
                            "INSERT INTO jobs (name, plan, state, created_at, changed_at) "
                            "SELECT name, id, 'planned', ?, ? FROM plans WHERE id = ?");
@@ -139,6 +145,23 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
     if (Status noted = write_result(connection, *request, fmt::format("{{\"job\":{}}}", job.value)); !noted.ok())
       return noted.error();
   return job;
+}
+
+// A piece that is to be made again: one that has wood is lost from now on, if that wood is cut.
+Status give_up(SQLite::Database& connection, JobId job, const std::string& mark, const std::string& at) {
+  SQLite::Statement row(connection, "SELECT piece, state FROM piece_states WHERE job = ? AND mark = ?");
+  SQLite::bind(row, job.value, mark);
+  if (!row.executeStep())
+    return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, mark)};
+  const PieceId piece{row.getColumn(0).getInt64()};
+  const std::string state = text(row.getColumn(1));
+  if (state == "scrap" || state == "released" || state == "unfilled") return Ok();
+  if (move_piece(connection, piece, AllocationState::kCut, AllocationState::kScrap, at)) return Ok();
+  const auto remedy = state == "suspect"
+                          ? fmt::format("say first what became of it with `veneerctl job settle {} {}`", job.value, mark)
+                          : fmt::format("its wood is still to be cut, with `veneerctl job start {}`", job.value);
+  return Error{ErrorCode::kConflict,
+               fmt::format("piece {} of job {} is {}: {}", mark, job.value, state, remedy)};
 }
 
 // What a beam may have hit by mistake.
@@ -277,6 +300,27 @@ Status JobStore::settle(PieceId piece, AllocationState verdict, const std::strin
     if (waits && open_pieces(connection, found->job) == 0)
       return move_job(connection, found->job, JobState::kComplete, at);
     return Ok();
+  });
+}
+
+Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanId> {
+    const auto state = state_of(connection, job);
+    if (!state.ok()) return state.error();
+    if (*state == JobState::kRunning)
+      return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", job.value)};
+    for (const PlannedPatch& piece : plan.pieces)
+      if (Status gone = give_up(connection, job, piece.mark, at); !gone.ok()) return gone.error();
+    const auto stored = insert_redo(connection, job, plan, at);
+    if (!stored.ok()) return stored.error();
+    if (Status same = check_masks(connection, *stored); !same.ok()) return same.error();
+    SQLite::Statement redone(connection, "INSERT INTO redos (job, plan, at) VALUES (?, ?, ?)");
+    SQLite::bind(redone, job.value, stored->value, at);
+    redone.exec();
+    if (Status reserved = reserve(connection, job, *stored, at); !reserved.ok()) return reserved.error();
+    if (*state == JobState::kComplete || *state == JobState::kCancelled)
+      if (Status moved = move_job(connection, job, JobState::kStopped, at); !moved.ok()) return moved.error();
+    return stored;
   });
 }
 

@@ -4,6 +4,7 @@
 //
 // Jobs:  planned -> running | cancelled            running -> complete | aborted | stopped
 //        aborted, stopped -> running | cancelled | complete (the last suspect piece was settled)
+//        complete, cancelled -> stopped (lost pieces are to be made again)
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -32,7 +33,7 @@ enum class JobState {
   kRunning,    // a run is on
   kStopped,    // an operator ended it between two pieces; the remaining pieces can be run
   kAborted,    // it was broken off; the remaining pieces can be run
-  kComplete,   // no piece is left to cut
+  kComplete,   // no piece is left to cut; JobRecord::missing() of them may be lost
   kCancelled,  // given up; wood not cut was released
 };
 const char* to_string(JobState state);
@@ -59,9 +60,13 @@ struct JobRecord {
   PlanId plan;
   JobState state = JobState::kPlanned;
   std::string created_at;
-  std::string target_file, preview_file, options_json;  // of its plan
-  std::map<PieceState, int> pieces;                     // how many pieces are in each state; absent = 0
+  std::string target_file, options_json;  // of its plan
+  PlanId newest;                          // by which pieces were made again last; else its plan
+  std::string preview_file;               // of the newest
+  std::map<PieceState, int> pieces;       // how many pieces are in each state; absent = 0
   int count(PieceState wanted) const;
+  // Pieces without wood: lost, given back, or never placed. redo() gives them some.
+  int missing() const;
 };
 
 // One loading of one panel: from the proven pose to the end of the motion.
@@ -121,6 +126,12 @@ class JobStore {
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
   Status settle(PieceId piece, AllocationState verdict, const std::string& at);
 
+  // `plan` places pieces of the job anew: missing ones, and cut ones, which are lost then (scrap). Its wood is reserved
+  // for them, they keep their ids and marks, and a job that was over is stopped, with pieces to cut. All of it happens,
+  // or nothing. kConflict: the job is running, a piece has wood that is not cut yet or is suspect, wood is taken, or a
+  // panel was scanned again since. kNotFound, kInvalidArgument: a piece is not the job's.
+  Result<PlanId> redo(JobId job, const NewPlan& plan, const std::string& at);
+
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
   // complete), in one transaction.
   Result<Recovery> recover(const std::string& at);
@@ -129,12 +140,13 @@ class JobStore {
   Result<std::vector<JobRecord>> list();  // in order of id
   // At most `limit` of them, behind `after`.
   Result<std::vector<JobRecord>> list(JobId after, int limit);
-  Result<std::string> plan_json(JobId job);
+  Result<std::string> plan_json(JobId job);  // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.
   Result<std::vector<PieceRecord>> pieces(JobId job, PieceId after, int limit);
   Result<PieceRecord> find_piece(PieceId piece);
   Result<std::vector<RunRecord>> runs(JobId job);
+  Result<std::vector<PlanId>> redos(JobId job);  // by which its pieces were made again, in their order
 
  private:
   Database* database_;

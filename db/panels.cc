@@ -109,6 +109,13 @@ bool is_retired(SQLite::Database& connection, const PanelId& panel) {
   return !row.executeStep();
 }
 
+// A scan that began while the panel was in stock.
+Error retired_meanwhile(const PanelId& panel) {
+  return {ErrorCode::kConflict,
+          fmt::format("panel {0} was retired: run `veneerctl panel restore {0}`, or scan the sheet again as a new panel",
+                      panel.value)};
+}
+
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
 Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
                         const std::vector<FiducialRecord>& fiducials) {
@@ -163,6 +170,18 @@ Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scan
       if (scan.panel != panel.id)
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
+    SQLite::Statement same(connection,
+                           fmt::format("SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE "
+                                       "f.kind = 'tag' AND f.number = ? AND {} LIMIT 1",
+                                       kIsInStock));
+    for (const auto& fiducial : fiducials) {
+      if (fiducial.kind != FiducialKind::kTag) continue;
+      same.reset();
+      same.bind(1, fiducial.tag_id);
+      if (same.executeStep())
+        return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock and carries tag {}: scan the sheet again",
+                                                       text(same.getColumn(0)), fiducial.tag_id)};
+    }
     SQLite::Statement insert(connection,
                              "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
                              "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
@@ -181,6 +200,7 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
                          const std::vector<FiducialRecord>& fiducials) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    if (is_retired(connection, panel)) return retired_meanwhile(panel);
     for (const auto& scan : scans)
       if (scan.panel != panel)
         return Error{ErrorCode::kInvalidArgument,
@@ -190,11 +210,17 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
   });
 }
 
-Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask) {
+Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask, int after) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    if (is_retired(connection, panel)) return retired_meanwhile(panel);
     MaskRecord added = mask;
     added.version = newest_mask(connection, panel) + 1;
+    if (added.version != after + 1)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("panel {} was scanned, or a scan of it taken back, while this scan was looked at: scan "
+                               "it again",
+                               panel.value)};
     insert_mask(connection, panel, added);
     return added.version;
   });

@@ -77,13 +77,16 @@ class Panels {
   // The id the next panel will get: "P-0001". Ids are never used twice.
   Result<PanelId> next_panel_id();
   // The panel, its scans and its frozen fiducials enter together, or not at all. An empty root means the panel itself.
+  // kConflict when a panel in stock carries one of the tags: it is the same sheet.
   Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
              const std::vector<FiducialRecord>& fiducials);
-  // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has).
+  // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has, or when
+  // the panel is retired).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials);
-  // A new version of map and mask; its number. The frame, the size, the fiducials and earlier versions stay.
-  Result<int> add_mask(const PanelId& panel, const MaskRecord& mask);
+  // A new version of map and mask, made by comparison with version `after`; its number. The frame, the size, the
+  // fiducials and earlier versions stay. kConflict when another version counts by now, or the panel is retired.
+  Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after);
   Result<std::vector<MaskRecord>> masks(const PanelId& panel);  // newest first
   // What `version` showed counts again, as a new version; its number. kNotFound when there is no such version,
   // kConflict when it is the one that counts.

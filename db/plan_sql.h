@@ -10,6 +10,9 @@
 namespace veneer::db {
 
 Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at);
+// The plan places patches of the job's own plan, found by their marks, and has no patches itself. kNotFound: a mark
+// that the job has no piece of. kInvalidArgument: a patch without wood, or with another outline than the job's.
+Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPlan& plan, const std::string& at);
 // kConflict names the first of its panels that was scanned again since.
 Status check_masks(SQLite::Database& connection, PlanId plan);
 

@@ -12,9 +12,9 @@ namespace veneer::db {
 namespace {
 
 constexpr const char* kPlanColumns =
-    "SELECT id, name, parent, who, created_at, target_file, preview_file, options_json, report_json, "
-    "(SELECT count(*) FROM patches WHERE plan = plans.id), (SELECT count(*) FROM placements WHERE plan = plans.id) "
-    "FROM plans ";
+    "SELECT id, name, parent, who, created_at, target_file, preview_file, options_json, report_json, (SELECT count(*) "
+    "FROM patches WHERE plan = coalesce((SELECT j.plan FROM redos AS d JOIN jobs AS j ON j.id = d.job WHERE d.plan = "
+    "plans.id), plans.id)), (SELECT count(*) FROM placements WHERE plan = plans.id) FROM plans ";
 
 Error no_such_plan(PlanId plan) {
   return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
@@ -42,29 +42,68 @@ Status check(const NewPlan& plan) {
   return Ok();
 }
 
+class PlacementRows {
+ public:
+  PlacementRows(SQLite::Database& connection, PlanId plan)
+      : plan_(plan),
+        row_(connection,
+             "INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, "
+             "shift_y_mm, improper, lead_in_um) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)") {}
+
+  void insert(std::int64_t patch_row, const PlannedPatch& patch) {
+    std::vector<Point<PanelFrame>> lead_in;
+    if (patch.lead_in) lead_in.push_back(*patch.lead_in);
+    row_.reset();
+    SQLite::bind(row_, plan_.value, patch_row, patch.panel->value, write_ring(to_micro(patch.panel_outline)),
+                 write_area(patch.allocation.micro_area()));
+    bind_isometry(row_, 6, patch.panel_from_artwork);
+    row_.bind(10, write_ring(to_micro(lead_in)));
+    row_.exec();
+  }
+
+ private:
+  PlanId plan_;
+  SQLite::Statement row_;
+};
+
 void insert_patches(SQLite::Database& connection, PlanId plan, const std::vector<PlannedPatch>& patches) {
   SQLite::Statement patch_row(connection,
                               "INSERT INTO patches (plan, ordinal, mark, artwork_outline_um) VALUES (?, ?, ?, ?)");
-  SQLite::Statement placement_row(
-      connection,
-      "INSERT INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, shift_y_mm, "
-      "improper, lead_in_um) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  PlacementRows placements(connection, plan);
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const PlannedPatch& patch = patches[i];
     patch_row.reset();
     SQLite::bind(patch_row, plan.value, static_cast<std::int64_t>(i), patch.mark,
                  write_ring(to_micro(patch.artwork_outline)));
     patch_row.exec();
-    if (!patch.panel) continue;
-    std::vector<Point<PanelFrame>> lead_in;
-    if (patch.lead_in) lead_in.push_back(*patch.lead_in);
-    placement_row.reset();
-    SQLite::bind(placement_row, plan.value, connection.getLastInsertRowid(), patch.panel->value,
-                 write_ring(to_micro(patch.panel_outline)), write_area(patch.allocation.micro_area()));
-    bind_isometry(placement_row, 6, patch.panel_from_artwork);
-    placement_row.bind(10, write_ring(to_micro(lead_in)));
-    placement_row.exec();
+    if (patch.panel) placements.insert(connection.getLastInsertRowid(), patch);
   }
+}
+
+// The plan's own row and its panels, without patches.
+PlanId insert_row(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO plans (name, who, created_at, target_file, preview_file, plan_json, "
+                           "options_json, report_json, parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, plan.name, plan.who, at, plan.target_file, plan.preview_file, plan.plan_json, plan.options_json,
+               plan.report_json);
+  if (plan.parent) insert.bind(9, plan.parent->value);
+  insert.exec();
+  const PlanId id{connection.getLastInsertRowid()};
+  SQLite::Statement panel(connection, "INSERT INTO plan_panels (plan, panel, mask_version) VALUES (?, ?, ?)");
+  for (const PlannedPanel& planned : plan.planned_on) {
+    panel.reset();
+    SQLite::bind(panel, id.value, planned.panel.value, planned.mask_version);
+    panel.exec();
+  }
+  return id;
+}
+
+// Both name the same vertices, but for what was rounded on the way through a file.
+bool same_outline(const Ring<ArtworkFrame>& a, const Ring<ArtworkFrame>& b) {
+  constexpr Millimetres kRounding(0.002);
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](const auto& p, const auto& q) { return distance(p, q) <= kRounding; });
 }
 
 PlanRecord read_plan(SQLite::Database& connection, SQLite::Statement& row) {
@@ -89,7 +128,8 @@ PlanRecord read_plan(SQLite::Database& connection, SQLite::Statement& row) {
     if (panels.getColumn(2).getInt() != plan.panels.back().mask_version)
       plan.outdated.push_back(plan.panels.back().panel);
   }
-  SQLite::Statement jobs(connection, "SELECT id FROM jobs WHERE plan = ? ORDER BY id");
+  SQLite::Statement jobs(connection,
+                         "SELECT id FROM jobs WHERE plan = ?1 UNION SELECT job FROM redos WHERE plan = ?1 ORDER BY 1");
   jobs.bind(1, plan.id.value);
   while (jobs.executeStep()) plan.jobs.push_back({jobs.getColumn(0).getInt64()});
   return plan;
@@ -118,21 +158,31 @@ PlannedPatch read_patch(SQLite::Statement& row) {
 
 Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
   if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
-  SQLite::Statement insert(connection,
-                           "INSERT INTO plans (name, who, created_at, target_file, preview_file, plan_json, "
-                           "options_json, report_json, parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  SQLite::bind(insert, plan.name, plan.who, at, plan.target_file, plan.preview_file, plan.plan_json, plan.options_json,
-               plan.report_json);
-  if (plan.parent) insert.bind(9, plan.parent->value);
-  insert.exec();
-  const PlanId id{connection.getLastInsertRowid()};
-  SQLite::Statement panel(connection, "INSERT INTO plan_panels (plan, panel, mask_version) VALUES (?, ?, ?)");
-  for (const PlannedPanel& planned : plan.planned_on) {
-    panel.reset();
-    SQLite::bind(panel, id.value, planned.panel.value, planned.mask_version);
-    panel.exec();
-  }
+  const PlanId id = insert_row(connection, plan, at);
   insert_patches(connection, id, plan.pieces);
+  return id;
+}
+
+Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPlan& plan, const std::string& at) {
+  if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
+  const PlanId id = insert_row(connection, plan, at);
+  SQLite::Statement patch_row(connection,
+                              "SELECT t.id, t.artwork_outline_um FROM pieces AS p JOIN patches AS t ON t.id = p.patch "
+                              "WHERE p.job = ? AND t.mark = ?");
+  PlacementRows placements(connection, id);
+  for (const PlannedPatch& patch : plan.pieces) {
+    patch_row.reset();
+    SQLite::bind(patch_row, job.value, patch.mark);
+    if (!patch_row.executeStep())
+      return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, patch.mark)};
+    const auto outline = read_ring(text(patch_row.getColumn(1)));
+    if (!outline) throw damaged("patch " + patch.mark);
+    if (!patch.panel || !same_outline(from_micro<ArtworkFrame>(*outline), patch.artwork_outline))
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("piece {} of job {} came back without wood, or as another piece: plan it again",
+                               patch.mark, job.value)};
+    placements.insert(patch_row.getColumn(0).getInt64(), patch);
+  }
   return id;
 }
 
@@ -154,8 +204,9 @@ Result<PlanId> Plans::add(const NewPlan& plan, const std::string& at) {
 Status Plans::remove(PlanId plan) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement held(connection,
-                           "SELECT (SELECT min(id) FROM jobs WHERE plan = p.id), (SELECT min(id) FROM plans WHERE "
-                           "parent = p.id) FROM plans AS p WHERE id = ?");
+                           "SELECT coalesce((SELECT min(id) FROM jobs WHERE plan = p.id), (SELECT job FROM redos WHERE "
+                           "plan = p.id)), (SELECT min(id) FROM plans WHERE parent = p.id) FROM plans AS p WHERE id = "
+                           "?");
     held.bind(1, plan.value);
     if (!held.executeStep()) return no_such_plan(plan);
     if (!held.getColumn(0).isNull())
@@ -211,8 +262,8 @@ Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan, std::int64_t skipp
     SQLite::Statement rows(connection,
                            "SELECT t.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, l.area_um, l.lead_in_um, "
                            "l.angle_rad, l.shift_x_mm, l.shift_y_mm, l.improper FROM patches AS t LEFT JOIN placements "
-                           "AS l ON l.patch = t.id AND l.plan = t.plan WHERE t.plan = ?1 ORDER BY t.ordinal LIMIT ?3 "
-                           "OFFSET ?2");
+                           "AS l ON l.patch = t.id AND l.plan = ?1 WHERE t.plan = ?1 OR t.id IN (SELECT patch FROM "
+                           "placements WHERE plan = ?1) ORDER BY t.ordinal LIMIT ?3 OFFSET ?2");
     SQLite::bind(rows, plan.value, skipped, limit);
     std::vector<PlannedPatch> out;
     while (rows.executeStep()) out.push_back(read_patch(rows));

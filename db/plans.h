@@ -1,6 +1,7 @@
 // Plans: each is one answer to the question which wood makes a picture. A plan is stored, looked at and compared; a job
 // is made of it (JobStore::create), and only that reserves wood. A plan never changes: other options, or wood that is
-// forbidden, make another plan that names the one it came from as its parent.
+// forbidden, make another plan that names the one it came from as its parent. A plan by which lost pieces of a job are
+// made again (JobStore::redo) has no patches of its own: it places some of those of the job's plan.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -56,10 +57,10 @@ struct PlanRecord {
   std::optional<PlanId> parent;
   std::string who, created_at;
   std::string target_file, preview_file, options_json, report_json;  // the plan itself: plan_json()
-  int patches = 0, placed = 0;                                       // placed: those that found wood
+  int patches = 0, placed = 0;  // placed: those that found wood, or were made again
   std::vector<PlannedPanel> panels;
   std::vector<PanelId> outdated;  // of these: scanned again since, so that no job can be made of the plan
-  std::vector<JobId> jobs;        // made of it
+  std::vector<JobId> jobs;        // made of it, or made again by it
 };
 
 class Plans {
@@ -76,7 +77,7 @@ class Plans {
   // At most `limit` of them, from before `before` on; {0}: from the newest.
   Result<std::vector<PlanRecord>> list(PlanId before, int limit);
   Result<std::string> plan_json(PlanId plan);
-  Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan
+  Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan; what it places, of a redo
   // At most `limit` of them, without the first `skipped`.
   Result<std::vector<PlannedPatch>> patches(PlanId plan, std::int64_t skipped, int limit);
   // Marks of the patches whose wood is held for another piece by now; a job can be made while there are none.

@@ -73,6 +73,7 @@ struct KeptPiece {
   int cells = 1;                       // side in cells of the grid (Piece::cells)
   std::optional<Placement> placement;  // none: wood is looked for anew
   bool must = false;                   // an error when it cannot stay there; otherwise it is planned anew
+  bool held = false;                   // its wood is taken for it already, or cut: it stays there, free or not
   Ring<ArtworkFrame> outline{};        // of a curved piece; empty: its layout's
 };
 

@@ -19,6 +19,9 @@ struct StockPanel {
   // allocations, already grown by kerf and position margin). Wood outside the raster is not free. A mask made by
   // testing pixel centres against polygons is up to 0.71 pixel too generous: shrink it, or plan with a position margin.
   Raster<PanelFrame> free;
+  // Where pieces of an earlier plan hold wood of `free` (KeptPiece::held): what of it is left for others, on the same
+  // pixels. Empty: all of it.
+  Raster<PanelFrame> open{};
   std::string species{};   // "oak"; empty: not known
   double tone_weight = 1;  // how many times its area counts when tones are mapped to the wood's; 0: not at all
 };

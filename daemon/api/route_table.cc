@@ -53,6 +53,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getJobPreview", "GET", "/api/v1/jobs/{id}/preview.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"getJobPlan", "GET", "/api/v1/jobs/{id}/plan.json", Role::kViewer},
     ApiOperation{"startJob", "POST", "/api/v1/jobs/{id}/start", Role::kOperator},
+    ApiOperation{"redo", "POST", "/api/v1/jobs/{id}/redo", Role::kOperator, Takes::kJson},
     ApiOperation{"recut", "POST", "/api/v1/jobs/{id}/recut", Role::kOperator, Takes::kJson},
     ApiOperation{"cancelJob", "POST", "/api/v1/jobs/{id}/cancel", Role::kOperator},
     ApiOperation{"settlePiece", "POST", "/api/v1/jobs/{id}/pieces/{mark}/settle", Role::kOperator, Takes::kJson},

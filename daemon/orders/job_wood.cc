@@ -48,6 +48,23 @@ Raster<PanelFrame> only_zones(const Raster<PanelFrame>& free, const std::vector<
   return wood_within(free, wanted, others);
 }
 
+// What of `free`, as the job found it, is left today.
+Result<Raster<PanelFrame>> open_wood(const HeldPanel& panel, const Raster<PanelFrame>& free, Millimetres margin) {
+  Raster<PanelFrame> out{cv::Mat::zeros(free.pixels.size(), CV_8UC1), free.resolution, free.origin};
+  if (panel.closed) return out;
+  const auto mask = read_stored_raster(panel.mask_now);
+  if (!mask) return mask.error();
+  if (mask->pixels.size() != free.pixels.size())
+    return Error{ErrorCode::kStorage,
+                 fmt::format("the picture of panel {} is of another size than when the job was planned: retire the panel "
+                             "and scan it as a new one",
+                             panel.id.value)};
+  std::vector<Region<PanelFrame>> taken = panel.live;
+  taken.insert(taken.end(), panel.own.begin(), panel.own.end());
+  cv::bitwise_and(free.pixels, free_wood(*mask, taken, margin).pixels, out.pixels);
+  return out;
+}
+
 void drop_index(const std::string& index_dir, const PanelId& panel) {
   if (auto cache = planner::IndexCache::open(index_dir)) cache->drop(panel.value);
 }
@@ -62,11 +79,17 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood) {
     if (!mask) return mask.error();
     // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
     const Raster<PanelFrame> free = free_wood(*mask, h.live, wood.margin);
-    if (cv::countNonZero(free.pixels) == 0) drop_index(wood.index_dir, h.id);
-    stock.push_back({h.id, {}, only_zones(free, h.zones, wood.woods), species_of(h.zones, wood.woods)});
+    if (cv::countNonZero(free.pixels) == 0 && !wood.index_dir.empty()) drop_index(wood.index_dir, h.id);
+    stock.push_back({h.id, {}, only_zones(free, h.zones, wood.woods), {}, species_of(h.zones, wood.woods)});
   }
   for (const auto& [panel, region] : wood.forbidden)
     if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();
+  for (std::size_t i = 0; i < stock.size(); ++i) {
+    if (wood.panels[i].mask_now.empty()) continue;
+    auto open = open_wood(wood.panels[i], stock[i].free, wood.margin);
+    if (!open) return open.error();
+    stock[i].open = std::move(*open);
+  }
   if (wood.max_panels && *wood.max_panels < stock.size()) {
     std::stable_sort(stock.begin(), stock.end(),
                      [](const auto& a, const auto& b) { return wood_area(a.free) > wood_area(b.free); });

@@ -26,6 +26,11 @@ struct HeldPanel {
   std::vector<Region<PanelFrame>> live;  // of its live allocations
   std::vector<db::ZoneRecord> zones;
   std::vector<Region<PanelFrame>> spared;  // what lead-ins keep off even where no piece lies: tags, holes
+  // Of a job whose pieces are made again, whose plan was made on `map` and `mask`: the mask that counts now ("" of any
+  // other job), what the job itself holds, which is not in `live`, and whether the panel is out of stock.
+  std::string mask_now;
+  std::vector<Region<PanelFrame>> own;
+  bool closed = false;
 };
 
 struct JobWood {
@@ -40,13 +45,14 @@ struct JobWood {
 
 // Mask minus live allocations grown by `margin`. With `woods` a panel offers its zones of these materials only, and
 // none of the wood that another zone may reach into; its species is the one material it offers, "" when there are
-// several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped.
+// several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped. A panel with
+// `mask_now` offers its free wood as the job found it (StockPanel::free), and what is left of it (StockPanel::open).
 //
 // Blocks on files. kNotFound: wood is forbidden on a panel that is not among these. kInvalidArgument: no panel has a
 // wood that is asked for or weighed; forbidden wood lies beside its panel. kStorage: a panel's pictures cannot be read.
 Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood);
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, index_dir)
 
 }  // namespace veneer::daemon

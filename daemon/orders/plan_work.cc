@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_recipes.h"
@@ -45,7 +48,7 @@ Result<std::size_t> add_leads(const MakePlan& order, Millimetres kerf, const std
   for (const auto& panel : stock) {
     if (options.leads.length.count() <= 0) break;
     const HeldPanel& of = held(order, panel.id);
-    const planner::LeadRoom room{panel.free, of.spared, kerf};
+    const planner::LeadRoom room{panel.open.pixels.empty() ? panel.free : panel.open, of.spared, kerf};
     const WoodRecipes recipes(order.recipe, order.kerf, order.recipes, of.zones);
     std::vector<db::PlannedPatch*> on_panel;
     std::vector<planner::LeadPiece> to_lead;
@@ -69,7 +72,15 @@ Result<std::size_t> add_leads(const MakePlan& order, Millimetres kerf, const std
   return without;
 }
 
-Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector<planner::StockPanel>& stock) {
+Result<std::optional<planner::Plan>> earlier_of(const MakePlan& order) {
+  if (order.earlier.empty()) return std::optional<planner::Plan>();
+  auto read = planner::read_plan(order.earlier);
+  if (!read) return read.error();
+  return std::optional(std::move(*read));
+}
+
+Result<planner::PlanOptions> options_of(const MakePlan& order, const std::optional<planner::Plan>& earlier,
+                                        const std::vector<planner::StockPanel>& stock) {
   planner::PlanOptions options;
   for (const auto& [name, text] : order.options)
     if (const Status set = planner::set_option(options, name, text); !set) return set.error();
@@ -82,12 +93,33 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::vector
   if (options.refine != planner::Refine::kNone || options.layout != planner::LayoutKind::kGrid)
     options.web = planner::kPieceWeb;
   options.index_cache = order.wood.index_dir;
-  if (order.earlier.empty()) return options;
-  auto earlier = planner::read_plan(order.earlier);
-  if (!earlier) return earlier.error();
-  if (const Status kept = planner::keep_edited(std::move(*earlier), order.edits, options); !kept) return kept.error();
+  if (!earlier) return options;
+  if (const Status kept = planner::keep_edited(*earlier, order.edits, options); !kept) return kept.error();
   if (!options.kept_layouts.empty()) options.web = planner::kPieceWeb;
   return options;
+}
+
+// The pieces that are made again, and what the picture costs with them. What stays costs what it cost when it was
+// planned, so that the difference is theirs alone.
+void report_redone(const planner::Plan& before, const planner::Plan& plan, const std::vector<std::string>& marks,
+                   PlanMade& made) {
+  const std::set<std::string> redone(marks.begin(), marks.end());
+  std::map<std::string, const planner::Piece*> earlier;
+  for (const planner::Piece& piece : before.pieces) earlier[piece.mark] = &piece;
+  double cost = 0;
+  std::int64_t pixels = 0;
+  for (const planner::Piece& piece : plan.pieces) {
+    if (!piece.placement || piece.pixels == 0) continue;
+    const planner::Piece& was = *earlier.at(piece.mark);
+    const bool again = redone.contains(piece.mark);
+    cost += again ? piece.cost : was.cost;
+    pixels += piece.pixels;
+    if (!again) continue;
+    RedonePiece& of = made.redone.emplace_back(RedonePiece{piece.mark, {}, piece.cost / static_cast<double>(piece.pixels)});
+    if (was.placement && was.pixels > 0) of.cost_before = was.cost / static_cast<double>(was.pixels);
+  }
+  made.cost_before = planner::cost_per_pixel(before);
+  made.cost_per_pixel = pixels > 0 ? cost / static_cast<double>(pixels) : 0;
 }
 
 }  // namespace
@@ -100,7 +132,9 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   progress(0.02, "reading the stock");
   const auto stock = load_job_wood(order.wood);
   if (!stock) return stock.error();
-  const auto options = options_of(order, *stock);
+  const auto earlier = earlier_of(order);
+  if (!earlier) return earlier.error();
+  const auto options = options_of(order, *earlier, *stock);
   if (!options) return options.error();
 
   planner::Artwork artwork;
@@ -124,13 +158,18 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   if (const Status written = write_stored_picture(preview->pixels, folder / kMadePreview); !written)
     return written.error();
   std::vector<db::PlannedPatch> pieces = pieces_of(*plan);
+  const std::vector<std::string>& again = order.edits.replanned;
+  if (order.edits.held)
+    std::erase_if(pieces, [&](const auto& p) { return std::find(again.begin(), again.end(), p.mark) == again.end(); });
   const auto without_lead = add_leads(order, plan->kerf, *stock, pieces);
   if (!without_lead) return without_lead.error();
   if (const Status written = planner::write_text(nlohmann::json(pieces).dump(), folder / kMadePieces); !written)
     return written.error();
   if (const Status written = planner::write_plan(*plan, folder / kMadePlan); !written) return written.error();
-  return PlanMade{plan->kerf, options->web, planner::cost_per_pixel(*plan), *without_lead, plan->warnings, plan->global,
-                  plan->fine, plan->refined};
+  PlanMade made{plan->kerf,   options->web, planner::cost_per_pixel(*plan), *without_lead, plan->warnings,
+                plan->global, plan->fine,   plan->refined,                  {},            0};
+  if (order.edits.held) report_redone(**earlier, *plan, again, made);
+  return made;
 }
 
 }  // namespace veneer::daemon

@@ -21,7 +21,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GlobalReport, greedy_cost, cost, greedy_unfil
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FineReport, cost_before, cost, moved)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport::Round, cost, moved)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport, cost_before, cost_refined, cost, rounds, segments, length, seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanEdits, pins, replanned, swaps, takes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanEdits, pins, replanned, swaps, takes, held)
 }  // namespace veneer::planner
 
 namespace veneer::daemon {
@@ -41,13 +41,20 @@ struct MakePlan {
   JobWood wood;
   RecipeConfig recipe;
   std::vector<db::RecipeRecord> recipes;
-  // Of a plan that changes an earlier one: that one's file, and what is asked of it.
+  // Of a plan that changes an earlier one: that one's file, and what is asked of it. Where the earlier one is being made
+  // (PlanEdits::held), an answer's pieces are those that are made again.
   std::string earlier;
   planner::PlanEdits edits;
 };
 // What an answer leaves in the work's folder: the plan as planner::plan_to_json() writes it, its pieces as records
 // (JSON), and the assembled picture.
 inline constexpr const char *kMadePlan = "plan.json", *kMadePieces = "pieces.json", *kMadePreview = "preview.png";
+// What becomes of a piece that is made again; costs are per pixel.
+struct RedonePiece {
+  std::string mark;
+  std::optional<double> cost_before;  // none when it had no wood
+  double cost = 0;
+};
 struct PlanMade {
   Millimetres kerf{0};  // of the whole plan: the widest any of the wood is cut with
   Millimetres web{0};   // that its pieces keep around their kerfs
@@ -57,6 +64,8 @@ struct PlanMade {
   std::optional<planner::GlobalReport> global;
   std::optional<planner::FineReport> fine;
   std::optional<planner::RefineReport> refined;  // none of a plan that keeps an earlier one's curved pieces
+  std::vector<RedonePiece> redone;
+  double cost_before = 0;  // per pixel of the earlier plan, of a plan that makes pieces again
 };
 // kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
 // planner::make_plan and load_job_wood say.
@@ -64,6 +73,8 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, size, options, threads, kerf, preview_dpi, wood, recipe,
                                    recipes, earlier, edits)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RedonePiece, mark, cost_before, cost)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined,
+                                   redone, cost_before)
 
 }  // namespace veneer::daemon

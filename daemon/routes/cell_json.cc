@@ -46,6 +46,9 @@ json to_json(const db::AllocationRecord& a, const std::string& mark) {
           {"allocation_mm", rings}};
 }
 
+// Nothing is left to cut, and the picture is not whole.
+bool is_incomplete(const db::JobRecord& job) { return job.state == db::JobState::kComplete && job.missing() > 0; }
+
 json to_json(const db::JobRecord& job) {
   int planned = 0;
   for (const auto& [state, count] : job.pieces)
@@ -53,10 +56,12 @@ json to_json(const db::JobRecord& job) {
   json out = {{"id", job.id.value},
               {"name", job.name},
               {"plan", job.plan.value},
-              {"state", db::to_string(job.state)},
+              {"newest_plan", job.newest.value},
+              {"state", is_incomplete(job) ? "incomplete" : db::to_string(job.state)},
               {"pieces", planned},
               {"cut", job.count(db::PieceState::kCut)},
               {"suspect", job.count(db::PieceState::kSuspect)},
+              {"missing", job.missing()},
               {"created", job.created_at}};
   const json options = json::parse(job.options_json, nullptr, false);
   if (options.is_object()) out["options"] = options;
@@ -182,7 +187,12 @@ json to_json(const JobOutcome& o) {
                {"rounds", o.refined->rounds.size()}};
   for (const auto& [panel, pieces] : o.panels) panels.push_back({{"panel", panel.value}, {"pieces", pieces}});
   const bool planned = o.plan.value != 0;  // and no job made of it
-  return {{planned ? "plan" : "job", planned ? o.plan.value : o.job.value},
+  json redone = json::array();
+  for (const RedonePiece& piece : o.redone)
+    redone.push_back({{"mark", piece.mark},
+                      {"cost_before", piece.cost_before ? json(*piece.cost_before) : json()},
+                      {"cost", piece.cost}});
+  json out = {{planned ? "plan" : "job", planned ? o.plan.value : o.job.value},
           {"pieces", o.pieces},
           {"without_lead_in", o.without_lead},
           {"cost_per_pixel", o.cost_per_pixel},
@@ -191,6 +201,8 @@ json to_json(const JobOutcome& o) {
           {"global", global},
           {"fine_rotation", fine},
           {"refined", refined}};
+  if (!o.redone.empty()) out["redone"] = redone, out["cost_per_pixel_before"] = o.cost_before;
+  return out;
 }
 
 json to_json(const CalibrationOutcome& o) {

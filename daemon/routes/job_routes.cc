@@ -12,6 +12,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/services/known_backs.h"
 #include "daemon/services/plan_web.h"
 
 namespace veneer::daemon {
@@ -40,6 +41,8 @@ Result<JobId> reserve_plan(Repositories& r, db::PlanId id, const std::optional<d
   const auto pieces = r.plans.patches(id);
   if (!pieces) return pieces.error();
   if (const Status apart = keeps_web(r, plan->options_json, *pieces); !apart) return apart.error();
+  // A plan may have been stored before this was asked for.
+  if (const Status findable = backs_are_known(r, plan->panels); !findable) return findable.error();
   return r.jobs.create(id, utc_timestamp(), keyed);
 }
 
@@ -186,6 +189,22 @@ void recut(const JobServices& s, const ApiRequest& request, const Reply& reply) 
                [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
 }
 
+// Lost pieces get other wood, under their marks.
+void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = RequestReader::body_of(request);
+  PlanService::Redo wanted{JobId{*id}, body.texts("pieces").value_or(std::vector<std::string>()), s.planner_threads};
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply,
+             [s, wanted = std::move(wanted), who = request.caller.who](const TaskReporter& task) {
+               auto outcome = s.plans.redo(
+                   wanted, who, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+               if (outcome) s.on_planned(outcome->job);
+               task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+             });
+}
+
 // What an operator saw of a suspect piece: it is good, lost, or its wood is whole.
 void settle(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto body = RequestReader::body_of(request);
@@ -260,6 +279,7 @@ void bind_job_routes(Router& router, const JobServices& s) {
                      [s, reply](const Status& started) { reply(state_reply(s, started)); });
   });
   router.bind("recut", [s](const ApiRequest& request, const Reply& reply) { recut(s, request, reply); });
+  router.bind("redo", [s](const ApiRequest& request, const Reply& reply) { redo(s, request, reply); });
   router.bind("settlePiece", [s](const ApiRequest& request, const Reply& reply) { settle(s, request, reply); });
   router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
     const CellView& view = s.unit.view();

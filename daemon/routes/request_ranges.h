@@ -18,7 +18,7 @@ inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for 
 inline constexpr NumberRange kPasses{1, 20};
 inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};
-inline constexpr std::size_t kLongestReason = 500;  // characters
+inline constexpr std::ptrdiff_t kLongestReason = 500;  // characters
 inline constexpr NumberRange kPointsOfStroke{2, 500'000};
 inline constexpr NumberRange kSwitch{0, 1};                                                             // off, on
 inline constexpr NumberRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 100};  // per cent

@@ -238,7 +238,9 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
   auto body = RequestReader::body_of(request);
   const auto reason = body.text("reason");
   if (retired) body.require("reason");
-  if (reason && (reason->empty() || reason->size() > ranges::kLongestReason))
+  // Characters, not bytes: in UTF-8 a character's further bytes begin with 10.
+  const auto length = !reason ? 1 : std::ranges::count_if(*reason, [](char c) { return (c & 0xC0) != 0x80; });
+  if (length < 1 || length > ranges::kLongestReason)
     body.refuse(
         {ErrorCode::kInvalidArgument, fmt::format("the reason must be 1 to {} characters", ranges::kLongestReason)});
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));

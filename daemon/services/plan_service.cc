@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "base/clock.h"
@@ -15,6 +16,7 @@
 #include "base/hash.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
+#include "daemon/services/known_backs.h"
 #include "daemon/services/plan_web.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/json_depth.h"
@@ -59,21 +61,16 @@ struct Stock {
   std::vector<db::PlannedPanel> planned_on;  // a panel that is scanned meanwhile is noticed when wood is reserved
   std::vector<PanelId> in_stock;
   std::vector<PanelId> not_found_on_bed;  // left out: nothing is known of their backs
+  std::set<PanelId> not_used;             // left out, retired, or others were asked for
   std::vector<db::RecipeRecord> recipes;
 };
-
-std::string scan_its_back(const PanelId& panel) {
-  return fmt::format(
-      "the camera finds panel {0} by the tags on its back, and nobody has scanned them: turn it over and run veneerctl "
-      "panel scan --face back --panel {0}",
-      panel.value);
-}
 
 // Nothing when its back was never scanned: it lies on the bed back up, where nobody would find it.
 Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelRecord& panel,
                                             const PanelLibrary& library) {
-  HeldPanel out{panel.id, library.path_of(panel.map_file).string(), library.path_of(panel.mask_file).string(), {}, {},
-                {}};
+  HeldPanel out;
+  out.id = panel.id;
+  out.map = library.path_of(panel.map_file).string(), out.mask = library.path_of(panel.mask_file).string();
   const auto live = r.ledger.live_allocations(panel.id);
   if (!live) return live.error();
   for (const auto& allocation : *live) out.live.push_back(allocation.area);
@@ -101,14 +98,17 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
   }
   Stock out;
   for (const auto& panel : *panels) {
-    if (panel.retired) continue;
-    out.in_stock.push_back(panel.id);
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end()) continue;
+    if (!panel.retired) out.in_stock.push_back(panel.id);
+    if (panel.retired || (!wanted.empty() && std::find(wanted.begin(), wanted.end(), panel.id) == wanted.end())) {
+      out.not_used.insert(panel.id);
+      continue;
+    }
     auto held = read_panel(r, panel, library);
     if (!held) return held.error();
     if (!*held) {
       if (!wanted.empty()) return Error{ErrorCode::kRefused, scan_its_back(panel.id)};
       out.not_found_on_bed.push_back(panel.id);
+      out.not_used.insert(panel.id);
       continue;
     }
     out.held.push_back(std::move(**held));
@@ -121,6 +121,91 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
   auto recipes = r.materials.recipes();
   if (!recipes) return recipes.error();
   out.recipes = std::move(*recipes);
+  return out;
+}
+
+// The versions of masks that a job's pieces were placed on, panel by panel: as the picture was planned, or as a panel
+// was first taken in addition.
+Result<std::map<PanelId, int>> versions_of(Repositories& r, const db::JobRecord& job) {
+  std::map<PanelId, int> out;
+  std::vector<db::PlanId> plans = {job.plan};
+  auto redone = r.jobs.redos(job.id);
+  if (!redone) return redone.error();
+  plans.insert(plans.end(), redone->begin(), redone->end());
+  for (const db::PlanId plan : plans) {
+    const auto record = r.plans.find(plan);
+    if (!record) return record.error();
+    for (const db::PlannedPanel& panel : record->panels) out.emplace(panel.panel, panel.mask_version);
+  }
+  return out;
+}
+
+// The panel as the job knew it, whatever became of it: what was cut from it is a hole by now.
+Status as_planned(Repositories& r, const PanelLibrary& library, JobId job, int version, HeldPanel& panel) {
+  const auto masks = r.panels.masks(panel.id);
+  if (!masks) return masks.error();
+  const auto live = r.ledger.live_allocations(panel.id);
+  if (!live) return live.error();
+  panel.live.clear(), panel.own.clear();
+  for (const auto& allocation : *live) (allocation.job == job ? panel.own : panel.live).push_back(allocation.area);
+  panel.mask_now = library.path_of(masks->front().mask_file).string();
+  for (const db::MaskRecord& mask : *masks)
+    if (mask.version == version)
+      panel.map = library.path_of(mask.map_file).string(), panel.mask = library.path_of(mask.mask_file).string();
+  return Ok();
+}
+
+// The stock as the job found it, and what is left of it.
+Status hold_as_planned(Repositories& r, const PanelLibrary& library, const db::JobRecord& job, Stock& stock) {
+  auto versions = versions_of(r, job);
+  if (!versions) return versions.error();
+  for (HeldPanel& panel : stock.held) {
+    const auto known = versions->find(panel.id);
+    if (known == versions->end()) continue;
+    if (const Status held = as_planned(r, library, job.id, known->second, panel); !held) return held;
+    versions->erase(known);
+  }
+  // Out of stock by now; its pieces are in the picture all the same.
+  for (const auto& [id, version] : *versions) {
+    HeldPanel& panel = stock.held.emplace_back();
+    panel.id = id;
+    panel.closed = true;
+    auto zones = r.materials.zones(id);
+    if (!zones) return zones.error();
+    panel.zones = std::move(*zones);
+    if (const Status held = as_planned(r, library, job.id, version, panel); !held) return held;
+  }
+  return Ok();
+}
+
+// Which pieces of a job are made again. kInvalidArgument: none is missing.
+Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord>& pieces, JobId job,
+                                               const std::vector<std::string>& named) {
+  const std::set<std::string> wanted(named.begin(), named.end());
+  std::set<std::string> unknown = wanted;
+  std::vector<std::string> out;
+  for (const db::PieceRecord& piece : pieces) {
+    unknown.erase(piece.mark);
+    const bool missing = piece.state == db::PieceState::kScrap || piece.state == db::PieceState::kReleased ||
+                         piece.state == db::PieceState::kUnfilled;
+    if (wanted.empty() ? !missing : !wanted.contains(piece.mark)) continue;
+    if (piece.state == db::PieceState::kSuspect)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("piece {} of job {} is suspect: say first what became of it with veneerctl job settle",
+                               piece.mark, job.value)};
+    if (!missing && piece.state != db::PieceState::kCut)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("piece {} of job {} has its wood and is still to be cut: veneerctl job start {}",
+                               piece.mark, job.value, job.value)};
+    out.push_back(piece.mark);
+  }
+  if (!unknown.empty())
+    return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}: see veneerctl job pieces {}", job.value,
+                                                   *unknown.begin(), job.value)};
+  if (out.empty())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("no piece of job {} is missing: name those that were lost after they were cut",
+                             job.value)};
   return out;
 }
 
@@ -183,8 +268,17 @@ MakePlan order_of(const JobRequest& request, Stock& stock, const Config& config,
   out.wood = {
       std::move(stock.held), config.panel.position_margin, request.woods, request.wood_weights, request.forbidden,
       request.max_panels,    library.index_dir().string()};
+  // What was forbidden on a panel that is out of the question now needs no saying.
+  std::erase_if(out.wood.forbidden, [&](const auto& wood) { return stock.not_used.contains(wood.panel); });
   out.recipe = config.recipe;
   out.recipes = std::move(stock.recipes);
+  return out;
+}
+
+std::vector<std::string> left_out(const Stock& stock) {
+  std::vector<std::string> out;
+  for (const PanelId& panel : stock.not_found_on_bed)
+    out.push_back(fmt::format("the wood of panel {} was left out: {}", panel.value, scan_its_back(panel)));
   return out;
 }
 
@@ -205,8 +299,14 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
   auto stock = read_stock((*reader)->repositories(), request.panels, library_);
-  reader->reset();
   if (!stock) return stock.error();
+  if (earlier && earlier->made) {
+    const auto job = (*reader)->repositories().jobs.find(*earlier->made);
+    if (!job) return job.error();
+    if (const Status held = hold_as_planned((*reader)->repositories(), library_, *job, *stock); !held)
+      return held.error();
+  }
+  reader->reset();
   library_.keep_index_only(stock->in_stock);
 
   auto folder = WorkFolder::make(library_.data_dir());
@@ -215,11 +315,15 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   order.kind = MakePlan::kKind;
   order.what = "planning";
   order.folder = folder->path();
-  order.writable = {library_.index_dir()};
+  if (!earlier || !earlier->made) order.writable = {library_.index_dir()};
   order.deadline = std::chrono::seconds(config_.workers.planning_limit_s);
   order.nice = 10;
-  for (const HeldPanel& panel : stock->held) order.readable.insert(order.readable.end(), {panel.map, panel.mask});
+  for (const HeldPanel& panel : stock->held) {
+    order.readable.insert(order.readable.end(), {panel.map, panel.mask});
+    if (!panel.mask_now.empty()) order.readable.emplace_back(panel.mask_now);
+  }
   MakePlan wanted = order_of(request, *stock, config_, library_);
+  if (earlier && earlier->made) wanted.wood.index_dir.clear();  // it holds panels as they are today
   wanted.kerf = *calibration->kerf;
   wanted.picture = (folder->path() / "picture").string();
   const auto bytes = std::as_bytes(std::span(request.picture.text()));
@@ -233,9 +337,15 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   std::error_code there_already;
   std::filesystem::create_directories(library_.index_dir(), there_already);
   auto made = have_done<PlanMade>(workers_, std::move(order), wanted, progress, stop);
-  if (!made) return made.error();
-  for (const PanelId& panel : stock->not_found_on_bed)
-    made->warnings.push_back(fmt::format("the wood of panel {} was left out: {}", panel.value, scan_its_back(panel)));
+  const std::vector<std::string> not_planned = left_out(*stock);
+  if (!made) {
+    // It may be the very wood that is missing.
+    Error error = made.error();
+    if (error.code != ErrorCode::kCancelled)
+      for (const std::string& sentence : not_planned) error.message += "; " + sentence;
+    return error;
+  }
+  made->warnings.insert(made->warnings.end(), not_planned.begin(), not_planned.end());
 
   auto pieces = read_pieces(folder->path() / kMadePieces);
   if (!pieces) return pieces.error();
@@ -274,6 +384,8 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   outcome.global = made->global;
   outcome.fine = made->fine;
   outcome.refined = made->refined;
+  outcome.redone = made->redone;
+  outcome.cost_before = made->cost_before;
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   return Made{std::move(plan), std::move(outcome)};
 }
@@ -314,6 +426,53 @@ Result<JobOutcome> PlanService::make_plan(const JobRequest& request, const std::
   return store(std::move(*made), who);
 }
 
+Result<PlanService::ToRedo> PlanService::what_to_redo(const Redo& wanted) {
+  auto reader = database_.open_reader();
+  if (!reader) return reader.error();
+  Repositories& r = (*reader)->repositories();
+  auto job = r.jobs.find(wanted.job);
+  if (!job) return job.error();
+  if (job->state == db::JobState::kRunning)
+    return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", wanted.job.value)};
+  const auto pieces = r.jobs.pieces(wanted.job);
+  if (!pieces) return pieces.error();
+  auto marks = marks_to_redo(*pieces, wanted.job, wanted.pieces);
+  if (!marks) return marks.error();
+  auto plan_json = r.jobs.plan_json(wanted.job);
+  if (!plan_json) return plan_json.error();
+  return ToRedo{std::move(*job), std::move(*plan_json), std::move(*marks)};
+}
+
+Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who, const TaskProgress& progress,
+                                     const std::stop_token& stop) {
+  auto what = what_to_redo(wanted);
+  if (!what) return what.error();
+  auto picture = library_.load_bytes(what->job.target_file);
+  if (!picture) return picture.error();
+  auto request = job_request_again(what->job.name, std::move(*picture), what->job.options_json);
+  if (!request) return request.error();
+  request->options.threads = wanted.threads;
+  request->panels.clear(), request->max_panels.reset();  // whatever wood there is today
+  planner::PlanEdits edits;
+  edits.replanned = what->marks;
+  edits.held = true;
+  auto made = make(*request, Earlier{what->job.newest, std::move(what->plan_json), edits, wanted.job}, progress, stop);
+  if (!made) return made.error();
+  made->plan.who = who;
+  progress(0.95, "reserving the wood");
+  if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
+  const auto plan = database_.call([&](Repositories& r) -> Result<db::PlanId> {
+    if (const Status apart = keeps_web(r, made->plan.options_json, made->plan.pieces); !apart) return apart.error();
+    return r.jobs.redo(wanted.job, made->plan, utc_timestamp());
+  });
+  if (!plan) return plan.error();
+  made->outcome.job = wanted.job;
+  for (const RedonePiece& piece : made->outcome.redone)
+    log_->info("job {}: piece {} is made again, cost per pixel {:.6f} after {}", wanted.job.value, piece.mark, piece.cost,
+               piece.cost_before ? fmt::format("{:.6f}", *piece.cost_before) : "none");
+  return std::move(made->outcome);
+}
+
 Result<JobOutcome> PlanService::change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
                                             const std::stop_token& stop) {
   auto reader = database_.open_reader();
@@ -330,7 +489,7 @@ Result<JobOutcome> PlanService::change_plan(const Change& change, const std::str
   if (!request) return request.error();
   request->options.threads = change.threads;
   request->forbidden.insert(request->forbidden.end(), change.forbidden.begin(), change.forbidden.end());
-  auto made = make(*request, Earlier{change.plan, std::move(*plan_json), change.edits}, progress, stop);
+  auto made = make(*request, Earlier{change.plan, std::move(*plan_json), change.edits, {}}, progress, stop);
   if (!made) return made.error();
   return store(std::move(*made), who);
 }

@@ -13,6 +13,7 @@
 #include "base/log.h"
 #include "base/result.h"
 #include "daemon/config.h"
+#include "daemon/orders/plan_work.h"
 #include "daemon/services/job_request.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/scan_service.h"
@@ -36,6 +37,9 @@ struct JobOutcome {
   std::optional<planner::GlobalReport> global;
   std::optional<planner::FineReport> fine;
   std::optional<planner::RefineReport> refined;
+  // Of pieces that are made again, and of the picture before them.
+  std::vector<RedonePiece> redone;
+  double cost_before = 0;
 };
 
 class PlanService {
@@ -63,13 +67,31 @@ class PlanService {
   Result<JobOutcome> change_plan(const Change& change, const std::string& who, const TaskProgress& progress,
                                  const std::stop_token& stop);
 
+  // Pieces of a job that are lost are looked for again in today's free wood, as the picture was when it was planned;
+  // all others stay as they are. The wood is reserved for them, under their marks and ids (JobStore::redo).
+  // kInvalidArgument: none is missing. kNotFound, kConflict: a piece cannot be made again. Otherwise as make_job().
+  struct Redo {
+    JobId job;
+    std::vector<std::string> pieces;  // marks; one that is cut is lost from then on. Empty: all that are missing
+    int threads = 0;
+  };
+  Result<JobOutcome> redo(const Redo& wanted, const std::string& who, const TaskProgress& progress,
+                          const std::stop_token& stop);
+
  private:
   // An earlier plan, and what is asked of it.
   struct Earlier {
     db::PlanId plan;
     std::string plan_json;
     planner::PlanEdits edits;
+    std::optional<JobId> made;  // the job whose pieces it places, when some of them are made again
   };
+  struct ToRedo {
+    db::JobRecord job;
+    std::string plan_json;
+    std::vector<std::string> marks;
+  };
+  Result<ToRedo> what_to_redo(const Redo& wanted);
   struct Made {
     db::NewPlan plan;
     JobOutcome outcome;

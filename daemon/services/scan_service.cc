@@ -43,20 +43,35 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
          std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
 }
 
-// Whose wood each difference is; nobody's when it is free.
+const char* in_words(calib::DifferenceKind kind) {
+  return kind == calib::DifferenceKind::kGoneNotBooked ? "wood is gone that is not booked as cut"
+                                                       : "booked as cut, and still in the panel";
+}
+
+bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y;
+}
+
+// Whose wood each difference may be, by the box around it; nobody's when it is free.
 Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
                                                  const std::vector<calib::Difference>& differences) {
   std::vector<FoundDifference> out;
   const auto live = r.ledger.live_allocations(panel);
   if (!live) return live.error();
+  std::vector<Box<PanelFrame>> boxes(live->size());
+  for (std::size_t i = 0; i < live->size(); ++i)
+    for (const auto& ring : (*live)[i].area.rings())
+      for (const auto& point : ring) boxes[i].add(point);
   for (const calib::Difference& difference : differences) {
     FoundDifference& found = out.emplace_back(FoundDifference{difference, {}});
     const Box<PanelFrame>& box = difference.box;
     const Region<PanelFrame> around(Ring<PanelFrame>{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}});
-    for (const auto& allocation : *live) {
+    for (std::size_t i = 0; i < live->size(); ++i) {
+      const auto& allocation = (*live)[i];
       const bool cut = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
       const bool booked = difference.kind == calib::DifferenceKind::kBookedNotGone;
-      if (allocation.piece.value == 0 || cut != booked || !overlaps(allocation.area, around)) continue;
+      if (allocation.piece.value == 0 || cut != booked || !touch(boxes[i], box)) continue;
+      if (!overlaps(allocation.area, around)) continue;
       const auto piece = r.jobs.find_piece(allocation.piece);
       if (!piece) return piece.error();
       found.pieces.push_back({allocation.job, piece->mark, allocation.state});
@@ -158,7 +173,9 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
     if (wanted && panel.id == *wanted) known.panel = panel;
   if (wanted && !known.panel)
     return Error{ErrorCode::kNotFound,
-                 fmt::format("there is no panel {} in stock: see veneerctl panel list", wanted->value)};
+                 fmt::format("there is no panel {} in stock: see veneerctl panel list --all, and veneerctl panel restore "
+                             "for one that was retired",
+                             wanted->value)};
   if (!known.panel && request.face == Face::kBack)
     return Error{
         ErrorCode::kInvalidArgument,
@@ -296,6 +313,17 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& r
   return outcome;
 }
 
+// The scan is entered by now: without names its differences are told all the same.
+std::vector<FoundDifference> ScanService::name_pieces(const PanelId& panel,
+                                                      const std::vector<calib::Difference>& differences) {
+  auto named = database_.call([&](Repositories& r) { return with_pieces(r, panel, differences); });
+  if (named) return std::move(*named);
+  log_->warn("panel {}: the pieces of its differences were not found: {}", panel.value, named.error().message);
+  std::vector<FoundDifference> out;
+  for (const calib::Difference& difference : differences) out.push_back({difference, {}});
+  return out;
+}
+
 Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder) {
   const db::PanelRecord& panel = *known.panel;
   auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + panel.id.value, "map");
@@ -309,7 +337,8 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
     // A panel from before zones were kept gets them now.
     if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version = r.panels.add_mask(
-        panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable});
+        panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable},
+        panel.mask_version);
     return version ? Ok() : Status(version.error());
   });
   if (!written) return written.error();
@@ -322,16 +351,14 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   outcome.usable = read.usable;
   outcome.zones = read.zones.size();
   if (read.differences) {
-    auto named = database_.call([&](Repositories& r) { return with_pieces(r, panel.id, *read.differences); });
-    if (!named) return named.error();
-    outcome.differences = std::move(*named);
-    for (const FoundDifference& difference : *outcome.differences)
+    outcome.differences = name_pieces(panel.id, *read.differences);
+    for (const FoundDifference& difference : *outcome.differences) {
+      std::string pieces;
+      for (const auto& piece : difference.pieces) pieces += fmt::format(", piece {} of job {}", piece.mark, piece.job.value);
       log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.id.value,
-                 calib::to_string(difference.seen.kind), difference.seen.place.x.count(),
-                 difference.seen.place.y.count(), difference.seen.area.count(),
-                 difference.pieces.empty() ? ""
-                                           : fmt::format(", piece {} of job {}", difference.pieces.front().mark,
-                                                         difference.pieces.front().job.value));
+                 in_words(difference.seen.kind), difference.seen.place.x.count(),
+                 difference.seen.place.y.count(), difference.seen.area.count(), pieces);
+    }
   }
   outcome.warnings = read.warnings;
   return outcome;

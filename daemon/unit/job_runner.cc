@@ -40,9 +40,15 @@ JobRunner::~JobRunner() {
 void JobRunner::begin(const db::Recovery& recovery) {
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
-  view_.reason = fmt::format(
-      "the cell stopped in the middle of job {}: {} piece(s) are suspect; look at the panel, then Clear and Reset",
-      recovery.aborted_jobs.empty() ? 0 : recovery.aborted_jobs.front().value, recovery.suspects.size());
+  const std::size_t suspect = recovery.suspects.size();
+  const std::string pieces = suspect == 0   ? "no piece is suspect"
+                             : suspect == 1 ? "one piece is suspect"
+                                            : fmt::format("{} pieces are suspect", suspect);
+  view_.reason = recovery.aborted_jobs.empty()
+                     ? fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces)
+                     : fmt::format("the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and "
+                                   "Reset",
+                                   recovery.aborted_jobs.front().value, pieces);
 }
 
 void JobRunner::enter(CellState state, std::string reason) {

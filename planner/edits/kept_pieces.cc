@@ -58,7 +58,7 @@ class Keeper {
               ErrorCode::kInvalidArgument,
               fmt::format("there is no piece {} to keep: plan the same pictures in the same patches", piece.mark)};
         if (!piece.placement) continue;
-        placements[patch->second] = kept(*piece.placement, problem_.queue[patch->second].match);
+        placements[patch->second] = kept(piece, problem_.queue[patch->second].match);
         if (must && !placements[patch->second])
           return Error{
               ErrorCode::kInvalidArgument,
@@ -70,12 +70,13 @@ class Keeper {
   }
 
  private:
-  std::optional<PatchPlacement> kept(const Placement& placement, const MatchPatch& match) {
+  std::optional<PatchPlacement> kept(const KeptPiece& piece, const MatchPatch& match) {
+    const Placement& placement = *piece.placement;
     for (std::size_t p = 0; p < stock_.size(); ++p) {
       if (!(stock_[p].id == placement.panel)) continue;
       FreeWood& wood = problem_.panels[p].wood;
       const Ring<PanelFrame> there = placement.panel_from_artwork * match.outline;
-      if (!wood.admits(there)) return std::nullopt;
+      if (!piece.held && !wood.admits(there)) return std::nullopt;
       wood.allocate(there);
       return PatchPlacement{static_cast<int>(p), placement.panel_from_artwork,
                             placement_cost(*match.features, match.grid, match.pixels, problem_.panels[p].features,
@@ -93,7 +94,9 @@ class Keeper {
       for (std::size_t i = 0; i < placements.size(); ++i)
         if (placements[i] && placements[i]->panel == static_cast<int>(p))
           outlines.push_back(placements[i]->panel_from_artwork * problem_.queue[i].match.outline);
-      if (outlines.empty()) continue;
+      const bool some_is_held = !stock_[p].open.pixels.empty();
+      if (outlines.empty() && !some_is_held) continue;
+      if (some_is_held) cv::bitwise_and(free.pixels, stock_[p].open.pixels, free.pixels);
       for (const Ring<PanelFrame>& outline : outlines) block(free, grown_rings(outline, wood.kerf()));
       wood = FreeWood(free, options_.kerf_and_web(), options_.margin_and_web());
       for (const Ring<PanelFrame>& outline : outlines) wood.allocate(outline);

@@ -149,6 +149,8 @@ Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options) {
   auto kept = kept_pieces(plan, edits.pins.empty() ? Keep::kAll : Keep::kOnly, staying, edits.replanned);
   if (!kept.ok()) return kept.error();
   options.kept = std::move(*kept);
+  if (edits.held)
+    for (KeptPiece& piece : options.kept) piece.held = piece.must = piece.placement.has_value();
   // What it refined stays as it is.
   if (!plan.layouts.empty()) options.refine = Refine::kNone;
   options.kept_layouts.clear();

@@ -41,8 +41,9 @@ struct PlanEdits {
   std::vector<std::string> replanned;  // plan these anew
   std::vector<std::pair<std::string, std::string>> swaps;
   std::vector<std::pair<std::string, std::size_t>> takes;  // mark, number of its alternative
+  bool held = false;  // the plan is being made: what is not planned anew has its wood already, or is cut
 };
-// Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved or pinned must stay. Pieces of several
+// Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved, pinned or is held must stay. Pieces of several
 // sizes are understood without saying again how many there were, and curved ones keep their shapes: such a plan is not
 // refined again.
 Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options);

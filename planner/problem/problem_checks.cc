@@ -124,6 +124,9 @@ Status check_panel(const StockPanel& panel) {
     return unusable(fmt::format("the tone weight of panel {} must lie between 0 and 1000", name));
   if (panel.free.pixels.empty() || panel.free.pixels.type() != CV_8UC1)
     return unusable(fmt::format("panel {} has no mask of free wood", name));
+  if (!panel.open.pixels.empty() &&
+      (panel.open.pixels.size() != panel.free.pixels.size() || panel.open.pixels.type() != CV_8UC1))
+    return unusable(fmt::format("the wood of panel {} that is left is not on the pixels of its free wood", name));
   if (!within(panel.picture.resolution.dpi(), 1, 10000) || !within(panel.free.resolution.dpi(), 1, 10000))
     return unusable(fmt::format("the resolution of panel {} must lie between 1 and 10000 dpi", name));
   return Ok();

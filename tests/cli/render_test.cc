@@ -126,6 +126,16 @@ TEST(Render, AScanSaysWhatItLeavesOut) {
   EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning: a strip is left out: it looks like the board\n");
 }
 
+TEST(Render, AShelfOfRetiredPanelsSaysSo) {
+  EXPECT_THAT(render_panels({{"panels", json::array()}, {"retired_left_out", 2}}), HasSubstr("panel list --all"));
+}
+
+TEST(Render, APanelThatLeavesTheStockSaysHowItComesBack) {
+  EXPECT_EQ(render_retired({{"panel", "P-0002"}, {"retired", true}}),
+            "Panel P-0002 is out of stock. `veneerctl panel restore P-0002` puts it back.\n");
+  EXPECT_EQ(render_retired({{"panel", "P-0002"}, {"retired", false}}), "Panel P-0002 is in stock.\n");
+}
+
 TEST(Render, AnEmptyShelfTellsWhatToDo) {
   EXPECT_NE(render_panels({{"panels", json::array()}}).find("veneerctl panel scan"), std::string::npos);
   EXPECT_NE(render_jobs({{"jobs", json::array()}}).find("veneerctl job new"), std::string::npos);

@@ -23,7 +23,7 @@ inline void fill(CellDatabase& cell) {
   scan.max = 0.04_mm, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kNow;
   VENEER_ASSERT_OK(cell.panels().add(sheet(oak), {scan}, {tag_at(201, 5, 5), tag_at(202, 400, 5)}));
   const PanelId ash = cell.new_panel();
-  must(cell.panels().add_mask(ash, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(1234.5)}));
+  must(cell.panels().add_mask(ash, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(1234.5)}, 1));
   Materials materials(cell.database());
   VENEER_ASSERT_OK(materials.add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}}));
   VENEER_ASSERT_OK(materials.set_material(oak, 2, "walnut"));
@@ -53,6 +53,7 @@ inline void fill(CellDatabase& cell) {
   const std::vector<PieceId> suspects = {pieces[3].id, pieces[4].id};
   VENEER_ASSERT_OK(jobs.abort_run(run, suspects, "the lid was opened", kLater));
   VENEER_ASSERT_OK(jobs.settle(pieces[3].id, AllocationState::kScrap, kLater));
+  must(jobs.redo(first, job_of({square_piece("A1-4", oak, 20, 190, 14)}), kLater));
   NewPlan second = job_of({square_piece("B1", oak, 20, 100, 14), square_piece("B2", ash, 20, 40, 14)});
   for (auto& panel : second.planned_on)
     if (panel.panel == ash) panel.mask_version = 2;

@@ -69,6 +69,94 @@ TEST_F(JobStoreTest, RemembersThePlan) {
   EXPECT_EQ(must(jobs.list()).size(), 1U);
 }
 
+// A plan that makes these again, from the first panel at x, y.
+NewPlan made_again(const std::vector<PlannedPatch>& pieces) {
+  NewPlan out = job_of(pieces);
+  out.plan_json = "{\"redone\":true}";
+  out.preview_file = "previews/redone.png";
+  return out;
+}
+
+TEST_F(JobStoreTest, ALostPieceIsMadeAgainUnderItsNumber) {
+  for (const PanelId& on : {panel, other}) {
+    const RunId run = start(on);
+    if (on == panel) cut(0), cut(1), cut(2);
+    if (on == other) cut(3);
+    VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  }
+  ASSERT_EQ(state(), JobState::kComplete);
+  EXPECT_EQ(must(jobs.find(job)).missing(), 1) << "the one that found no wood";
+
+  // A2 was lost after it was cut, A5 had no wood.
+  const PlanId plan = must(jobs.redo(
+      job, made_again({square_piece("A2", panel, 70, 40, 14), square_piece("A5", other, 40, 40, 14)}), kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kReserved, PieceState::kCut, PieceState::kCut,
+                                    PieceState::kReserved));
+  const auto now = must(jobs.pieces(job));
+  EXPECT_EQ(now[1].id, pieces[1].id);
+  EXPECT_EQ(now[1].panel_outline, square(70, 40, 14));
+  EXPECT_EQ(now[4].panel, other);
+  // What it was cut from is gone for good.
+  int scrap = 0;
+  for (const auto& live : must(cell.ledger().live_allocations(panel))) {
+    if (live.state != AllocationState::kScrap) continue;
+    ++scrap;
+    EXPECT_EQ(live.piece, pieces[1].id);
+  }
+  EXPECT_EQ(scrap, 1);
+  const JobRecord record = must(jobs.find(job));
+  EXPECT_EQ(record.newest, plan);
+  EXPECT_NE(record.plan, plan);
+  EXPECT_EQ(record.preview_file, "previews/redone.png");
+  EXPECT_EQ(must(jobs.plan_json(job)), "{\"redone\":true}");
+  EXPECT_THAT(must(jobs.redos(job)), ElementsAre(plan));
+  Plans plans(cell.database());
+  EXPECT_EQ(must(plans.find(plan)).placed, 2);
+  EXPECT_EQ(must(plans.find(plan)).patches, 5);
+  EXPECT_THAT(must(plans.find(plan)).jobs, ElementsAre(job));
+  ASSERT_EQ(must(plans.patches(plan)).size(), 2U);
+  EXPECT_EQ(must(plans.patches(plan))[1].mark, "A5");
+  EXPECT_EQ(plans.remove(plan).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(jobs.create(plan, kLater).error().code, ErrorCode::kConflict) << "it is not a whole picture";
+
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kLater));
+  VENEER_ASSERT_OK(jobs.book_piece(pieces[1].id, kLater));
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+
+  // The rest is given up, and taken up again.
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  EXPECT_EQ(must(jobs.find(job)).missing(), 1);
+  must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
+  EXPECT_EQ(state(), JobState::kStopped);
+}
+
+TEST_F(JobStoreTest, NothingIsMadeAgainThatHasItsWood) {
+  const auto again = [&](const PlannedPatch& piece) { return jobs.redo(job, made_again({piece}), kLater); };
+  EXPECT_THAT(again(square_piece("A1", panel, 70, 40, 14)).error().message, HasSubstr("still to be cut"));
+  EXPECT_EQ(again(square_piece("B9", panel, 70, 40, 14)).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(again(square_piece("A5", panel, 70, 40, 12)).error().code, ErrorCode::kInvalidArgument) << "another shape";
+  EXPECT_EQ(again(unfilled("A5")).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(again(square_piece("A5", panel, 12, 12, 14)).error().code, ErrorCode::kConflict) << "A1's wood";
+  const RunId run = start(panel);
+  cut(0);
+  EXPECT_THAT(again(square_piece("A5", panel, 70, 40, 14)).error().message, HasSubstr("is running"));
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the link was lost", kLater));
+  EXPECT_THAT(again(square_piece("A2", panel, 70, 40, 14)).error().message, HasSubstr("job settle"));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, kLater));
+  must(cell.panels().add_mask(panel, {0, "map", "mask", "hash", kLater}, 1));
+  EXPECT_EQ(again(square_piece("A2", panel, 70, 40, 14)).error().code, ErrorCode::kConflict) << "scanned since";
+  // Nothing of all this came to pass.
+  EXPECT_THAT(states(), ElementsAre(PieceState::kCut, PieceState::kScrap, PieceState::kReserved, PieceState::kReserved,
+                                    PieceState::kUnfilled));
+  EXPECT_EQ(state(), JobState::kAborted);
+  EXPECT_THAT(must(jobs.redos(job)), IsEmpty());
+}
+
 TEST_F(JobStoreTest, RemembersWhereACutBeginsInWaste) {
   PlannedPatch led = square_piece("B1", panel, 100, 10, 14);
   led.lead_in = point<PanelFrame>(114.8, 24.8);
@@ -320,7 +408,7 @@ TEST_F(JobStoreTest, RecoveryLeavesAQuietDatabaseAlone) {
 
 TEST_F(JobStoreTest, RefusesAPlanOfAPanelThatWasScannedAgain) {
   NewPlan planned = job_of({square_piece("B1", panel, 200, 10, 14), square_piece("B2", other, 200, 10, 14)});
-  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}));
+  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}, 1));
   const auto refused = jobs.create(planned, kLater);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kConflict);

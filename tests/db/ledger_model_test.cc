@@ -77,7 +77,7 @@ class ModelledCell {
   ModelledCell() : panels_{cell_.new_panel(), cell_.new_panel()} {}
 
   void step() {
-    switch (*rc::gen::inRange(0, 15)) {
+    switch (*rc::gen::inRange(0, 17)) {
       case 0:
         return create();
       case 1:
@@ -102,6 +102,9 @@ class ModelledCell {
         return finish_or_abort();
       case 8:
         return settle();
+      case 15:
+      case 16:
+        return redo();
       default:
         return die_and_recover();
     }
@@ -139,6 +142,8 @@ class ModelledCell {
     for (const ModelJob& job : jobs_)
       for (const ModelPiece& piece : job.pieces)
         if (piece.panel == panel && piece.state != AllocationState::kReleased) cells += piece.cells.size();
+    for (const ModelPiece& gone : ruined_)
+      if (gone.panel == panel) cells += gone.cells.size();
     RC_ASSERT(sum == static_cast<double>(cells) * kCell * kCell);
     RC_ASSERT(unite(areas).area().count() == sum);
   }
@@ -157,7 +162,9 @@ class ModelledCell {
                std::any_of(cells.begin(), cells.end(), [&](const Cell& c) { return other.cells.count(c) > 0; });
       });
     };
-    return clash(asking) || std::any_of(jobs_.begin(), jobs_.end(), clash);
+    ModelJob gone;
+    gone.pieces = ruined_;
+    return clash(asking) || clash(gone) || std::any_of(jobs_.begin(), jobs_.end(), clash);
   }
 
   // What a plan wants; its pieces' wood may be taken, even by each other.
@@ -223,9 +230,38 @@ class ModelledCell {
     RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == !plans_[index].has_job);
     if (!plans_[index].has_job) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
   }
+  // Pieces that are lost, or cut and lost since, get other wood.
+  void redo() {
+    if (jobs_.empty()) return;
+    ModelJob& job = jobs_[*rc::gen::inRange<std::size_t>(0, jobs_.size())];
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, job.pieces.size());
+    ModelPiece& piece = job.pieces[index];
+    ModelPlan plan;
+    plan.pieces.push_back(piece);
+    plan.pieces.front().panel = *rc::gen::inRange(0, 2);
+    plan.pieces.front().cells = random_cells();
+    plan.masks = masks_;
+    NewPlan again = to_store(plan);
+    again.pieces.front().mark = fmt::format("A{}", index);
+    const bool lost = piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap ||
+                      piece.state == AllocationState::kReleased;
+    ModelJob nobody;
+    const bool allowed =
+        job.state != JobState::kRunning && lost && !taken(plan.pieces.front().panel, plan.pieces.front().cells, nobody);
+    const auto redone = cell_.jobs().redo(job.id, again, kLater);
+    RC_ASSERT(redone.ok() == allowed);
+    if (!allowed) return RC_ASSERT(redone.error().code == ErrorCode::kConflict);
+    if (piece.state != AllocationState::kReleased) ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
+    piece.panel = plan.pieces.front().panel;
+    piece.cells = plan.pieces.front().cells;
+    piece.state = AllocationState::kReserved;
+    if (job.state == JobState::kComplete || job.state == JobState::kCancelled) job.state = JobState::kStopped;
+  }
   void scan_again() {
     const int panel = *rc::gen::inRange(0, 2);
-    RC_ASSERT(must(cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow})) == ++masks_[panel]);
+    RC_ASSERT(must(cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, masks_[panel])) ==
+              masks_[panel] + 1);
+    ++masks_[panel];
   }
   // Statements that nobody should make: nothing may come of them.
   void stray() {
@@ -350,6 +386,7 @@ class ModelledCell {
   std::array<int, 2> masks_ = {1, 1};
   std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
+  std::vector<ModelPiece> ruined_;  // what pieces were cut from before they were made again
   std::optional<ModelRun> run_;
 };
 

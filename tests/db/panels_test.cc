@@ -97,7 +97,7 @@ TEST_F(PanelsTest, FiducialsOfAFaceAreFrozenOnce) {
 TEST_F(PanelsTest, AnEarlierMaskCountsAgainAsANewVersion) {
   cell.new_panel();
   const MaskRecord first = must(panels.masks(id)).at(0);
-  VENEER_ASSERT_OK(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(12)}));
+  VENEER_ASSERT_OK(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(12)}, 1));
   EXPECT_EQ(must(panels.revert_mask(id, 1, kLater)), 3);
   const PanelRecord found = must(panels.find(id));
   EXPECT_EQ(found.mask_version, 3);
@@ -185,7 +185,7 @@ TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {
   EXPECT_EQ(must(panels.find(id)).mask_version, 1);
   EXPECT_EQ(must(panels.find(id)).usable, std::nullopt);
   const SquareMillimetres usable(81234.567891);
-  EXPECT_EQ(must(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, usable})), 2);
+  EXPECT_EQ(must(panels.add_mask(id, {0, "maps/2.png", "maps/2-mask.png", "4567", kLater, usable}, 1)), 2);
   const PanelRecord found = must(panels.find(id));
   ASSERT_TRUE(found.usable);
   EXPECT_NEAR(found.usable->count(), usable.count(), 1e-6);
@@ -202,7 +202,27 @@ TEST_F(PanelsTest, ANewMaskIsANewVersionAndEarlierOnesStay) {
   EXPECT_EQ(masks[1].version, 1);
   EXPECT_EQ(masks[1].map_file, sheet(id).map_file);
   EXPECT_EQ(masks[1].made_at, kNow);
-  EXPECT_EQ(panels.add_mask({"P-0009"}, {}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(panels.add_mask({"P-0009"}, {}, 1).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(PanelsTest, AScanIsNotEnteredOnAPanelThatChangedMeanwhile) {
+  cell.new_panel();
+  const MaskRecord mask{0, "maps/2.png", "maps/2-mask.png", "4567", kLater, SquareMillimetres(100)};
+  must(panels.add_mask(id, mask, 1));
+  EXPECT_EQ(panels.add_mask(id, mask, 1).error().code, ErrorCode::kConflict) << "compared with what counted before";
+  VENEER_ASSERT_OK(panels.retire(id, "the wrong face was scanned", kLater));
+  EXPECT_EQ(panels.add_mask(id, mask, 2).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(panels.add_scans(id, {}, {}).error().code, ErrorCode::kConflict);
+}
+
+TEST_F(PanelsTest, ASheetIsInStockOnce) {
+  const std::vector<FiducialRecord> tags = {tag(7, Face::kShow, 5, 5)};
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, tags));
+  const Status again = panels.add(sheet({"P-0002"}), {}, tags);
+  ASSERT_FALSE(again.ok());
+  EXPECT_THAT(again.error().message, HasSubstr("panel P-0001 is in stock and carries tag 7"));
+  VENEER_ASSERT_OK(panels.retire(id, "the wrong face was scanned", kLater));
+  VENEER_EXPECT_OK(panels.add(sheet({"P-0002"}), {}, tags));
 }
 
 TEST_F(PanelsTest, ARemnantKnowsWhereItCameFrom) {

@@ -76,7 +76,7 @@ TEST_F(PlansTest, HoldNoWoodUntilAJobIsMade) {
 
 TEST_F(PlansTest, OfAPanelThatWasScannedAgainMakeNoJob) {
   const PlanId plan = must(plans.add(two_pieces(), kNow));
-  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}));
+  must(cell.panels().add_mask(other, {0, "map", "mask", "hash", kLater}, 1));
   EXPECT_THAT(must(plans.find(plan)).outdated, ElementsAre(other));
   const auto refused = cell.jobs().create(plan, kLater);
   ASSERT_FALSE(refused.ok());

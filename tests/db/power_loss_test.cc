@@ -70,7 +70,7 @@ std::vector<Step> a_day() {
       with_jobs([](JobStore jobs) { return jobs.finish_run({3}, true, kLater); }),
       with_jobs([](JobStore jobs) { return jobs.cancel({2}, kLater); }),
       [=](Database& db) {
-        return dropped(Panels(db).add_mask(ash, {0, "map", "mask", "hash", kLater}));
+        return dropped(Panels(db).add_mask(ash, {0, "map", "mask", "hash", kLater}, 1));
       },
       [=](Database& db) {
         NewPlan plan = job_of({square_piece("C1", ash, 200, 10, 14), square_piece("C2", ash, 230, 10, 14)});

@@ -42,7 +42,7 @@ class PanelRoutes : public testing::RoutedCell {
     if (!less) throw std::runtime_error(less.error().message);
     change([&](Repositories& r) -> Status {
       const auto version =
-          r.panels.add_mask({"P-0001"}, {0, less->file, less->file, less->sha256, kThen, SquareMillimetres(100)});
+          r.panels.add_mask({"P-0001"}, {0, less->file, less->file, less->sha256, kThen, SquareMillimetres(100)}, 1);
       return version ? Ok() : Status(version.error());
     });
   }
@@ -89,6 +89,10 @@ TEST_F(PanelRoutes, ARetiredPanelIsOutOfStockUntilItIsRestored) {
   EXPECT_EQ(post("/panels/P-0002/retire", {{"reason", "again"}}).status, 409);
   EXPECT_EQ(post("/panels/P-0001/retire").status, 400) << "without a reason";
   EXPECT_EQ(post("/panels/P-0001/retire", {{"reason", std::string(501, 'x')}}).status, 400);
+  std::string umlauts;
+  for (int i = 0; i < 500; ++i) umlauts += "\xC3\xBC";
+  EXPECT_EQ(post("/panels/P-0001/retire", {{"reason", umlauts}}).status, 200) << "characters, not bytes";
+  ASSERT_EQ(post("/panels/P-0001/restore").status, 200);
   ASSERT_EQ(post("/panels/P-0002/restore").status, 200);
   EXPECT_THAT(cli::render_panels(get("/panels")), Not(HasSubstr("retired")));
 }

@@ -48,7 +48,7 @@ class Replies : public testing::RoutedCell {
   // A remnant that was scanned, masks for all, an aborted run, a changed plan, a certificate of another device.
   static Status fill(Repositories& r, const std::string& file, const std::string& hash) {
     for (const char* panel : {"P-0001", "P-0002"})
-      if (auto mask = r.panels.add_mask(PanelId{panel}, {0, file, file, hash, kAt}); !mask) return mask.error();
+      if (auto mask = r.panels.add_mask(PanelId{panel}, {0, file, file, hash, kAt}, 1); !mask) return mask.error();
     db::PanelRecord panel;
     panel.id = PanelId{"P-0003"};
     panel.name = "the large offcut";

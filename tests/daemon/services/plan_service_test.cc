@@ -175,6 +175,11 @@ TEST_F(PlanServiceTest, OnlyWoodThatTheCameraFindsIsPlanned) {
   JobRequest named = small_job();
   named.panels = {PanelId{"P-0001"}, PanelId{"P-0002"}};
   EXPECT_EQ(plan(named).error().code, ErrorCode::kRefused) << "asked for by name";
+
+  JobRequest rare = small_job();
+  rare.woods = {"wenge"};
+  EXPECT_THAT(plan(rare).error().message, ::testing::HasSubstr("the wood of panel P-0001 was left out"))
+      << "it may be the wood that is missing";
 }
 
 TEST_F(PlanServiceTest, ARetiredPanelIsNotPlanned) {
@@ -191,6 +196,91 @@ TEST_F(PlanServiceTest, ARetiredPanelIsNotPlanned) {
   const auto refused = plan(named);
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, ::testing::HasSubstr("P-0001 was retired (split)"));
+
+  // A plan that forbids some of its wood, made while it was in stock, can be changed all the same.
+  JobRequest spared = small_job();
+  spared.forbidden = {*planner::forbidden_wood("P-0001,1,1,5,5")};
+  EXPECT_TRUE(plan(spared).ok());
+  spared.forbidden = {*planner::forbidden_wood("P-0099,1,1,5,5")};
+  EXPECT_EQ(plan(spared).error().code, ErrorCode::kNotFound);
+}
+
+// One of a finished picture's pieces is lost; the panel was scanned since, and is full of holes.
+TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
+  add_panel("P-0001", 255);
+  const auto made = plan(small_job());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  const auto pieces = [&] {
+    return *database_->call([&](Repositories& r) { return r.jobs.pieces(made->job); });
+  };
+  const auto before = pieces();
+  const auto redo = [&](const std::vector<std::string>& marks) {
+    return service().redo({made->job, marks, 1}, "uid 1000", [](double, const std::string&) {}, {});
+  };
+  EXPECT_THAT(redo({}).error().message, ::testing::HasSubstr("no piece of job 1 is missing"));
+  EXPECT_THAT(redo({before[0].mark}).error().message, ::testing::HasSubstr("still to be cut"));
+  EXPECT_EQ(redo({"Z9"}).error().code, ErrorCode::kNotFound);
+
+  const std::string now = "2026-01-02T00:00:00.000Z";
+  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(made->job, PanelId{"P-0001"}, {}, 0.01_mm, now);
+    if (!run) return run.error();
+    for (const auto& piece : before) {
+      if (Status cutting = r.jobs.mark_cutting(piece.id, now); !cutting) return cutting;
+      if (Status cut = r.jobs.book_piece(piece.id, now); !cut) return cut;
+    }
+    return r.jobs.finish_run(*run, false, now);
+  }));
+  // The new scan sees holes, as bright as the lid, and calls nothing of the left third usable.
+  const auto record = *database_->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
+  cv::Mat bright(200, 200, CV_8UC3, cv::Scalar::all(250)), mask(200, 200, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(0, 0, 60, 200)).setTo(0);
+  const auto map_file = library_.store_picture(bright, "panels/P-0001", "map");
+  const auto mask_file = library_.store_picture(mask, "panels/P-0001", "mask");
+  ASSERT_TRUE(map_file.ok() && mask_file.ok());
+  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
+    const auto version =
+        r.panels.add_mask(PanelId{"P-0001"}, {0, map_file->file, mask_file->file, map_file->sha256, now}, 1);
+    return version ? Ok() : Status(version.error());
+  }));
+
+  const auto done = redo({before[1].mark});
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  ASSERT_EQ(done->redone.size(), 1U);
+  EXPECT_EQ(done->redone[0].mark, before[1].mark);
+  ASSERT_TRUE(done->redone[0].cost_before);
+  EXPECT_GE(done->redone[0].cost, *done->redone[0].cost_before);
+  EXPECT_LT(done->redone[0].cost, 0.2) << "matched against wood, not against holes";
+  EXPECT_GE(done->cost_per_pixel, done->cost_before);
+  EXPECT_NEAR(done->cost_before, made->cost_per_pixel, 1e-9);
+
+  const auto after = pieces();
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    EXPECT_EQ(after[i].id, before[i].id);
+    EXPECT_EQ(after[i].mark, before[i].mark);
+    EXPECT_EQ(after[i].state, i == 1 ? db::PieceState::kReserved : db::PieceState::kCut);
+    EXPECT_EQ(after[i].panel_outline == before[i].panel_outline, i != 1);
+  }
+  for (const auto& corner : after[1].panel_outline)
+    EXPECT_GT(corner.x, ScanResolution::from_dpi(300).to_mm(Pixels(60))) << "where the new mask sees wood";
+  const auto job = *database_->call([&](Repositories& r) { return r.jobs.find(made->job); });
+  EXPECT_EQ(job.state, db::JobState::kStopped);
+
+  // A panel that left the stock keeps its pieces in the picture, and gives no more wood.
+  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(made->job, PanelId{"P-0001"}, {}, 0.01_mm, now);
+    if (!run) return run.error();
+    if (Status cutting = r.jobs.mark_cutting(after[1].id, now); !cutting) return cutting;
+    if (Status cut = r.jobs.book_piece(after[1].id, now); !cut) return cut;
+    if (Status over = r.jobs.finish_run(*run, false, now); !over) return over;
+    return r.panels.retire(PanelId{"P-0001"}, "split", now);
+  }));
+  EXPECT_EQ(redo({before[2].mark}).error().code, ErrorCode::kRefused) << "no panel in stock";
+  add_panel("P-0002", 255);
+  const auto elsewhere = redo({before[2].mark, before[1].mark});
+  ASSERT_TRUE(elsewhere.ok()) << elsewhere.error().message;
+  EXPECT_EQ(elsewhere->redone.size(), 2U);
+  for (const std::size_t i : {1U, 2U}) EXPECT_EQ(pieces()[i].panel, PanelId{"P-0002"});
 }
 
 TEST_F(PlanServiceTest, ReservesPiecesThatLieBetweenTheRotations) {

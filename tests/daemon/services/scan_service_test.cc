@@ -86,7 +86,7 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   ASSERT_TRUE(
       database_
           ->call([&](Repositories& r) {
-            return r.panels.add_mask(before.id, {0, before.map_file, stored->file, before.map_hash, before.created_at});
+            return r.panels.add_mask(before.id, {0, before.map_file, stored->file, before.map_hash, before.created_at}, 1);
           })
           .ok());
   // What the planner measured of the replaced map goes with it.
@@ -153,6 +153,22 @@ TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   ASSERT_TRUE(anew.ok()) << anew.error().message;
   EXPECT_TRUE(anew->is_new);
   EXPECT_EQ(anew->panel, PanelId{"P-0002"});
+}
+
+// Registration takes many seconds, and somebody else works on meanwhile.
+TEST_F(ScanServiceTest, AScanOfAPanelThatIsRetiredMeanwhileIsNotEntered) {
+  ASSERT_TRUE(scan().ok());
+  const std::string before = panel().mask_file;
+  workers_.spoil = [&](const std::string& kind, nlohmann::json&) {
+    if (kind != RegisterScans::kKind) return;
+    ASSERT_TRUE(database_->call([](Repositories& r) {
+      return r.panels.retire(PanelId{"P-0001"}, "split", "2026-05-01T07:30:00.000Z");
+    }));
+  };
+  const auto again = scan();
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(panel().mask_file, before);
 }
 
 // Kept for ever and read whenever somebody asks for it: what no process of ours would say must not get there.

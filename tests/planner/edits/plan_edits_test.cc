@@ -113,6 +113,42 @@ TEST_F(PlanEdits, ForbiddenWoodMovesOnlyThePiecesThatLieOnIt) {
   EXPECT_THAT(pinned.error().message, HasSubstr("A2-2"));
 }
 
+// The job is cut: its wood is held by its own pieces, and one of them is lost.
+TEST_F(PlanEdits, HeldPiecesStayAndALostOneFindsWhatIsLeft) {
+  const Plan before = planned(options_);
+  // Wood is left on the right half only, and none of it where the job's pieces lie.
+  Raster<PanelFrame> open = stock_.front().free;
+  open.pixels = open.pixels.clone();
+  open.pixels(cv::Rect(0, 0, open.pixels.cols / 2, open.pixels.rows)).setTo(0);
+  for (const Piece& it : before.pieces) {
+    const Box<PanelFrame> box = bounds(offset(Region<PanelFrame>(it.panel_outline()), 1_mm).rings().front());
+    double left = 0, top = 0, right = 0, bottom = 0;
+    open.to_pixels({box.min.x, box.max.y}, left, top);
+    open.to_pixels({box.max.x, box.min.y}, right, bottom);
+    open.pixels(cv::Rect(cv::Point(static_cast<int>(left), static_cast<int>(top)),
+                         cv::Point(static_cast<int>(right) + 1, static_cast<int>(bottom) + 1)) &
+                cv::Rect({0, 0}, open.pixels.size()))
+        .setTo(0);
+  }
+  stock_.front().open = open;
+  PlanOptions options = options_;
+  veneer::planner::PlanEdits edits;
+  edits.replanned = {"A2-3"}, edits.held = true;
+  ASSERT_TRUE(keep_edited(before, edits, options).ok());
+  const Plan after = planned(options);
+  EXPECT_EQ(moved(before, after), 1U);
+  const Piece& again = piece(after, "A2-3");
+  ASSERT_TRUE(again.placement);
+  EXPECT_TRUE(FreeWood(open, after.kerf, Millimetres(0)).on_free_wood(again.panel_outline()));
+  // What stays costs what it did: the picture is matched to the wood that was there, not to what is left.
+  for (const Piece& it : before.pieces)
+    EXPECT_EQ(piece(after, it.mark).cost == it.cost, it.mark != "A2-3") << it.mark;
+  EXPECT_GE(again.cost, piece(before, "A2-3").cost);
+
+  stock_.front().open.pixels = cv::Mat::zeros(open.pixels.size(), CV_8UC1);
+  EXPECT_EQ(unfilled(planned(options)), 1U);
+}
+
 TEST_F(PlanEdits, SwappedPiecesChangePlacesAndNothingElseMoves) {
   const Plan before = planned(options_);
   Plan swapped = before;
