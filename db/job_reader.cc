@@ -14,7 +14,7 @@ constexpr const char* kJobColumns =
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
     "JOIN patches AS t ON t.id = p.patch LEFT JOIN placements AS l ON l.id = s.placement ";
 
 PieceState piece_state_of(const std::string& name) {
@@ -58,6 +58,7 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   piece.panel_outline = from_micro<PanelFrame>(*panel);
   if (!lead_in->empty()) piece.lead_in = from_micro<PanelFrame>(*lead_in).front();
   piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
+  piece.allocation = {row.getColumn(12).getInt64()};
   return piece;
 }
 

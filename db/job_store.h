@@ -51,6 +51,7 @@ struct PieceRecord {
   Ring<PanelFrame> panel_outline;
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
   std::optional<Point<PanelFrame>> lead_in;
+  AllocationId allocation;  // of its wood; {0} when it is unfilled. Earlier ones are what it was lost from.
   PieceState state = PieceState::kUnfilled;
 };
 

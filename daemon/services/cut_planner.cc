@@ -61,7 +61,7 @@ Result<SetupInput> setup_input(Repositories& r, const PanelId& id, const std::ve
     if (allocation.state != db::AllocationState::kReserved) gone.push_back(allocation.area);
   for (const auto& piece : pieces)
     for (const auto& allocation : *live)
-      if (allocation.piece == piece.id && !allocation.area.empty())
+      if (allocation.id == piece.allocation && !allocation.area.empty())
         input.pieces.push_back({piece.id, allocation.area.rings().front()});
   auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
@@ -198,7 +198,7 @@ Result<std::vector<PieceBurn>> CutPlanner::prepare_now(const ProvenPose& pose,
     const std::string material = stock->recipes->material_at(piece.panel_outline);
     p.recipe = stock->recipes->recipe_of(material);
     for (const auto& booked : stock->live)
-      if (booked.piece == piece.id)
+      if (booked.id == piece.allocation)
         if (const Status fits = check_booked(piece, material, *p.recipe, options.fit_clearance, booked.area); !fits)
           return fits.error();
     marks[piece.id] = piece.mark;

@@ -30,6 +30,21 @@ void draw_portrait(const fs::path& file) {
 
 const StoryPanel kSheet{"control", 200, 140};
 
+// The faces of the twin's sheets are written when a sheet is made and only read from then on, and take most of the room:
+// copies of a cell share them.
+void copy_cell(const fs::path& from, const fs::path& to) {
+  fs::create_directories(to);
+  for (const auto& entry : fs::recursive_directory_iterator(from)) {
+    const fs::path copy = to / fs::relative(entry.path(), from);
+    if (entry.is_directory())
+      fs::create_directories(copy);
+    else if (entry.path().extension() == ".ppm")
+      fs::create_symlink(fs::absolute(entry.path()), copy);
+    else
+      fs::copy(entry.path(), copy, fs::copy_options::copy_symlinks);
+  }
+}
+
 }  // namespace
 
 fs::path PreparedCell::base_;
@@ -54,6 +69,8 @@ void PreparedCell::prepare(const fs::path& base) {
     ASSERT_TRUE(step.ok()) << step.error().message;
   ASSERT_EQ((*cell)->stop_daemon(), 0);
   ASSERT_EQ((*cell)->stop_twin(), 0);
+  // The daemon has what it keeps of them.
+  for (const auto& capture : fs::directory_iterator(base / "base" / "twin" / "captures")) fs::remove(capture);
 }
 
 std::string PreparedCell::target() {
@@ -72,7 +89,7 @@ void PreparedCell::SetUpTestSuite() {
 
 void PreparedCell::SetUp() {
   dir_ = *folder_ / ::testing::UnitTest::GetInstance()->current_test_info()->name();
-  fs::copy(base_ / "base", dir_, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  copy_cell(base_ / "base", dir_);
   auto cell = SimulatedCell::start(options());
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   cell_ = std::move(*cell);
