@@ -480,7 +480,8 @@ std::string render_redone(const json& result) {
   const double before = number_or(result, "cost_per_pixel_before", 0), now = number_or(result, "cost_per_pixel", 0);
   const std::string change = before > 0 ? fmt::format(" ({:+.2f} %)", 100 * (now / before - 1)) : "";
   return fmt::format(
-             "{0}The whole picture costs {1:.6f} per pixel after {2:.6f}{3}. The wood is reserved: see the picture with "
+             "{0}The whole picture costs {1:.6f} per pixel after {2:.6f}{3}. The wood is reserved: see the picture "
+             "with "
              "`veneerctl job show {4} --preview FILE`, cut the pieces with `veneerctl job start {4}`, or give them up "
              "with `veneerctl job cancel {4}`.\n",
              table.str(), now, before, change, id) +

@@ -74,7 +74,8 @@ function drawMap() {
     if (piece.mark === job.current_piece) now = piece;
     if (piece.state === "cut") continue;
     tracePiece(pen, piece, scale, map.box);
-    pen.fillStyle = piece.state === "suspect" ? suspect : "rgba(216, 218, 219, 0.78)";
+    const missing = ["scrap", "released", "unfilled"].includes(piece.state);
+    pen.fillStyle = piece.state === "suspect" ? suspect : missing ? "#15181a" : "rgba(216, 218, 219, 0.78)";
     pen.fill();
     pen.strokeStyle = "rgba(90, 96, 100, 0.5)";
     pen.lineWidth = 1;

@@ -58,7 +58,8 @@ Result<Recovered> recover(Repositories& r) {
   Recovered out{std::move(*recovery), {}};
   for (const JobId job : out.found.completed_jobs)
     out.sentences.push_back(fmt::format(
-        "job {} was running when this program ended last; every piece was booked by then, and it is complete", job.value));
+        "job {} was running when this program ended last; every piece was booked by then, and it is complete",
+        job.value));
   for (const JobId job : out.found.aborted_jobs)
     out.sentences.push_back(fmt::format(
         "job {0} was running when this program ended last and is aborted; veneerctl job start {0} goes on with it",

@@ -14,7 +14,8 @@ constexpr const char* kJobColumns =
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece "
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation FROM piece_states AS s JOIN pieces AS p ON "
+    "p.id = s.piece "
     "JOIN patches AS t ON t.id = p.patch LEFT JOIN placements AS l ON l.id = s.placement ";
 
 PieceState piece_state_of(const std::string& name) {

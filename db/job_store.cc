@@ -151,17 +151,15 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
 Status give_up(SQLite::Database& connection, JobId job, const std::string& mark, const std::string& at) {
   SQLite::Statement row(connection, "SELECT piece, state FROM piece_states WHERE job = ? AND mark = ?");
   SQLite::bind(row, job.value, mark);
-  if (!row.executeStep())
-    return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, mark)};
+  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, mark)};
   const PieceId piece{row.getColumn(0).getInt64()};
   const std::string state = text(row.getColumn(1));
   if (state == "scrap" || state == "released" || state == "unfilled") return Ok();
   if (move_piece(connection, piece, AllocationState::kCut, AllocationState::kScrap, at)) return Ok();
-  const auto remedy = state == "suspect"
-                          ? fmt::format("say first what became of it with `veneerctl job settle {} {}`", job.value, mark)
-                          : fmt::format("its wood is still to be cut, with `veneerctl job start {}`", job.value);
-  return Error{ErrorCode::kConflict,
-               fmt::format("piece {} of job {} is {}: {}", mark, job.value, state, remedy)};
+  const auto remedy =
+      state == "suspect" ? fmt::format("say first what became of it with `veneerctl job settle {} {}`", job.value, mark)
+                         : fmt::format("its wood is still to be cut, with `veneerctl job start {}`", job.value);
+  return Error{ErrorCode::kConflict, fmt::format("piece {} of job {} is {}: {}", mark, job.value, state, remedy)};
 }
 
 // What a beam may have hit by mistake.

@@ -141,7 +141,7 @@ class JobStore {
   Result<std::vector<JobRecord>> list();  // in order of id
   // At most `limit` of them, behind `after`.
   Result<std::vector<JobRecord>> list(JobId after, int limit);
-  Result<std::string> plan_json(JobId job);  // the newest: JobRecord::newest
+  Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.
   Result<std::vector<PieceRecord>> pieces(JobId job, PieceId after, int limit);

@@ -111,9 +111,10 @@ bool is_retired(SQLite::Database& connection, const PanelId& panel) {
 
 // A scan that began while the panel was in stock.
 Error retired_meanwhile(const PanelId& panel) {
-  return {ErrorCode::kConflict,
-          fmt::format("panel {0} was retired: run `veneerctl panel restore {0}`, or scan the sheet again as a new panel",
-                      panel.value)};
+  return {
+      ErrorCode::kConflict,
+      fmt::format("panel {0} was retired: run `veneerctl panel restore {0}`, or scan the sheet again as a new panel",
+                  panel.value)};
 }
 
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.

@@ -55,10 +55,11 @@ Result<Raster<PanelFrame>> open_wood(const HeldPanel& panel, const Raster<PanelF
   const auto mask = read_stored_raster(panel.mask_now);
   if (!mask) return mask.error();
   if (mask->pixels.size() != free.pixels.size())
-    return Error{ErrorCode::kStorage,
-                 fmt::format("the picture of panel {} is of another size than when the job was planned: retire the panel "
-                             "and scan it as a new one",
-                             panel.id.value)};
+    return Error{
+        ErrorCode::kStorage,
+        fmt::format("the picture of panel {} is of another size than when the job was planned: retire the panel "
+                    "and scan it as a new one",
+                    panel.id.value)};
   std::vector<Region<PanelFrame>> taken = panel.live;
   taken.insert(taken.end(), panel.own.begin(), panel.own.end());
   cv::bitwise_and(free.pixels, free_wood(*mask, taken, margin).pixels, out.pixels);

@@ -115,7 +115,8 @@ void report_redone(const planner::Plan& before, const planner::Plan& plan, const
     cost += again ? piece.cost : was.cost;
     pixels += piece.pixels;
     if (!again) continue;
-    RedonePiece& of = made.redone.emplace_back(RedonePiece{piece.mark, {}, piece.cost / static_cast<double>(piece.pixels)});
+    RedonePiece& of =
+        made.redone.emplace_back(RedonePiece{piece.mark, {}, piece.cost / static_cast<double>(piece.pixels)});
     if (was.placement && was.pixels > 0) of.cost_before = was.cost / static_cast<double>(was.pixels);
   }
   made.cost_before = planner::cost_per_pixel(before);
@@ -166,8 +167,16 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   if (const Status written = planner::write_text(nlohmann::json(pieces).dump(), folder / kMadePieces); !written)
     return written.error();
   if (const Status written = planner::write_plan(*plan, folder / kMadePlan); !written) return written.error();
-  PlanMade made{plan->kerf,   options->web, planner::cost_per_pixel(*plan), *without_lead, plan->warnings,
-                plan->global, plan->fine,   plan->refined,                  {},            0};
+  PlanMade made{plan->kerf,
+                options->web,
+                planner::cost_per_pixel(*plan),
+                *without_lead,
+                plan->warnings,
+                plan->global,
+                plan->fine,
+                plan->refined,
+                {},
+                0};
   if (order.edits.held) report_redone(**earlier, *plan, again, made);
   return made;
 }

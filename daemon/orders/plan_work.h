@@ -41,8 +41,8 @@ struct MakePlan {
   JobWood wood;
   RecipeConfig recipe;
   std::vector<db::RecipeRecord> recipes;
-  // Of a plan that changes an earlier one: that one's file, and what is asked of it. Where the earlier one is being made
-  // (PlanEdits::held), an answer's pieces are those that are made again.
+  // Of a plan that changes an earlier one: that one's file, and what is asked of it. Where the earlier one is being
+  // made (PlanEdits::held), an answer's pieces are those that are made again.
   std::string earlier;
   planner::PlanEdits edits;
 };

@@ -36,7 +36,10 @@ void bind_routes(Router& router, Cell& cell) {
                          *c.pictures,
                          c.panel_library,
                          [&c, on_reactor](JobId job) {
-                           on_reactor([&c, job] { c.hub.broadcast({{"type", "job"}, {"job", job.value}}); });
+                           on_reactor([&c, job] {
+                             c.runner->job_changed(job);
+                             c.hub.broadcast({{"type", "job"}, {"job", job.value}});
+                           });
                          }};
   bind_job_routes(router, jobs);
   bind_plan_routes(router, jobs);

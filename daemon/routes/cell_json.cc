@@ -193,14 +193,14 @@ json to_json(const JobOutcome& o) {
                       {"cost_before", piece.cost_before ? json(*piece.cost_before) : json()},
                       {"cost", piece.cost}});
   json out = {{planned ? "plan" : "job", planned ? o.plan.value : o.job.value},
-          {"pieces", o.pieces},
-          {"without_lead_in", o.without_lead},
-          {"cost_per_pixel", o.cost_per_pixel},
-          {"panels", panels},
-          {"warnings", o.warnings},
-          {"global", global},
-          {"fine_rotation", fine},
-          {"refined", refined}};
+              {"pieces", o.pieces},
+              {"without_lead_in", o.without_lead},
+              {"cost_per_pixel", o.cost_per_pixel},
+              {"panels", panels},
+              {"warnings", o.warnings},
+              {"global", global},
+              {"fine_rotation", fine},
+              {"refined", refined}};
   if (!o.redone.empty()) out["redone"] = redone, out["cost_per_pixel_before"] = o.cost_before;
   return out;
 }

@@ -77,7 +77,7 @@ struct JobServices {
   QueryPool& queries;
   QueryPool& pictures;
   const PanelLibrary& panel_library;
-  std::function<void(JobId)> on_planned;
+  std::function<void(JobId)> on_job_changed;
 };
 void bind_job_routes(Router& router, const JobServices& services);
 // Plans that no wood is reserved for: make, look, change, compare, and then a job of one.

@@ -72,7 +72,7 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
             {"job", job->value}, {"plan", id.value}, {"pieces", to_json(*made)["pieces"]}, {"warnings", json::array()}};
       },
       [s, task](Result<json> made) {
-        if (made && !made->contains("repeated")) s.on_planned(JobId{(*made)["job"].get<std::int64_t>()});
+        if (made && !made->contains("repeated")) s.on_job_changed(JobId{(*made)["job"].get<std::int64_t>()});
         task.finish(std::move(made));
       });
 }
@@ -87,7 +87,7 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
     if (!before || !before->is_null()) return task.finish(std::move(before));
     auto outcome = s.plans.make_job(
         job, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-    if (outcome) s.on_planned(outcome->job);
+    if (outcome) s.on_job_changed(outcome->job);
     if (!outcome && job.keyed)  // nothing was reserved: the same request may try again
       static_cast<void>(s.database.call([&](Repositories& r) { return r.request_keys.forget(*job.keyed); }));
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
@@ -157,6 +157,7 @@ void change_job(const JobServices& s, const ApiRequest& request, const Reply& re
   s.database.async([work, job = JobId{*id}](Repositories& r) -> Status { return work(r, job); },
                    [s, request, reply, job = JobId{*id}](const Status& changed) {
                      if (!changed) return reply(ApiReply::error(changed.error()));
+                     s.on_job_changed(job);
                      reply_from_query(
                          s.queries, request, [job](Repositories& r) { return job_json(r, job); }, reply);
                    });
@@ -200,7 +201,7 @@ void redo(const JobServices& s, const ApiRequest& request, const Reply& reply) {
              [s, wanted = std::move(wanted), who = request.caller.who](const TaskReporter& task) {
                auto outcome = s.plans.redo(
                    wanted, who, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-               if (outcome) s.on_planned(outcome->job);
+               if (outcome) s.on_job_changed(outcome->job);
                task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
              });
 }

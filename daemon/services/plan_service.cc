@@ -203,9 +203,9 @@ Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord
     return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}: see veneerctl job pieces {}", job.value,
                                                    *unknown.begin(), job.value)};
   if (out.empty())
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("no piece of job {} is missing: name those that were lost after they were cut",
-                             job.value)};
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("no piece of job {} is missing: name those that were lost after they were cut", job.value)};
   return out;
 }
 
@@ -468,8 +468,8 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
   if (!plan) return plan.error();
   made->outcome.job = wanted.job;
   for (const RedonePiece& piece : made->outcome.redone)
-    log_->info("job {}: piece {} is made again, cost per pixel {:.6f} after {}", wanted.job.value, piece.mark, piece.cost,
-               piece.cost_before ? fmt::format("{:.6f}", *piece.cost_before) : "none");
+    log_->info("job {}: piece {} is made again, cost per pixel {:.6f} after {}", wanted.job.value, piece.mark,
+               piece.cost, piece.cost_before ? fmt::format("{:.6f}", *piece.cost_before) : "none");
   return std::move(made->outcome);
 }
 

@@ -172,10 +172,11 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
   for (const auto& panel : stock->panels)
     if (wanted && panel.id == *wanted) known.panel = panel;
   if (wanted && !known.panel)
-    return Error{ErrorCode::kNotFound,
-                 fmt::format("there is no panel {} in stock: see veneerctl panel list --all, and veneerctl panel restore "
-                             "for one that was retired",
-                             wanted->value)};
+    return Error{
+        ErrorCode::kNotFound,
+        fmt::format("there is no panel {} in stock: see veneerctl panel list --all, and veneerctl panel restore "
+                    "for one that was retired",
+                    wanted->value)};
   if (!known.panel && request.face == Face::kBack)
     return Error{
         ErrorCode::kInvalidArgument,
@@ -354,10 +355,11 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
     outcome.differences = name_pieces(panel.id, *read.differences);
     for (const FoundDifference& difference : *outcome.differences) {
       std::string pieces;
-      for (const auto& piece : difference.pieces) pieces += fmt::format(", piece {} of job {}", piece.mark, piece.job.value);
-      log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.id.value,
-                 in_words(difference.seen.kind), difference.seen.place.x.count(),
-                 difference.seen.place.y.count(), difference.seen.area.count(), pieces);
+      for (const auto& piece : difference.pieces)
+        pieces += fmt::format(", piece {} of job {}", piece.mark, piece.job.value);
+      log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.id.value, in_words(difference.seen.kind),
+                 difference.seen.place.x.count(), difference.seen.place.y.count(), difference.seen.area.count(),
+                 pieces);
     }
   }
   outcome.warnings = read.warnings;

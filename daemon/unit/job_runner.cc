@@ -44,11 +44,13 @@ void JobRunner::begin(const db::Recovery& recovery) {
   const std::string pieces = suspect == 0   ? "no piece is suspect"
                              : suspect == 1 ? "one piece is suspect"
                                             : fmt::format("{} pieces are suspect", suspect);
-  view_.reason = recovery.aborted_jobs.empty()
-                     ? fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces)
-                     : fmt::format("the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and "
-                                   "Reset",
-                                   recovery.aborted_jobs.front().value, pieces);
+  view_.reason =
+      recovery.aborted_jobs.empty()
+          ? fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces)
+          : fmt::format(
+                "the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and "
+                "Reset",
+                recovery.aborted_jobs.front().value, pieces);
 }
 
 void JobRunner::enter(CellState state, std::string reason) {

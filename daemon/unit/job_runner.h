@@ -91,6 +91,8 @@ class JobRunner : private ActivityHost {
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }
+  // Somebody else said something of the job's pieces: what the view tells of them is read again.
+  void job_changed(JobId job);
   // Looks at the bed once more while Suspended; called by a timer of the owner, does nothing in other states.
   void look_again();
 

@@ -254,6 +254,10 @@ void JobRunner::write_end(BrokenRun run, std::function<void(Result<int>)> then) 
                          }));
 }
 
+void JobRunner::job_changed(JobId job) {
+  if (view_.job && view_.job->id == job && activity_ == nullptr) refresh_job([this] { on_change_(); });
+}
+
 void JobRunner::refresh_job(std::function<void()> then) {
   if (!view_.job) return then();
   parts().database.async([job = view_.job->id](Repositories& r) { return r.jobs.find(job); },
@@ -262,8 +266,7 @@ void JobRunner::refresh_job(std::function<void()> then) {
                              JobView& job = *view_.job;
                              job.pieces = 0;
                              for (const auto& [state, count] : record->pieces)
-                               if (state != db::PieceState::kUnfilled && state != db::PieceState::kReleased)
-                                 job.pieces += count;
+                               if (state != db::PieceState::kUnfilled) job.pieces += count;
                              job.cut = record->count(db::PieceState::kCut);
                              job.suspect = record->count(db::PieceState::kSuspect);
                              job.current_piece.clear();

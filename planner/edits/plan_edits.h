@@ -43,9 +43,9 @@ struct PlanEdits {
   std::vector<std::pair<std::string, std::size_t>> takes;  // mark, number of its alternative
   bool held = false;  // the plan is being made: what is not planned anew has its wood already, or is cut
 };
-// Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved, pinned or is held must stay. Pieces of several
-// sizes are understood without saying again how many there were, and curved ones keep their shapes: such a plan is not
-// refined again.
+// Moves pieces of `plan` and hands it over as PlanOptions::kept; what was moved, pinned or is held must stay. Pieces of
+// several sizes are understood without saying again how many there were, and curved ones keep their shapes: such a plan
+// is not refined again.
 Status keep_edited(Plan plan, const PlanEdits& edits, PlanOptions& options);
 
 }  // namespace veneer::planner

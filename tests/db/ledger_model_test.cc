@@ -251,7 +251,8 @@ class ModelledCell {
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(redone.error().code == ErrorCode::kConflict);
-    if (piece.state != AllocationState::kReleased) ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
+    if (piece.state != AllocationState::kReleased)
+      ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
     piece.panel = plan.pieces.front().panel;
     piece.cells = plan.pieces.front().cells;
     piece.state = AllocationState::kReserved;

@@ -74,6 +74,7 @@ TEST_F(OperatorInTheMiddle, AfterALostLinkTheRemainingPiecesAreCutFromANewPose) 
   EXPECT_THAT(post(fmt::format("/jobs/{}/pieces/{}/settle", kJob, mark), {{"verdict", "lovely"}}), HasSubstr("scrap"));
   EXPECT_EQ(post(fmt::format("/jobs/{}/pieces/{}/settle", kJob, mark), {{"verdict", "scrap"}}), "");
   EXPECT_EQ(get(fmt::format("/jobs/{}", kJob))["state"], "incomplete");
+  EXPECT_EQ(wait([](const json& s) { return s["job"]["suspect"] == 0; })["job"]["pieces"], 16) << "the status knows";
 }
 
 TEST_F(Operator, PiecesThatAreNotThroughAreCutAgainAndBookedOnce) {

@@ -30,8 +30,8 @@ void draw_portrait(const fs::path& file) {
 
 const StoryPanel kSheet{"control", 200, 140};
 
-// The faces of the twin's sheets are written when a sheet is made and only read from then on, and take most of the room:
-// copies of a cell share them.
+// The faces of the twin's sheets are written when a sheet is made and only read from then on, and take most of the
+// room: copies of a cell share them.
 void copy_cell(const fs::path& from, const fs::path& to) {
   fs::create_directories(to);
   for (const auto& entry : fs::recursive_directory_iterator(from)) {

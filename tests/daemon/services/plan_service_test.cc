@@ -210,9 +210,7 @@ TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   add_panel("P-0001", 255);
   const auto made = plan(small_job());
   ASSERT_TRUE(made.ok()) << made.error().message;
-  const auto pieces = [&] {
-    return *database_->call([&](Repositories& r) { return r.jobs.pieces(made->job); });
-  };
+  const auto pieces = [&] { return *database_->call([&](Repositories& r) { return r.jobs.pieces(made->job); }); };
   const auto before = pieces();
   const auto redo = [&](const std::vector<std::string>& marks) {
     return service().redo({made->job, marks, 1}, "uid 1000", [](double, const std::string&) {}, {});

@@ -83,12 +83,12 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   mask->pixels(taken).setTo(0);
   auto stored = library_.store_picture(mask->pixels, "panels/P-0001", "mask");
   ASSERT_TRUE(stored.ok());
-  ASSERT_TRUE(
-      database_
-          ->call([&](Repositories& r) {
-            return r.panels.add_mask(before.id, {0, before.map_file, stored->file, before.map_hash, before.created_at}, 1);
-          })
-          .ok());
+  ASSERT_TRUE(database_
+                  ->call([&](Repositories& r) {
+                    return r.panels.add_mask(before.id,
+                                             {0, before.map_file, stored->file, before.map_hash, before.created_at}, 1);
+                  })
+                  .ok());
   // What the planner measured of the replaced map goes with it.
   const auto index = library_.index_dir() / "P-0001-0-3.index", other = library_.index_dir() / "P-0002-0-3.index";
   std::filesystem::create_directories(library_.index_dir());
@@ -161,9 +161,8 @@ TEST_F(ScanServiceTest, AScanOfAPanelThatIsRetiredMeanwhileIsNotEntered) {
   const std::string before = panel().mask_file;
   workers_.spoil = [&](const std::string& kind, nlohmann::json&) {
     if (kind != RegisterScans::kKind) return;
-    ASSERT_TRUE(database_->call([](Repositories& r) {
-      return r.panels.retire(PanelId{"P-0001"}, "split", "2026-05-01T07:30:00.000Z");
-    }));
+    ASSERT_TRUE(database_->call(
+        [](Repositories& r) { return r.panels.retire(PanelId{"P-0001"}, "split", "2026-05-01T07:30:00.000Z"); }));
   };
   const auto again = scan();
   ASSERT_FALSE(again.ok());

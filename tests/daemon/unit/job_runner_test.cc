@@ -312,7 +312,7 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
   make_runner();
   runner_->begin(*recovery);
   EXPECT_EQ(state(), CellState::kAborted);
-  EXPECT_THAT(runner_->view().reason, HasSubstr("1 piece(s) are suspect"));
+  EXPECT_THAT(runner_->view().reason, HasSubstr("one piece is suspect"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
 }
 

@@ -141,8 +141,7 @@ TEST_F(PlanEdits, HeldPiecesStayAndALostOneFindsWhatIsLeft) {
   ASSERT_TRUE(again.placement);
   EXPECT_TRUE(FreeWood(open, after.kerf, Millimetres(0)).on_free_wood(again.panel_outline()));
   // What stays costs what it did: the picture is matched to the wood that was there, not to what is left.
-  for (const Piece& it : before.pieces)
-    EXPECT_EQ(piece(after, it.mark).cost == it.cost, it.mark != "A2-3") << it.mark;
+  for (const Piece& it : before.pieces) EXPECT_EQ(piece(after, it.mark).cost == it.cost, it.mark != "A2-3") << it.mark;
   EXPECT_GE(again.cost, piece(before, "A2-3").cost);
 
   stock_.front().open.pixels = cv::Mat::zeros(open.pixels.size(), CV_8UC1);
