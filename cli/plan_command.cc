@@ -126,8 +126,8 @@ Plan plan_with_journal(const std::vector<Artwork>& artworks, const std::vector<S
       or_end(planner::PlanJournal::open(path, planner::plan_key(artworks, stock, options, program)));
   if (journal.goes_on()) std::cerr << "veneerctl: going on where an earlier run stopped\n";
   std::optional<Result<Plan>> plan;
-  with_progress([&](const planner::Progress& progress, std::stop_token stop) {
-    plan = planner::make_plan(artworks, stock, options, progress, std::move(stop), &journal);
+  with_progress([&](const planner::Progress& progress, const std::stop_token& stop) {
+    plan = planner::make_plan(artworks, stock, options, progress, stop, &journal);
   });
   if (plan->ok()) return std::move(**plan);
   if (plan->error().code == ErrorCode::kCancelled)

@@ -309,7 +309,7 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
       return Error{ErrorCode::kConflict, fmt::format("job {} is running: stop it first", job.value)};
     for (const PlannedPatch& piece : plan.pieces)
       if (Status gone = give_up(connection, job, piece.mark, at); !gone.ok()) return gone.error();
-    const auto stored = insert_redo(connection, job, plan, at);
+    auto stored = insert_redo(connection, job, plan, at);
     if (!stored.ok()) return stored.error();
     if (Status same = check_masks(connection, *stored); !same.ok()) return same.error();
     SQLite::Statement redone(connection, "INSERT INTO redos (job, plan, at) VALUES (?, ?, ?)");

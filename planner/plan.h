@@ -287,7 +287,7 @@ class SharedWork;   // shared_work.h
 // `journal`, opened for the plan_key() of these arguments, remembers what is placed and lets a later run go on there.
 // `shared` spares several plans of the same wood and pictures the same work.
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress = {}, std::stop_token stop = {}, PlanJournal* journal = nullptr,
+                       const Progress& progress = {}, const std::stop_token& stop = {}, PlanJournal* journal = nullptr,
                        SharedWork* shared = nullptr);
 
 }  // namespace veneer::planner

@@ -191,7 +191,8 @@ Status add_alternatives(std::span<const StockPanel> stock, const Problem& proble
 }  // namespace
 
 Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockPanel> stock, const PlanOptions& options,
-                       const Progress& progress, std::stop_token stop, PlanJournal* journal, SharedWork* shared) {
+                       const Progress& progress, const std::stop_token& stop, PlanJournal* journal,
+                       SharedWork* shared) {
   constexpr double kIndexShare = 0.1;
   const double refine_share = options.refine == Refine::kNone ? 0 : options.rematch > 0 ? 0.6 : 0.3;
   const double fine_share = options.fine_rotation ? 0.1 * (1 - refine_share) : 0;

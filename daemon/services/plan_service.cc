@@ -162,7 +162,7 @@ Status hold_as_planned(Repositories& r, const PanelLibrary& library, const db::J
   for (HeldPanel& panel : stock.held) {
     const auto known = versions->find(panel.id);
     if (known == versions->end()) continue;
-    if (const Status held = as_planned(r, library, job.id, known->second, panel); !held) return held;
+    if (Status held = as_planned(r, library, job.id, known->second, panel); !held) return held;
     versions->erase(known);
   }
   // Out of stock by now; its pieces are in the picture all the same.
@@ -173,7 +173,7 @@ Status hold_as_planned(Repositories& r, const PanelLibrary& library, const db::J
     auto zones = r.materials.zones(id);
     if (!zones) return zones.error();
     panel.zones = std::move(*zones);
-    if (const Status held = as_planned(r, library, job.id, version, panel); !held) return held;
+    if (Status held = as_planned(r, library, job.id, version, panel); !held) return held;
   }
   return Ok();
 }
@@ -303,8 +303,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (earlier && earlier->made) {
     const auto job = (*reader)->repositories().jobs.find(*earlier->made);
     if (!job) return job.error();
-    if (const Status held = hold_as_planned((*reader)->repositories(), library_, *job, *stock); !held)
-      return held.error();
+    if (Status held = hold_as_planned((*reader)->repositories(), library_, *job, *stock); !held) return held.error();
   }
   reader->reset();
   library_.keep_index_only(stock->in_stock);

@@ -321,6 +321,7 @@ std::vector<FoundDifference> ScanService::name_pieces(const PanelId& panel,
   if (named) return std::move(*named);
   log_->warn("panel {}: the pieces of its differences were not found: {}", panel.value, named.error().message);
   std::vector<FoundDifference> out;
+  out.reserve(differences.size());
   for (const calib::Difference& difference : differences) out.push_back({difference, {}});
   return out;
 }

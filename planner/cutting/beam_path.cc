@@ -126,7 +126,7 @@ Result<Ring<BedFrame>> beam_ring(const Ring<BedFrame>& outline, Millimetres grow
   auto rings = offset(region, grow).rings();
   if (rings.size() != 1)
     return Error{ErrorCode::kInvalidArgument, "has a part as narrow as the kerf: plan larger pieces"};
-  return without_specks(std::move(rings.front()));
+  return without_specks(rings.front());
 }
 
 double turn_at(const Ring<BedFrame>& ring, std::size_t i) {

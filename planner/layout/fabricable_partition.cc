@@ -75,6 +75,7 @@ class Maker {
     }
     std::sort(places.begin(), places.end());
     std::vector<std::size_t> order;
+    order.reserve(places.size());
     for (const Place& place : places) order.push_back(std::get<2>(place));
     return with_faces(partition, order);
   }

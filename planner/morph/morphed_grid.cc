@@ -68,7 +68,7 @@ class Morph {
     Result<CutLines> fitted =
         fitted_to_tones(lines_through(springs, straight_), tones, {kMorphReach * patch, gap, options_.threads}, stop);
     if (!fitted.ok()) return fitted.error();
-    return fabricable(std::move(*fitted), edges, std::move(out), stop);
+    return fabricable(*fitted, edges, std::move(out), stop);
   }
 
  private:
@@ -103,7 +103,7 @@ class Morph {
   }
 
   // The grid as it is `wanted`, or as near to it as its cells are fabricable. `out`: the straight one.
-  Result<MorphedGrid> fabricable(CutLines wanted, const EdgeImage& edges, MorphedGrid out,
+  Result<MorphedGrid> fabricable(const CutLines& wanted, const EdgeImage& edges, MorphedGrid out,
                                  const std::stop_token& stop) const {
     Shares shares = whole_way(wanted);
     std::vector<char> relaxed(wanted.faces.size(), 0);

@@ -340,6 +340,7 @@ Result<Problem> make_problem(std::span<const Artwork> artworks, std::span<const 
     if (!layout.ok()) return layout.error();
     std::vector<TaskTree>& own = layout->squares;
     std::vector<Patch> patches;
+    patches.reserve(own.size());
     for (const TaskTree& square : own) patches.push_back(problem.artworks[a].patches[square.task.patch]);
     const auto urgent = urgencies(artworks[a], patches, options.priority, saliency);
     const double share = options.interleave ? 1 : options.reserve;

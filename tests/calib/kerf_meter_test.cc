@@ -91,8 +91,9 @@ cv::Mat scan_of(const ScanScene& scene) {
         const int samples = is_plain(lines, middle[0], middle[1]) ? 1 : 4;
         cv::Vec3f sum(0, 0, 0);
         for (int i = 0; i < samples * samples; ++i) {
-          const double x = (c + (i % samples + 0.5) / samples) / px_per_mm;
-          const double y = (picture.rows - r - (i / samples + 0.5) / samples) / px_per_mm;
+          const int across = i % samples, down = i / samples;
+          const double x = (c + (across + 0.5) / samples) / px_per_mm;
+          const double y = (picture.rows - r - (down + 0.5) / samples) / px_per_mm;
           const auto machine = scene.glass_from_machine.sheet_of(x, y);
           sum += scene_colour(scene, lines, machine[0], machine[1]);
         }

@@ -20,7 +20,7 @@ TEST(BlockMeans, OfAPlainPieceAreNotDisturbedByItsNeighbours) {
   const sim::Vec2 half{6 * kPxPerMm, 5.92 * kPxPerMm};
   cv::Mat preview(140, 71, CV_32F, cv::Scalar(20));
   const sim::Vec2 centre{half.x, 140 - half.y};
-  for (int r = static_cast<int>(centre.y - half.y + 0.5); r < preview.rows; ++r)
+  for (int r = static_cast<int>(std::lround(centre.y - half.y)); r < preview.rows; ++r)
     for (int c = 0; c < preview.cols; ++c) preview.at<float>(r, c) = 150 + 0.03F * static_cast<float>(r + c);
   cv::Mat mask(preview.size(), CV_32F, cv::Scalar(0));
   mask(cv::Range(71, 139), cv::Range(1, 70)).setTo(1);

@@ -87,10 +87,11 @@ class TwinRun {
     const int rows = static_cast<int>((sheet_->height_mm - 60) / kPitch);
     for (int i = 0; i < columns * rows; ++i) {
       Rigid sheet_from_artwork = Rigid::turn((i % 15) * 24 * 0.017453292519943295);
-      const Vec2 low{(i % columns) * kSide, (rows - 1 - i / columns) * kSide};
-      const Vec2 at{30 + kPitch * (i % columns + 0.5), 30 + kPitch * (i / columns + 0.5)};
+      const int column = i % columns, row = i / columns;
+      const Vec2 low{column * kSide, (rows - 1 - row) * kSide};
+      const Vec2 at{30 + kPitch * (column + 0.5), 30 + kPitch * (row + 0.5)};
       sheet_from_artwork.shift = at - sheet_from_artwork.turned(low + Vec2{kSide / 2, kSide / 2});
-      burn_piece(laser, fmt::format("A{}-{}", i / columns + 1, i % columns + 1), low, sheet_from_artwork);
+      burn_piece(laser, fmt::format("A{}-{}", row + 1, column + 1), low, sheet_from_artwork);
     }
     laser.send("M5");
     laser.drain();

@@ -38,7 +38,7 @@ TEST(Scanner, ShowsMarksWhereItsTruthRecordSaysTheyAre) {
     EXPECT_EQ(scan.cols, static_cast<int>(std::lround(120 * dpi / 25.4)));
     for (const Vec2& dot : kDots) {
       const Vec2 expected = truth.scan_pixel(dot);
-      const Vec2 found = dark_centre(scan, expected, static_cast<int>(2.5 * truth.px_per_mm), 215);
+      const Vec2 found = dark_centre(scan, expected, static_cast<int>(2.5 * truth.px_per_mm), 215.0);
       EXPECT_NEAR(found.x, expected.x, 0.03) << dpi << " dpi";
       EXPECT_NEAR(found.y, expected.y, 0.03) << dpi << " dpi";
     }

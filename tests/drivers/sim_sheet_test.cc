@@ -118,8 +118,9 @@ TEST(Grid, CountsItsTagsFromTheLowerLeftToAFewMicrometres) {
   for (int id : {0, 11, 12, 119}) {
     const TrueTag& tag = grid->tags[static_cast<std::size_t>(id)];
     ASSERT_EQ(tag.id, id);
-    EXPECT_NEAR(tag.corners[0].x - grid->tags[0].corners[0].x, (id % 12) * 24.0, 0.007);
-    EXPECT_NEAR(tag.corners[0].y - grid->tags[0].corners[0].y, (id / 12) * 24.0, 0.007);
+    const int column = id % 12, row = id / 12;
+    EXPECT_NEAR(tag.corners[0].x - grid->tags[0].corners[0].x, column * 24.0, 0.007);
+    EXPECT_NEAR(tag.corners[0].y - grid->tags[0].corners[0].y, row * 24.0, 0.007);
     EXPECT_NEAR(tag.corners[2].x - tag.corners[0].x, 18, 1e-9);
   }
 }

@@ -18,7 +18,8 @@ inline constexpr double kLihuiyuTravelX = 300, kLihuiyuTravelY = 200;
 inline LaserJob odd_job(int pieces, double power = 1, double size_mm = 4, double cut_mm_s = 20) {
   LaserJob job;
   for (int i = 0; i < pieces; ++i) {
-    const double x = 50 + (size_mm + 3) * (i % 20), y = 80 + (size_mm + 3) * (i / 20);
+    const int column = i % 20, row = i / 20;
+    const double x = 50 + (size_mm + 3) * column, y = 80 + (size_mm + 3) * row;
     const PieceId piece{i + 1};
     job.strokes.push_back({piece,
                            StrokeRole::kEngrave,

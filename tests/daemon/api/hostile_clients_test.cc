@@ -264,7 +264,9 @@ TEST(HostileClients, LargeRepliesThatNobodyReadsAreBoundedForEachIdentity) {
   options.shares.reply_bytes = 1'000'000;
   ApiServer server(options, {}, [](Router& router) {
     router.bind("getPanelMap", [](const ApiRequest&, const Reply& reply) {
-      reply(ApiReply::bytes(std::string(40'000'000, 'x'), "image/png"));
+      std::string large;
+      large.resize(40'000'000, 'x');
+      reply(ApiReply::bytes(std::move(large), "image/png"));
     });
   });
   const std::string question = "GET /api/v1/panels/P-1/map.png HTTP/1.1\r\nHost: " + server.host() + "\r\n\r\n";

@@ -65,15 +65,14 @@ class PlanServiceTest : public ::testing::Test {
     zones_[panel].push_back({static_cast<int>(zones_[panel].size()) + 1, outline, material});
   }
   void store_zones() {
-    for (const auto& [panel, zones] : zones_) {
-      ASSERT_TRUE(database_->call([&](Repositories& r) { return r.materials.add_zones(PanelId{panel}, zones); }).ok());
-      for (const auto& zone : zones)
-        ASSERT_TRUE(database_
-                        ->call([&](Repositories& r) {
-                          return r.materials.set_material(PanelId{panel}, zone.number, zone.material);
-                        })
-                        .ok());
-    }
+    ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
+      for (const auto& [panel, zones] : zones_) {
+        if (Status added = r.materials.add_zones(PanelId{panel}, zones); !added) return added;
+        for (const auto& zone : zones)
+          if (Status named = r.materials.set_material(PanelId{panel}, zone.number, zone.material); !named) return named;
+      }
+      return Ok();
+    }));
   }
   // Half of it dark, half of it pale, and to be rebuilt by brightness alone.
   static JobRequest two_tone_job() {

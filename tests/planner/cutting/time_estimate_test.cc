@@ -75,7 +75,8 @@ TEST(TimeEstimate, IsWithinFivePercentOnDenseEngraving) {
   // Marks as long as they come, over a faint outline that is gone over fast.
   std::vector<ToolpathPiece> pieces;
   for (int i = 0; i < 24; ++i) {
-    const double x = 30 + 75 * (i % 6), y = 40 + 40 * (i / 6);
+    const int column = i % 6, row = i / 6;
+    const double x = 30 + 75 * column, y = 40 + 40 * row;
     pieces.push_back(toolpath_piece(
         i + 1,
         {point<BedFrame>(x, y), point<BedFrame>(x + 70, y), point<BedFrame>(x + 70, y + 8), point<BedFrame>(x, y + 8)},
@@ -89,8 +90,10 @@ TEST(TimeEstimate, IsWithinFivePercentOnDenseEngraving) {
 
 TEST(TimeEstimate, IsWithinFivePercentOnLongCurves) {
   std::vector<ToolpathPiece> pieces;
-  for (int i = 0; i < 6; ++i)
-    pieces.push_back(toolpath_piece(i + 1, wave(90 + 160 * (i % 3), 100 + 170 * (i / 3), 60, 9 + i, 6), ""));
+  for (int i = 0; i < 6; ++i) {
+    const int column = i % 3, row = i / 3;
+    pieces.push_back(toolpath_piece(i + 1, wave(90 + 160 * column, 100 + 170 * row, 60, 9 + i, 6), ""));
+  }
   ToolpathOptions options;
   options.recipe.cut_speed = MmPerSecond(40);
   expect_close(times_of("long curves", pieces, options));

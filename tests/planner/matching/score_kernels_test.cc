@@ -12,7 +12,8 @@ namespace {
 TEST(ScoreKernels, EveryVersionGivesThePlainOnesNumbers) {
   std::mt19937 random(7);
   const auto entry = [&] { return static_cast<std::int16_t>(random() % 8191) - 4095; };
-  for (const auto [pairs, rows, columns] : {std::array{1, 6, 6}, std::array{2, 3, 5}, std::array{3, 1, 1}}) {
+  for (const auto& shape : {std::array{1, 6, 6}, std::array{2, 3, 5}, std::array{3, 1, 1}}) {
+    const int pairs = shape[0], rows = shape[1], columns = shape[2];
     constexpr std::size_t kCells = 300;
     std::vector<std::vector<std::int16_t>> maps;
     std::vector<const std::int16_t*> blocks;
