@@ -51,13 +51,17 @@ Result<std::string> sha256_hex(std::span<const std::byte> bytes, const std::stop
   return hash.hex();
 }
 
-Result<std::string> sha256_hex_of_file(const std::filesystem::path& path) {
+Result<std::string> sha256_hex_of_file(const std::filesystem::path& path, const std::stop_token& stop) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return Error{ErrorCode::kNotFound, fmt::format("cannot read {}: check that it exists", path.string())};
   Sha256 hash;
   std::vector<char> buffer(1 << 20);
-  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0)
+  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount() > 0) {
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "hashing was cancelled"};
     hash.add(buffer.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  if (in.bad())
+    return Error{ErrorCode::kStorage, fmt::format("cannot read {} to its end: look at its disk", path.string())};
   return hash.hex();
 }
 

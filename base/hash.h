@@ -15,6 +15,7 @@ namespace veneer {
 std::string sha256_hex(std::span<const std::byte> bytes);
 // The same; kCancelled: some milliseconds after a stop was requested.
 Result<std::string> sha256_hex(std::span<const std::byte> bytes, const std::stop_token& stop);
-Result<std::string> sha256_hex_of_file(const std::filesystem::path& path);
+// kNotFound when there is no such file, kStorage when the disk does not give all of it, kCancelled soon after `stop`.
+Result<std::string> sha256_hex_of_file(const std::filesystem::path& path, const std::stop_token& stop = {});
 
 }  // namespace veneer
