@@ -15,7 +15,8 @@ constexpr double kShortest = 0.3;  // mm between the middles of two cuts' ends; 
 constexpr double kLongest = 1.5;   // of what a hand would call a bridge
 constexpr double kLook = 0.3;      // mm of a cut that show its direction at its end
 constexpr double kAligned = 0.6;   // cosine, between a cut's end and the way across
-constexpr double kBeside = 0.4;    // mm from the bridge to the wood on either side of it
+constexpr double kBeside = 0.4;    // mm, at most, from the bridge to the wood on either side of it
+constexpr double kStep = 0.05;     // of the look for it: a strip between bridge and opening may be thin
 
 struct End {
   Vec2 at;
@@ -92,13 +93,17 @@ cv::Mat parts_without(const Sheet& sheet, const std::vector<TrueBurn>& gaps) {
 
 bool parts_something(const Sheet& sheet, const cv::Mat& parts, const TrueBurn& gap) {
   const Vec2 a = gap.points.front(), b = gap.points.back(), middle = (a + b) * 0.5;
-  const Vec2 aside = Vec2{-(b - a).y, (b - a).x} * (kBeside / length(b - a));
-  const auto part = [&](Vec2 mm) {
-    const Vec2 p = sheet.pixel(mm);
-    const cv::Point at(static_cast<int>(p.x), static_cast<int>(p.y));
-    return cv::Rect({}, parts.size()).contains(at) ? parts.at<int>(at) : 0;
+  const Vec2 aside = Vec2{-(b - a).y, (b - a).x} * (1 / length(b - a));
+  const auto part = [&](double side) {  // the nearest on that side
+    for (int step = 1; step * kStep <= kBeside; ++step) {
+      const Vec2 p = sheet.pixel(middle + aside * (side * step * kStep));
+      const cv::Point at(static_cast<int>(p.x), static_cast<int>(p.y));
+      if (!cv::Rect({}, parts.size()).contains(at)) return 0;
+      if (const int found = parts.at<int>(at); found != 0) return found;
+    }
+    return 0;
   };
-  const int left = part(middle + aside), right = part(middle - aside);
+  const int left = part(1), right = part(-1);
   return left != 0 && right != 0 && left != right;
 }
 

@@ -192,6 +192,17 @@ TEST(Bridges, AreCutByHandFlushWithTheCut) {
   EXPECT_EQ(cut_bridges(*sheet), 0) << "once";
 }
 
+// Seen with seed 5359145 of the demo: a quarter of a millimetre of wood between the bridge and an opening.
+TEST(Bridges, AreCutByHandWhereTheyHangOnAThinStripOfWood) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, square({17.5, 8}, 11)));
+  EXPECT_EQ(drop_loose_pieces(*sheet), 1);
+  for (const auto& points : bridged({10, 10}, 7, 0.65))
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, points));
+  EXPECT_EQ(cut_bridges(*sheet), 2);
+  EXPECT_EQ(drop_loose_pieces(*sheet), 1);
+}
+
 // Nobody cuts where nothing would come free.
 TEST(Bridges, AreNotWhatLiesBetweenTwoCutsThatEndInTheWood) {
   const auto sheet = dotted_sheet(60, 60, {}, {});
