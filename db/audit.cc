@@ -1,28 +1,40 @@
 #include "db/audit.h"
 
+#include "db/audit_chain.h"
 #include "db/sql.h"
 
 namespace veneer::db {
 
 Status Audit::append(const AuditEntry& entry) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement insert(connection, "INSERT INTO audit (at, who, what, detail) VALUES (?, ?, ?, ?)");
-    SQLite::bind(insert, entry.at, entry.who, entry.what, entry.detail);
-    insert.exec();
+    append_to_chain(connection, entry);
     return Ok();
   });
 }
 
-Result<std::vector<AuditEntry>> Audit::latest(int count) {
+Result<std::vector<AuditEntry>> Audit::read(const AuditFilter& filter, int count) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<AuditEntry>> {
-    SQLite::Statement rows(connection, "SELECT id, at, who, what, detail FROM audit ORDER BY id DESC LIMIT ?");
-    rows.bind(1, count);
+    std::string wanted = "id < ?1";
+    if (!filter.since.empty()) wanted += " AND at >= ?2";
+    if (!filter.who.empty()) wanted += " AND who = ?3";
+    // P-1000 is not named where P-10000 is.
+    if (filter.panel) wanted += " AND (detail GLOB '*' || ?4 || '[^0-9]*' OR detail GLOB '*' || ?4)";
+    SQLite::Statement rows(connection, std::string("SELECT ") + kAuditColumns + " FROM audit WHERE " + wanted +
+                                           " ORDER BY id DESC LIMIT ?5");
+    rows.bind(1, filter.before.value_or(INT64_MAX));
+    if (!filter.since.empty()) rows.bind(2, filter.since);
+    if (!filter.who.empty()) rows.bind(3, filter.who);
+    if (filter.panel) rows.bind(4, filter.panel->value);
+    rows.bind(5, count);
     std::vector<AuditEntry> out;
-    while (rows.executeStep())
-      out.push_back({rows.getColumn(0).getInt64(), text(rows.getColumn(1)), text(rows.getColumn(2)),
-                     text(rows.getColumn(3)), text(rows.getColumn(4))});
+    while (rows.executeStep()) out.push_back(read_audit(rows));
     return out;
   });
+}
+
+Result<AuditHead> Audit::head() {
+  return guarded(*database_,
+                 [](SQLite::Database& connection) -> Result<AuditHead> { return head_of_chain(connection); });
 }
 
 }  // namespace veneer::db

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "db/audit_chain.h"
 #include "db/sql.h"
 
 namespace veneer::db {
@@ -120,6 +121,7 @@ Status Certificates::laser_is(const std::string& identity, const std::string& no
                              "coalesce(max(id), 0) ELSE 0 END, ? FROM certificates");
     SQLite::bind(insert, identity, known ? 1 : 0, now);
     insert.exec();
+    append_to_chain(connection, {0, now, kDaemon, "laser.found", identity});
     return Ok();
   });
 }

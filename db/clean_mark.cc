@@ -1,5 +1,7 @@
 #include "db/clean_mark.h"
 
+#include <fmt/format.h>
+
 #include <fstream>
 #include <span>
 #include <string>
@@ -21,11 +23,17 @@ bool has_log(const std::filesystem::path& file) {
 
 }  // namespace
 
-bool is_as_it_was_left(const std::filesystem::path& file) {
+Result<bool> is_as_it_was_left(const std::filesystem::path& file) {
   std::string wanted;
-  if (!(std::ifstream(mark_of(file)) >> wanted) || has_log(file)) return false;
+  if (!(std::ifstream(mark_of(file)) >> wanted)) return false;
   const auto found = sha256_hex_of_file(file);
-  return found.ok() && *found == wanted;
+  if (!found.ok() || *found != wanted) return false;
+  if (has_log(file))
+    return Error{ErrorCode::kStorage,
+                 fmt::format("beside the database {0} lies a log that is not its own, {0}-wal: end whatever else has "
+                             "the database open, move the log away, then start veneerd",
+                             file.string())};
+  return true;
 }
 
 Status remove_clean_mark(const std::filesystem::path& file) { return remove_durably(mark_of(file)); }

@@ -8,8 +8,9 @@
 
 namespace veneer::db {
 
-// The file is exactly what its last writer left, and nothing waits in its write-ahead log.
-bool is_as_it_was_left(const std::filesystem::path& file);
+// The file is exactly what its last writer left. kStorage when it is, and a write-ahead log lies beside it all the
+// same: its last writer left none, so that SQLite would play something else into a sound file.
+Result<bool> is_as_it_was_left(const std::filesystem::path& file);
 // Before the first write: from now on only a clean end makes a mark again.
 Status remove_clean_mark(const std::filesystem::path& file);
 // After the last connection is closed. Without it the next start checks everything, so that it may fail.

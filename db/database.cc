@@ -1,31 +1,23 @@
 #include "db/database.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <exception>
-#include <system_error>
 #include <utility>
 
+#include "db/backup.h"
 #include "db/clean_mark.h"
 #include "db/guard.h"
 #include "db/integrity.h"
 #include "db/migrations.h"
 #include "db/sql.h"
+#include "db/writer_lock.h"
 
 namespace veneer::db {
 namespace {
 
-constexpr int kApplicationId = 0x564E4552;  // "VNER", so that another program's file is not taken for ours
-constexpr int kBusyMs = 5000;               // a reader's checkpoint may hold the writer up for a moment
-
-Error not_ours(const std::filesystem::path& file) {
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("{} is a SQLite file of another program: check the path of the database", file.string())};
-}
+constexpr int kBusyMs = 5000;  // a reader's checkpoint may hold the writer up for a moment
 
 // Pragmas that hold for one connection only. Foreign keys are checked at the end of each statement.
 void prepare(SQLite::Database& connection) {
@@ -38,17 +30,8 @@ void prepare(SQLite::Database& connection) {
 
 }  // namespace
 
-// flock() belongs to the open file, so that a second Database of this process is refused as well, and a process that
-// dies leaves nothing behind.
-struct Database::Lock {
-  explicit Lock(int descriptor) : fd(descriptor) {}
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
-  ~Lock() { ::close(fd); }
-  int fd;
-};
-
-Database::Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection)
+Database::Database(std::filesystem::path file, std::unique_ptr<WriterLock> lock,
+                   std::unique_ptr<SQLite::Database> connection)
     : file_(std::move(file)),
       lock_(std::move(lock)),
       guard_(std::make_unique<Guard>()),
@@ -109,6 +92,12 @@ void Database::doubt(std::string why) {
 
 std::optional<std::string> Database::take_doubt() { return std::exchange(doubt_, std::nullopt); }
 
+// A rollback needs memory, too. Until it is made up for, what was half done would be read, and nothing could be
+// written.
+void Database::end_leftover() {
+  if (!guard_->writing && sqlite3_get_autocommit(connection_->getHandle()) == 0) connection_->exec("ROLLBACK");
+}
+
 void Database::look_for_others() {
   const int found = connection_->execAndGet("PRAGMA data_version").getInt();
   if (std::exchange(data_version_, found) != found)
@@ -150,22 +139,25 @@ Result<Database> Database::open(const std::filesystem::path& file) { return open
 Result<Database> Database::open_unchecked(const std::filesystem::path& file) { return open(file, false); }
 
 Result<Database> Database::open(const std::filesystem::path& file, bool check) {
-  std::error_code error;
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-  const std::string lock_file = file.string() + ".lock";
-  const int fd = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
-  if (fd < 0)
-    return Error{ErrorCode::kStorage,
-                 fmt::format("cannot write {}: check that its folder exists and is ours", lock_file)};
-  auto lock = std::make_unique<Lock>(fd);
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0)
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the database {} is in use: another veneerd is running; stop it first", file.string())};
-  const bool clean = is_as_it_was_left(file);
+  auto taken = WriterLock::take(file);
+  if (!taken) return taken.error();
+  auto lock = std::make_unique<WriterLock>(std::move(*taken));
+  // What a restore has decided and a power cut kept it from finishing.
+  if (Status finished = finish_restore(file); !finished.ok()) return finished.error();
+  const auto left = is_as_it_was_left(file);
+  if (!left.ok()) return left.error();
+  const bool clean = *left;
   if (Status removed = remove_clean_mark(file); !removed.ok()) return removed.error();
+  // SQLite takes an empty file for a new one. What veneerd has made is never empty again.
+  std::error_code missing;
+  const auto size = std::filesystem::file_size(file, missing);
+  if (missing) lock->note_gone();
+  if (!missing && size == 0 && lock->was_made()) return is_damaged(file.string(), "it is empty");
   try {
     auto connection =
         std::make_unique<SQLite::Database>(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyMs);
+    // Of a file that may only be read SQLite makes a connection that reads.
+    if (sqlite3_db_readonly(connection->getHandle(), "main") == 1) return may_not_be_written(file);
     const bool fresh = connection->execAndGet("SELECT count(*) FROM sqlite_schema").getInt() == 0;
     if (fresh)
       connection->exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
@@ -181,6 +173,7 @@ Result<Database> Database::open(const std::filesystem::path& file, bool check) {
         return sound.error();
     connection->exec("PRAGMA journal_mode = WAL");
     if (Status migrated = migrate(*connection, migrations()); !migrated.ok()) return migrated.error();
+    lock->note_made();
     Database database(file, std::move(lock), std::move(connection));
     database.needs_check_ = !check && !fresh && !clean && newest;
     database.data_version_ = database.connection_->execAndGet("PRAGMA data_version").getInt();

@@ -31,6 +31,7 @@ class Exception;
 namespace veneer::db {
 
 struct Guard;
+class WriterLock;
 
 class Database {
  public:
@@ -73,20 +74,20 @@ class Database {
   // For db's own .cc files.
   SQLite::Database& connection() { return *connection_; }
   Guard& guard() { return *guard_; }
+  void end_leftover();     // of a transaction that could not even be rolled back; throws SQLite::Exception
   void look_for_others();  // inside a transaction, where nobody else can write; throws SQLite::Exception
   void failed(const SQLite::Exception& thrown) noexcept;  // what SQLite threw at a store, once all is rolled back
 
  private:
-  struct Lock;
-  Database(std::filesystem::path file, std::unique_ptr<Lock> lock, std::unique_ptr<SQLite::Database> connection);
+  Database(std::filesystem::path file, std::unique_ptr<WriterLock> lock, std::unique_ptr<SQLite::Database> connection);
   static Result<Database> open(const std::filesystem::path& file, bool check);
   void close() noexcept;
   bool was_replaced() const;
   void doubt(std::string why);
 
   std::filesystem::path file_;
-  std::unique_ptr<Lock> lock_;    // null when read-only; released after the connection is closed
-  std::unique_ptr<Guard> guard_;  // outlives the connection, which asks it
+  std::unique_ptr<WriterLock> lock_;  // null when read-only; released after the connection is closed
+  std::unique_ptr<Guard> guard_;      // outlives the connection, which asks it
   std::unique_ptr<SQLite::Database> connection_;
   bool needs_check_ = false;
   std::optional<Error> distrusted_;

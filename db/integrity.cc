@@ -2,9 +2,13 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
 
+#include <cstdlib>
+#include <string_view>
 #include <vector>
 
+#include "db/audit_chain.h"
 #include "db/migrations.h"
 #include "db/sql.h"
 
@@ -93,24 +97,57 @@ Status check_boxes(SQLite::Database& connection, const std::string& file) {
   return is_damaged(file, fmt::format("the index of wood is wrong about {} allocations", wrong));
 }
 
-// A number that was handed out is never handed out again.
+// Wood is in the state that its history ends with.
+Status check_histories(SQLite::Database& connection, const std::string& file) {
+  const int wrong =
+      connection
+          .execAndGet(
+              "SELECT count(*) FROM allocations AS a WHERE (a.state, a.changed_at) IS NOT (SELECT h.state, "
+              "h.at FROM allocation_history AS h WHERE h.allocation = a.id ORDER BY h.id DESC LIMIT 1)")
+          .getInt();
+  if (wrong == 0) return Ok();
+  return is_damaged(file, fmt::format("{} allocations are not in the state that their history ends with", wrong));
+}
+
+// A number that was handed out is never handed out again, and of a table that keeps all its rows the last is there.
 Status check_numbers(SQLite::Database& connection, const std::string& file) {
   for (const auto& table :
        texts_of(connection, "SELECT name FROM sqlite_schema WHERE type = 'table' AND sql LIKE '%AUTOINCREMENT%'")) {
-    const int lost = connection
-                         .execAndGet(fmt::format("SELECT coalesce((SELECT max(rowid) FROM {0}), 0) > coalesce((SELECT "
-                                                 "seq FROM sqlite_sequence WHERE name = '{0}'), 0)",
-                                                 table))
-                         .getInt();
-    if (lost != 0) return is_damaged(file, fmt::format("the last number of {} is not known", table));
+    const auto number = [&](const std::string& query) { return connection.execAndGet(query).getInt64(); };
+    const auto newest = number(fmt::format("SELECT coalesce(max(rowid), 0) FROM {}", table));
+    const auto handed_out =
+        number(fmt::format("SELECT coalesce((SELECT seq FROM sqlite_sequence WHERE name = '{}'), 0)", table));
+    if (newest > handed_out) return is_damaged(file, fmt::format("the last number of {} is not known", table));
+    const bool keeps_all =
+        number(fmt::format("SELECT count(*) FROM sqlite_schema WHERE type = 'trigger' AND tbl_name = "
+                           "'{}' AND sql LIKE '%BEFORE DELETE ON%' AND sql NOT LIKE '%WHEN %'",
+                           table)) > 0;
+    if (keeps_all && newest < handed_out) return is_damaged(file, fmt::format("the last row of {} is gone", table));
   }
   return Ok();
 }
 
 }  // namespace
 
+namespace {
+
+// What kept SQLite from reading the page that is spoken of (a disk, memory): that says nothing about what is written
+// there. 0 when it was read.
+int why_not_read(const std::string& verdict) {
+  constexpr std::string_view kCode = "error code=";
+  const auto at = verdict.find(kCode);
+  if (at == std::string::npos) return verdict.find("failed to get page") == std::string::npos ? 0 : SQLITE_IOERR;
+  const int code = std::atoi(verdict.c_str() + at + kCode.size()) & 0xff;
+  return code == SQLITE_CORRUPT || code == SQLITE_NOTADB ? 0 : code;
+}
+
+}  // namespace
+
 Status check_pages(SQLite::Database& connection, const std::string& file) {
-  const std::string verdict = connection.execAndGet("PRAGMA integrity_check(1)").getString();
+  std::string verdict = connection.execAndGet("PRAGMA integrity_check(1)").getString();
+  if (const int code = why_not_read(verdict); code != 0) throw SQLite::Exception("a page cannot be read", code);
+  if (constexpr std::string_view kHead = "*** in database main ***\n"; verdict.starts_with(kHead))
+    verdict.erase(0, kHead.size());
   if (verdict != "ok") return is_damaged(file, verdict.substr(0, verdict.find('\n')));
   SQLite::Statement keys(connection, "PRAGMA foreign_key_check");
   if (keys.executeStep())
@@ -129,9 +166,12 @@ Status check_schema(SQLite::Database& connection, const std::string& file) {
 Status check_all(SQLite::Database& connection, const std::string& file) {
   if (Status pages = check_pages(connection, file); !pages.ok()) return pages;
   if (Status schema = check_schema(connection, file); !schema.ok()) return schema;
+  // First, since it names the row.
+  if (Status chain = check_chain(connection, file); !chain.ok()) return chain;
   for (const auto& table : tables_with_checksums(connection))
     if (Status rows = check_rows(connection, table, file); !rows.ok()) return rows;
   if (Status boxes = check_boxes(connection, file); !boxes.ok()) return boxes;
+  if (Status histories = check_histories(connection, file); !histories.ok()) return histories;
   return check_numbers(connection, file);
 }
 

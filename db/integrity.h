@@ -14,8 +14,9 @@ namespace veneer::db {
 // Tables, indices, triggers and views are word for word those of this program's newest schema. Milliseconds.
 Status check_schema(SQLite::Database& connection, const std::string& file);
 
-// Everything: SQLite's own check of pages and indices, foreign keys, the schema, the checksum of every row, the index
-// of wood against the wood, and that no number can be handed out twice. Reads the whole file.
+// Everything: SQLite's own check of pages and indices, foreign keys, the schema, the chain of the audit log, the
+// checksum of every row, the index of wood against the wood, and that no number can be handed out twice. Reads the
+// whole file.
 Status check_all(SQLite::Database& connection, const std::string& file);
 
 // What can be asked of an older schema before it is brought up to date: pages, indices and foreign keys.

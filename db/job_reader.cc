@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include "db/job_sql.h"
+#include "db/ledger_sql.h"
+#include "db/plan_files.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 
@@ -14,7 +16,8 @@ constexpr const char* kJobColumns =
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation FROM piece_states AS s JOIN pieces AS p ON "
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan FROM piece_states AS s JOIN pieces AS "
+    "p ON "
     "p.id = s.piece "
     "JOIN patches AS t ON t.id = p.patch LEFT JOIN placements AS l ON l.id = s.placement ";
 
@@ -60,6 +63,7 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   if (!lead_in->empty()) piece.lead_in = from_micro<PanelFrame>(*lead_in).front();
   piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
   piece.allocation = {row.getColumn(12).getInt64()};
+  piece.placed_by = {row.getColumn(13).getInt64()};
   return piece;
 }
 
@@ -149,12 +153,13 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit) {
 
 Result<std::string> JobStore::plan_json(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
-    SQLite::Statement row(connection,
-                          "SELECT q.plan_json FROM jobs AS j JOIN plans AS q ON q.id = coalesce((SELECT plan FROM "
-                          "redos WHERE job = j.id ORDER BY id DESC LIMIT 1), j.plan) WHERE j.id = ?");
+    SQLite::Statement row(
+        connection,
+        "SELECT q.plan_sha256, q.plan_bytes FROM jobs AS j JOIN plans AS q ON q.id = coalesce((SELECT plan FROM "
+        "redos WHERE job = j.id ORDER BY id DESC LIMIT 1), j.plan) WHERE j.id = ?");
     row.bind(1, job.value);
     if (!row.executeStep()) return no_such_job(job);
-    return text(row.getColumn(0));
+    return read_plan_file(database_->file(), {text(row.getColumn(0)), row.getColumn(1).getInt64()});
   });
 }
 
@@ -179,8 +184,85 @@ Result<std::vector<PieceRecord>> JobStore::pieces(JobId job, PieceId after, int 
   });
 }
 
+Result<std::vector<PieceOutcome>> JobStore::outcomes(PieceId after, int limit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceOutcome>> {
+    SQLite::Statement rows(
+        connection,
+        "SELECT s.piece, s.mark, s.job, j.name, j.created_at, l.panel, s.state, coalesce(a.changed_at, ''), r.id, "
+        "coalesce(r.started_at, ''), coalesce(r.ended_at, ''), coalesce(r.result, ''), coalesce(f.who, '') "
+        "FROM piece_states AS s JOIN jobs AS j ON j.id = s.job "
+        "LEFT JOIN placements AS l ON l.id = s.placement LEFT JOIN allocations AS a ON a.id = s.allocation "
+        "LEFT JOIN runs AS r ON r.id = (SELECT run FROM allocation_history WHERE allocation = s.allocation AND run IS "
+        "NOT NULL ORDER BY id DESC LIMIT 1) LEFT JOIN run_facts AS f ON f.run = r.id "
+        "WHERE s.piece > ? ORDER BY s.piece LIMIT ?");
+    SQLite::bind(rows, after.value, limit);
+    std::vector<PieceOutcome> out;
+    while (rows.executeStep()) {
+      PieceOutcome& one = out.emplace_back();
+      one.piece = {rows.getColumn(0).getInt64()};
+      one.mark = text(rows.getColumn(1));
+      one.job = {rows.getColumn(2).getInt64()};
+      one.job_name = text(rows.getColumn(3)), one.job_made_at = text(rows.getColumn(4));
+      if (const auto panel = text_or_null(rows.getColumn(5))) one.panel = PanelId{*panel};
+      one.state = piece_state_of(text(rows.getColumn(6)));
+      one.since = text(rows.getColumn(7));
+      if (!rows.getColumn(8).isNull()) one.run = RunId{rows.getColumn(8).getInt64()};
+      one.run_started_at = text(rows.getColumn(9)), one.run_ended_at = text(rows.getColumn(10));
+      one.run_result = text(rows.getColumn(11)), one.who = text(rows.getColumn(12));
+    }
+    return out;
+  });
+}
+
 Result<PieceRecord> JobStore::find_piece(PieceId piece) {
   return guarded(*database_, [&](SQLite::Database& connection) { return read_piece(connection, piece); });
+}
+
+Result<PieceRecord> JobStore::find_piece(JobId job, const std::string& mark) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<PieceRecord> {
+    SQLite::Statement row(connection, std::string(kPieceColumns) + "WHERE s.job = ? AND s.mark = ?");
+    SQLite::bind(row, job.value, mark);
+    if (row.executeStep()) return read_piece_row(row);
+    SQLite::Statement known(connection, "SELECT 1 FROM jobs WHERE id = ?");
+    known.bind(1, job.value);
+    if (!known.executeStep()) return no_such_job(job);
+    return no_such_piece(job, mark);
+  });
+}
+
+Result<std::vector<PieceStep>> JobStore::history(PieceId piece) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PieceStep>> {
+    SQLite::Statement rows(connection,
+                           "SELECT a.id, a.panel, h.state, h.at, h.run FROM allocations AS a JOIN allocation_history "
+                           "AS h ON h.allocation = a.id WHERE a.piece = ? ORDER BY h.id");
+    rows.bind(1, piece.value);
+    std::vector<PieceStep> out;
+    while (rows.executeStep()) {
+      PieceStep& step = out.emplace_back(PieceStep{{rows.getColumn(0).getInt64()},
+                                                   {text(rows.getColumn(1))},
+                                                   allocation_state_of(text(rows.getColumn(2))),
+                                                   text(rows.getColumn(3)),
+                                                   std::nullopt});
+      if (!rows.getColumn(4).isNull()) step.run = RunId{rows.getColumn(4).getInt64()};
+    }
+    return out;
+  });
+}
+
+Result<RunFacts> JobStore::facts(RunId run) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<RunFacts> {
+    RunFacts facts;
+    SQLite::Statement row(connection, "SELECT who, recipes FROM run_facts WHERE run = ?");
+    row.bind(1, run.value);
+    if (!row.executeStep()) return facts;
+    facts.who = text(row.getColumn(0));
+    facts.recipes_json = text(row.getColumn(1));
+    SQLite::Statement certificates(connection,
+                                   "SELECT c.value FROM run_facts, json_each(certificates) AS c WHERE run = ?");
+    certificates.bind(1, run.value);
+    while (certificates.executeStep()) facts.certificates.push_back({certificates.getColumn(0).getInt64()});
+    return facts;
+  });
 }
 
 Result<std::vector<RunRecord>> JobStore::runs(JobId job) {

@@ -14,6 +14,11 @@ inline Error no_such_job(JobId job) {
   return {ErrorCode::kNotFound, fmt::format("there is no job {}: see `veneerctl job list`", job.value)};
 }
 
+inline Error no_such_piece(JobId job, const std::string& mark) {
+  return {ErrorCode::kNotFound,
+          fmt::format("job {0} has no piece {1}: see `veneerctl job pieces {0}`", job.value, mark)};
+}
+
 JobState job_state_of(const std::string& name);
 Result<PieceRecord> read_piece(SQLite::Database& connection, PieceId piece);
 

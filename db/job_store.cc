@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include "db/audit_chain.h"
 #include "db/job_sql.h"
 #include "db/ledger_sql.h"
 #include "db/plan_sql.h"
@@ -64,6 +65,16 @@ Status expect_no_run_of(SQLite::Database& connection, JobId job) {
   return Error{ErrorCode::kConflict, fmt::format("run {} of job {} is on: end it first", on.run.value, job.value)};
 }
 
+// Between two panels; a job that is over must not begin again because of it.
+Status expect_waiting(SQLite::Database& connection, JobId job, JobState to) {
+  if (Status idle = expect_no_run_of(connection, job); !idle.ok()) return idle;
+  const auto state = state_of(connection, job);
+  if (!state.ok()) return state.error();
+  if (*state == JobState::kRunning) return Ok();
+  return Error{ErrorCode::kConflict,
+               fmt::format("job {} is {} and cannot become {}", job.value, to_string(*state), to_string(to))};
+}
+
 // The job of an open run; kConflict when it has ended.
 Result<JobId> job_of_open_run(SQLite::Database& connection, RunId run) {
   const OpenRun on = open_run(connection);
@@ -71,10 +82,28 @@ Result<JobId> job_of_open_run(SQLite::Database& connection, RunId run) {
   return Error{ErrorCode::kConflict, fmt::format("run {} is not on", run.value)};
 }
 
+void note_run(SQLite::Database& connection, const std::string& who, const std::string& what, RunId run, JobId job,
+              const PanelId& panel, const std::string& more, const std::string& at) {
+  append_to_chain(connection, {0, at, who, "run." + what,
+                               fmt::format("run {} of job {} on {}{}", run.value, job.value, panel.value, more)});
+}
+
 void end_run(SQLite::Database& connection, RunId run, const std::string& result, const std::string& at) {
   SQLite::Statement update(connection, "UPDATE runs SET ended_at = ?, result = ? WHERE id = ?");
   SQLite::bind(update, at, result, run.value);
   update.exec();
+  SQLite::Statement of(connection, "SELECT job, panel FROM runs WHERE id = ?");
+  of.bind(1, run.value);
+  if (of.executeStep())
+    note_run(connection, kDaemon, "end", run, {of.getColumn(0).getInt64()}, {text(of.getColumn(1))}, ", " + result, at);
+}
+
+void note_facts(SQLite::Database& connection, RunId run, const RunFacts& facts) {
+  SQLite::Statement insert(connection, "INSERT INTO run_facts (run, who, certificates, recipes) VALUES (?, ?, ?, ?)");
+  std::vector<std::int64_t> certificates;
+  for (const CertificateId certificate : facts.certificates) certificates.push_back(certificate.value);
+  SQLite::bind(insert, run.value, facts.who, fmt::format("[{}]", fmt::join(certificates, ",")), facts.recipes_json);
+  insert.exec();
 }
 
 Status piece_is_elsewhere(SQLite::Database& connection, PieceId piece, AllocationState to) {
@@ -151,7 +180,7 @@ Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::str
 Status give_up(SQLite::Database& connection, JobId job, const std::string& mark, const std::string& at) {
   SQLite::Statement row(connection, "SELECT piece, state FROM piece_states WHERE job = ? AND mark = ?");
   SQLite::bind(row, job.value, mark);
-  if (!row.executeStep()) return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, mark)};
+  if (!row.executeStep()) return no_such_piece(job, mark);
   const PieceId piece{row.getColumn(0).getInt64()};
   const std::string state = text(row.getColumn(1));
   if (state == "scrap" || state == "released" || state == "unfilled") return Ok();
@@ -169,6 +198,15 @@ void doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const 
       move_piece(connection, piece, AllocationState::kCut, AllocationState::kSuspect, at);
 }
 
+// "job 7 aborted, piece 14 suspect", for the audit log.
+std::string describe(const Recovery& found) {
+  std::vector<std::string> said;
+  for (const JobId job : found.aborted_jobs) said.push_back(fmt::format("job {} aborted", job.value));
+  for (const JobId job : found.completed_jobs) said.push_back(fmt::format("job {} complete", job.value));
+  for (const PieceId piece : found.suspects) said.push_back(fmt::format("piece {} suspect", piece.value));
+  return fmt::format("{}", fmt::join(said, ", "));
+}
+
 }  // namespace
 
 Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request) {
@@ -177,11 +215,13 @@ Result<JobId> JobStore::create(PlanId plan, const std::string& at, const std::op
 }
 
 Result<JobId> JobStore::create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
+  auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<JobId> {
     const auto stored = insert_plan(connection, plan, at);
     if (!stored.ok()) return stored.error();
     return make_job(connection, *stored, at, request);
   });
+  if (!made) forget_refused(*database_, plan, made.error());
+  return made;
 }
 
 Status JobStore::cancel(JobId job, const std::string& at) {
@@ -195,7 +235,7 @@ Status JobStore::cancel(JobId job, const std::string& at) {
 
 Result<RunId> JobStore::start_run(JobId job, const PanelId& panel,
                                   const Isometry2<BedFrame, PanelFrame>& bed_from_panel, Millimetres pose_rms,
-                                  const std::string& at) {
+                                  const std::string& at, const RunFacts& facts) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<RunId> {
     const OpenRun on = open_run(connection);
     if (on.run.value != 0)
@@ -219,7 +259,10 @@ Result<RunId> JobStore::start_run(JobId job, const PanelId& panel,
     insert.bind(7, pose_rms.count());
     insert.bind(8, at);
     insert.exec();
-    return RunId{connection.getLastInsertRowid()};
+    const RunId run{connection.getLastInsertRowid()};
+    if (!facts.who.empty()) note_facts(connection, run, facts);
+    note_run(connection, facts.who.empty() ? kDaemon : facts.who, "start", run, job, panel, "", at);
+    return run;
   });
 }
 
@@ -272,14 +315,14 @@ Status JobStore::make_suspect(std::span<const PieceId> pieces, const std::string
 
 Status JobStore::abort_job(JobId job, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (Status idle = expect_no_run_of(connection, job); !idle.ok()) return idle;
+    if (Status waits = expect_waiting(connection, job, JobState::kAborted); !waits.ok()) return waits;
     return move_job(connection, job, state_after(connection, job, JobState::kAborted), at);
   });
 }
 
 Status JobStore::stop_job(JobId job, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (Status idle = expect_no_run_of(connection, job); !idle.ok()) return idle;
+    if (Status waits = expect_waiting(connection, job, JobState::kStopped); !waits.ok()) return waits;
     return move_job(connection, job, state_after(connection, job, JobState::kStopped), at);
   });
 }
@@ -302,7 +345,7 @@ Status JobStore::settle(PieceId piece, AllocationState verdict, const std::strin
 }
 
 Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string& at) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanId> {
+  auto made = in_transaction(*database_, [&](SQLite::Database& connection) -> Result<PlanId> {
     const auto state = state_of(connection, job);
     if (!state.ok()) return state.error();
     if (*state == JobState::kRunning)
@@ -320,6 +363,8 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
       if (Status moved = move_job(connection, job, JobState::kStopped, at); !moved.ok()) return moved.error();
     return stored;
   });
+  if (!made) forget_refused(*database_, plan, made.error());
+  return made;
 }
 
 Result<Recovery> JobStore::recover(const std::string& at) {
@@ -338,6 +383,8 @@ Result<Recovery> JobStore::recover(const std::string& at) {
       if (Status moved = move_job(connection, job, next, at); !moved.ok()) return moved.error();
       (next == JobState::kComplete ? found.completed_jobs : found.aborted_jobs).push_back(job);
     }
+    if (!jobs.empty() || !found.suspects.empty())
+      append_to_chain(connection, {0, at, kDaemon, "cell.recover", describe(found)});
     return found;
   });
 }

@@ -52,6 +52,7 @@ struct PieceRecord {
   Isometry2<PanelFrame, ArtworkFrame> panel_from_artwork;
   std::optional<Point<PanelFrame>> lead_in;
   AllocationId allocation;  // of its wood; {0} when it is unfilled. Earlier ones are what it was lost from.
+  PlanId placed_by;         // the plan that says so; {0} when it is unfilled
   PieceState state = PieceState::kUnfilled;
 };
 
@@ -82,7 +83,37 @@ struct RunRecord {
   std::string result;  // empty while it lasts; "done", "stopped", or the sentence of what broke it off
 };
 
-// What recover() found after a power cut or a crash.
+// On what a run stood.
+struct RunFacts {
+  std::string who;                          // gave the word for it; empty: nobody noted it
+  std::vector<CertificateId> certificates;  // that its strokes were drawn with
+  std::string recipes_json = "[]";          // how each wood was burnt, and which pieces lie in it
+};
+
+// What became of a piece, in one row.
+struct PieceOutcome {
+  PieceId piece;
+  std::string mark;
+  JobId job;
+  std::string job_name, job_made_at;
+  std::optional<PanelId> panel;  // of its newest place; none without wood
+  PieceState state = PieceState::kUnfilled;
+  std::string since;                                     // of that state; "" without wood
+  std::optional<RunId> run;                              // the last that had to do with this wood
+  std::string run_started_at, run_ended_at, run_result;  // "" without a run, or before its end
+  std::string who;                                       // gave the word for that run
+};
+
+// A state that a piece's wood entered. A piece that was made again has had several allocations.
+struct PieceStep {
+  AllocationId allocation;
+  PanelId panel;
+  AllocationState state = AllocationState::kReserved;
+  std::string at;
+  std::optional<RunId> run;  // that was on then, of its job on its panel
+};
+
+// What recover() found after a power cut or a crash; it is in the audit log too.
 struct Recovery {
   std::vector<PieceId> suspects;      // were being cut
   std::vector<JobId> aborted_jobs;    // were running, pieces remain
@@ -105,7 +136,7 @@ class JobStore {
 
   // A run begins: planned, stopped or aborted -> running. kConflict when a run is on, or the panel has no piece of it.
   Result<RunId> start_run(JobId job, const PanelId& panel, const Isometry2<BedFrame, PanelFrame>& bed_from_panel,
-                          Millimetres pose_rms, const std::string& at);
+                          Millimetres pose_rms, const std::string& at, const RunFacts& facts = {});
   // reserved -> cutting, before the first stroke that may cut the piece's wood is sent.
   Status mark_cutting(PieceId piece, const std::string& at);
   // cutting -> cut, on executed and verified motion.
@@ -121,7 +152,7 @@ class JobStore {
   // A beam strayed while nothing was cut for the first time: `pieces`, of any job, that are reserved or cut are
   // suspect.
   Status make_suspect(std::span<const PieceId> pieces, const std::string& at);
-  // A job that waits between two panels is broken off or stopped without a run.
+  // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
@@ -145,8 +176,14 @@ class JobStore {
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.
   Result<std::vector<PieceRecord>> pieces(JobId job, PieceId after, int limit);
-  Result<PieceRecord> find_piece(PieceId piece);
+  // Of all jobs, those behind `after` in the order of their numbers.
+  Result<std::vector<PieceOutcome>> outcomes(PieceId after, int limit);
+  Result<PieceRecord> find_piece(PieceId piece);  // kNotFound
+  Result<PieceRecord> find_piece(JobId job, const std::string& mark);
+  // What became of its wood, the oldest first. Of wood booked before schema 11 the last step alone.
+  Result<std::vector<PieceStep>> history(PieceId piece);
   Result<std::vector<RunRecord>> runs(JobId job);
+  Result<RunFacts> facts(RunId run);             // empty when nobody noted them
   Result<std::vector<PlanId>> redos(JobId job);  // by which its pieces were made again, in their order
 
  private:

@@ -2,19 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "db/ledger_sql.h"
+#include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 
 namespace veneer::db {
 namespace {
-
-AllocationState state_of(const std::string& name) {
-  for (const auto state : {AllocationState::kReserved, AllocationState::kCutting, AllocationState::kCut,
-                           AllocationState::kSuspect, AllocationState::kScrap})
-    if (name == to_string(state)) return state;
-  return AllocationState::kReleased;  // the schema allows no seventh
-}
 
 Result<std::vector<AllocationRecord>> read_allocations(Database& database, const PanelId& panel,
                                                        const std::string& which, int limit = -1) {
@@ -34,7 +31,7 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
                      panel,
                      {rows.getColumn(1).getInt64()},
                      {rows.getColumn(2).getInt64()},
-                     state_of(text(rows.getColumn(3))),
+                     allocation_state_of(text(rows.getColumn(3))),
                      from_micro<PanelFrame>(*outline),
                      Region<PanelFrame>(*area),
                      text(rows.getColumn(6)),
@@ -44,7 +41,23 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
   });
 }
 
+void enter_scrap(SQLite::Database& connection, const PanelId& panel, const Region<PanelFrame>& area,
+                 const std::string& reason, const std::string& at) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO allocations (panel, state, area_um, reason, changed_at) "
+                           "VALUES (?, 'scrap', ?, ?, ?)");
+  SQLite::bind(insert, panel.value, write_area(area.micro_area()), reason, at);
+  insert.exec();
+}
+
 }  // namespace
+
+AllocationState allocation_state_of(const std::string& name) {
+  for (const auto state : {AllocationState::kReserved, AllocationState::kCutting, AllocationState::kCut,
+                           AllocationState::kSuspect, AllocationState::kScrap})
+    if (name == to_string(state)) return state;
+  return AllocationState::kReleased;  // the schema allows no seventh
+}
 
 const char* to_string(AllocationState state) {
   switch (state) {
@@ -80,21 +93,67 @@ void move_all(SQLite::Database& connection, JobId job, AllocationState from, All
   update.exec();
 }
 
+SquareMillimetres write_off_free(SQLite::Database& connection, const PanelId& panel, const Region<PanelFrame>& area,
+                                 const std::string& reason, const std::string& at) {
+  // Where the two would share a slanted border, rounding to the grid lets them overlap by less than this.
+  constexpr Millimetres kRounding{0.003};
+  SQLite::Statement rows(connection, "SELECT area_um FROM allocations WHERE panel = ? AND state <> 'released'");
+  rows.bind(1, panel.value);
+  std::vector<Region<PanelFrame>> booked;
+  while (rows.executeStep()) {
+    const auto live = read_area(text(rows.getColumn(0)));
+    if (!live) throw damaged("an allocation of panel " + panel.value);
+    booked.emplace_back(*live);
+  }
+  const auto rest = subtract(area, offset(unite(booked), kRounding, Corners::kRound));
+  if (!rest.empty()) enter_scrap(connection, panel, rest, reason, at);
+  return rest.area();
+}
+
 Status Ledger::write_off(const PanelId& panel, const Region<PanelFrame>& area, const std::string& reason,
                          const std::string& at) {
   if (area.empty()) return Error{ErrorCode::kInvalidArgument, "there is no wood to write off"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement insert(connection,
-                             "INSERT INTO allocations (panel, state, area_um, reason, changed_at) "
-                             "VALUES (?, 'scrap', ?, ?, ?)");
-    SQLite::bind(insert, panel.value, write_area(area.micro_area()), reason, at);
-    insert.exec();
+    enter_scrap(connection, panel, area, reason, at);
     return Ok();
+  });
+}
+
+Result<SquareMillimetres> Ledger::write_off_free(const PanelId& panel, const Region<PanelFrame>& area,
+                                                 const std::string& reason, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<SquareMillimetres> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    return db::write_off_free(connection, panel, area, reason, at);
+  });
+}
+
+Result<Ledger::Changes> Ledger::changes_after(std::int64_t after) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<Changes> {
+    Changes out;
+    out.newest = connection.execAndGet("SELECT coalesce(max(id), 0) FROM allocation_history").getInt64();
+    if (after < 0 || after >= out.newest) return out;
+    SQLite::Statement rows(connection,
+                           "SELECT DISTINCT a.panel FROM allocation_history AS h JOIN allocations AS a ON a.id = "
+                           "h.allocation WHERE h.id > ? AND h.id <= ?");
+    SQLite::bind(rows, after, out.newest);
+    while (rows.executeStep()) out.panels.push_back({text(rows.getColumn(0))});
+    return out;
   });
 }
 
 Result<std::vector<AllocationRecord>> Ledger::live_allocations(const PanelId& panel) {
   return read_allocations(*database_, panel, "AND a.state <> 'released'");
+}
+
+Result<std::vector<AllocationRecord>> Ledger::allocations_at(const PanelId& panel, const Point<PanelFrame>& place) {
+  const auto um = [](Millimetres length) { return std::llround(std::clamp(length.count(), -1e6, 1e6) * 1000); };
+  auto near = read_allocations(
+      *database_, panel,
+      fmt::format("AND a.id IN (SELECT b.id FROM allocation_boxes AS b JOIN panels AS p ON b.min_panel = p.number "
+                  "WHERE p.id = a.panel AND b.min_x <= {0} AND b.max_x >= {0} AND b.min_y <= {1} AND b.max_y >= {1})",
+                  um(place.x), um(place.y)));
+  if (near) std::erase_if(*near, [&](const AllocationRecord& a) { return !a.area.contains(place); });
+  return near;
 }
 
 Result<std::vector<AllocationRecord>> Ledger::allocations(const PanelId& panel, AllocationId after, int limit) {
@@ -109,7 +168,7 @@ Result<std::vector<std::pair<AllocationId, AllocationState>>> Ledger::live_state
     rows.bind(1, panel.value);
     States out;
     while (rows.executeStep())
-      out.emplace_back(AllocationId{rows.getColumn(0).getInt64()}, state_of(text(rows.getColumn(1))));
+      out.emplace_back(AllocationId{rows.getColumn(0).getInt64()}, allocation_state_of(text(rows.getColumn(1))));
     return out;
   });
 }

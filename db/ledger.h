@@ -51,9 +51,23 @@ class Ledger {
   // Wood found missing or spoilt outside any job (reconciliation, a burnt test pattern). Live as scrap.
   Status write_off(const PanelId& panel, const Region<PanelFrame>& area, const std::string& reason,
                    const std::string& at);
+  // The same for what of `area` nothing is booked on, which may be nothing; how much that was.
+  // Along a border with what is booked 3 um stay free, so that no rounding lets the two overlap.
+  Result<SquareMillimetres> write_off_free(const PanelId& panel, const Region<PanelFrame>& area,
+                                           const std::string& reason, const std::string& at);
+
+  // Where wood was booked or moved after step `after` of the ledger's history, and the number of its newest step: what
+  // somebody counted of other panels still holds. After a step below 0 the newest alone is told.
+  struct Changes {
+    std::int64_t newest = 0;
+    std::vector<PanelId> panels;
+  };
+  Result<Changes> changes_after(std::int64_t after);
 
   // Live allocations, oldest first; free wood is the panel's mask minus the union of their areas.
   Result<std::vector<AllocationRecord>> live_allocations(const PanelId& panel);
+  // The live ones at a place: one, or two that touch there.
+  Result<std::vector<AllocationRecord>> allocations_at(const PanelId& panel, const Point<PanelFrame>& place);
   // What states live allocations are in, without their shapes: what a figure needs again and again.
   Result<std::vector<std::pair<AllocationId, AllocationState>>> live_states(const PanelId& panel);
   // How much wood it takes; never changes.

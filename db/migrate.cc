@@ -2,6 +2,7 @@
 #include <sqlite3.h>
 
 #include "db/migrations.h"
+#include "db/plan_files.h"
 #include "db/sql.h"
 
 namespace veneer::db {
@@ -32,7 +33,7 @@ class ForeignKeysOff {
 Status migrate(SQLite::Database& connection, std::span<const Migration> steps) {
   const int last = steps.empty() ? 0 : steps.back().version;
   const std::string file = connection.getFilename();
-  const char* step_name = "reading the version";
+  const char* step_name = nullptr;
   try {
     const int found = connection.execAndGet("PRAGMA user_version").getInt();
     if (found > last)
@@ -41,6 +42,7 @@ Status migrate(SQLite::Database& connection, std::span<const Migration> steps) {
                                "veneerd that wrote it",
                                file, found, last)};
     const ForeignKeysOff rebuilding(connection);
+    const KeepPlanFunction keeping(connection);
     for (const Migration& step : steps) {
       if (step.version <= found) continue;
       step_name = step.name;
@@ -56,7 +58,8 @@ Status migrate(SQLite::Database& connection, std::span<const Migration> steps) {
     return Ok();
   } catch (const SQLite::Exception& thrown) {
     const Error error = to_error(thrown, file);
-    return Error{error.code, fmt::format("schema step {}: {}", step_name, error.message)};
+    if (step_name == nullptr) return error;
+    return Error{error.code, fmt::format("in schema step {} {}", step_name, error.message)};
   }
 }
 

@@ -11,6 +11,9 @@ class Database;
 
 namespace veneer::db {
 
+// "VNER", so that another program's file is not taken for ours.
+inline constexpr int kApplicationId = 0x564E4552;
+
 struct Migration {
   int version;       // what user_version is after it; 1, 2, 3, ...
   const char* name;  // "0001_initial"

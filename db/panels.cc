@@ -10,6 +10,7 @@
 #include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
+#include "db/surface_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -288,6 +289,21 @@ Status Panels::retire(const PanelId& panel, const std::string& reason, const std
     }
     insert_retirement(connection, panel, true, reason, at);
     return Ok();
+  });
+}
+
+Status Panels::note_restoration(const std::string& made_at, const std::string& who, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement insert(connection, "INSERT INTO restorations (made_at, who, at) VALUES (?, ?, ?)");
+    SQLite::bind(insert, made_at, who, at);
+    insert.exec();
+    return Ok();
+  });
+}
+
+Status Panels::check_seen_since_restore(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Status {
+    return db::check_seen_since_restore(connection, panel);
   });
 }
 

@@ -9,11 +9,14 @@
 
 namespace veneer::db {
 
+// A transaction that was to store the plan was refused: removes its file, unless a row names it.
+void forget_refused(Database& database, const NewPlan& plan, const Error& refused);
 Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at);
 // The plan places patches of the job's own plan, found by their marks, and has no patches itself. kNotFound: a mark
 // that the job has no piece of. kInvalidArgument: a patch without wood, or with another outline than the job's.
 Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPlan& plan, const std::string& at);
-// kConflict names the first of its panels that was scanned again since.
+// kConflict names the first of its panels that was scanned again since, kRefused one whose surface was treated since
+// (StockFacts::check_surface).
 Status check_masks(SQLite::Database& connection, PlanId plan);
 
 }  // namespace veneer::db

@@ -3,10 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
+#include "base/hash.h"
+#include "db/job_sql.h"
+#include "db/plan_files.h"
 #include "db/plan_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
+#include "db/surface_sql.h"
 
 namespace veneer::db {
 namespace {
@@ -81,13 +86,15 @@ void insert_patches(SQLite::Database& connection, PlanId plan, const std::vector
 }
 
 // The plan's own row and its panels, without patches.
-PlanId insert_row(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
+Result<PlanId> insert_row(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
+  const auto file = keep_plan_file(connection.getFilename(), plan.plan_json);
+  if (!file) return file.error();
   SQLite::Statement insert(connection,
-                           "INSERT INTO plans (name, who, created_at, target_file, preview_file, plan_json, "
-                           "options_json, report_json, parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  SQLite::bind(insert, plan.name, plan.who, at, plan.target_file, plan.preview_file, plan.plan_json, plan.options_json,
-               plan.report_json);
-  if (plan.parent) insert.bind(9, plan.parent->value);
+                           "INSERT INTO plans (name, who, created_at, target_file, preview_file, plan_sha256, "
+                           "plan_bytes, options_json, report_json, parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, plan.name, plan.who, at, plan.target_file, plan.preview_file, file->sha256, file->bytes,
+               plan.options_json, plan.report_json);
+  if (plan.parent) insert.bind(10, plan.parent->value);
   insert.exec();
   const PlanId id{connection.getLastInsertRowid()};
   SQLite::Statement panel(connection, "INSERT INTO plan_panels (plan, panel, mask_version) VALUES (?, ?, ?)");
@@ -154,27 +161,43 @@ PlannedPatch read_patch(SQLite::Statement& row) {
   return patch;
 }
 
+// What no row names any more. A file that cannot be removed does no harm.
+void remove_unnamed(Database& database, const std::string& sha256) {
+  static_cast<void>(guarded(database, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement named(connection, "SELECT 1 FROM plans WHERE plan_sha256 = ? LIMIT 1");
+    named.bind(1, sha256);
+    return named.executeStep() ? Ok() : remove_plan_file(database.file(), sha256);
+  }));
+}
+
 }  // namespace
+
+void forget_refused(Database& database, const NewPlan& plan, const Error& refused) {
+  // Of a disk that failed nobody knows what it holds: the plan may be there after the next start.
+  if (refused.code == ErrorCode::kStorage || refused.code == ErrorCode::kUnavailable) return;
+  remove_unnamed(database, sha256_hex(std::as_bytes(std::span(plan.plan_json))));
+}
 
 Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
   if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
-  const PlanId id = insert_row(connection, plan, at);
-  insert_patches(connection, id, plan.pieces);
+  const auto id = insert_row(connection, plan, at);
+  if (!id.ok()) return id;
+  insert_patches(connection, *id, plan.pieces);
   return id;
 }
 
 Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPlan& plan, const std::string& at) {
   if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
-  const PlanId id = insert_row(connection, plan, at);
+  const auto id = insert_row(connection, plan, at);
+  if (!id.ok()) return id;
   SQLite::Statement patch_row(connection,
                               "SELECT t.id, t.artwork_outline_um FROM pieces AS p JOIN patches AS t ON t.id = p.patch "
                               "WHERE p.job = ? AND t.mark = ?");
-  PlacementRows placements(connection, id);
+  PlacementRows placements(connection, *id);
   for (const PlannedPatch& patch : plan.pieces) {
     patch_row.reset();
     SQLite::bind(patch_row, job.value, patch.mark);
-    if (!patch_row.executeStep())
-      return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", job.value, patch.mark)};
+    if (!patch_row.executeStep()) return no_such_piece(job, patch.mark);
     const auto outline = read_ring(text(patch_row.getColumn(1)));
     if (!outline) throw damaged("patch " + patch.mark);
     if (!patch.panel || !same_outline(from_micro<ArtworkFrame>(*outline), patch.artwork_outline))
@@ -191,22 +214,33 @@ Status check_masks(SQLite::Database& connection, PlanId plan) {
                              "SELECT panel FROM plan_panels AS p WHERE plan = ? AND mask_version <> "
                              "(SELECT max(version) FROM masks WHERE panel = p.panel) ORDER BY panel LIMIT 1");
   outdated.bind(1, plan.value);
-  if (!outdated.executeStep()) return Ok();
+  if (!outdated.executeStep()) {
+    SQLite::Statement panels(connection, "SELECT panel FROM plan_panels WHERE plan = ? ORDER BY panel");
+    panels.bind(1, plan.value);
+    while (panels.executeStep())
+      if (Status same = check_surface(connection, {text(panels.getColumn(0))}); !same.ok()) return same;
+    return Ok();
+  }
   return Error{ErrorCode::kConflict,
                fmt::format("panel {} was scanned again after this was planned, or a scan was taken back: plan again",
                            text(outdated.getColumn(0)))};
 }
 
 Result<PlanId> Plans::add(const NewPlan& plan, const std::string& at) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) { return insert_plan(connection, plan, at); });
+  auto added =
+      in_transaction(*database_, [&](SQLite::Database& connection) { return insert_plan(connection, plan, at); });
+  if (!added) forget_refused(*database_, plan, added.error());
+  return added;
 }
 
 Status Plans::remove(PlanId plan) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement held(connection,
-                           "SELECT coalesce((SELECT min(id) FROM jobs WHERE plan = p.id), (SELECT job FROM redos WHERE "
-                           "plan = p.id)), (SELECT min(id) FROM plans WHERE parent = p.id) FROM plans AS p WHERE id = "
-                           "?");
+  std::string sha256;
+  Status removed = in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement held(
+        connection,
+        "SELECT coalesce((SELECT min(id) FROM jobs WHERE plan = p.id), (SELECT job FROM redos WHERE "
+        "plan = p.id)), (SELECT min(id) FROM plans WHERE parent = p.id), plan_sha256 FROM plans AS p WHERE id = "
+        "?");
     held.bind(1, plan.value);
     if (!held.executeStep()) return no_such_plan(plan);
     if (!held.getColumn(0).isNull())
@@ -215,6 +249,7 @@ Status Plans::remove(PlanId plan) {
     if (!held.getColumn(1).isNull())
       return Error{ErrorCode::kConflict, fmt::format("plan {} came from plan {}: remove that first",
                                                      held.getColumn(1).getInt64(), plan.value)};
+    sha256 = text(held.getColumn(2));
     for (const char* rows :
          {"placements WHERE plan", "patches WHERE plan", "plan_panels WHERE plan", "plans WHERE id"}) {
       SQLite::Statement remove(connection, fmt::format("DELETE FROM {} = ?", rows));
@@ -223,6 +258,8 @@ Status Plans::remove(PlanId plan) {
     }
     return Ok();
   });
+  if (removed) remove_unnamed(*database_, sha256);
+  return removed;
 }
 
 Result<PlanRecord> Plans::find(PlanId plan) {
@@ -248,11 +285,25 @@ Result<std::vector<PlanRecord>> Plans::list(PlanId before, int limit) {
 
 Result<std::string> Plans::plan_json(PlanId plan) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
-    SQLite::Statement row(connection, "SELECT plan_json FROM plans WHERE id = ?");
+    SQLite::Statement row(connection, "SELECT plan_sha256, plan_bytes FROM plans WHERE id = ?");
     row.bind(1, plan.value);
     if (!row.executeStep()) return no_such_plan(plan);
-    return text(row.getColumn(0));
+    auto file = read_plan_file(database_->file(), {text(row.getColumn(0)), row.getColumn(1).getInt64()});
+    row.reset();
+    if (!file && !row.executeStep()) return no_such_plan(plan);  // removed meanwhile
+    return file;
   });
+}
+
+Status Plans::check_files(const std::stop_token& stop) {
+  const auto named = list();
+  if (!named) return named.error();
+  for (const PlanRecord& plan : *named) {
+    if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "the check was stopped before its end"};
+    const auto whole = plan_json(plan.id);
+    if (!whole && whole.error().code != ErrorCode::kNotFound) return whole.error();
+  }
+  return Ok();
 }
 
 Result<std::vector<PlannedPatch>> Plans::patches(PlanId plan) { return patches(plan, 0, -1); }

@@ -1,12 +1,14 @@
 // Plans: each is one answer to the question which wood makes a picture. A plan is stored, looked at and compared; a job
 // is made of it (JobStore::create), and only that reserves wood. A plan never changes: other options, or wood that is
 // forbidden, make another plan that names the one it came from as its parent. A plan by which lost pieces of a job are
-// made again (JobStore::redo) has no patches of its own: it places some of those of the job's plan.
+// made again (JobStore::redo) has no patches of its own: it places some of those of the job's plan. What it says in
+// full, `plan_json`, is a file beside the database, `plans/<SHA-256>.json`.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -76,7 +78,11 @@ class Plans {
   Result<std::vector<PlanRecord>> list();  // newest first
   // At most `limit` of them, from before `before` on; {0}: from the newest.
   Result<std::vector<PlanRecord>> list(PlanId before, int limit);
+  // From its file beside the database. kStorage names the file when it is missing or not what was written.
   Result<std::string> plan_json(PlanId plan);
+  // Reads the file of every plan, and says the same of the first that is not as it was written. kCancelled soon after
+  // `stop`.
+  Status check_files(const std::stop_token& stop = {});
   Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan; what it places, of a redo
   // At most `limit` of them, without the first `skipped`.
   Result<std::vector<PlannedPatch>> patches(PlanId plan, std::int64_t skipped, int limit);

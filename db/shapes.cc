@@ -1,6 +1,8 @@
 #include "db/shapes.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <iterator>
 
 namespace veneer::db {
@@ -24,6 +26,8 @@ void append_ring(std::string& out, const MicroRing& ring) {
   }
   out += ']';
 }
+
+constexpr char kSteps = '~';  // an area begins with it
 
 // What base/polygon_ops.h can work with: a coordinate beyond it was never written by us.
 constexpr std::int64_t kFarthestUm = 1'000'000'000;
@@ -53,6 +57,17 @@ class Reader {
     } while (take(','));
     return take(']');
   }
+  // One ring as steps, and the semicolon behind it when another one follows.
+  bool steps(MicroRing& out) {
+    MicroPoint p{0, 0}, step{0, 0};
+    do {
+      if (!number(step.x_um) || !take(',') || !number(step.y_um)) return false;
+      p = {p.x_um + step.x_um, p.y_um + step.y_um};
+      if (std::max(std::abs(p.x_um), std::abs(p.y_um)) > kFarthestUm) return false;
+      out.push_back(p);
+    } while (take(' '));
+    return done() || (take(';') && !done());
+  }
   bool ring(MicroRing& out) {
     return list([&] {
       MicroPoint& p = out.emplace_back();
@@ -74,12 +89,19 @@ std::string write_ring(const MicroRing& ring) {
 }
 
 std::string write_area(const MicroArea& area) {
-  std::string out = "[";
-  for (std::size_t i = 0; i < area.rings.size(); ++i) {
-    if (i > 0) out += ',';
-    append_ring(out, area.rings[i]);
+  std::string out(1, kSteps);
+  for (const MicroRing& ring : area.rings) {
+    if (out.size() > 1) out += ';';
+    MicroPoint last{0, 0};
+    for (const MicroPoint& p : ring) {
+      if (&p != &ring.front()) out += ' ';
+      append_number(out, p.x_um - last.x_um);
+      out += ',';
+      append_number(out, p.y_um - last.y_um);
+      last = p;
+    }
   }
-  return out + ']';
+  return out;
 }
 
 std::optional<MicroRing> read_ring(std::string_view text) {
@@ -92,6 +114,11 @@ std::optional<MicroRing> read_ring(std::string_view text) {
 std::optional<MicroArea> read_area(std::string_view text) {
   Reader reader(text);
   MicroArea area;
+  if (reader.take(kSteps)) {
+    while (!reader.done())
+      if (!reader.steps(area.rings.emplace_back())) return std::nullopt;
+    return area;
+  }
   if (!reader.list([&] { return reader.ring(area.rings.emplace_back()); }) || !reader.done()) return std::nullopt;
   return area;
 }

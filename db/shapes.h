@@ -1,5 +1,7 @@
-// Shapes as the schema stores them: text, whole micrometres. "[[0,0],[10,0],[10,10]]" is a ring or a list of points; an
-// area is a list of rings. Private to db. Pure functions; thread-safe.
+// Shapes as the schema stores them: text, whole micrometres. "[[0,0],[10,0],[10,10]]" is a ring or a list of points. An
+// area is "~0,0 10,0 0,10": its rings, parted by semicolons, each with its first point and the way from each point to
+// the next. Before schema 14 it was a list of rings, "[[[0,0],[10,0],[10,10]]]", and is read as that, too.
+// Private to db. Pure functions; thread-safe.
 #pragma once
 
 #include <optional>

@@ -4,11 +4,11 @@
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <exception>
-#include <new>
 #include <string_view>
 
+#include "base/files.h"
 #include "base/polygon_ops.h"
+#include "db/audit_chain.h"
 #include "db/checksum.h"
 #include "db/shapes.h"
 
@@ -19,20 +19,6 @@ std::optional<MicroArea> area_of(sqlite3_value* value) {
   const auto* bytes = static_cast<const char*>(sqlite3_value_blob(value));
   if (bytes == nullptr) return std::nullopt;
   return read_area({bytes, static_cast<std::size_t>(sqlite3_value_bytes(value))});
-}
-
-// SQLite is C: nothing may be thrown through it.
-template <void (*function)(sqlite3_context*, int, sqlite3_value**)>
-void without_exceptions(sqlite3_context* context, int count, sqlite3_value** arguments) {
-  try {
-    function(context, count, arguments);
-  } catch (const std::bad_alloc&) {
-    sqlite3_result_error_nomem(context);
-  } catch (const std::exception& thrown) {
-    sqlite3_result_error(context, thrown.what(), -1);
-  } catch (...) {
-    sqlite3_result_error(context, "a shape cannot be worked with", -1);
-  }
 }
 
 // veneer_box(area, i): min x, max x, min y, max y in micrometres for i = 0..3.
@@ -64,10 +50,35 @@ void overlap_function(sqlite3_context* context, int, sqlite3_value** arguments) 
 
 }  // namespace
 
+namespace {
+
+// Around what is damaged.
+std::string says_damaged(const std::string& file) { return fmt::format("the database {} is damaged (", file); }
+constexpr std::string_view kRemedy =
+    "): stop veneerd, put a backup in its place (veneerd --config FILE --restore BACKUP), then start it";
+
+}  // namespace
+
 Error is_damaged(const std::string& file, const std::string& what) {
+  return {ErrorCode::kStorage, fmt::format("{}{}{}", says_damaged(file), what, kRemedy)};
+}
+
+std::string what_is_damaged(const std::string& file, const Error& error) {
+  const std::string& said = error.message;
+  const std::size_t before = says_damaged(file).size();
+  if (!said.starts_with(says_damaged(file)) || !said.ends_with(kRemedy)) return said;
+  return said.substr(before, said.size() - before - kRemedy.size());
+}
+
+Error may_not_be_written(const std::filesystem::path& file) {
+  if (auto refused = disk_refuses(file)) return *std::move(refused);
   return {ErrorCode::kStorage,
-          fmt::format("the database {} is damaged ({}): stop veneerd, put a backup in its place, then start it", file,
-                      what)};
+          fmt::format("the database {} cannot be written: check its permissions, and whose it is", file.string())};
+}
+
+Error not_ours(const std::filesystem::path& file) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is a SQLite file of another program: check the path of the database", file.string())};
 }
 
 bool means_damage(const SQLite::Exception& thrown) {
@@ -77,23 +88,45 @@ bool means_damage(const SQLite::Exception& thrown) {
   return code == SQLITE_CONSTRAINT && std::string_view(thrown.what()) == "a row is damaged";
 }
 
+namespace {
+
+Error no_memory(const std::string& file) {
+  return {
+      ErrorCode::kUnavailable,
+      fmt::format("there is no memory left, so nothing was done at the database {}: end other programs and try again",
+                  file)};
+}
+
+}  // namespace
+
 Error to_error(const SQLite::Exception& thrown, const std::string& file) {
   if (means_damage(thrown)) return is_damaged(file, thrown.what());
-  switch (thrown.getErrorCode()) {
+  const int failed = thrown.getErrorCode();
+  if (failed == SQLITE_IOERR || failed == SQLITE_READONLY || failed == SQLITE_CANTOPEN)
+    if (auto refused = disk_refuses(file)) return *std::move(refused);
+  switch (failed) {
     case SQLITE_FULL:
       return {ErrorCode::kStorage,
-              fmt::format("the disk is full: nothing was written to {}; free some space and try again", file)};
+              fmt::format("the disk is full, and nothing was written to {}: free some space and try again", file)};
     case SQLITE_IOERR:
+      if (thrown.getExtendedErrorCode() == SQLITE_IOERR_NOMEM) return no_memory(file);
       // A quota or a limit on the file, not the disk, or a disk that fails.
-      if (thrown.getExtendedErrorCode() != SQLITE_IOERR_WRITE) break;
-      return {ErrorCode::kStorage,
-              fmt::format("nothing can be written to {}: make room on the disk or in its quota and try again", file)};
+      if (thrown.getExtendedErrorCode() == SQLITE_IOERR_WRITE)
+        return {ErrorCode::kStorage,
+                fmt::format("nothing can be written to {}: make room on the disk or in its quota and try again", file)};
+      return {
+          ErrorCode::kStorage,
+          fmt::format("the disk failed at the database {} ({}): see in the system's log what is wrong with the disk "
+                      "and try again",
+                      file, thrown.what())};
+    case SQLITE_NOMEM:
+      return no_memory(file);
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       return {ErrorCode::kUnavailable,
               fmt::format("the database {} is busy, because another program holds it: end that one", file)};
     case SQLITE_READONLY:
-      return {ErrorCode::kStorage, fmt::format("the database {} cannot be written: check its permissions", file)};
+      return may_not_be_written(file);
     case SQLITE_CANTOPEN:
       return {ErrorCode::kUnavailable,
               fmt::format("the database {} cannot be opened: check the path and its permissions, and whether this "
@@ -114,6 +147,7 @@ void register_functions(SQLite::Database& connection) {
   connection.createFunction("veneer_writer", 0, true, nullptr,
                             [](sqlite3_context* context, int, sqlite3_value**) { sqlite3_result_int(context, 1); });
   register_checksum(connection);
+  register_audit_hash(connection);
   connection.createFunction("veneer_areas_overlap", 2, true, nullptr, &without_exceptions<overlap_function>);
 }
 

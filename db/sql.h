@@ -3,7 +3,10 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <SQLiteCpp/VariadicBind.h>
+#include <sqlite3.h>
 
+#include <exception>
+#include <new>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -19,6 +22,12 @@ namespace veneer::db {
 Error to_error(const SQLite::Exception& thrown, const std::string& file);
 // kStorage: `what` is not as it was written.
 Error is_damaged(const std::string& file, const std::string& what);
+// The `what` of such a sentence, for whoever has another remedy; of another error all that it says.
+std::string what_is_damaged(const std::string& file, const Error& error);
+// kStorage, by its disk or its permissions.
+Error may_not_be_written(const std::filesystem::path& file);
+// kInvalidArgument: a SQLite file, but not one of this program.
+Error not_ours(const std::filesystem::path& file);
 // Was that said of what SQLite threw? Of a row that is not what was written, too, which a trigger finds.
 bool means_damage(const SQLite::Exception& thrown);
 
@@ -26,6 +35,7 @@ bool means_damage(const SQLite::Exception& thrown);
 template <class Body>
 auto guarded(Database& database, const Body& body) -> std::invoke_result_t<Body, SQLite::Database&> {
   try {
+    database.end_leftover();
     return body(database.connection());
   } catch (const SQLite::Exception& thrown) {
     database.failed(thrown);
@@ -47,8 +57,22 @@ auto in_transaction(Database& database, const Body& body) -> std::invoke_result_
   });
 }
 
+// SQLite is C: nothing may be thrown through it.
+template <void (*function)(sqlite3_context*, int, sqlite3_value**)>
+void without_exceptions(sqlite3_context* context, int count, sqlite3_value** arguments) {
+  try {
+    function(context, count, arguments);
+  } catch (const std::bad_alloc&) {
+    sqlite3_result_error_nomem(context);
+  } catch (const std::exception& thrown) {
+    sqlite3_result_error(context, thrown.what(), -1);
+  } catch (...) {
+    sqlite3_result_error(context, "a shape cannot be worked with", -1);
+  }
+}
+
 // What the schema calls: veneer_box and veneer_areas_overlap of the ledger, veneer_checksum of every row,
-// veneer_writer, which is 1 and lets nobody delete without it.
+// veneer_audit_hash of the audit log, veneer_writer, which is 1 and lets nobody delete without it.
 void register_functions(SQLite::Database& connection);
 
 inline std::string text(const SQLite::Column& column) { return column.getString(); }

@@ -3,7 +3,9 @@
 
 #include "db/audit.h"
 #include "db/certificates.h"
+#include "db/differences.h"
 #include "db/materials.h"
+#include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
 
 namespace veneer::db {
@@ -31,6 +33,11 @@ inline void fill(CellDatabase& cell) {
   recipe.material = "walnut", recipe.speed = MmPerSecond(12), recipe.power = PowerFraction(0.65), recipe.passes = 2;
   recipe.kerf = KerfRecord{0.21_mm, 0.17_mm}, recipe.changed_at = kNow;
   VENEER_ASSERT_OK(materials.set_recipe(recipe));
+  StockFacts facts(cell.database());
+  VENEER_ASSERT_OK(
+      facts.set_material({"walnut", "Juglans regia", "France", "Miller", "not_listed", "local:1000", kNow}));
+  VENEER_ASSERT_OK(facts.set_panel(oak, {"A3", 0.6_mm, 1.5_mm, "local:1000", kNow},
+                                   {{TreatmentKind::kSanding, "grit 240", "2026-04-30", "", ""}}));
   Certificates certificates(cell.database());
   must(certificates.issue({{}, CertificateKind::kKerf, kNow, kLater, 0.01_mm, "{\"kerf_mm\":0.2}"}));
   must(certificates.issue({{}, CertificateKind::kCamera, kNow, kLater, 0.05_mm, "{\"k\":[1,2,3]}"}));
@@ -45,7 +52,7 @@ inline void fill(CellDatabase& cell) {
   const auto pieces = must(jobs.pieces(first));
   const RunId run = must(jobs.start_run(
       first, oak, Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper),
-      0.04_mm, kNow));
+      0.04_mm, kNow, {"local:1000", {{1}, {2}}, R"([{"material":"walnut"}])"}));
   for (const std::size_t i : {0, 1, 2}) {
     VENEER_ASSERT_OK(jobs.mark_cutting(pieces[i].id, kNow));
     VENEER_ASSERT_OK(jobs.book_piece(pieces[i].id, kLater));
@@ -68,6 +75,16 @@ inline void fill(CellDatabase& cell) {
   const PanelId split = cell.new_panel();
   VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow));
   VENEER_ASSERT_OK(cell.panels().restore(split, "glued", kLater));
+  Differences differences(cell.database());
+  DifferenceRecord gone, there;
+  gone.gone = true, gone.place = point<PanelFrame>(352, 12), gone.area = SquareMillimetres(9.5);
+  gone.box = {point<PanelFrame>(350, 10), point<PanelFrame>(354, 13)};
+  there.place = point<PanelFrame>(25, 45), there.area = SquareMillimetres(196);
+  there.box = {point<PanelFrame>(20, 40), point<PanelFrame>(34, 54)};
+  there.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
+  VENEER_ASSERT_OK(differences.found(oak, {gone, there}, kNow));
+  VENEER_ASSERT_OK(differences.decide(oak, {1}, DifferenceVerdict::kAccepted, "local:1000", "a chip", kLater));
+  VENEER_ASSERT_OK(cell.panels().note_restoration(kNow, "uid 1000", kNow));
   RequestKeys keys(cell.database());
   must(keys.begin({"local:1000", "newJob", "k-1", "hash"}, kNow));
   Audit audit(cell.database());

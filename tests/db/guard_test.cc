@@ -44,7 +44,7 @@ class GuardTest : public ::testing::Test {
 };
 
 TEST_F(GuardTest, EveryTableHasRows) {
-  ASSERT_EQ(tables().size(), 23U);
+  ASSERT_EQ(tables().size(), 31U);
   for (const auto& table : tables()) EXPECT_GT(rows(table), 0) << table;
 }
 
@@ -154,11 +154,13 @@ TEST_F(GuardTest, WhatProtectsTheRowsCannotBeTakenAway) {
 TEST_F(GuardTest, ATriggerThatWasDroppedIsFoundAtTheNextStart) {
   const auto file = cell.file();
   { const Database closed = std::move(cell.database()); }
-  tamper(file, "DROP TRIGGER allocations_are_kept; DELETE FROM allocations WHERE id = 1");
+  tamper(file,
+         "DROP TRIGGER allocations_are_kept; DROP TRIGGER allocation_history_is_kept;"
+         "DELETE FROM allocation_history WHERE allocation = 1; DELETE FROM allocations WHERE id = 1");
   const auto opened = Database::open(file);
   ASSERT_FALSE(opened.ok());
   EXPECT_EQ(opened.error().code, ErrorCode::kStorage);
-  EXPECT_THAT(opened.error().message, HasSubstr("trigger allocations_are_kept is not this program's"));
+  EXPECT_THAT(opened.error().message, HasSubstr("trigger allocation_history_is_kept is not this program's"));
 }
 
 TEST_F(GuardTest, AReaderWritesNothingEither) {

@@ -3,6 +3,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
+#include "db/audit.h"
 #include "tests/db/cell_database.h"
 
 namespace veneer::db {
@@ -67,6 +68,46 @@ TEST_F(JobStoreTest, RemembersThePlan) {
   EXPECT_FALSE(pieces[1].lead_in.has_value());
   EXPECT_FALSE(pieces[4].panel.has_value());
   EXPECT_EQ(must(jobs.list()).size(), 1U);
+}
+
+TEST_F(JobStoreTest, TellsWhatBecameOfAPieceStepByStep) {
+  const RunFacts facts{"local:1000", {{4}, {7}}, R"([{"material":"walnut","pieces":["A1"]}])"};
+  const RunId run = must(jobs.start_run(job, panel, kPose, 0.04_mm, kNow, facts));
+  cut(0);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[1].id, "t2"));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "stop", "t3"));
+  VENEER_ASSERT_OK(jobs.settle(pieces[1].id, AllocationState::kScrap, "t4"));
+  const auto told = [&](PieceId piece) {
+    std::string out;
+    for (const PieceStep& step : must(jobs.history(piece)))
+      out += fmt::format("{} {} {}, ", to_string(step.state), step.at, step.run ? step.run->value : 0);
+    return out;
+  };
+  EXPECT_EQ(told(pieces[0].id), fmt::format("reserved {0} 0, cutting {0} 1, cut {0} 1, ", kNow));
+  EXPECT_EQ(told(pieces[1].id), fmt::format("reserved {} 0, cutting t2 1, suspect t3 1, scrap t4 0, ", kNow));
+  EXPECT_EQ(told(pieces[4].id), "") << "it has no wood";
+  // Made again, it has another piece of wood, and both are told of.
+  NewPlan again = job_of({square_piece("A2", other, 70, 40, 14)});
+  must(jobs.redo(job, again, "t5"));
+  const auto steps = must(jobs.history(pieces[1].id));
+  ASSERT_EQ(steps.size(), 5U);
+  EXPECT_EQ(steps[3].panel, panel);
+  EXPECT_EQ(steps[4].panel, other);
+  EXPECT_NE(steps[3].allocation, steps[4].allocation);
+
+  EXPECT_EQ(must(jobs.facts(run)).who, "local:1000");
+  EXPECT_THAT(must(jobs.facts(run)).certificates, ElementsAre(CertificateId{4}, CertificateId{7}));
+  EXPECT_EQ(must(jobs.facts(run)).recipes_json, facts.recipes_json);
+  EXPECT_EQ(must(jobs.facts(start(other))).who, "") << "nobody noted it";
+}
+
+TEST_F(JobStoreTest, FindsAPieceByItsMark) {
+  const PieceRecord found = must(jobs.find_piece(job, "A3"));
+  EXPECT_EQ(found.id, pieces[2].id);
+  EXPECT_EQ(found.placed_by, must(jobs.find(job)).plan);
+  EXPECT_THAT(jobs.find_piece(job, "Z9").error().message,
+              HasSubstr("job 1 has no piece Z9: see `veneerctl job pieces 1`"));
+  EXPECT_THAT(jobs.find_piece({77}, "A3").error().message, HasSubstr("there is no job 77"));
 }
 
 // A plan that makes these again, from the first panel at x, y.
@@ -308,6 +349,25 @@ TEST_F(JobStoreTest, SettlingNeedsASuspectPieceAndAVerdict) {
   EXPECT_EQ(state(), JobState::kAborted);
 }
 
+// Together with the run itself, so that the log lacks none after a power cut.
+TEST_F(JobStoreTest, RunsAndRecoveriesAreInTheAuditLog) {
+  const RunFacts facts{"uid 1000", {}, "[]"};
+  const RunId run = must(jobs.start_run(job, panel, kPose, 0.04_mm, kNow, facts));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "the lid was opened", kLater));
+  start(other);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[3].id, kNow));
+  must(jobs.recover(kLater));
+  must(jobs.recover(kLater));  // nothing to do, nothing to tell
+  std::vector<std::string> told;
+  for (const auto& row : must(Audit(cell.database()).latest(10)))
+    told.push_back(row.who + ": " + row.what + " " + row.detail);
+  EXPECT_THAT(told, ElementsAre("veneerd: cell.recover job 1 aborted, piece 4 suspect",
+                                "veneerd: run.end run 2 of job 1 on P-0002, the daemon ended in the middle of it",
+                                "veneerd: run.start run 2 of job 1 on P-0002",
+                                "veneerd: run.end run 1 of job 1 on P-0001, the lid was opened",
+                                "uid 1000: run.start run 1 of job 1 on P-0001"));
+}
+
 TEST_F(JobStoreTest, OneRunAtATime) {
   const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 200, 10, 14)}), kNow));
   const RunId run = start(panel);
@@ -339,6 +399,20 @@ TEST_F(JobStoreTest, ARunCannotFinishWhileAPieceIsBeingCut) {
   EXPECT_THAT(early.error().message, HasSubstr("while a piece is being cut"));
   EXPECT_EQ(state(), JobState::kRunning);
   EXPECT_FALSE(must(jobs.runs(job))[0].ended_at.has_value());
+}
+
+// Its piece is settled; what is complete does not begin again by a Stop that comes late.
+TEST_F(JobStoreTest, ACompleteJobWithAPieceInDoubtIsNotStopped) {
+  cut_on_other();
+  const RunId run = start(panel);
+  for (const int i : {0, 1, 2}) cut(i);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  VENEER_ASSERT_OK(jobs.make_suspect(std::vector{pieces[0].id}, kLater));
+  for (const Status& refused : {jobs.stop_job(job, kLater), jobs.abort_job(job, kLater)}) {
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  }
+  EXPECT_EQ(state(), JobState::kComplete);
 }
 
 TEST_F(JobStoreTest, AJobThatWaitsForAPanelCanBeStoppedOrAborted) {

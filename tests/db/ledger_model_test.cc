@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "db/differences.h"
 #include "tests/db/cell_database.h"
 
 namespace veneer::db {
@@ -47,6 +48,12 @@ struct ModelPlan {
   std::array<int, 2> masks{};  // of the panels, when it was made
   bool has_job = false;
 };
+struct ModelDifference {
+  DifferenceId id;
+  int panel = 0;
+  Cell cell;
+  bool gone = false, open = true, accepted = false;
+};
 struct ModelRun {
   RunId id;
   std::size_t job = 0;
@@ -77,7 +84,7 @@ class ModelledCell {
   ModelledCell() : panels_{cell_.new_panel(), cell_.new_panel()} {}
 
   void step() {
-    switch (*rc::gen::inRange(0, 17)) {
+    switch (*rc::gen::inRange(0, 26)) {
       case 0:
         return create();
       case 1:
@@ -105,6 +112,21 @@ class ModelledCell {
       case 15:
       case 16:
         return redo();
+      case 17:
+        return write_off();
+      case 18:
+        return retire_or_restore();
+      case 19:
+        return find_differences();
+      case 20:
+      case 21:
+        return decide_difference();
+      case 22:
+        return take_back_a_scan();
+      case 23:
+        return stray_beam();
+      case 24:
+        return end_between_panels();
       default:
         return die_and_recover();
     }
@@ -117,6 +139,14 @@ class ModelledCell {
       RC_ASSERT(found.size() == job.pieces.size());
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
+      // What is told of a piece ends with what it is.
+      for (const PieceRecord& piece : found) {
+        const auto steps = must(cell_.jobs().history(piece.id));
+        RC_ASSERT(steps.empty() == (piece.state == PieceState::kUnfilled));
+        if (steps.empty()) continue;
+        RC_ASSERT(std::string(to_string(steps.back().state)) == to_string(piece.state));
+        RC_ASSERT(steps.back().allocation == piece.allocation);
+      }
     }
     RC_ASSERT(must(cell_.jobs().list()).size() == jobs_.size());
     for (const ModelPlan& plan : plans_) {
@@ -126,7 +156,15 @@ class ModelledCell {
       const bool free = must(Plans(cell_.database()).taken(plan.id)).empty();
       if (can_be_made(plan)) RC_ASSERT(free && found.outdated.empty());
     }
-    for (const int panel : {0, 1}) compare_wood(panel);
+    for (const int panel : {0, 1}) {
+      compare_wood(panel);
+      const PanelRecord found = must(cell_.panels().find(panels_[panel]));
+      RC_ASSERT(found.retired.has_value() == retired_[panel]);
+      RC_ASSERT(found.mask_version == masks_[panel]);
+      RC_ASSERT(must(differences_store().open(panels_[panel])) ==
+                std::count_if(differences_.begin(), differences_.end(),
+                              [&](const auto& d) { return d.panel == panel && d.open; }));
+    }
   }
   bool sound() { return cell_.database().check_integrity().ok(); }
 
@@ -144,7 +182,10 @@ class ModelledCell {
         if (piece.panel == panel && piece.state != AllocationState::kReleased) cells += piece.cells.size();
     for (const ModelPiece& gone : ruined_)
       if (gone.panel == panel) cells += gone.cells.size();
-    RC_ASSERT(sum == static_cast<double>(cells) * kCell * kCell);
+    constexpr double kWrittenOff = (kCell - 2 * kInset) * (kCell - 2 * kInset);
+    const auto boxes = std::count_if(written_off_.begin(), written_off_.end(),
+                                     [&](const ModelPiece& box) { return box.panel == panel; });
+    RC_ASSERT(sum == static_cast<double>(cells) * kCell * kCell + static_cast<double>(boxes) * kWrittenOff);
     RC_ASSERT(unite(areas).area().count() == sum);
   }
 
@@ -162,9 +203,10 @@ class ModelledCell {
                std::any_of(cells.begin(), cells.end(), [&](const Cell& c) { return other.cells.count(c) > 0; });
       });
     };
-    ModelJob gone;
+    ModelJob gone, boxes;
     gone.pieces = ruined_;
-    return clash(asking) || clash(gone) || std::any_of(jobs_.begin(), jobs_.end(), clash);
+    boxes.pieces = written_off_;
+    return clash(asking) || clash(gone) || clash(boxes) || std::any_of(jobs_.begin(), jobs_.end(), clash);
   }
 
   // What a plan wants; its pieces' wood may be taken, even by each other.
@@ -193,7 +235,9 @@ class ModelledCell {
   bool can_be_made(const ModelPlan& plan) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
-      if (plan.masks[piece.panel] != masks_[piece.panel] || taken(piece.panel, piece.cells, job)) return false;
+      if (plan.masks[piece.panel] != masks_[piece.panel] || retired_[piece.panel] ||
+          taken(piece.panel, piece.cells, job))
+        return false;
       job.pieces.push_back(piece);
     }
     return true;
@@ -246,8 +290,9 @@ class ModelledCell {
     const bool lost = piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap ||
                       piece.state == AllocationState::kReleased;
     ModelJob nobody;
-    const bool allowed =
-        job.state != JobState::kRunning && lost && !taken(plan.pieces.front().panel, plan.pieces.front().cells, nobody);
+    const ModelPiece& wanted = plan.pieces.front();
+    const bool allowed = job.state != JobState::kRunning && lost && !retired_[wanted.panel] &&
+                         !taken(wanted.panel, wanted.cells, nobody);
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(redone.error().code == ErrorCode::kConflict);
@@ -260,9 +305,114 @@ class ModelledCell {
   }
   void scan_again() {
     const int panel = *rc::gen::inRange(0, 2);
-    RC_ASSERT(must(cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, masks_[panel])) ==
-              masks_[panel] + 1);
-    ++masks_[panel];
+    const auto added = cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, masks_[panel]);
+    RC_ASSERT(added.ok() == !retired_[panel]);
+    if (added.ok()) RC_ASSERT(*added == ++masks_[panel]);
+  }
+  void take_back_a_scan() {
+    const int panel = *rc::gen::inRange(0, 2), version = *rc::gen::inRange(1, masks_[panel] + 2);
+    const auto back = cell_.panels().revert_mask(panels_[panel], version, kLater);
+    RC_ASSERT(back.ok() == (version < masks_[panel]));
+    if (back.ok()) RC_ASSERT(*back == ++masks_[panel]);
+  }
+
+  void write_off() {
+    ModelPiece wood;
+    wood.panel = *rc::gen::inRange(0, 2);
+    wood.cells = random_cells();
+    wood.state = AllocationState::kScrap;
+    const bool allowed = !retired_[wood.panel] && !taken(wood.panel, wood.cells, {});
+    const Status done = cell_.ledger().write_off(panels_[wood.panel], area_of(wood.cells), "a knot", kNow);
+    RC_ASSERT(done.ok() == allowed);
+    if (!allowed) return RC_ASSERT(done.error().code == ErrorCode::kConflict);
+    ruined_.push_back(wood);
+  }
+  void retire_or_restore() {
+    const int panel = *rc::gen::inRange(0, 2);
+    if (*rc::gen::inRange(0, 3) != 0) {
+      RC_ASSERT(cell_.panels().restore(panels_[panel], "glued", kLater).ok() == retired_[panel]);
+      retired_[panel] = false;
+      return;
+    }
+    bool held = false;
+    for (const ModelJob& job : jobs_)
+      for (const ModelPiece& piece : job.pieces)
+        held = held || (piece.panel == panel &&
+                        (piece.state == AllocationState::kReserved || piece.state == AllocationState::kCutting ||
+                         piece.state == AllocationState::kSuspect));
+    const bool allowed = !retired_[panel] && !held;
+    RC_ASSERT(cell_.panels().retire(panels_[panel], "split", kLater).ok() == allowed);
+    retired_[panel] = retired_[panel] || allowed;
+  }
+
+  Differences differences_store() { return Differences(cell_.database()); }
+  // What a scan shows: each is in the middle of a cell, so that those of two cells never meet.
+  void find_differences() {
+    const int panel = *rc::gen::inRange(0, 2);
+    std::set<std::pair<Cell, bool>> seen;
+    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
+      seen.insert({{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}, *rc::gen::inRange(0, 3) != 0});
+    std::vector<DifferenceRecord> found;
+    for (const auto& [cell, gone] : seen) {
+      DifferenceRecord& one = found.emplace_back();
+      one.gone = gone;
+      one.box = bounds(square(cell.first * kCell + kInset, cell.second * kCell + kInset, kCell - 2 * kInset));
+      one.place = one.box.min;
+      one.area = SquareMillimetres(9);
+    }
+    VENEER_EXPECT_OK(differences_store().found(panels_[panel], found, kNow));
+    const auto all = seen;
+    for (ModelDifference& known : differences_) {
+      if (known.panel != panel || !(known.open || known.accepted)) continue;
+      seen.erase({known.cell, known.gone});
+      known.open = known.open && all.contains({known.cell, known.gone});
+    }
+    for (const auto& [cell, gone] : seen)
+      differences_.push_back({{static_cast<std::int64_t>(differences_.size()) + 1}, panel, cell, gone, true});
+  }
+  void decide_difference() {
+    if (differences_.empty()) return find_differences();
+    ModelDifference& known = **rc::gen::elementOf(pointers(differences_));
+    const bool off = *rc::gen::inRange(0, 3) != 0;
+    ModelPiece box;
+    box.panel = known.panel;
+    box.cells = {known.cell};
+    box.state = AllocationState::kScrap;
+    const bool adds = off && !taken(box.panel, box.cells, {});
+    const bool allowed = known.open && (!off || (known.gone && !run_)) && !(adds && retired_[known.panel]);
+    const auto done = differences_store().decide(panels_[known.panel], known.id,
+                                                 off ? DifferenceVerdict::kWrittenOff : DifferenceVerdict::kAccepted,
+                                                 "local:1000", "", kLater);
+    RC_ASSERT(done.ok() == allowed);
+    if (!allowed) return;
+    known.open = false;
+    known.accepted = !off;
+    std::vector<ModelPiece*> over;  // they were to be cut from wood that is gone
+    for (ModelJob& job : jobs_)
+      for (ModelPiece& piece : job.pieces)
+        if (off && piece.panel == known.panel && piece.cells.contains(known.cell) &&
+            piece.state == AllocationState::kReserved)
+          over.push_back(&piece);
+    RC_ASSERT(done->size() == over.size());
+    doubt(over);
+    if (adds) written_off_.push_back(box);
+  }
+
+  // While a panel's frame is traced or a cut repeated.
+  void stray_beam() {
+    const auto hit = random_pieces();
+    VENEER_EXPECT_OK(cell_.jobs().make_suspect(ids_of(hit), kLater));
+    doubt(hit);
+  }
+  void end_between_panels() {
+    if (jobs_.empty()) return;
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
+    ModelJob& job = jobs_[index];
+    const bool waits = job.state == JobState::kRunning && !(run_ && run_->job == index);
+    const bool stop = *rc::gen::arbitrary<bool>();
+    const Status done = stop ? cell_.jobs().stop_job(job.id, kLater) : cell_.jobs().abort_job(job.id, kLater);
+    RC_ASSERT(done.ok() == waits);
+    if (waits) job.state = job.after(stop ? JobState::kStopped : JobState::kAborted);
   }
   // Statements that nobody should make: nothing may come of them.
   void stray() {
@@ -313,10 +463,27 @@ class ModelledCell {
       for (auto& piece : job.pieces) all.push_back(&piece);
     return all.empty() ? nullptr : *rc::gen::elementOf(all);
   }
+  std::vector<ModelPiece*> random_pieces() {
+    std::vector<ModelPiece*> out;
+    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
+      if (ModelPiece* piece = random_piece()) out.push_back(piece);
+    return out;
+  }
+  static std::vector<PieceId> ids_of(const std::vector<ModelPiece*>& pieces) {
+    std::vector<PieceId> out;
+    for (const ModelPiece* piece : pieces) out.push_back(piece->id);
+    return out;
+  }
+  static void doubt(const std::vector<ModelPiece*>& pieces) {
+    for (ModelPiece* piece : pieces)
+      if (piece->state == AllocationState::kReserved || piece->state == AllocationState::kCut)
+        piece->state = AllocationState::kSuspect;
+  }
+  static bool has(const ModelJob& job, const ModelPiece& piece) {
+    return &piece >= job.pieces.data() && &piece < job.pieces.data() + job.pieces.size();
+  }
   bool in_run(const ModelPiece& piece) const {
-    if (!run_ || piece.panel != run_->panel) return false;
-    const auto& pieces = jobs_[run_->job].pieces;
-    return &piece >= pieces.data() && &piece < pieces.data() + pieces.size();
+    return run_ && piece.panel == run_->panel && has(jobs_[run_->job], piece);
   }
 
   void mark_cutting() {
@@ -346,8 +513,16 @@ class ModelledCell {
       const bool goes_on = more && job.any(AllocationState::kReserved);
       job.state = job.after(goes_on ? JobState::kRunning : JobState::kStopped);
     } else {
-      RC_ASSERT(cell_.jobs().abort_run(run_->id, {}, "stop", kLater).ok());
+      // The next pieces of this run, which the beam may have begun, and others that it may have hit.
+      std::vector<ModelPiece*> suspects;
+      for (ModelPiece& piece : job.pieces)
+        if (in_run(piece) && *rc::gen::inRange(0, 4) == 0) suspects.push_back(&piece);
+      const auto neighbours = *rc::gen::inRange(0, 3) == 0 ? random_pieces() : std::vector<ModelPiece*>();
+      VENEER_EXPECT_OK(cell_.jobs().abort_run(run_->id, ids_of(suspects), "stop", kLater, ids_of(neighbours)));
+      for (ModelPiece* piece : suspects)
+        if (piece->state == AllocationState::kReserved) piece->state = AllocationState::kSuspect;
       suspect_what_was_cutting(job);
+      doubt(neighbours);
       job.state = job.after(JobState::kAborted);
     }
     run_.reset();
@@ -363,7 +538,8 @@ class ModelledCell {
     if (!allowed) return;
     piece->state = verdict;
     for (auto& job : jobs_)
-      if (job.state == JobState::kStopped || job.state == JobState::kAborted) job.state = job.after(job.state);
+      if (has(job, *piece) && (job.state == JobState::kStopped || job.state == JobState::kAborted))
+        job.state = job.after(job.state);
   }
 
   void die_and_recover() {
@@ -385,9 +561,12 @@ class ModelledCell {
   CellDatabase cell_;
   std::vector<PanelId> panels_;
   std::array<int, 2> masks_ = {1, 1};
+  std::array<bool, 2> retired_ = {false, false};
   std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
-  std::vector<ModelPiece> ruined_;  // what pieces were cut from before they were made again
+  std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
+  std::vector<ModelPiece> written_off_;  // boxes of differences, in the middle of their cells
+  std::vector<ModelDifference> differences_;
   std::optional<ModelRun> run_;
 };
 

@@ -117,6 +117,22 @@ TEST_F(LedgerTest, ReturnsTheShapesItWasGiven) {
   EXPECT_EQ(live[0].panel, panel);
 }
 
+TEST_F(LedgerTest, SaysWhatIsBookedAtAPlace) {
+  must(cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14)}), kNow));
+  const PanelId other = cell.new_panel();
+  must(cell.jobs().create(job_of({square_piece("B1", other, 10, 10, 14)}), kNow));
+  const auto at = [&](double x, double y) {
+    return must(cell.ledger().allocations_at(panel, point<PanelFrame>(x, y)));
+  };
+  ASSERT_EQ(at(12, 20).size(), 1U);
+  EXPECT_EQ(at(12, 20)[0].panel, panel);
+  EXPECT_EQ(at(10 - kSquareKerf / 2, 20).size(), 1U) << "in its kerf";
+  EXPECT_TRUE(at(10 - 2 * kSquareKerf, 20).empty());
+  EXPECT_TRUE(at(-1e300, 20).empty());
+  VENEER_ASSERT_OK(cell.jobs().cancel({1}, kLater));
+  EXPECT_TRUE(at(12, 20).empty()) << "given back";
+}
+
 TEST_F(LedgerTest, WritesOffWoodWithoutAJob) {
   VENEER_ASSERT_OK(cell.ledger().write_off(panel, Region<PanelFrame>(square(0, 0, 30)), "burnt pattern", kNow));
   const auto live = must(cell.ledger().live_allocations(panel));
@@ -148,7 +164,9 @@ TEST_F(LedgerTest, TheWoodOfAnAllocationNeverChanges) {
 }
 
 TEST_F(LedgerTest, AllocationsMustHaveWoodThatCanBeRead) {
-  for (const char* area : {"[]", "", "[[[0,0],[9,0],[9,9]]", "[[[0,0],[9,0],[9,9]]]x", "[[[0,0],[9]]]", "{}"})
+  for (const char* area :
+       {"[]", "", "[[[0,0],[9,0],[9,9]]", "[[[0,0],[9,0],[9,9]]]x", "[[[0,0],[9]]]", "{}", "~", "~0,0 9,0 0",
+        "~0,0 9,0 0,9;", "~0,0 9,0 0,9x", "~0,0  9,0 0,9", "~900000000,0 900000000,0 0,9"})
     EXPECT_FALSE(execute(cell.database(), fmt::format("INSERT INTO allocations (panel, state, area_um, reason, "
                                                       "changed_at) VALUES ('P-0001', 'scrap', '{}', '', '')",
                                                       area))
@@ -218,6 +236,23 @@ TEST_F(LedgerTest, ACoordinateOutOfThisWorldIsAnError) {
   const auto live = cell.ledger().live_allocations(panel);
   ASSERT_FALSE(live.ok());
   EXPECT_EQ(live.error().code, ErrorCode::kStorage);
+}
+
+TEST_F(LedgerTest, TellsWhereWoodMovedSinceAStep) {
+  const PanelId other = cell.new_panel();
+  const auto changed = [&](std::int64_t after) { return must(cell.ledger().changes_after(after)); };
+  EXPECT_EQ(changed(-1).newest, 0);
+  must(
+      cell.jobs().create(job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 40, 10, 14)}), kNow));
+  EXPECT_EQ(changed(0).panels, std::vector{panel});
+  EXPECT_EQ(changed(0).newest, 2);
+  EXPECT_TRUE(changed(-1).panels.empty());
+  EXPECT_TRUE(changed(2).panels.empty());
+  VENEER_ASSERT_OK(cell.ledger().write_off(other, Region<PanelFrame>(square(0, 0, 30)), "a knot", kNow));
+  EXPECT_EQ(changed(2).panels, std::vector{other});
+  VENEER_ASSERT_OK(cell.jobs().cancel({1}, kLater));
+  EXPECT_EQ(changed(3).panels, std::vector{panel}) << "once, for both pieces";
+  EXPECT_EQ(changed(0).panels.size(), 2U);
 }
 
 TEST_F(LedgerTest, AFullDiskLeavesEverythingTrue) {

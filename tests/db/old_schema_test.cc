@@ -1,6 +1,12 @@
 // Databases of every older schema, with rows: what they hold is there after the newest program has opened them.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
 
 #include "db/audit.h"
 #include "db/certificates.h"
@@ -44,7 +50,8 @@ UPDATE allocations SET state = 'suspect', changed_at = 't4' WHERE id = 23;
 UPDATE runs SET ended_at = '2026-01-03T02:00:00.000Z', result = 'stop';
 UPDATE jobs SET state = 'aborted', changed_at = '2026-01-03T02:00:00.000Z';
 INSERT INTO certificates VALUES (5, 'kerf', '2026-01-01T00:00:00.000Z', '2027-01-01T00:00:00.000Z', 0.01, '{"kerf_mm":0.2}');
-INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.start', '7');
+INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.start', '7'),
+                         (10, '2026-01-02T00:00:00.000Z', 'local:1000', 'job.cancel', '');
 )sql";
 
 class OldSchema : public ::testing::TestWithParam<int> {};
@@ -63,6 +70,7 @@ TEST_P(OldSchema, KeepsItsRows) {
   Database database = must(Database::open(file));
   EXPECT_EQ(database.schema_version(), migrations().back().version);
   VENEER_EXPECT_OK(database.check_integrity());
+  VENEER_EXPECT_OK(Plans(database).check_files());
 
   Panels panels(database);
   const PanelRecord rest = must(panels.find({"P-0002"}));
@@ -106,7 +114,11 @@ TEST_P(OldSchema, KeepsItsRows) {
   EXPECT_EQ(live[2].reason, "burnt");
   EXPECT_TRUE(live[2].outline.empty());
   EXPECT_EQ(must(Certificates(database).list()).at(0).id.value, 5);
-  EXPECT_EQ(must(Audit(database).latest(1)).at(0).what, "job.start");
+  const auto noted = must(Audit(database).latest(10));
+  ASSERT_EQ(noted.size(), 2U);
+  EXPECT_EQ(noted[1].id, 9);
+  EXPECT_EQ(noted[1].what, "job.start");
+  EXPECT_NE(noted[0].hash, noted[1].hash);
 
   // The wood is held as before, and the day goes on.
   const auto refused = jobs.create(job_of({square_piece("B1", {"P-0001"}, 15, 0, 14)}), kNow);
@@ -116,6 +128,57 @@ TEST_P(OldSchema, KeepsItsRows) {
   VENEER_EXPECT_OK(jobs.cancel({7}, kNow));
   EXPECT_EQ(must(jobs.create(job_of({square_piece("B1", {"P-0001"}, 45, 20, 14)}), kNow)).value, 8);
   VENEER_EXPECT_OK(database.check_integrity());
+}
+
+// What plans say moves out of the database into files, whatever moment the program is killed at.
+TEST(OldPlans, SurviveAKillWhileTheyAreMovedIntoFiles) {
+  constexpr int kPlans = 40;
+  const auto text_of = [](int id) { return fmt::format("{{\"schema_version\":1,\"id\":{}}}", id); };
+  for (int kill_after = 0; kill_after <= kPlans + 1; kill_after += 3) {
+    const testing::TempDirectory directory;
+    const auto file = directory / "veneerd.db";
+    {
+      SQLite::Database old(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+      register_functions(old);
+      old.exec("PRAGMA application_id = 1447970130; PRAGMA journal_mode = WAL");
+      VENEER_ASSERT_OK(migrate(old, migrations().first(12)));
+      for (int id = 1; id <= kPlans; ++id)
+        old.exec(
+            fmt::format("INSERT INTO plans (id, name, who, created_at, target_file, preview_file, plan_json, "
+                        "options_json, report_json) VALUES ({}, 'n', 'w', 't', '', '', '{}', '{{}}', '{{}}')",
+                        id, text_of(id)));
+      old.exec("DELETE FROM plans WHERE id = 40");
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+      // Once so many files are there, a watcher of the folder ends the process at once.
+      std::jthread([&, kill_after](const std::stop_token& stop) {
+        while (!stop.stop_requested()) {
+          std::error_code none;
+          int files = 0;
+          for (std::filesystem::directory_iterator at(directory / "plans", none), end; !none && at != end;
+               at.increment(none))
+            ++files;
+          if (files >= kill_after) kill(getpid(), SIGKILL);
+        }
+      }).detach();
+      static_cast<void>(Database::open(file));
+      _exit(0);
+    }
+    ASSERT_GT(child, 0);
+    int ended = 0;
+    ASSERT_EQ(waitpid(child, &ended, 0), child);
+    Database database = must(Database::open(file));
+    Plans plans(database);
+    VENEER_EXPECT_OK(plans.check_files());
+    const auto all = must(plans.list());
+    ASSERT_EQ(all.size(), static_cast<std::size_t>(kPlans - 1));
+    for (const PlanRecord& plan : all)
+      EXPECT_EQ(must(plans.plan_json(plan.id)), text_of(static_cast<int>(plan.id.value)));
+    // The number of the one that was removed is not handed out again.
+    EXPECT_EQ(must(plans.add(job_of({}), kNow)).value, kPlans + 1);
+    VENEER_EXPECT_OK(database.check_integrity());
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Versions, OldSchema, ::testing::Range(1, static_cast<int>(migrations().size())));

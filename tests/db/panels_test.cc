@@ -326,5 +326,27 @@ TEST(Certificates, CannotExpireBeforeTheyAreIssued) {
   EXPECT_FALSE(Certificates(cell.database()).issue({{}, CertificateKind::kKerf, kLater, kNow, 0.02_mm, "{}"}).ok());
 }
 
+// What was cut after the backup is in no row: only a scan shows it.
+TEST_F(PanelsTest, APanelIsUnseenFromARestoreToItsNextScan) {
+  ScanRecord look = scan(must(panels.next_panel_id()), Face::kShow);
+  VENEER_ASSERT_OK(panels.add(sheet(look.panel), {look}, {}));
+  VENEER_EXPECT_OK(panels.check_seen_since_restore(look.panel));
+  VENEER_ASSERT_OK(panels.note_restoration("2026-04-30T22:00:00.000Z", "uid 1000", kLater));
+  const Status unseen = panels.check_seen_since_restore(look.panel);
+  ASSERT_FALSE(unseen.ok());
+  EXPECT_EQ(unseen.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(unseen.error().message, HasSubstr("the backup of 2026-04-30 was put back on"));
+  EXPECT_EQ(cell.jobs().create(job_of({square_piece("A1", look.panel, 20, 20, 14)}), kLater).error().code,
+            ErrorCode::kRefused)
+      << "nor is its wood reserved";
+  look.taken_at = "2026-12-31T00:00:00.000Z";
+  look.face = Face::kBack;
+  VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
+  EXPECT_FALSE(panels.check_seen_since_restore(look.panel).ok()) << "its show face";
+  look.face = Face::kShow;
+  VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
+  VENEER_EXPECT_OK(panels.check_seen_since_restore(look.panel));
+}
+
 }  // namespace
 }  // namespace veneer::db

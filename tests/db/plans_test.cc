@@ -1,6 +1,16 @@
 #include "db/plans.h"
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <span>
+
+#include "base/hash.h"
 
 #include "tests/db/cell_database.h"
 
@@ -112,6 +122,122 @@ TEST_F(PlansTest, AJobThatCannotBeMadeLeavesNoPlanOfItsOwn) {
   must(cell.jobs().create(two_pieces(), kNow));
   EXPECT_FALSE(cell.jobs().create(two_pieces(), kNow).ok());
   EXPECT_EQ(must(plans.list()).size(), 1U);
+}
+
+// What a plan says in full is a file.
+class PlanFiles : public PlansTest {
+ protected:
+  std::vector<std::string> files() const {
+    std::vector<std::string> out;
+    if (std::filesystem::exists(folder))
+      for (const auto& entry : std::filesystem::directory_iterator(folder)) out.push_back(entry.path().filename());
+    return out;
+  }
+  NewPlan saying(const std::string& what) {
+    NewPlan plan = two_pieces();
+    plan.plan_json = what;
+    return plan;
+  }
+  static std::string name_of(const std::string& what) { return sha256_hex(std::as_bytes(std::span(what))) + ".json"; }
+
+  const std::filesystem::path folder = cell.file().parent_path() / "plans";
+  const std::string text = R"({"schema_version":1,"pieces":[]})";
+};
+
+TEST_F(PlanFiles, AreNamedByTheirHashAndSharedByPlansThatSayTheSame) {
+  const PlanId first = must(plans.add(saying(text), kNow)), second = must(plans.add(saying(text), kNow));
+  EXPECT_THAT(files(), ElementsAre(name_of(text)));
+  EXPECT_EQ(must(plans.plan_json(first)), text);
+  VENEER_ASSERT_OK(plans.remove(first));
+  EXPECT_EQ(must(plans.plan_json(second)), text) << "another row names it";
+  VENEER_ASSERT_OK(plans.remove(second));
+  EXPECT_THAT(files(), IsEmpty());
+}
+
+TEST_F(PlanFiles, ThatAreMissingOrChangedAreNamedInOneSentence) {
+  const PlanId plan = must(plans.add(saying(text), kNow));
+  const JobId job = must(cell.jobs().create(plan, kNow));
+  VENEER_EXPECT_OK(plans.check_files());
+  const auto file = folder / name_of(text);
+  std::string wrong = text;
+  wrong[2] = 'S';
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << wrong;
+  const std::string changed = "the plan file " + file.string() + " is not what was written: restore it from a backup";
+  EXPECT_EQ(plans.plan_json(plan).error().message, changed);
+  EXPECT_EQ(cell.jobs().plan_json(job).error().message, changed);
+  EXPECT_EQ(plans.check_files().error().message, changed);
+  std::ofstream(file, std::ios::binary | std::ios::trunc) << text << " ";
+  EXPECT_EQ(plans.check_files().error().message, changed);
+  std::filesystem::remove(file);
+  const Status missing = plans.check_files();
+  EXPECT_EQ(missing.error().code, ErrorCode::kStorage);
+  EXPECT_EQ(missing.error().message, "the plan file " + file.string() + " is missing: restore it from a backup");
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(PlanFiles, OfAJobThatIsRefusedAreNotLeftBehind) {
+  must(cell.jobs().create(saying(text), kNow));
+  EXPECT_FALSE(cell.jobs().create(saying("{}"), kNow).ok());
+  EXPECT_THAT(files(), ElementsAre(name_of(text)));
+  EXPECT_FALSE(cell.jobs().create(saying(text), kNow).ok());
+  EXPECT_THAT(files(), ElementsAre(name_of(text))) << "the first job's plan says the same";
+}
+
+TEST_F(PlanFiles, ThatCannotBeWrittenLeaveNoPlan) {
+  std::ofstream(folder) << "in the way";
+  const auto refused = plans.add(saying(text), kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(must(plans.list()), IsEmpty());
+}
+
+// Bytes of the file for each piece of a job that is cut, with all that is booked of it.
+double bytes_a_piece(const std::function<Ring<PanelFrame>(double x, double y)>& outline) {
+  constexpr int kColumns = 40, kPieces = 2000;
+  CellDatabase cell;
+  const PanelId panel = cell.new_panel();
+  std::vector<PlannedPatch> patches;
+  for (int i = 0; i < kPieces; ++i) {
+    PlannedPatch piece = square_piece(fmt::format("A{}-{}", i / kColumns, i % kColumns), panel, 0, 0, 9);
+    piece.panel_outline = outline(10.123 * (i % kColumns), 10.057 * (i / kColumns));
+    piece.artwork_outline.clear();
+    for (const auto& p : piece.panel_outline)
+      piece.artwork_outline.push_back(point<ArtworkFrame>(p.y.count(), -p.x.count()));
+    piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(kSquareKerf));
+    piece.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(degrees(90), point<PanelFrame>(0.1234567, 7.654321));
+    patches.push_back(piece);
+  }
+  const auto pages = [&] {
+    return cell.database().connection().execAndGet("PRAGMA page_count").getInt() *
+           cell.database().connection().execAndGet("PRAGMA page_size").getInt();
+  };
+  const int before = pages();
+  const JobId job = must(cell.jobs().create(job_of(patches), kNow));
+  const RunId run = must(cell.jobs().start_run(job, panel, {}, 0.05_mm, kNow));
+  for (const PieceRecord& piece : must(cell.jobs().pieces(job)))
+    if (!cell.jobs().mark_cutting(piece.id, kNow).ok() || !cell.jobs().book_piece(piece.id, kLater).ok()) std::abort();
+  if (!cell.jobs().finish_run(run, false, kLater).ok()) std::abort();
+  return static_cast<double>(pages() - before) / kPieces;
+}
+
+TEST(PlanSize, OfAPieceOfAGridIsLessThanAKilobyte) {
+  const double bytes = bytes_a_piece([](double x, double y) { return square(x, y, 9); });
+  RecordProperty("bytes_a_piece", fmt::format("{:.0f}", bytes));
+  EXPECT_LT(bytes, 1000) << bytes;
+}
+
+TEST(PlanSize, OfACurvedPieceIsLessThanThreeKilobytes) {
+  const double bytes = bytes_a_piece([](double x, double y) {
+    Ring<PanelFrame> out;
+    constexpr int kVertices = 40;
+    for (int i = 0; i < kVertices; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kVertices, radius = 4.5 + 0.3 * std::sin(3 * angle);
+      out.push_back(point<PanelFrame>(x + 5 + radius * std::cos(angle), y + 5 + radius * std::sin(angle)));
+    }
+    return out;
+  });
+  RecordProperty("bytes_a_piece", fmt::format("{:.0f}", bytes));
+  EXPECT_LT(bytes, 3000) << bytes;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <new>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace veneer::db {
@@ -27,7 +28,7 @@ struct Disk {
   std::vector<Change> pending;
 };
 
-void apply(std::vector<char>& content, const Change& change) {
+void change_by(std::vector<char>& content, const Change& change) {
   const auto offset = static_cast<std::size_t>(change.offset);
   if (change.truncation) return content.resize(offset);
   if (content.size() < offset + change.bytes.size()) content.resize(offset + change.bytes.size());
@@ -40,8 +41,19 @@ struct PowerLossVfs::State {
   sqlite3_vfs vfs{};
   sqlite3_vfs* real = nullptr;
   std::map<std::string, Disk> disks;
+  std::map<std::string, Disk> at_the_cut;
   int steps = 0, cut_at = 0;
   bool cut = false;
+  DiskFault fault = DiskFault::kRead;
+  int until_fault = 0;  // 0 = the disk is well
+  bool fault_lasts = false, failed = false;
+
+  bool fails(DiskFault asked) {
+    if (until_fault == 0 || asked != fault) return false;
+    if (until_fault > 1) return --until_fault, false;
+    if (!fault_lasts) until_fault = 0;
+    return failed = true;
+  }
 
   // Counts a step; false when the power is gone.
   bool step() {
@@ -68,9 +80,12 @@ const sqlite3_io_methods* methods(sqlite3_file* file) { return real(file)->pMeth
 
 int do_close(sqlite3_file* file) { return methods(file)->xClose(real(file)); }
 int do_read(sqlite3_file* file, void* to, int size, sqlite3_int64 at) {
+  if (shim(file)->state->fails(DiskFault::kRead)) return SQLITE_IOERR_READ;
   return methods(file)->xRead(real(file), to, size, at);
 }
 int do_write(sqlite3_file* file, const void* from, int size, sqlite3_int64 at) {
+  if (shim(file)->state->fails(DiskFault::kWrite)) return SQLITE_IOERR_WRITE;
+  if (shim(file)->state->fails(DiskFault::kFull)) return SQLITE_FULL;
   if (!shim(file)->state->step()) return SQLITE_IOERR_WRITE;
   if (Disk* disk = shim(file)->disk) {
     const char* bytes = static_cast<const char*>(from);
@@ -83,20 +98,25 @@ int do_write(sqlite3_file* file, const void* from, int size, sqlite3_int64 at) {
   return methods(file)->xWrite(real(file), from, size, at);
 }
 int do_truncate(sqlite3_file* file, sqlite3_int64 size) {
+  if (shim(file)->state->fails(DiskFault::kWrite)) return SQLITE_IOERR_TRUNCATE;
   if (!shim(file)->state->step()) return SQLITE_IOERR_TRUNCATE;
   if (Disk* disk = shim(file)->disk) disk->pending.push_back({size, {}, true});
   return methods(file)->xTruncate(real(file), size);
 }
 int do_sync(sqlite3_file* file, int flags) {
+  if (shim(file)->state->fails(DiskFault::kSync)) return SQLITE_IOERR_FSYNC;
   if (!shim(file)->state->step()) return SQLITE_IOERR_FSYNC;
   if (Disk* disk = shim(file)->disk) {
-    for (const Change& change : disk->pending) apply(disk->synced, change);
+    for (const Change& change : disk->pending) change_by(disk->synced, change);
     disk->pending.clear();
   }
   return methods(file)->xSync(real(file), flags);
 }
 int do_size(sqlite3_file* file, sqlite3_int64* size) { return methods(file)->xFileSize(real(file), size); }
-int do_lock(sqlite3_file* file, int level) { return methods(file)->xLock(real(file), level); }
+int do_lock(sqlite3_file* file, int level) {
+  if (shim(file)->state->fails(DiskFault::kLock)) return SQLITE_IOERR_LOCK;
+  return methods(file)->xLock(real(file), level);
+}
 int do_unlock(sqlite3_file* file, int level) { return methods(file)->xUnlock(real(file), level); }
 int do_check_lock(sqlite3_file* file, int* out) { return methods(file)->xCheckReservedLock(real(file), out); }
 int do_control(sqlite3_file* file, int op, void* argument) {
@@ -105,9 +125,11 @@ int do_control(sqlite3_file* file, int op, void* argument) {
 int do_sector_size(sqlite3_file* file) { return methods(file)->xSectorSize(real(file)); }
 int do_characteristics(sqlite3_file*) { return 0; }  // an ordinary disk promises nothing
 int do_shm_map(sqlite3_file* file, int page, int size, int extend, void volatile** out) {
+  if (shim(file)->state->fails(DiskFault::kFull)) return SQLITE_IOERR_SHMSIZE;
   return methods(file)->xShmMap(real(file), page, size, extend, out);
 }
 int do_shm_lock(sqlite3_file* file, int offset, int n, int flags) {
+  if ((flags & SQLITE_SHM_LOCK) != 0 && shim(file)->state->fails(DiskFault::kLock)) return SQLITE_IOERR_SHMLOCK;
   return methods(file)->xShmLock(real(file), offset, n, flags);
 }
 void do_shm_barrier(sqlite3_file* file) { methods(file)->xShmBarrier(real(file)); }
@@ -137,6 +159,7 @@ int do_open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, i
   auto* state = static_cast<State*>(vfs->pAppData);
   auto* opened = new (file) ShimFile{};
   opened->state = state;
+  if (state->fails(DiskFault::kOpen)) return SQLITE_CANTOPEN;
   const int result = state->real->xOpen(state->real, name, real(file), flags, out_flags);
   if (result != SQLITE_OK) return result;
   opened->base.pMethods = &kMethods;
@@ -173,11 +196,37 @@ void PowerLossVfs::cut_at(int step) { state_->cut_at = step == 0 ? 0 : state_->s
 int PowerLossVfs::steps() const { return state_->steps; }
 bool PowerLossVfs::is_cut() const { return state_->cut; }
 
-void PowerLossVfs::settle(std::uint32_t seed) {
+void PowerLossVfs::fail_at(DiskFault fault, int nth, bool lasts) {
+  state_->fault = fault;
+  state_->until_fault = nth;
+  state_->fault_lasts = lasts;
+  state_->failed = false;
+}
+
+bool PowerLossVfs::mend() {
+  state_->until_fault = 0;
+  return std::exchange(state_->failed, false);
+}
+
+void PowerLossVfs::settle(Loss loss, std::uint32_t seed) {
   std::mt19937 random(seed);
+  if (state_->cut) state_->at_the_cut = state_->disks;
+  for (const auto& [name, disk] : state_->disks)
+    if (!state_->at_the_cut.contains(name)) std::remove(name.c_str());
+  state_->disks = state_->at_the_cut;
+  const auto torn = [&](Change change) {
+    change.bytes.resize(random() % (change.bytes.size() + 1));
+    return change;
+  };
   for (auto& [name, disk] : state_->disks) {
-    for (const Change& change : disk.pending)
-      if (random() % 2 == 0) apply(disk.synced, change);
+    const std::size_t came_through = loss == Loss::kTorn ? random() % (disk.pending.size() + 1) : 0;
+    for (std::size_t i = 0; i < disk.pending.size(); ++i) {
+      const Change& change = disk.pending[i];
+      if (loss == Loss::kTorn && i < came_through)
+        change_by(disk.synced, i + 1 < came_through || change.truncation ? change : torn(change));
+      if (loss == Loss::kReordered && random() % 2 == 0)
+        change_by(disk.synced, random() % 8 != 0 || change.truncation ? change : torn(change));
+    }
     disk.pending.clear();
     std::ofstream(name, std::ios::binary | std::ios::trunc)
         .write(disk.synced.data(), static_cast<std::streamsize>(disk.synced.size()));

@@ -1,0 +1,163 @@
+#include "db/backup.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <memory>
+#include <system_error>
+
+#include "base/files.h"
+#include "db/integrity.h"
+#include "db/migrations.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPagesAtOnce = 256;  // a megabyte, until somebody may stop it
+
+fs::path restored_name(const fs::path& file) { return file.string() + ".restored"; }
+
+// Reads of one state, whatever is committed meanwhile.
+class Snapshot {
+ public:
+  explicit Snapshot(SQLite::Database& connection) : connection_(connection) {
+    connection_.exec("BEGIN");
+    // Only the first read fixes what is seen.
+    static_cast<void>(connection_.execAndGet("SELECT count(*) FROM sqlite_schema").getInt());
+  }
+  Snapshot(const Snapshot&) = delete;
+  Snapshot& operator=(const Snapshot&) = delete;
+  ~Snapshot() { connection_.tryExec("ROLLBACK"); }
+
+ private:
+  SQLite::Database& connection_;
+};
+
+// SQLITE_DONE when all was copied, SQLITE_OK when somebody stopped it before.
+int copy_pages(sqlite3* source, sqlite3* copy, const std::function<void(double)>& progress,
+               const std::stop_token& stop) {
+  sqlite3_backup* const work = sqlite3_backup_init(copy, "main", source, "main");
+  if (work == nullptr) return sqlite3_errcode(copy);
+  int code = SQLITE_OK;
+  while (code == SQLITE_OK && !stop.stop_requested()) {
+    code = sqlite3_backup_step(work, kPagesAtOnce);
+    if (const int pages = sqlite3_backup_pagecount(work); pages > 0 && progress)
+      progress(1.0 - static_cast<double>(sqlite3_backup_remaining(work)) / pages);
+  }
+  const int ended = sqlite3_backup_finish(work);
+  return ended == SQLITE_OK ? code : ended;
+}
+
+void copy_snapshot(SQLite::Database& source, const fs::path& file, const std::function<void(double)>& progress,
+                   const std::stop_token& stop) {
+  const Snapshot snapshot(source);
+  SQLite::Database copy(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  copy.exec("PRAGMA synchronous = FULL");
+  if (const int code = copy_pages(source.getHandle(), copy.getHandle(), progress, stop);
+      code != SQLITE_DONE && code != SQLITE_OK)
+    throw SQLite::Exception(copy.getHandle(), code & 0xff);
+}
+
+// The source's header says that there is a log beside the file; a copy on a disc that only reads could not be opened
+// so.
+void drop_log(const fs::path& file) {
+  SQLite::Database copy(file.string(), SQLite::OPEN_READWRITE);
+  copy.exec("PRAGMA synchronous = FULL");
+  if (copy.execAndGet("PRAGMA journal_mode = DELETE").getString() != "delete")
+    throw SQLite::Exception("the log of a copy cannot be dropped", SQLITE_ERROR);
+}
+
+Result<int> check_older(const fs::path& file) {
+  const std::string name = file.string();
+  SQLite::Database connection(name, SQLite::OPEN_READONLY);
+  if (connection.execAndGet("PRAGMA application_id").getInt() != kApplicationId) return not_ours(file);
+  register_functions(connection);
+  const int schema = connection.execAndGet("PRAGMA user_version").getInt();
+  const int newest = migrations().back().version;
+  if (schema > newest)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{} has schema {}, this veneerd knows schemas up to {}: install the newer veneerd that "
+                             "wrote it",
+                             name, schema, newest)};
+  if (schema == newest) return schema;
+  if (const Status sound = check_pages(connection, name); !sound.ok()) return sound.error();
+  return schema;
+}
+
+}  // namespace
+
+Result<Contents> read_contents(Database& database) {
+  return guarded(database, [&](SQLite::Database& connection) -> Result<Contents> {
+    const Snapshot snapshot(connection);
+    Contents out;
+    out.schema = database.schema_version();
+    const auto count = [&](const char* table) {
+      return connection.execAndGet(fmt::format("SELECT count(*) FROM {}", table)).getInt64();
+    };
+    out.panels = count("panels"), out.jobs = count("jobs"), out.pieces = count("pieces");
+    SQLite::Statement files(connection,
+                            "SELECT map_file AS file FROM masks UNION SELECT mask_file FROM masks UNION "
+                            "SELECT file FROM scans UNION SELECT target_file FROM plans UNION "
+                            "SELECT preview_file FROM plans UNION SELECT 'plans/' || plan_sha256 || '.json' FROM plans "
+                            "ORDER BY file");
+    while (files.executeStep())
+      if (std::string file = text(files.getColumn(0)); !file.empty()) out.files.push_back(std::move(file));
+    return out;
+  });
+}
+
+Status copy_database(Database& source, const fs::path& copy, const std::function<void(double)>& progress,
+                     const std::stop_token& stop) {
+  Status done = Ok();
+  try {
+    copy_snapshot(source.connection(), copy, progress, stop);
+    if (stop.stop_requested())
+      done = Error{ErrorCode::kCancelled, "the backup was stopped before its end"};
+    else
+      drop_log(copy);
+  } catch (const SQLite::Exception& thrown) {
+    done = to_error(thrown, copy.string());
+  }
+  std::error_code ignored;
+  if (!done.ok())
+    for (const char* part : {"", "-journal", "-wal", "-shm"}) fs::remove(copy.string() + part, ignored);
+  return done;
+}
+
+Result<int> check_copy(const fs::path& copy, const std::stop_token& stop) {
+  const std::string name = copy.string();
+  Result<int> schema = [&]() -> Result<int> {
+    try {
+      return check_older(copy);
+    } catch (const SQLite::Exception& thrown) {
+      return to_error(thrown, name);
+    }
+  }();
+  if (schema && *schema == migrations().back().version) {
+    auto opened = Database::open_for_reading(copy);
+    if (const Status sound = opened ? opened->check_integrity(stop) : Status(opened.error()); !sound.ok())
+      schema = sound.error();
+  }
+  if (!schema && schema.error().code == ErrorCode::kStorage)
+    return Error{ErrorCode::kStorage, what_is_damaged(name, schema.error())};
+  return schema;
+}
+
+Status replace_database(const fs::path& made, const fs::path& file) {
+  if (Status decided = move_whole(made, restored_name(file)); !decided.ok()) return decided;
+  return finish_restore(file);
+}
+
+Status finish_restore(const fs::path& file) {
+  std::error_code none;
+  if (!fs::exists(restored_name(file), none)) return Ok();
+  // What is left of the log of the file before would be taken for the new one's.
+  for (const char* part : {"-wal", "-shm", "-journal", ".clean"})
+    if (Status removed = remove_durably(file.string() + part); !removed.ok()) return removed;
+  return move_whole(restored_name(file), file);
+}
+
+}  // namespace veneer::db

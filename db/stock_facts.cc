@@ -1,0 +1,258 @@
+#include "db/stock_facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "db/panel_sql.h"
+#include "db/sql.h"
+#include "db/surface_sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr std::size_t kLongestFact = 200;
+constexpr Millimetres kThickest(100);
+
+Error cannot_be(std::string what) { return {ErrorCode::kInvalidArgument, std::move(what)}; }
+
+// "" as well: that takes it back.
+Status check_text(const char* name, const std::optional<std::string>& fact) {
+  if (!fact || fact->size() <= kLongestFact) return Ok();
+  return cannot_be(fmt::format("the {} is too long: use at most {} bytes", name, kLongestFact));
+}
+
+Status check_thickness(const char* name, const std::optional<Millimetres>& fact) {
+  if (!fact || (fact->count() >= 0.001 && *fact <= kThickest)) return Ok();
+  return cannot_be(fmt::format("the thickness of the {} cannot be: use 0.001 to {:.0f} mm", name, kThickest.count()));
+}
+
+bool is_day(std::string_view text) {
+  constexpr std::string_view kForm = "dddd-dd-dd";
+  return text.size() == kForm.size() && std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
+           return form == 'd' ? std::isdigit(static_cast<unsigned char>(c)) != 0 : c == form;
+         });
+}
+
+// The day, or the time of noting it.
+Result<std::string> when(const Treatment& treatment, const std::string& now) {
+  if (treatment.treated_at.empty()) return now;
+  if (!is_day(treatment.treated_at))
+    return cannot_be(fmt::format("\"{}\" is no day: write it as 2026-05-01", treatment.treated_at));
+  const std::string today = now.substr(0, 10);
+  if (treatment.treated_at > today)
+    return cannot_be(
+        fmt::format("{} is still to come (in UTC it is {}): correct the day", treatment.treated_at, today));
+  return treatment.treated_at == today ? now : treatment.treated_at;
+}
+
+// What is given, else what was there; "" is nothing.
+std::optional<std::string> merged(const std::optional<std::string>& given, const std::optional<std::string>& before) {
+  if (!given) return before;
+  return given->empty() ? std::nullopt : given;
+}
+
+void bind_or_null(SQLite::Statement& statement, int at, const std::optional<std::string>& value) {
+  value ? statement.bind(at, *value) : statement.bind(at);
+}
+void bind_or_null(SQLite::Statement& statement, int at, const std::optional<Millimetres>& value) {
+  value ? statement.bind(at, to_um(*value)) : statement.bind(at);
+}
+std::optional<Millimetres> length_or_null(const SQLite::Column& um) {
+  if (um.isNull()) return std::nullopt;
+  return from_um(um.getInt64());
+}
+
+constexpr const char* kMaterialColumns =
+    "SELECT material, botanical_name, origin, cites, supplier, who, at FROM material_facts ";
+
+MaterialFacts read_material(SQLite::Statement& row) {
+  MaterialFacts out;
+  out.material = text(row.getColumn(0));
+  out.botanical_name = text_or_null(row.getColumn(1));
+  out.origin = text_or_null(row.getColumn(2));
+  out.cites = text_or_null(row.getColumn(3));
+  out.supplier = text_or_null(row.getColumn(4));
+  out.who = text(row.getColumn(5));
+  out.at = text(row.getColumn(6));
+  return out;
+}
+
+std::vector<MaterialFacts> material_rows(SQLite::Statement& rows) {
+  std::vector<MaterialFacts> out;
+  while (rows.executeStep()) out.push_back(read_material(rows));
+  return out;
+}
+
+std::vector<PanelFacts> panel_rows(SQLite::Database& connection, const PanelId& panel, int limit) {
+  SQLite::Statement rows(connection,
+                         "SELECT shelf, veneer_um, substrate_um, who, at FROM panel_facts WHERE panel = ? ORDER BY id "
+                         "DESC LIMIT ?");
+  SQLite::bind(rows, panel.value, limit);
+  std::vector<PanelFacts> out;
+  while (rows.executeStep())
+    out.push_back({text_or_null(rows.getColumn(0)), length_or_null(rows.getColumn(1)),
+                   length_or_null(rows.getColumn(2)), text(rows.getColumn(3)), text(rows.getColumn(4))});
+  return out;
+}
+
+void insert_panel_facts(SQLite::Database& connection, const PanelId& panel, const PanelFacts& change) {
+  if (!change.shelf && !change.veneer && !change.substrate) return;
+  const auto known = panel_rows(connection, panel, 1);
+  const PanelFacts before = known.empty() ? PanelFacts() : known.front();
+  SQLite::Statement insert(connection,
+                           "INSERT INTO panel_facts (panel, shelf, veneer_um, substrate_um, who, at) VALUES (?, ?, ?, "
+                           "?, ?, ?)");
+  insert.bind(1, panel.value);
+  bind_or_null(insert, 2, merged(change.shelf, before.shelf));
+  bind_or_null(insert, 3, change.veneer ? change.veneer : before.veneer);
+  bind_or_null(insert, 4, change.substrate ? change.substrate : before.substrate);
+  insert.bind(5, change.who);
+  insert.bind(6, change.at);
+  insert.exec();
+}
+
+}  // namespace
+
+const char* to_string(TreatmentKind kind) { return kind == TreatmentKind::kSanding ? "sanding" : "finish"; }
+
+Status check_seen_since_restore(SQLite::Database& connection, const PanelId& panel) {
+  // By scans and not by maps, which an earlier one may have made count again.
+  SQLite::Statement later(
+      connection,
+      "SELECT made_at, at FROM restorations WHERE at > (SELECT coalesce(max(taken_at), '') FROM scans "
+      "WHERE panel = ? AND face = 'show') ORDER BY at DESC LIMIT 1");
+  later.bind(1, panel.value);
+  if (!later.executeStep()) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("the backup of {0} was put back on {1}, and panel {2} was not scanned since: scan it, so that "
+                  "what was cut from it meanwhile is known",
+                  text(later.getColumn(0)).substr(0, 10), text(later.getColumn(1)).substr(0, 10), panel.value)};
+}
+
+Status check_surface(SQLite::Database& connection, const PanelId& panel) {
+  if (Status seen = check_seen_since_restore(connection, panel); !seen.ok()) return seen;
+  // A scan that was taken back left files that an earlier version names as well: the surface is as old as those.
+  SQLite::Statement later(
+      connection,
+      "SELECT t.kind, t.treated_at, s.seen FROM treatments AS t JOIN (SELECT min(m.made_at) AS seen FROM masks AS n "
+      "JOIN masks AS m ON m.panel = n.panel AND m.map_file = n.map_file AND m.mask_file = n.mask_file WHERE n.panel = "
+      "?1 AND n.version = (SELECT max(version) FROM masks WHERE panel = ?1)) AS s WHERE t.panel = ?1 AND t.treated_at "
+      "> s.seen ORDER BY t.treated_at DESC, t.id DESC LIMIT 1");
+  later.bind(1, panel.value);
+  if (!later.executeStep()) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("panel {} was {} on {}, after the scan of {} that counts: scan it again", panel.value,
+                           text(later.getColumn(0)) == "sanding" ? "sanded" : "finished",
+                           text(later.getColumn(1)).substr(0, 10), text(later.getColumn(2)).substr(0, 10))};
+}
+
+Status StockFacts::set_material(const MaterialFacts& change) {
+  if (change.material.empty() || change.material.size() > 60)
+    return cannot_be("a material needs a name of at most 60 characters");
+  for (const auto& [name, fact] : {std::pair("botanical name", &change.botanical_name),
+                                   {"origin", &change.origin},
+                                   {"supplier", &change.supplier}})
+    if (Status good = check_text(name, *fact); !good) return good;
+  constexpr std::string_view kCites[] = {"", "not_listed", "I", "II", "III"};
+  if (change.cites && std::ranges::count(kCites, *change.cites) == 0)
+    return cannot_be("the CITES status must be not_listed, I, II or III");
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement newest(connection, std::string(kMaterialColumns) + "WHERE material = ? ORDER BY id DESC LIMIT 1");
+    newest.bind(1, change.material);
+    const auto known = material_rows(newest);
+    const MaterialFacts before = known.empty() ? MaterialFacts() : known.front();
+    SQLite::Statement insert(connection,
+                             "INSERT INTO material_facts (material, botanical_name, origin, cites, supplier, who, at) "
+                             "VALUES (?, ?, ?, ?, ?, ?, ?)");
+    insert.bind(1, change.material);
+    bind_or_null(insert, 2, merged(change.botanical_name, before.botanical_name));
+    bind_or_null(insert, 3, merged(change.origin, before.origin));
+    bind_or_null(insert, 4, merged(change.cites, before.cites));
+    bind_or_null(insert, 5, merged(change.supplier, before.supplier));
+    insert.bind(6, change.who);
+    insert.bind(7, change.at);
+    insert.exec();
+    return Ok();
+  });
+}
+
+Result<std::vector<MaterialFacts>> StockFacts::materials() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaterialFacts>> {
+    SQLite::Statement rows(connection,
+                           std::string(kMaterialColumns) +
+                               "WHERE id IN (SELECT max(id) FROM material_facts GROUP BY material) ORDER BY material");
+    return material_rows(rows);
+  });
+}
+
+Result<std::vector<MaterialFacts>> StockFacts::history_of(const std::string& material) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaterialFacts>> {
+    SQLite::Statement rows(connection, std::string(kMaterialColumns) + "WHERE material = ? ORDER BY id DESC");
+    rows.bind(1, material);
+    auto out = material_rows(rows);
+    if (out.empty())
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("nobody has said anything of {0}: run `veneerctl material set {0}`", material)};
+    return out;
+  });
+}
+
+Status StockFacts::set_panel(const PanelId& panel, const PanelFacts& change, const std::vector<Treatment>& treatments) {
+  if (Status good = check_text("shelf place", change.shelf); !good) return good;
+  if (Status good = check_thickness("veneer", change.veneer); !good) return good;
+  if (Status good = check_thickness("substrate", change.substrate); !good) return good;
+  std::vector<std::string> times;
+  for (const Treatment& treatment : treatments) {
+    if (treatment.product.empty() || treatment.product.size() > kLongestFact)
+      return cannot_be(fmt::format("say with what the surface was treated, in at most {} bytes", kLongestFact));
+    auto time = when(treatment, change.at);
+    if (!time) return time.error();
+    times.push_back(std::move(*time));
+  }
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    insert_panel_facts(connection, panel, change);
+    SQLite::Statement insert(connection,
+                             "INSERT INTO treatments (panel, kind, product, treated_at, who, at) VALUES (?, ?, ?, ?, "
+                             "?, ?)");
+    for (std::size_t i = 0; i < treatments.size(); ++i) {
+      insert.reset();
+      SQLite::bind(insert, panel.value, to_string(treatments[i].kind), treatments[i].product, times[i], change.who,
+                   change.at);
+      insert.exec();
+    }
+    return Ok();
+  });
+}
+
+Result<std::vector<PanelFacts>> StockFacts::history_of(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PanelFacts>> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    return panel_rows(connection, panel, -1);
+  });
+}
+
+Result<std::vector<Treatment>> StockFacts::treatments(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<Treatment>> {
+    SQLite::Statement rows(connection,
+                           "SELECT kind, product, treated_at, who, at FROM treatments WHERE panel = ? ORDER BY id");
+    rows.bind(1, panel.value);
+    std::vector<Treatment> out;
+    while (rows.executeStep())
+      out.push_back({text(rows.getColumn(0)) == "finish" ? TreatmentKind::kFinish : TreatmentKind::kSanding,
+                     text(rows.getColumn(1)), text(rows.getColumn(2)), text(rows.getColumn(3)),
+                     text(rows.getColumn(4))});
+    return out;
+  });
+}
+
+Status StockFacts::check_surface(const PanelId& panel) {
+  return guarded(*database_,
+                 [&](SQLite::Database& connection) -> Status { return db::check_surface(connection, panel); });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,16 @@
+// What planning and reserving ask of a panel's surface. Private to db; throws SQLite::Exception.
+#pragma once
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include "base/ids.h"
+#include "base/result.h"
+
+namespace veneer::db {
+
+// As Panels::check_seen_since_restore.
+Status check_seen_since_restore(SQLite::Database& connection, const PanelId& panel);
+// As StockFacts::check_surface.
+Status check_surface(SQLite::Database& connection, const PanelId& panel);
+
+}  // namespace veneer::db

@@ -1,0 +1,208 @@
+// A day at the cell: every kind of transaction that the stores make, at least once, one after the other. A new
+// operation of a store is a new step here, and is then tried under every fault of the disk and of memory.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "db/audit.h"
+#include "db/certificates.h"
+#include "db/differences.h"
+#include "db/materials.h"
+#include "db/stock_facts.h"
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+
+struct Step {
+  std::string name;
+  std::function<Status(Database&)> take;
+  Status operator()(Database& database) const { return take(database); }
+};
+
+template <class T>
+Status dropped(const Result<T>& result) {
+  return result.ok() ? Ok() : Status(result.error());
+}
+inline Status dropped(Status status) { return status; }
+
+// Ids are what a fresh database hands out; they stand beside the steps that make them.
+inline std::vector<Step> a_day() {
+  const PanelId oak{"P-0001"}, ash{"P-0002"}, elm{"P-0003"};
+  const KeyedRequest request{"local:1000", "newJob", "k-1", "hash"}, forgotten{"local:1000", "newJob", "k-2", "hash"};
+  std::vector<Step> day;
+  const auto add = [&day](std::string name, auto take) {
+    day.push_back({std::move(name), [take](Database& database) { return dropped(take(database)); }});
+  };
+  const auto jobs = [&add](std::string name, auto take) {
+    add(std::move(name), [take](Database& database) { return take(JobStore(database)); });
+  };
+  const auto mark = [&](int piece) {
+    jobs("cutting", [piece](JobStore store) { return store.mark_cutting({piece}, kNow); });
+  };
+  const auto book = [&](int piece) {
+    jobs("cut", [piece](JobStore store) { return store.book_piece({piece}, kNow); });
+  };
+  const auto run = [&](int job, const PanelId& panel) {
+    jobs("run", [job, panel](JobStore store) {
+      return store.start_run({job}, panel, {}, 0.05_mm, kNow, {"local:1000", {{1}}, R"([{"material":"walnut"}])"});
+    });
+  };
+  const auto finish = [&](int number) {
+    jobs("finish", [number](JobStore store) { return store.finish_run({number}, true, kLater); });
+  };
+  const auto settle = [&](int piece, AllocationState verdict) {
+    jobs("settle", [=](JobStore store) { return store.settle({piece}, verdict, kLater); });
+  };
+
+  add("panel", [=](Database& db) {
+    ScanRecord scan;
+    scan.panel = oak, scan.device = "twin:1", scan.file = "scans/1.png", scan.sha256 = "ab12", scan.dpi = 600;
+    scan.rms = 0.012_mm, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kNow;
+    FiducialRecord tag;
+    tag.tag_id = 201, tag.corners = square(5, 5, 8);
+    return Panels(db).add(sheet(oak), {scan}, {tag});
+  });
+  add("panel", [=](Database& db) { return Panels(db).add(sheet(ash), {}, {}); });
+  add("zones", [=](Database& db) {
+    return Materials(db).add_zones(oak, {{1, square(10, 10, 100), ""}, {2, square(120, 10, 100), ""}});
+  });
+  add("material", [=](Database& db) { return Materials(db).set_material(oak, 2, "walnut"); });
+  for (const char* wood : {"walnut", "maple"})
+    add("recipe", [=](Database& db) {
+      RecipeRecord recipe;
+      recipe.material = wood, recipe.speed = MmPerSecond(12), recipe.power = PowerFraction(0.65);
+      recipe.kerf = KerfRecord{0.21_mm, 0.17_mm}, recipe.changed_at = kNow;
+      return Materials(db).set_recipe(recipe);
+    });
+  add("recipe removed", [](Database& db) { return Materials(db).remove_recipe("maple", Operation::kCut); });
+  add("certificate", [](Database& db) {
+    return Certificates(db).issue({{}, CertificateKind::kKerf, kNow, kLater, 0.01_mm, "{}"});
+  });
+  add("laser", [](Database& db) { return Certificates(db).laser_is("Grbl 1.1h, $100=80", kNow); });
+
+  // Job 1 has pieces 1 to 4 and comes of plan 1, job 2 has piece 5.
+  jobs("job", [=](JobStore store) {
+    return store.create(job_of({square_piece("A1", oak, 10, 10, 14), square_piece("A2", oak, 30, 10, 14),
+                                square_piece("A3", oak, 50, 10, 14), square_piece("A4", ash, 10, 10, 14)}),
+                        kNow);
+  });
+  jobs("job", [=](JobStore store) { return store.create(job_of({square_piece("B1", ash, 100, 10, 14)}), kNow); });
+  run(1, oak);
+  mark(1);
+  book(1);
+  mark(2);
+  jobs("broken off", [](JobStore store) { return store.abort_run({1}, {}, "stop", kLater); });
+  settle(2, AllocationState::kScrap);
+  run(1, oak);
+  mark(3);
+  book(3);
+  finish(2);
+  run(1, ash);
+  mark(4);
+  book(4);
+  finish(3);
+  jobs("cancel", [](JobStore store) { return store.cancel({2}, kLater); });
+
+  // Plan 3. Piece 2 lies elsewhere from now on, job 1 is stopped.
+  jobs("redo", [=](JobStore store) { return store.redo({1}, job_of({square_piece("A2", oak, 70, 10, 14)}), kLater); });
+  run(1, oak);
+  jobs("broken off, others in doubt", [](JobStore store) {
+    const std::vector<PieceId> suspects = {{2}}, neighbours = {{1}};
+    return store.abort_run({4}, suspects, "the belt slipped", kLater, neighbours);
+  });
+  settle(1, AllocationState::kCut);
+  settle(2, AllocationState::kReleased);
+  jobs("in doubt", [](JobStore store) {
+    const std::vector<PieceId> pieces = {{3}};
+    return store.make_suspect(pieces, kLater);
+  });
+  settle(3, AllocationState::kCut);
+
+  // Plan 4, job 3 of it has pieces 6 and 7.
+  add("mask", [=](Database& db) {
+    return Panels(db).add_mask(ash, {0, "map", "mask", "hash", kLater, SquareMillimetres(1234.5)}, 1);
+  });
+  add("plan", [=](Database& db) {
+    NewPlan plan = job_of({square_piece("C1", ash, 200, 10, 14), square_piece("C2", ash, 230, 10, 14)});
+    plan.planned_on[0].mask_version = 2;
+    plan.parent = PlanId{2};
+    return Plans(db).add(plan, kLater);
+  });
+  add("key", [=](Database& db) { return RequestKeys(db).begin(request, kLater); });
+  jobs("job of a plan", [=](JobStore store) { return store.create(PlanId{4}, kLater, request); });
+  jobs("cancel", [](JobStore store) { return store.cancel({3}, kLater); });
+
+  // Plan 5, job 4 has pieces 8 and 9 on two panels; its runs are 5 to 7.
+  jobs("job", [=](JobStore store) {
+    NewPlan plan = job_of({square_piece("D1", oak, 90, 10, 14), square_piece("D2", ash, 30, 10, 14)});
+    plan.planned_on[1].mask_version = 2;
+    return store.create(plan, kLater);
+  });
+  run(4, oak);
+  mark(8);
+  book(8);
+  finish(5);
+  jobs("broken off between panels", [](JobStore store) { return store.abort_job({4}, kLater); });
+  run(4, ash);
+  finish(6);
+  jobs("stopped between panels", [](JobStore store) { return store.stop_job({4}, kLater); });
+  run(4, ash);
+  mark(9);
+  jobs("recovery", [](JobStore store) { return store.recover(kLater); });
+  settle(9, AllocationState::kReleased);
+
+  add("written off", [=](Database& db) {
+    return Ledger(db).write_off(oak, Region<PanelFrame>(square(300, 200, 20)), "burnt pattern", kNow);
+  });
+  const auto difference = [](bool gone, double x, double y) {
+    DifferenceRecord found;
+    found.gone = gone, found.place = point<PanelFrame>(x + 1, y + 1), found.area = SquareMillimetres(9.5);
+    found.box = {point<PanelFrame>(x, y), point<PanelFrame>(x + 4, y + 3)};
+    return found;
+  };
+  add("differences", [=](Database& db) {
+    return Differences(db).found(oak, {difference(true, 350, 10), difference(false, 25, 45), difference(true, 300, 50)},
+                                 kNow);
+  });
+  add("difference written off", [=](Database& db) {
+    return Differences(db).decide(oak, {1}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
+  });
+  add("difference accepted", [=](Database& db) {
+    return Differences(db).decide(oak, {2}, DifferenceVerdict::kAccepted, "local:1000", "", kLater);
+  });
+  add("differences not seen again", [=](Database& db) { return Differences(db).found(oak, {}, kLater); });
+  add("mask taken back", [=](Database& db) { return Panels(db).revert_mask(ash, 1, kLater); });
+  add("scan", [=](Database& db) {
+    ScanRecord scan;
+    scan.panel = ash, scan.face = Face::kBack, scan.device = "twin:2", scan.file = "scans/2.png", scan.sha256 = "cd34";
+    scan.dpi = 600, scan.lattice = "[[1,0],[0,1]]", scan.taken_at = kLater;
+    FiducialRecord hole;
+    hole.kind = FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners = {point<PanelFrame>(9, 9)};
+    return Panels(db).add_scans(ash, {scan}, {hole});
+  });
+
+  add("plan", [=](Database& db) { return Plans(db).add(job_of({square_piece("E1", oak, 10, 100, 14)}), kLater); });
+  add("plan removed", [](Database& db) { return Plans(db).remove(PlanId{6}); });
+  add("panel", [=](Database& db) { return Panels(db).add(sheet(elm), {}, {}); });
+  add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
+  add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
+  add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
+  add("key forgotten", [=](Database& db) { return RequestKeys(db).forget(forgotten); });
+  add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
+  add("keys pruned", [](Database& db) { return RequestKeys(db).prune(kLater); });
+  add("wood described", [](Database& db) {
+    return StockFacts(db).set_material({"walnut", "Juglans regia", "France", "Miller", "not_listed", "test", kLater});
+  });
+  add("panel described", [=](Database& db) {
+    return StockFacts(db).set_panel(oak, {"A3", 0.6_mm, 1.5_mm, "test", kLater},
+                                    {{TreatmentKind::kFinish, "shellac", "2026-05-01", "", ""}});
+  });
+  add("restored from a backup", [](Database& db) { return Panels(db).note_restoration(kNow, "test", kLater); });
+  add("audit", [](Database& db) { return Audit(db).append({0, kLater, "test", "day.end", ""}); });
+  return day;
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,56 @@
+// Many programs that write the same file at once, past the daemon's lock and its stores: the schema alone must see to
+// it that no wood is booked twice.
+#include <gmock/gmock.h>
+
+#include <thread>
+#include <vector>
+
+#include "tests/db/cell_database.h"
+#include "tests/db/raw_writer.h"
+#include "tests/support/campaign_size.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr int kWriters = 16;
+
+TEST(RawWriters, SixteenAtOnceBookNoWoodTwice) {
+  CellDatabase cell;
+  const PanelId panel = cell.new_panel();
+  const auto seed = static_cast<std::uint32_t>(testing::number_from("VENEER_SEED", 1));
+  const auto attempts = static_cast<int>(testing::number_from("VENEER_WRITES", 20'000)) / kWriters;
+  std::vector<Tally> tallies(kWriters);
+  {
+    std::vector<std::jthread> writers;
+    for (int i = 0; i < kWriters; ++i)
+      writers.emplace_back(
+          [&, i] { tallies[i] = write_raw(cell.file(), panel, seed * 100 + static_cast<std::uint32_t>(i), attempts); });
+  }
+  int booked = 0, refused = 0;
+  for (const Tally& tally : tallies) {
+    booked += tally.booked, refused += tally.refused;
+    EXPECT_THAT(tally.surprises, ::testing::IsEmpty());
+  }
+  EXPECT_EQ(booked + refused, kWriters * attempts);
+  EXPECT_GT(refused, booked / 2) << "they hardly met";
+
+  const auto live = must(cell.ledger().live_allocations(panel));
+  ASSERT_EQ(live.size(), static_cast<std::size_t>(booked));
+  // Squares, so that their boxes say all; no polygon is asked.
+  std::vector<Box<PanelFrame>> boxes;
+  for (const auto& allocation : live) boxes.push_back(bounds(allocation.area.rings().front()));
+  double most = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const double width =
+          (std::min(boxes[i].max.x, boxes[j].max.x) - std::max(boxes[i].min.x, boxes[j].min.x)).count();
+      const double height =
+          (std::min(boxes[i].max.y, boxes[j].max.y) - std::max(boxes[i].min.y, boxes[j].min.y)).count();
+      if (width > 0 && height > 0) most = std::max(most, width * height);
+    }
+  EXPECT_LE(most, 1e-4) << "mm2: less is rounding, says base/polygon_ops.h";
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+}  // namespace
+}  // namespace veneer::db

@@ -1,0 +1,102 @@
+// docs/SCHEMA.md draws the database as it is: its diagrams are read and held against the schema.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+namespace {
+
+using Arrows = std::set<std::pair<std::string, std::string>>;
+
+struct Diagram {
+  std::string kind;             // the first word: "flowchart", "stateDiagram-v2"
+  std::set<std::string> names;  // of what an arrow begins or ends at, or what is listed with semicolons
+  Arrows arrows;                // --> alone; a dotted one is none
+};
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(' ');
+  return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+void read_line(const std::string& line, Diagram& diagram) {
+  if (const auto arrow = line.find(" --> "); arrow != std::string::npos) {
+    const std::string from = trimmed(line.substr(0, arrow));
+    const std::string to = trimmed(line.substr(arrow + 5, line.find(':', arrow) - arrow - 5));
+    diagram.arrows.insert({from, to});
+    diagram.names.insert({from, to});
+  } else if (line.find(';') != std::string::npos) {
+    std::istringstream listed(line);
+    for (std::string name; std::getline(listed, name, ';');) diagram.names.insert(trimmed(name));
+  }
+}
+
+std::vector<Diagram> diagrams() {
+  std::ifstream page(VENEER_SOURCE "/docs/SCHEMA.md");
+  std::vector<Diagram> out;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("```")) {
+      inside = line == "```mermaid";
+      if (inside) out.emplace_back();
+    } else if (inside && out.back().kind.empty()) {
+      out.back().kind = line.substr(0, line.find(' '));
+    } else if (inside) {
+      read_line(line, out.back());
+    }
+  }
+  return out;
+}
+
+class SchemaPage : public ::testing::Test {
+ protected:
+  Arrows pairs(const std::string& query) {
+    Arrows out;
+    // veneerd's own connections do not let anybody ask for the schema's keys.
+    SQLite::Database reading(cell_.file().string(), SQLite::OPEN_READONLY);
+    SQLite::Statement rows(reading, query);
+    while (rows.executeStep()) out.insert({rows.getColumn(0).getString(), rows.getColumn(1).getString()});
+    return out;
+  }
+  // The diagram of states in which this one is.
+  static Arrows moves_with(const std::string& state) {
+    for (const Diagram& diagram : diagrams())
+      if (diagram.kind == "stateDiagram-v2" && diagram.names.contains(state)) {
+        Arrows out = diagram.arrows;
+        std::erase_if(out, [](const auto& arrow) { return arrow.first == "[*]"; });
+        return out;
+      }
+    return {};
+  }
+  CellDatabase cell_;
+};
+
+TEST_F(SchemaPage, DrawsEveryTableAndEveryReference) {
+  const auto all = diagrams();
+  ASSERT_FALSE(all.empty());
+  const Diagram& tables = all.front();
+  ASSERT_EQ(tables.kind, "flowchart");
+  std::set<std::string> there;
+  for (const auto& [name, type] : pairs("SELECT name, type FROM sqlite_schema WHERE type IN ('table', 'view') AND name "
+                                        "NOT LIKE 'sqlite%' AND name NOT LIKE 'allocation_boxes%' AND name NOT LIKE "
+                                        "'%_moves'"))
+    there.insert(name);
+  EXPECT_EQ(tables.names, there);
+  EXPECT_EQ(tables.arrows,
+            pairs("SELECT t.name, f.\"table\" FROM sqlite_schema AS t, pragma_foreign_key_list(t.name) AS "
+                  "f WHERE t.type = 'table' AND t.name <> f.\"table\""));
+}
+
+TEST_F(SchemaPage, DrawsTheMovesOfAJobAndOfWood) {
+  EXPECT_EQ(moves_with("planned"), pairs("SELECT from_state, to_state FROM job_moves"));
+  EXPECT_EQ(moves_with("reserved"), pairs("SELECT from_state, to_state FROM allocation_moves"));
+}
+
+}  // namespace
+}  // namespace veneer::db
