@@ -1,6 +1,4 @@
 // status, the commands to the cell, STOP, the console link.
-#include <fmt/format.h>
-
 #include <array>
 #include <memory>
 #include <string>
@@ -96,13 +94,9 @@ void add_cell_commands(CLI::App& app, CommandContext& context) {
     context.finish(context.client().post("/console-links"),
                    [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });
   });
-  CLI::App* db = app.add_subcommand("db", "The cell's database")->require_subcommand(1);
-  db->add_subcommand("check", "Read it whole and compare every row with what was written")->callback([&context] {
-    context.finish(context.run_task(context.client().post("/integrity-check")), [](const nlohmann::json& checked) {
-      return fmt::format("The database is as it was written; reading it took {:.1f} s.\n",
-                         checked.value("seconds", 0.0));
-    });
-  });
+  add_db_commands(app, context);
+  add_audit_command(app, context);
+  add_export_commands(app, context);
   add_unit_commands(app, context);
 }
 

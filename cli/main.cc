@@ -67,8 +67,10 @@ int run(int argc, char** argv) {
   veneer::cli::add_cell_commands(app, context);
   veneer::cli::add_panel_commands(app, context);
   veneer::cli::add_job_commands(app, context);
+  veneer::cli::add_piece_commands(app, context);
   veneer::cli::add_laser_commands(app, context);
   veneer::cli::add_recipe_commands(app, context);
+  veneer::cli::add_fact_commands(app, context);
   veneer::cli::add_sim_commands(app, context);
   name_planner_commands(app);
   return veneer::cli::run(app, argc, argv);

@@ -1,4 +1,9 @@
-// panel scan|list|show|registration|ledger|scans|revert|retire|restore, calibrate, certificates.
+// panel scan|list|show|label|registration|ledger|scans|revert|retire|restore|differences|decide, calibrate,
+// certificates.
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -43,20 +48,80 @@ void leave_out_retired(json& reply) {
   reply["retired_left_out"] = left_out;
 }
 
+void add_panel_list(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    bool retired_too = false, dark = false, light = false;
+    std::optional<double> min_free_cm2, patch_mm;
+    std::string wood;
+
+    // What is looked for; "" when nothing is.
+    std::string query() const {
+      std::string text;
+      const auto add = [&](const char* key, const std::string& value) {
+        text += (text.empty() ? "?" : "&") + std::string(key) + "=" + url_encode(value);
+      };
+      if (min_free_cm2) add("min_free_mm2", fmt::format("{}", *min_free_cm2 * 100));
+      if (!wood.empty()) add("wood", wood);
+      if (dark || light) add("tone", dark ? "dark" : "light");
+      if (patch_mm) add("patch_mm", fmt::format("{}", *patch_mm));
+      return text;
+    }
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* list = panel.add_subcommand("list", "All panels in stock, or those with the wood you look for");
+  CLI::Option* all = list->add_flag("--all", options->retired_too, "Retired ones too");
+  list->add_option("--min-free", options->min_free_cm2, "With at least so many cm2 of free wood, counted as follows")
+      ->check(CLI::NonNegativeNumber)
+      ->excludes(all);
+  list->add_option("--material,--wood", options->wood, "Wood of this material only")->excludes(all);
+  CLI::Option* dark = list->add_flag("--dark", options->dark, "Dark wood only (CIE L* of 50 at most)")->excludes(all);
+  list->add_flag("--light", options->light, "Light wood only (CIE L* of 65 at least)")->excludes(all)->excludes(dark);
+  list->add_option("--patch", options->patch_mm, "Only where squares with sides of so many mm fit")
+      ->check(CLI::PositiveNumber)
+      ->excludes(all);
+  list->callback([options, &context] {
+    const std::string query = options->query();
+    auto panels = context.client().get_all("/panels" + query, "panels");
+    if (!query.empty()) return context.finish(panels, render_found);
+    if (panels && !options->retired_too) leave_out_retired(*panels);
+    context.finish(panels, render_panels);
+  });
+}
+
 void add_panel_show(CLI::App& panel, CommandContext& context) {
   struct Options {
-    std::string id, map, stock;
+    std::string id, map, stock, remnant;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* show = panel.add_subcommand("show", "One panel");
   show->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
   show->add_option("--map", options->map, "Save the veneer map (PNG)");
   show->add_option("--stock", options->stock, "Save the picture of free, reserved and cut wood (PNG)");
+  show->add_option("--remnant", options->remnant, "Save the picture of what is left of it (PNG)");
   show->callback([options, &context] {
     const std::string target = "/panels/" + url_encode(options->id);
     const auto view = context.client().get(target);
-    if (view) save_parts(context, target, {{options->map, "/map.png"}, {options->stock, "/stock.png"}});
+    if (view)
+      save_parts(context, target,
+                 {{options->map, "/map.png"}, {options->stock, "/stock.png"}, {options->remnant, "/remnant.png"}});
     context.finish(view, render_panel);
+  });
+}
+
+void add_panel_label(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, out;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* label = panel.add_subcommand("label", "A label to print: QR code, wood, free area, and what is left of it");
+  label->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+  label->add_option("--out", options->out, "The file: .pdf, .svg or .png")->required();
+  label->callback([options, &context] {
+    const std::string kind = std::filesystem::path(options->out).extension().string();
+    if (kind != ".pdf" && kind != ".svg" && kind != ".png")
+      fail({ErrorCode::kInvalidArgument, "a label is a .pdf, .svg or .png file: end its name with one of these"},
+           kUnusableArguments);
+    save_parts(context, "/panels/" + url_encode(options->id) + "/label?format=" + kind.substr(1), {{options->out, ""}});
   });
 }
 
@@ -105,6 +170,36 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
     });
 }
 
+// What a scan and the ledger disagreed about stays until somebody decides.
+void add_differences(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, verdict, note;
+    std::int64_t number = 0;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* differences = panel.add_subcommand("differences", "What its scans and the ledger disagreed about");
+  CLI::App* decide = panel.add_subcommand("decide", "Say what is to be done about a difference");
+  for (CLI::App* command : {differences, decide})
+    command->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+  decide->add_option("NUMBER", options->number, "As `panel differences` numbers them")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  decide
+      ->add_option("VERDICT", options->verdict,
+                   "written-off: the wood is gone for good, book it as scrap; accepted: leave things as they are")
+      ->required()
+      ->check(CLI::IsMember({"written-off", "accepted"}));
+  decide->add_option("--note", options->note, "What you saw");
+  const auto target = [options] { return "/panels/" + url_encode(options->id) + "/differences"; };
+  differences->callback([target, &context] { context.finish(context.client().get(target()), render_differences); });
+  decide->callback([options, target, &context] {
+    json body = {{"verdict", options->verdict == "accepted" ? "accepted" : "written_off"}};
+    if (!options->note.empty()) body["note"] = options->note;
+    context.finish(context.client().post(target() + "/" + std::to_string(options->number) + "/decide", body),
+                   render_differences);
+  });
+}
+
 void add_calibrate(CLI::App& app, CommandContext& context) {
   struct Options {
     std::string device;
@@ -144,16 +239,11 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
   CLI::App* panel = app.add_subcommand("panel", "Panels and remnants");
   panel->require_subcommand(1);
   add_scan(*panel, context);
-  const auto retired_too = std::make_shared<bool>(false);
-  CLI::App* list = panel->add_subcommand("list", "All panels in stock");
-  list->add_flag("--all", *retired_too, "Retired ones too");
-  list->callback([retired_too, &context] {
-    auto all = context.client().get_all("/panels", "panels");
-    if (all && !*retired_too) leave_out_retired(*all);
-    context.finish(all, render_panels);
-  });
+  add_panel_list(*panel, context);
   add_panel_show(*panel, context);
+  add_panel_label(*panel, context);
   add_corrections(*panel, context);
+  add_differences(*panel, context);
   for (const char* part : {"registration", "ledger"}) {
     const auto id = std::make_shared<std::string>();
     const bool ledger = std::string_view(part) == "ledger";

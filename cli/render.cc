@@ -8,6 +8,7 @@
 
 #include "cli/json_read.h"
 #include "cli/progress.h"
+#include "cli/render_words.h"
 #include "cli/text_table.h"
 
 namespace veneer::cli {
@@ -15,49 +16,6 @@ namespace veneer::cli {
 using nlohmann::json;
 
 namespace {
-
-std::string line(const std::string& label, const std::string& text) {
-  return text.empty() ? "" : fmt::format("{:<12} {}\n", label, text);
-}
-
-std::string square_cm(const json& object, const char* key) {
-  const json& value = member(object, key);
-  return value.is_number() ? fmt::format("{:.0f} cm2", value.get<double>() / 100) : "";
-}
-
-std::string millimetres(const json& object, const char* key, int digits) {
-  const json& value = member(object, key);
-  return value.is_number() ? fmt::format("{:.{}f} mm", value.get<double>(), digits) : "";
-}
-
-std::string size_of(const json& object) {
-  if (!member(object, "width_mm").is_number() || !member(object, "height_mm").is_number()) return "";
-  return fmt::format("{:.0f} x {:.0f} mm", number_or(object, "width_mm", 0), number_or(object, "height_mm", 0));
-}
-
-std::string duration_words(double seconds) {
-  const auto whole = static_cast<long>(std::llround(seconds));
-  if (whole < 90) return fmt::format("{} s", whole);
-  if (whole < 5400) return fmt::format("{} min", (whole + 30) / 60);
-  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
-}
-
-std::string joined(const std::vector<std::string>& parts, const char* between) {
-  std::string text;
-  for (const std::string& part : parts) {
-    if (part.empty()) continue;
-    text += (text.empty() ? "" : between) + part;
-  }
-  return text;
-}
-
-std::string names_of(const json& list) {
-  std::string text;
-  if (!list.is_array()) return text;
-  for (const json& item : list)
-    text += (text.empty() ? "" : ", ") + (item.is_string() ? item.get<std::string>() : item.dump());
-  return text;
-}
 
 // "feed 150 %, power 50 %"; "" when nothing is overridden.
 std::string overrides_words(const json& overrides) {
@@ -133,6 +91,15 @@ std::string difference_words(const json& difference) {
       words.push_back(fmt::format("piece {} of job {:.0f}, {}", text_or(piece, "mark", "?"), number_or(piece, "job", 0),
                                   text_or(piece, "state", "?")));
   return joined(words, ", ");
+}
+
+// A line for what nobody has decided on yet; "" when there is nothing.
+std::string open_differences_words(const json& panel) {
+  const auto open = whole_or(panel, "open_differences", 0);
+  if (open == 0) return "";
+  const std::string id = text_or(panel, "id", "?");
+  return fmt::format("{}: wood and ledger disagree in {}: `veneerctl panel differences {}`\n", id,
+                     open == 1 ? "1 place" : fmt::format("{} places", open), id);
 }
 
 // "other_device" as a person says it.
@@ -247,6 +214,7 @@ std::string render_panels(const json& reply) {
                millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
     if (const json& why = member(panel, "retired"); why.is_object())
       retired += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
+    retired += open_differences_words(panel);
   }
   return table.str() + retired;
 }
@@ -255,17 +223,29 @@ std::string render_panel(const json& panel) {
   std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
   text += line("Name", text_or(panel, "name", ""));
   text += line("Size", size_of(panel));
-  text += line("Usable", square_cm(panel, "usable_mm2"));
-  text += line("Free", square_cm(panel, "free_mm2"));
-  text += line("Reserved", square_cm(panel, "reserved_mm2"));
-  text += line("Cut", square_cm(panel, "cut_mm2"));
+  if (const json& book = member(panel, "area_book_mm2"); book.is_object()) {
+    text += line("Area", square_cm(book, "panel"));
+    text += line("Free", square_cm(book, "free"));
+    text += line("Reserved", square_cm(book, "reserved"));
+    text += line("Cut", square_cm(book, "cut"));
+    text += line("Kerf", square_cm(book, "kerf"));
+    text += line("Suspect", square_cm(book, "suspect"));
+    text += line("Scrap", square_cm(book, "scrap"));
+    text += line("Unusable", square_cm(book, "unusable"));
+  } else {
+    text += line("Usable", square_cm(panel, "usable_mm2"));
+    text += line("Free", square_cm(panel, "free_mm2"));
+    text += line("Reserved", square_cm(panel, "reserved_mm2"));
+    text += line("Cut", square_cm(panel, "cut_mm2"));
+  }
+  text += render_remnant(panel);
   text += line("Faces", names_of(member(panel, "faces")));
   text += line("Fit", millimetres(panel, "rms_mm", 3));
   text += line("Remnant of", text_or(panel, "parent", ""));
   text += line("Since", text_or(panel, "created", ""));
   if (const json& why = member(panel, "retired"); why.is_object())
     text += line("Retired", text_or(why, "reason", "?") + ", " + text_or(why, "at", ""));
-  return text + render_zones(panel);
+  return text + render_facts(panel) + open_differences_words(panel) + render_zones(panel);
 }
 
 std::string render_masks(const json& masks) {
@@ -295,6 +275,44 @@ std::string render_retired(const json& reply) {
   if (member(reply, "retired") == json(true))
     return fmt::format("Panel {} is out of stock. `veneerctl panel restore {}` puts it back.\n", panel, panel);
   return fmt::format("Panel {} is in stock.\n", panel);
+}
+
+std::string render_differences(const json& reply) {
+  const json& differences = member(reply, "differences");
+  const std::string panel = text_or(reply, "panel", "?");
+  std::string open, decided;
+  int accepted = 0;
+  if (!differences.is_array()) return "";
+  for (const json& difference : differences) {
+    const std::string words = fmt::format("{:>4}  {}", whole_or(difference, "id", 0), difference_words(difference));
+    const json& decision = member(difference, "decided");
+    if (!decision.is_object()) {
+      open += words + "\n";
+      continue;
+    }
+    std::string verdict = text_or(decision, "verdict", "?");
+    accepted += verdict == "accepted" ? 1 : 0;
+    std::replace(verdict.begin(), verdict.end(), '_', ' ');
+    decided += fmt::format("{}: {}\n", words,
+                           joined({verdict, text_or(decision, "who", ""), text_or(decision, "note", "")}, ", "));
+  }
+  // Only a decision answers so: pieces that were to be cut from wood that was just written off.
+  const json& suspect = member(reply, "suspect");
+  if (suspect.is_array())
+    for (const json& piece : suspect) {
+      const std::string named = fmt::format("{} {}", whole_or(piece, "job", 0), text_or(piece, "mark", "?"));
+      decided += fmt::format(
+          "The wood of piece {0} of job {1} lies there: it is suspect. Say that it is lost with `veneerctl job settle "
+          "{2} scrap`, then `veneerctl job redo {2}` finds other wood.\n",
+          text_or(piece, "mark", "?"), whole_or(piece, "job", 0), named);
+    }
+  if (open.empty() && accepted > 0)
+    return decided + fmt::format("Nothing is open on {}; {} accepted.\n", panel, accepted);
+  if (open.empty()) return decided + fmt::format("Nothing is open: the ledger agrees with the wood of {}.\n", panel);
+  return decided + fmt::format(
+                       "Open:\n{}`veneerctl panel decide {} NUMBER written-off` books wood that is gone as scrap, "
+                       "`... accepted` leaves things as they are.\n",
+                       open, panel);
 }
 
 std::string render_registration(const json& registration) {
@@ -482,8 +500,8 @@ std::string render_redone(const json& result) {
   return fmt::format(
              "{0}The whole picture costs {1:.6f} per pixel after {2:.6f}{3}. The wood is reserved: see the picture "
              "with "
-             "`veneerctl job show {4} --preview FILE`, cut the pieces with `veneerctl job start {4}`, or give them up "
-             "with `veneerctl job cancel {4}`.\n",
+             "`veneerctl job show {4} --preview FILE`, cut the pieces with `veneerctl job start {4}`. "
+             "(`veneerctl job cancel {4}` would give up all that the job has not cut yet.)\n",
              table.str(), now, before, change, id) +
          outcome_words(result);
 }

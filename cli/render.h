@@ -9,9 +9,17 @@ namespace veneer::cli {
 std::string render_status(const nlohmann::json& status);
 std::string render_panels(const nlohmann::json& reply);  // {"panels": [...]}
 std::string render_panel(const nlohmann::json& panel);
+std::string render_remnant(const nlohmann::json& panel);      // {"remnant": {...}}: lines of render_panel
+std::string render_found(const nlohmann::json& reply);        // of a search: {"panels": [...]}
+std::string render_masks(const nlohmann::json& masks);        // of GET /panels/{id}/masks
+std::string render_facts(const nlohmann::json& panel);        // {"facts": {...}, "treatments": [...]}
+std::string render_panel_facts(const nlohmann::json& reply);  // of GET /panels/{id}/facts
+std::string render_materials(const nlohmann::json& reply);    // {"materials": [...]}
+std::string render_material(const nlohmann::json& material);
 std::string render_masks(const nlohmann::json& masks);  // of GET /panels/{id}/masks
 std::string render_reverted(const nlohmann::json& reply);
 std::string render_retired(const nlohmann::json& reply);
+std::string render_differences(const nlohmann::json& reply);  // of GET /panels/{id}/differences
 std::string render_registration(const nlohmann::json& registration);
 std::string render_scan_result(const nlohmann::json& result);
 std::string render_calibration(const nlohmann::json& result);
@@ -26,6 +34,8 @@ std::string render_plans(const nlohmann::json& reply);  // {"plans": [...]}
 std::string render_plan(const nlohmann::json& plan);
 std::string render_new_plan(const nlohmann::json& result);
 std::string render_pieces(const nlohmann::json& reply);  // {"pieces": [...]}
+std::string render_passport(const nlohmann::json& piece);
+std::string render_place(const nlohmann::json& reply);   // of GET /panels/{id}/place
 std::string render_ledger(const nlohmann::json& reply);  // {"allocations": [...]}
 std::string render_tasks(const nlohmann::json& reply);   // {"tasks": [...]}
 std::string render_task(const nlohmann::json& task);

@@ -34,6 +34,13 @@ function showPanels() {
     wood.className = "dim";
     wood.textContent = `${squareCm(panel.free_mm2)} free, ${squareCm(panel.reserved_mm2)} reserved`;
     card.append(image, name, size, wood);
+    if (panel.open_differences) {
+      const differences = document.createElement("div");
+      differences.className = "differences";
+      const places = panel.open_differences === 1 ? "1 place" : `${panel.open_differences} places`;
+      differences.textContent = `⚠ Wood and ledger disagree in ${places}: “veneerctl panel differences ${panel.id}”`;
+      card.append(differences);
+    }
     return card;
   }));
 }

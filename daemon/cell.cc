@@ -92,6 +92,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
               hub.broadcast({{"type", "task"}, {"task", to_json(task)}});
+              if (task_audit_) task_audit_->changed(task);
             }),
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
@@ -104,6 +105,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   if (!database) return database.error();
   cell->database = std::move(*database);
   cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
+  cell->task_audit_ = std::make_unique<TaskAudit>(cell->tasks, *cell->audit_log_);
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -114,6 +116,9 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.log->error("{}", why);
     c.integrity->is_due(c.tasks);
   });
+  c.backups = std::make_unique<BackupService>(
+      reactor, BackupPlace{config.store.data_dir, backup_dir_of(config.store), config.store.keep_backups}, c.log,
+      [&c] { c.integrity->is_due(c.tasks); });
   c.scanner_worker = std::make_unique<Worker>("scanner");
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
@@ -166,6 +171,7 @@ Cell::~Cell() {
   if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
+  backups.reset();
   if (bed) bed->stop();
   scanner_worker.reset();
   planner_worker.reset();
@@ -262,6 +268,7 @@ void Cell::follow_laser() {
 }
 
 void Cell::audit(const Router::Change& change) {
+  if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));

@@ -16,15 +16,18 @@
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/query_pool.h"
+#include "daemon/services/backup_service.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
+#include "daemon/services/remnants.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/store/database_thread.h"
+#include "daemon/task_audit.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/workers/work_runner.h"
 #include "drivers/camera_driver.h"
@@ -64,7 +67,9 @@ class Cell {
   std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at
   std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
   std::unique_ptr<DatabaseCheck> integrity;
+  std::unique_ptr<BackupService> backups;
   PanelFigures panel_figures{panel_library};
+  Remnants remnants{panel_library};
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;
@@ -86,6 +91,7 @@ class Cell {
   void follow_laser();
 
   std::unique_ptr<AuditLog> audit_log_;
+  std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
   boost::asio::steady_timer look_timer_;
 };

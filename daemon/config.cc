@@ -194,6 +194,8 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   api.refuse_unread();
   Section store(root, file, "store", errors);
   store.path("data_dir", config.store.data_dir);
+  store.path("backup_dir", config.store.backup_dir);
+  store.integer("keep_backups", config.store.keep_backups, 1, 10000);
   store.refuse_unread();
   Section recipe(root, file, "recipe", errors);
   recipe.quantity("cut_speed_mm_s", config.recipe.cut_speed, 0.1, 1000);
@@ -228,6 +230,10 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
 }
 
 }  // namespace
+
+std::filesystem::path backup_dir_of(const StoreConfig& store) {
+  return store.backup_dir.empty() ? store.data_dir / "backups" : store.backup_dir;
+}
 
 std::string_view controller_at(const LaserConfig& laser) {
   if (on_twin(laser)) return "twin";

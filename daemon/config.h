@@ -69,7 +69,10 @@ struct ApiConfig {
 
 struct StoreConfig {
   std::filesystem::path data_dir = "/var/lib/veneerd";
+  std::filesystem::path backup_dir;  // "" = backups, in data_dir; see backup_dir_of()
+  int keep_backups = 14;             // older ones go when a new one was checked
 };
+std::filesystem::path backup_dir_of(const StoreConfig& store);
 
 // What worker processes (daemon/workers) may take.
 struct WorkersConfig {

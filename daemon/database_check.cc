@@ -9,6 +9,7 @@
 
 #include "base/clock.h"
 #include "db/database.h"
+#include "db/plans.h"
 
 namespace veneer::daemon {
 
@@ -75,14 +76,16 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
     const std::stop_callback by_end(giving_up, [&stop] { stop.request_stop(); });
     const auto begun = SteadyClock().now();
     const Status sound = caught([&] { return read_whole(stop.get_token()); });
+    // A plan that is lost is no reason to write nothing any more: the wood is known without it.
+    const Status plans = sound ? caught([&] { return read_plans(stop.get_token()); }) : Ok();
     const double seconds = std::chrono::duration<double>(SteadyClock().now() - begun).count();
     // At once, so that it holds although the daemon ends before its reactor hears of it.
     if (!sound && proves_damage(sound.error())) database_.distrust(sound.error());
     // Whoever writes may have another file open than the one that was read.
-    database_.ask_may_write([this, alive, task, sound, seconds](const Status& may_write) {
+    database_.ask_may_write([this, alive, task, sound, plans, seconds](const Status& may_write) {
       if (alive.expired()) return;
       const bool replaced = sound && !may_write && proves_damage(may_write.error());
-      end_on_demand(task, replaced ? may_write : sound, seconds);
+      end_on_demand(task, replaced ? may_write : sound, plans, seconds);
     });
   });
   return task.id();
@@ -93,11 +96,18 @@ Status DatabaseCheck::read_whole(const std::stop_token& stop) const {
   return database ? database->check_integrity(stop) : Status(database.error());
 }
 
-void DatabaseCheck::end_on_demand(const TaskReporter& task, const Status& sound, double seconds) {
+Status DatabaseCheck::read_plans(const std::stop_token& stop) const {
+  auto database = db::Database::open_for_reading(file_);
+  return database ? db::Plans(*database).check_files(stop) : Status(database.error());
+}
+
+void DatabaseCheck::end_on_demand(const TaskReporter& task, const Status& sound, const Status& plans, double seconds) {
   on_demand_ = false;
   // That the file is sound does not bring the recovery that failed: the next start does.
   if (sound ? !unrecovered_ : proves_damage(sound.error())) take(sound);
-  if (sound)
+  if (sound && !plans)
+    task.fail(plans.error());
+  else if (sound)
     task.done({{"file", file_.string()}, {"seconds", seconds}, {"sound", true}});
   else
     task.fail(sound.error());

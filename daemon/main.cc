@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
@@ -18,6 +19,7 @@
 #include "daemon/guardian_link.h"
 #include "daemon/routes/bind_routes.h"
 #include "daemon/routes/cell_routes.h"
+#include "daemon/store/restore.h"
 #include "daemon/threads/reactor_run.h"
 #include "daemon/threads/reactor_timer.h"
 #include "daemon/unit/cell_health.h"
@@ -177,17 +179,43 @@ int run(const Config& config, const std::string& guardian_socket) {
   return status;
 }
 
+// A backup in the place of the data, while no daemon runs; then it ends.
+int restore(const Config& config, const std::string& backup, bool nothing_cut_since) {
+  std::string last;
+  auto restored =
+      restore_backup(backup, config.store.data_dir, utc_timestamp(), [&last](double, const std::string& text) {
+        // "picture 7 of 80": the kind of work is enough.
+        const std::string kind = text.substr(0, text.find_first_of("0123456789"));
+        if (std::exchange(last, kind) != kind) std::printf("%s\n", text.c_str());
+      });
+  if (!restored) return fail(restored.error());
+  restored->nothing_cut_since = nothing_cut_since;
+  std::printf("%s", describe(*restored).c_str());
+  const Status noted = note_restore(*restored, "uid " + std::to_string(::geteuid()), utc_timestamp());
+  return noted ? 0 : fail(noted.error());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"veneerd runs one scan-to-cut cell", "veneerd"};
-  std::string file, guardian;
-  bool check_only = false;
+  std::string file, guardian, backup;
+  bool check_only = false, nothing_cut_since = false;
   app.add_option("--config", file, "configuration file (TOML)")->required();
   app.add_option(
       "--guardian", guardian,
       "socket of the veneer-guardian that darkens the laser should this process die; without it one is started");
   app.add_flag("--check-config", check_only, "read the configuration, say whether it is good, and end");
+  const CLI::Option* restoring =
+      app.add_option(
+             "--restore,--import", backup,
+             "a folder that `veneerctl db backup` wrote, or a file of `veneerctl db export`: check it, put it in the "
+             "place of the data, and end; what was there is kept")
+          ->check([](const std::string& from) { return from.empty() ? "name a backup's folder or file" : ""; });
+  app.add_flag("--nothing-cut-since", nothing_cut_since,
+               "with --restore: no panel was cut since the backup was made, as when a cell only moves; without it each "
+               "panel has to be scanned before it is used")
+      ->needs("--restore");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -199,5 +227,6 @@ int main(int argc, char** argv) {
     std::printf("%s is good\n", file.c_str());
     return 0;
   }
+  if (restoring->count() > 0) return restore(*config, backup, nothing_cut_since);
   return run(*config, guardian);
 }

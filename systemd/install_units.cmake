@@ -7,7 +7,8 @@ if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   set(confdir "/etc/veneerd")
 endif()
 
-foreach(unit veneerd.service veneer-guardian.service veneer-twin.service veneer-demo.target)
+foreach(unit veneerd.service veneerd-backup.service veneerd-backup.timer veneer-guardian.service veneer-twin.service
+        veneer-demo.target)
   set(file "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/lib/systemd/system/${unit}")
   configure_file("${VENEER_SYSTEMD}/${unit}.in" "${file}" @ONLY)
   message(STATUS "Installed: ${file}")

@@ -122,7 +122,11 @@ bool etag_matches(std::string_view if_none_match, std::string_view etag) {
   return false;
 }
 
-ApiReply ApiReply::task(std::int64_t id) { return json({{"task", id}}, 202); }
+ApiReply ApiReply::task(std::int64_t id) {
+  ApiReply reply = json({{"task", id}}, 202);
+  reply.began_task = id;
+  return reply;
+}
 
 int http_status(ErrorCode code) {
   switch (code) {

@@ -65,6 +65,7 @@ struct ApiReply {
   std::string content_type;
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
+  std::optional<std::int64_t> began_task;  // of a 202
   std::string etag;  // of the content, quoted; with one the client may keep it and ask whether it is still good
 
   // Objects get "schema_version": 1 when they have none.

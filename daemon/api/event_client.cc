@@ -59,12 +59,13 @@ void EventClient::read() {
 
 void EventClient::send(Message message) {
   if (dropping_ || !hub_) return;
-  queued_bytes_ += message->size();
-  queue_.push_back(std::move(message));
-  if (queue_.size() > hub_->options().max_queued_messages || queued_bytes_ > hub_->options().max_queued_bytes) {
+  // What waits already counts: one large event is nobody's slowness.
+  if (queue_.size() >= hub_->options().max_queued_messages || queued_bytes_ > hub_->options().max_queued_bytes) {
     drop(websocket::close_code::try_again_later, "you read too slowly: connect again and get the status anew");
     return;
   }
+  queued_bytes_ += message->size();
+  queue_.push_back(std::move(message));
   if (queue_.size() == 1 && socket_.is_open()) write();
 }
 

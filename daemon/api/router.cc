@@ -100,6 +100,7 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
               if (by_anybody && !refused) changes->note({caller, operation.id, line});
               if (!by_anybody && refused)
                 changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
+              if (made.began_task) changes->note({caller, operation.id, {}, false, made.began_task});
               reply(std::move(made));
             });
   };

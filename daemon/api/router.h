@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,13 +36,14 @@ class Router {
   // body that the operation does not take is refused before the handler sees it.
   // An unknown id, or one bound twice, is a bug and aborts.
   void bind(std::string_view operation_id, Handler handler);
-  // Told of every operation that changes something before its handler runs, and again when it was refused; of one that
-  // needs no login only once it was done.
+  // Told of every operation that changes something before its handler runs, and again when it was refused or began a
+  // task; of one that needs no login only once it was done.
   struct Change {
     const Caller& caller;
     std::string_view operation;  // its id
     std::string detail;          // the request in one line, or why it was refused
     bool refused = false;
+    std::optional<std::int64_t> task = {};  // told at last, of one that began long work
   };
   void on_change(std::function<void(const Change&)> note) { changes_->note = std::move(note); }
   // Asked before anything of a change is noted or done; what it says is the reply. Must not wait.

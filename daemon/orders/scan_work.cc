@@ -85,7 +85,8 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
 Status read_known_panel(const RegisterScans& order, const calib::Registration& registration,
                         const std::filesystem::path& folder, const TaskProgress& progress, PanelRead& out) {
   progress(0.55, "stitching");
-  auto before = read_stored_raster(order.earlier_map);
+  // With what was there at first: wood that is gone is told by each scan until it is booked, not by the next one only.
+  auto before = read_stored_raster(order.first_map);
   if (!before) return before.error();
   Box<PanelFrame> area;
   area.add({});
@@ -97,6 +98,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   if (!compared) return compared.error();
   out.differences = std::move(compared->differences);
   progress(0.82, "finding usable wood");
+  if (order.earlier_map != order.first_map) before = read_stored_raster(order.earlier_map);
+  if (!before) return before.error();
   auto earlier = read_stored_raster(order.earlier_mask);
   if (!earlier) return earlier.error();
   const calib::EarlierLook look{*before, *earlier};

@@ -40,8 +40,8 @@ struct RegisterScans {
   Face face = Face::kShow;
   std::optional<calib::PanelFiducials> known;  // none: a panel's first scan
   std::set<int> foreign_tags;
-  // Of a show face that was known: its map and mask until now, and what the ledger holds for cut.
-  std::string earlier_map, earlier_mask;
+  // Of a show face that was known: its first map, its map and mask until now, and what the ledger holds for cut.
+  std::string first_map, earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
 };
 struct PanelRead {
@@ -62,8 +62,8 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
 std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px);
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, earlier_map,
-                                   earlier_mask, gone)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
+                                   earlier_map, earlier_mask, gone)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
                                    warnings)
 

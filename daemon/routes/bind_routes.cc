@@ -16,13 +16,17 @@ void bind_routes(Router& router, Cell& cell) {
   });
   bind_unit_routes(router,
                    {*c.runner, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
-  bind_stock_routes(router, {*c.scans, *c.scanner_worker, c.tasks, *c.queries, *c.database, *c.pictures,
-                             c.panel_library, c.panel_figures, [&c, on_reactor](const std::optional<PanelId>& panel) {
-                               on_reactor([&c, panel] {
-                                 c.refresh_counts();
-                                 if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
-                               });
-                             }});
+  const auto panel_changed = [&c, on_reactor](const std::optional<PanelId>& panel) {
+    on_reactor([&c, panel] {
+      c.refresh_counts();
+      if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
+    });
+  };
+  const StockServices stock{*c.scans,    *c.scanner_worker, c.tasks,         *c.queries, *c.database,
+                            *c.pictures, c.panel_library,   c.panel_figures, c.remnants, panel_changed};
+  bind_stock_routes(router, stock);
+  bind_remnant_routes(router, stock);
+  bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_calibration_routes(router,
                           {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                            c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }});
@@ -43,8 +47,11 @@ void bind_routes(Router& router, Cell& cell) {
                          }};
   bind_job_routes(router, jobs);
   bind_plan_routes(router, jobs);
+  bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
   bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
+  bind_store_routes(router, {*c.backups, c.tasks, *c.queries});
+  bind_history_routes(router, *c.queries);
   bind_task_routes(router, c.tasks);
 }
 

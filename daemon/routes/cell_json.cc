@@ -21,7 +21,54 @@ json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures)
           {"rms_mm", figures.rms ? json(figures.rms->count()) : json()},
           {"created", panel.created_at},
           {"pieces", figures.pieces},
+          {"open_differences", figures.open_differences},
           {"retired", panel.retired ? json{{"reason", panel.retired->reason}, {"at", panel.retired->at}} : json()}};
+}
+
+namespace {
+
+template <class T>
+json or_null(const std::optional<T>& value) {
+  return value ? json(*value) : json();
+}
+json or_null(const std::optional<Millimetres>& length) { return length ? json(length->count()) : json(); }
+
+}  // namespace
+
+json to_json(const db::PanelFacts& facts) {
+  return {{"shelf", or_null(facts.shelf)},
+          {"veneer_mm", or_null(facts.veneer)},
+          {"substrate_mm", or_null(facts.substrate)},
+          {"who", facts.who},
+          {"at", facts.at}};
+}
+
+json to_json(const db::Treatment& treatment) {
+  return {{"kind", db::to_string(treatment.kind)},
+          {"product", treatment.product},
+          {"on", treatment.treated_at},
+          {"who", treatment.who},
+          {"at", treatment.at}};
+}
+
+json to_json(const AreaBook& book) {
+  return {{"panel", book.panel.count()}, {"free", book.free.count()},        {"reserved", book.reserved.count()},
+          {"cut", book.cut.count()},     {"kerf", book.kerf.count()},        {"suspect", book.suspect.count()},
+          {"scrap", book.scrap.count()}, {"unusable", book.unusable.count()}};
+}
+
+json to_json(const Remnant& remnant) {
+  json out = {{"woods", json::array()}, {"square", nullptr}, {"circle", nullptr}};
+  for (const auto& [material, free] : remnant.woods)
+    out["woods"].push_back({{"material", material.empty() ? json() : json(material)}, {"free_mm2", free.count()}});
+  if (const auto& square = remnant.square)
+    out["square"] = {
+        {"side_mm", square->side.count()}, {"x_mm", square->min.x.count()}, {"y_mm", square->min.y.count()}};
+  if (const auto& circle = remnant.circle)
+    out["circle"] = {{"diameter_mm", 2 * circle->radius.count()},
+                     {"x_mm", circle->centre.x.count()},
+                     {"y_mm", circle->centre.y.count()}};
+  return out;
 }
 
 json to_json(const std::vector<db::ZoneRecord>& zones) {
@@ -136,6 +183,22 @@ json to_json(const ScanOutcome& o) {
     }
     out["differences"] = list;
   }
+  return out;
+}
+
+json to_json(const db::DifferenceRecord& d) {
+  json out = {{"id", d.id.value},
+              {"kind", d.gone ? "gone_not_booked" : "booked_not_gone"},
+              {"place_mm", {d.place.x.count(), d.place.y.count()}},
+              {"area_mm2", d.area.count()},
+              {"pieces", json::parse(d.pieces_json, nullptr, false)},
+              {"found", d.found_at},
+              {"decided", nullptr}};
+  if (d.decision)
+    out["decided"] = {{"verdict", db::to_string(d.decision->verdict)},
+                      {"who", d.decision->who.empty() ? json() : json(d.decision->who)},
+                      {"note", d.decision->note},
+                      {"at", d.decision->at}};
   return out;
 }
 

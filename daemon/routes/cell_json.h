@@ -7,6 +7,7 @@
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/plan_service.h"
+#include "daemon/services/remnants.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
@@ -21,9 +22,14 @@ nlohmann::json points_json(const std::vector<Point<Frame>>& points) {
 }
 
 nlohmann::json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures);
+nlohmann::json to_json(const db::PanelFacts& facts);
+nlohmann::json to_json(const db::Treatment& treatment);
+nlohmann::json to_json(const AreaBook& book);
+nlohmann::json to_json(const Remnant& remnant);
 nlohmann::json to_json(const std::vector<db::ZoneRecord>& zones);
 nlohmann::json to_json(const db::AllocationRecord& allocation, const std::string& mark);
 nlohmann::json to_json(const db::JobRecord& job);
+nlohmann::json to_json(const db::DifferenceRecord& difference);
 nlohmann::json to_json(const db::PlanRecord& plan);
 nlohmann::json to_json(const db::PlannedPatch& piece);
 nlohmann::json to_json(const db::PieceRecord& piece);

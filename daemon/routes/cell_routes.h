@@ -14,12 +14,14 @@
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/query_pool.h"
+#include "daemon/services/backup_service.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
+#include "daemon/services/remnants.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
@@ -51,9 +53,13 @@ struct StockServices {
   QueryPool& pictures;
   const PanelLibrary& panel_library;
   PanelFigures& figures;
+  Remnants& remnants;
   std::function<void(const std::optional<PanelId>& panel)> on_changed;
 };
 void bind_stock_routes(Router& router, const StockServices& services);
+// Which panels there are, and which of them have the wood that somebody looks for; what is left of one, as a picture
+// and as a label.
+void bind_remnant_routes(Router& router, const StockServices& services);
 
 struct CalibrationServices {
   CalibrationService& calibrations;
@@ -83,6 +89,14 @@ void bind_job_routes(Router& router, const JobServices& services);
 // Plans that no wood is reserved for: make, look, change, compare, and then a job of one.
 void bind_plan_routes(Router& router, const JobServices& services);
 
+// What a piece tells of its life, and what was made of a place.
+struct PieceServices {
+  QueryPool& queries;
+  QueryPool& pictures;
+  const PanelLibrary& panel_library;
+};
+void bind_piece_routes(Router& router, const PieceServices& services);
+
 // Test pattern, drawings, jog, overrides.
 struct LaserServices {
   JobRunner& unit;
@@ -96,6 +110,24 @@ struct LaserServices {
 Status may_home(const JobRunner& unit);
 void when_homed(JobRunner& unit, const TaskReporter& task, const std::string& who, std::function<void()> then);
 void bind_laser_routes(Router& router, const LaserServices& services);
+
+// Backups.
+struct StoreServices {
+  BackupService& backups;
+  TaskRegistry& tasks;
+  QueryPool& queries;
+};
+void bind_store_routes(Router& router, const StoreServices& services);
+
+// What was done and by whom: the audit log, and what became of every piece.
+void bind_history_routes(Router& router, QueryPool& queries);
+// What people know of woods and panels.
+struct FactServices {
+  DatabaseThread& database;
+  QueryPool& queries;
+  std::function<void(const std::optional<PanelId>& panel)> on_changed;
+};
+void bind_fact_routes(Router& router, const FactServices& services);
 
 // Recipes, the wood of zones, test cards, cut files.
 struct RecipeServices {

@@ -217,11 +217,8 @@ void settle(const JobServices& s, const ApiRequest& request, const Reply& reply)
                                                             {"released", db::AllocationState::kReleased}};
   const std::string mark = request.path_param("mark");
   change_job(s, request, reply, [mark, state = verdicts.at(word)](Repositories& r, JobId id) -> Status {
-    auto pieces = r.jobs.pieces(id);
-    if (!pieces) return pieces.error();
-    const auto piece = std::find_if(pieces->begin(), pieces->end(), [&](const auto& p) { return p.mark == mark; });
-    if (piece == pieces->end())
-      return Error{ErrorCode::kNotFound, fmt::format("job {} has no piece {}", id.value, mark)};
+    const auto piece = r.jobs.find_piece(id, mark);
+    if (!piece) return piece.error();
     return r.jobs.settle(piece->id, state, utc_timestamp());
   });
 }

@@ -15,7 +15,10 @@ inline constexpr NumberRange kFieldSide{1, 200};        // mm, of a test card's 
 inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
 inline constexpr NumberRange kBoardSide{1, 10'000};     // mm
 inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people
+inline constexpr NumberRange kFreeArea{0, 1e9};         // mm2
+inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is looked for
 inline constexpr NumberRange kPasses{1, 20};
+inline constexpr NumberRange kThickness{0.001, 100};  // mm, of veneer and substrate
 inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};
 inline constexpr std::ptrdiff_t kLongestReason = 500;  // characters

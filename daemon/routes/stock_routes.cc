@@ -20,17 +20,32 @@ namespace {
 
 using nlohmann::json;
 
-Result<json> panel_json(Repositories& r, PanelFigures& known, const PanelId& id) {
+Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& id) {
+  PanelFigures& known = s.figures;
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
   auto figures = known.of(r, *panel);
   if (!figures) return figures.error();
   json out = to_json(*panel, *figures);
+  auto book = known.book(r, *panel);
+  if (!book) return book.error();
+  out["area_book_mm2"] = *book ? to_json(**book) : json();
+  auto remnant = s.remnants.of(r, *panel);
+  if (!remnant) return remnant.error();
+  out["remnant"] = *remnant ? to_json(**remnant) : json();
   auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
   auto zones = r.materials.zones(id);
   if (!zones) return zones.error();
   out["zones"] = to_json(*zones);
+  const auto facts = r.facts.history_of(id);
+  if (!facts) return facts.error();
+  out["facts"] = facts->empty() ? json() : to_json(facts->front());
+  const auto treatments = r.facts.treatments(id);
+  if (!treatments) return treatments.error();
+  out["treatments"] = json::array();
+  for (const auto& treatment : *treatments) out["treatments"].push_back(to_json(treatment));
+  if (const Status surface = r.facts.check_surface(id); !surface) out["scan_again"] = surface.error().message;
   out["fiducials"] = json::array();
   for (const auto& f : *fiducials) {
     json centre = {0.0, 0.0};
@@ -87,21 +102,6 @@ Result<json> ledger_json(Repositories& r, const PanelId& id, const Page& page) {
       mark = std::move(piece->mark);
     }
     out["allocations"].push_back(to_json(a, mark));
-  }
-  return out;
-}
-
-Result<json> panels_json(Repositories& r, PanelFigures& known, const Page& page) {
-  auto list = r.panels.list();
-  if (!list) return list.error();
-  // Panels are few and never deleted: their place in the list is their number.
-  list->erase(list->begin(), list->begin() + std::min(page.after, static_cast<std::int64_t>(list->size())));
-  json out = {{"panels", json::array()}};
-  out["next"] = cut_to_page(*list, page, [&](const db::PanelRecord&) { return page.after + page.limit; });
-  for (const auto& panel : *list) {
-    auto figures = known.of(r, panel);
-    if (!figures) return figures.error();
-    out["panels"].push_back(to_json(panel, *figures));
   }
   return out;
 }
@@ -234,15 +234,19 @@ void revert_panel(const StockServices& s, const ApiRequest& request, const Reply
   });
 }
 
+// What a person writes: characters, not bytes; in UTF-8 a character's further bytes begin with 10.
+void limit_text(RequestReader& body, const char* what, const std::string& text, std::ptrdiff_t least) {
+  const auto length = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
+  if (length < least || length > ranges::kLongestReason)
+    body.refuse({ErrorCode::kInvalidArgument,
+                 fmt::format("the {} must be {} to {} characters", what, least, ranges::kLongestReason)});
+}
+
 void retire_panel(const StockServices& s, const ApiRequest& request, const Reply& reply, bool retired) {
   auto body = RequestReader::body_of(request);
   const auto reason = body.text("reason");
   if (retired) body.require("reason");
-  // Characters, not bytes: in UTF-8 a character's further bytes begin with 10.
-  const auto length = !reason ? 1 : std::ranges::count_if(*reason, [](char c) { return (c & 0xC0) != 0x80; });
-  if (length < 1 || length > ranges::kLongestReason)
-    body.refuse(
-        {ErrorCode::kInvalidArgument, fmt::format("the reason must be 1 to {} characters", ranges::kLongestReason)});
+  if (reason) limit_text(body, "reason", *reason, 1);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   change_panel(s, request, reply,
                [retired, reason = reason.value_or("put back")](Repositories& r, const PanelId& id) -> Result<json> {
@@ -253,17 +257,46 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
                });
 }
 
+Result<json> differences_json(Repositories& r, const PanelId& id) {
+  const auto differences = r.differences.of(id);
+  if (!differences) return differences.error();
+  json out = {{"panel", id.value}, {"differences", json::array()}};
+  for (const auto& difference : *differences) out["differences"].push_back(to_json(difference));
+  return out;
+}
+
+// Somebody looked at what a scan and the ledger disagree about.
+void decide_difference(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto number = request.path_number("number");
+  if (!number) return reply(ApiReply::error(number.error()));
+  auto body = RequestReader::body_of(request);
+  const bool gone = body.word("verdict", {"written_off", "accepted"}).value_or("") == "written_off";
+  body.require("verdict");
+  const std::string note = body.text("note").value_or("");
+  limit_text(body, "note", note, 0);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_panel(s, request, reply,
+               [number = db::DifferenceId{*number}, gone, note, who = request.caller.who](
+                   Repositories& r, const PanelId& id) -> Result<json> {
+                 const auto verdict = gone ? db::DifferenceVerdict::kWrittenOff : db::DifferenceVerdict::kAccepted;
+                 const auto doubtful = r.differences.decide(id, number, verdict, who, note, utc_timestamp());
+                 if (!doubtful) return doubtful.error();
+                 auto out = differences_json(r, id);
+                 if (!out) return out;
+                 (*out)["suspect"] = json::array();
+                 for (const PieceId piece : *doubtful) {
+                   const auto known = r.jobs.find_piece(piece);
+                   if (!known) return known.error();
+                   (*out)["suspect"].push_back({{"job", known->job.value}, {"mark", known->mark}});
+                 }
+                 return out;
+               });
+}
+
 }  // namespace
 
 void bind_stock_routes(Router& router, const StockServices& s) {
   router.bind("scan", [s](const ApiRequest& request, const Reply& reply) { scan(s, request, reply); });
-  router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) {
-    auto query = RequestReader::query_of(request);
-    const Page page = read_page(query);
-    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-    reply_from_query(
-        s.queries, request, [s, page](Repositories& r) { return panels_json(r, s.figures, page); }, reply);
-  });
   router.bind("getPanelLedger", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -275,7 +308,7 @@ void bind_stock_routes(Router& router, const StockServices& s) {
   router.bind("getPanel", [s](const ApiRequest& request, const Reply& reply) {
     reply_from_query(
         s.queries, request,
-        [s, id = PanelId{request.path_param("id")}](Repositories& r) { return panel_json(r, s.figures, id); }, reply);
+        [s, id = PanelId{request.path_param("id")}](Repositories& r) { return panel_json(r, s, id); }, reply);
   });
   router.bind("getPanelRegistration", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
@@ -291,6 +324,13 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return masks_json(r, id); },
         reply);
   });
+  router.bind("getPanelDifferences", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}](Repositories& r) { return differences_json(r, id); }, reply);
+  });
+  router.bind("decideDifference",
+              [s](const ApiRequest& request, const Reply& reply) { decide_difference(s, request, reply); });
   router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
   router.bind("retirePanel",
               [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, true); });

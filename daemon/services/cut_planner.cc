@@ -82,6 +82,35 @@ Radians artwork_up(const ProvenPose& pose, const db::PieceRecord& piece) {
   return Radians(std::atan2((to.y - from.y).count(), (to.x - from.x).count()));
 }
 
+// For whoever asks later how a piece was made: docs/openapi.json, PiecePassport, has the same words.
+db::RunFacts facts_of(const Calibration& calibration, const WoodRecipes& recipes,
+                      const std::map<std::string, std::vector<std::string>>& in_wood) {
+  db::RunFacts facts;
+  for (const auto kind : {db::CertificateKind::kCamera, db::CertificateKind::kAxes, db::CertificateKind::kKerf})
+    if (const auto standing = calibration.standing.find(kind); standing != calibration.standing.end())
+      if (standing->second.certificate.value != 0) facts.certificates.push_back(standing->second.certificate);
+  auto burnt = nlohmann::json::array();
+  for (const auto& [material, marks] : in_wood) {
+    const planner::Recipe recipe = recipes.recipe_of(material);
+    burnt.push_back({{"material", material.empty() ? nlohmann::json() : nlohmann::json(material)},
+                     {"pieces", marks},
+                     {"cut",
+                      {{"speed_mm_s", recipe.cut_speed.count()},
+                       {"power", recipe.cut_power.count()},
+                       {"passes", recipe.cut_passes},
+                       {"air", recipe.air},
+                       {"kerf_back_mm", recipe.kerf_back.count()},
+                       {"kerf_show_mm", recipe.kerf_show.count()}}},
+                     {"engrave",
+                      {{"speed_mm_s", recipe.engrave_speed.count()},
+                       {"power", recipe.engrave_power.count()},
+                       {"passes", recipe.engrave_passes},
+                       {"air", recipe.engrave_air}}}});
+  }
+  facts.recipes_json = burnt.dump();
+  return facts;
+}
+
 }  // namespace
 
 CutPlanner::CutPlanner(boost::asio::io_context& reactor, Worker& worker, DatabaseThread& database, const Config& config,
@@ -94,12 +123,10 @@ std::string CutPlanner::toolpath() const {
 }
 
 void CutPlanner::prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
-                         const std::optional<LaserMotion>& machine,
-                         std::function<void(Result<std::vector<PieceBurn>>)> reply) {
+                         const std::optional<LaserMotion>& machine, std::function<void(Result<PreparedRun>)> reply) {
   worker_.post([this, pose, machine, pieces = std::move(pieces), reply = std::move(reply)]() mutable {
-    auto burns = caught([&] { return prepare_now(pose, pieces, machine); });
-    boost::asio::post(reactor_,
-                      [burns = std::move(burns), reply = std::move(reply)]() mutable { reply(std::move(burns)); });
+    auto run = caught([&] { return prepare_now(pose, pieces, machine); });
+    boost::asio::post(reactor_, [run = std::move(run), reply = std::move(reply)]() mutable { reply(std::move(run)); });
   });
 }
 
@@ -158,9 +185,8 @@ Result<std::vector<RunSetup>> CutPlanner::plan_setups_now(const std::vector<db::
   return out;
 }
 
-Result<std::vector<PieceBurn>> CutPlanner::prepare_now(const ProvenPose& pose,
-                                                       const std::vector<db::PieceRecord>& pieces,
-                                                       const std::optional<LaserMotion>& machine) {
+Result<PreparedRun> CutPlanner::prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
+                                            const std::optional<LaserMotion>& machine) {
   struct Stock {
     Calibration calibration;
     std::optional<WoodRecipes> recipes;
@@ -188,6 +214,7 @@ Result<std::vector<PieceBurn>> CutPlanner::prepare_now(const ProvenPose& pose,
   options.kinematics = kinematics_of(machine);
   std::vector<planner::ToolpathPiece> to_burn;
   std::map<PieceId, std::string> marks;
+  std::map<std::string, std::vector<std::string>> in_wood;  // marks, by material
   for (const auto& piece : pieces) {
     planner::ToolpathPiece& p = to_burn.emplace_back();
     p.piece = piece.id;
@@ -202,6 +229,7 @@ Result<std::vector<PieceBurn>> CutPlanner::prepare_now(const ProvenPose& pose,
         if (const Status fits = check_booked(piece, material, *p.recipe, options.fit_clearance, booked.area); !fits)
           return fits.error();
     marks[piece.id] = piece.mark;
+    in_wood[material].push_back(piece.mark);
   }
   auto path = planner::make_toolpath(to_burn, options);
   if (!path) return path.error();
@@ -225,7 +253,7 @@ Result<std::vector<PieceBurn>> CutPlanner::prepare_now(const ProvenPose& pose,
     drawn.push_back({{"piece", burn.piece.value}, {"mark", burn.mark}, {"lines", std::move(lines)}});
   }
   keep_toolpath(pose.panel, burns, std::move(drawn), *calibration->bed);
-  return burns;
+  return PreparedRun{std::move(burns), facts_of(*calibration, *stock->recipes, in_wood)};
 }
 
 // What the console lays over the bed's picture, the frame included.

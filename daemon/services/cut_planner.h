@@ -27,7 +27,7 @@ class CutPlanner final : public RunPlanner {
   void plan_setups(std::vector<db::PieceRecord> pieces, Box<MachineFrame> travel,
                    std::function<void(Result<std::vector<RunSetup>>)> reply) override;
   void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces, const std::optional<LaserMotion>& machine,
-               std::function<void(Result<std::vector<PieceBurn>>)> reply) override;
+               std::function<void(Result<PreparedRun>)> reply) override;
 
   // The strokes that were drawn last, as JSON for the console: polylines in fractions of the picture's width and
   // height, y down. Empty before the first.
@@ -36,8 +36,8 @@ class CutPlanner final : public RunPlanner {
  private:
   Result<std::vector<RunSetup>> plan_setups_now(const std::vector<db::PieceRecord>& pieces,
                                                 const Box<MachineFrame>& travel);
-  Result<std::vector<PieceBurn>> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
-                                             const std::optional<LaserMotion>& machine);
+  Result<PreparedRun> prepare_now(const ProvenPose& pose, const std::vector<db::PieceRecord>& pieces,
+                                  const std::optional<LaserMotion>& machine);
   void keep_toolpath(const PanelId& panel, const std::vector<PieceBurn>& burns, nlohmann::json pieces,
                      const BedCalibration& bed);
 

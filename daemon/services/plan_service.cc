@@ -60,8 +60,8 @@ struct Stock {
   std::vector<HeldPanel> held;
   std::vector<db::PlannedPanel> planned_on;  // a panel that is scanned meanwhile is noticed when wood is reserved
   std::vector<PanelId> in_stock;
-  std::vector<PanelId> not_found_on_bed;  // left out: nothing is known of their backs
-  std::set<PanelId> not_used;             // left out, retired, or others were asked for
+  std::vector<std::pair<PanelId, std::string>> left_out;  // and what is to be done first
+  std::set<PanelId> not_used;                             // left out, retired, or others were asked for
   std::vector<db::RecipeRecord> recipes;
 };
 
@@ -105,17 +105,19 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
     }
     auto held = read_panel(r, panel, library);
     if (!held) return held.error();
-    if (!*held) {
-      if (!wanted.empty()) return Error{ErrorCode::kRefused, scan_its_back(panel.id)};
-      out.not_found_on_bed.push_back(panel.id);
+    const Status surface = r.facts.check_surface(panel.id);
+    if (!surface && surface.error().code != ErrorCode::kRefused) return surface.error();
+    if (!*held || !surface) {
+      const std::string why = !*held ? scan_its_back(panel.id) : surface.error().message;
+      if (!wanted.empty()) return Error{ErrorCode::kRefused, why};
+      out.left_out.emplace_back(panel.id, why);
       out.not_used.insert(panel.id);
       continue;
     }
     out.held.push_back(std::move(**held));
     out.planned_on.push_back({panel.id, panel.mask_version});
   }
-  if (out.held.empty() && !out.not_found_on_bed.empty())
-    return Error{ErrorCode::kRefused, scan_its_back(out.not_found_on_bed.front())};
+  if (out.held.empty() && !out.left_out.empty()) return Error{ErrorCode::kRefused, out.left_out.front().second};
   if (out.held.empty())
     return Error{ErrorCode::kRefused, "there is no panel in stock: scan one with veneerctl panel scan"};
   auto recipes = r.materials.recipes();
@@ -277,8 +279,8 @@ MakePlan order_of(const JobRequest& request, Stock& stock, const Config& config,
 
 std::vector<std::string> left_out(const Stock& stock) {
   std::vector<std::string> out;
-  for (const PanelId& panel : stock.not_found_on_bed)
-    out.push_back(fmt::format("the wood of panel {} was left out: {}", panel.value, scan_its_back(panel)));
+  for (const auto& [panel, why] : stock.left_out)
+    out.push_back(fmt::format("the wood of panel {} was left out: {}", panel.value, why));
   return out;
 }
 

@@ -80,6 +80,22 @@ Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId&
   return out;
 }
 
+std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences) {
+  std::vector<db::DifferenceRecord> out;
+  for (const FoundDifference& difference : differences) {
+    db::DifferenceRecord& record = out.emplace_back();
+    record.gone = difference.seen.kind == calib::DifferenceKind::kGoneNotBooked;
+    record.place = difference.seen.place;
+    record.box = difference.seen.box;
+    record.area = difference.seen.area;
+    auto pieces = nlohmann::json::array();
+    for (const auto& piece : difference.pieces)
+      pieces.push_back({{"job", piece.job.value}, {"mark", piece.mark}, {"state", db::to_string(piece.state)}});
+    record.pieces_json = pieces.dump();
+  }
+  return out;
+}
+
 }  // namespace
 
 ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library,
@@ -216,9 +232,14 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   wanted.foreign_tags = known->foreign_tags;
   if (known->panel) wanted.known = known->fiducials;
   if (known->panel && known->face == Face::kShow) {
+    const auto masks = database_.call([&](Repositories& r) { return r.panels.masks(known->panel->id); });
+    if (!masks) return masks.error();
+    wanted.first_map = library_.path_of(masks->back().map_file).string();
     wanted.earlier_map = library_.path_of(known->panel->map_file).string();
+    // A cell that was restored may have lost the old ones.
+    if (std::error_code none; !std::filesystem::exists(wanted.first_map, none)) wanted.first_map = wanted.earlier_map;
     wanted.earlier_mask = library_.path_of(known->panel->mask_file).string();
-    work.readable.insert(work.readable.end(), {wanted.earlier_map, wanted.earlier_mask});
+    work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
     const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known->panel->id); });
     if (!live) return live.error();
     for (const auto& allocation : *live)
@@ -314,18 +335,6 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& r
   return outcome;
 }
 
-// The scan is entered by now: without names its differences are told all the same.
-std::vector<FoundDifference> ScanService::name_pieces(const PanelId& panel,
-                                                      const std::vector<calib::Difference>& differences) {
-  auto named = database_.call([&](Repositories& r) { return with_pieces(r, panel, differences); });
-  if (named) return std::move(*named);
-  log_->warn("panel {}: the pieces of its differences were not found: {}", panel.value, named.error().message);
-  std::vector<FoundDifference> out;
-  out.reserve(differences.size());
-  for (const calib::Difference& difference : differences) out.push_back({difference, {}});
-  return out;
-}
-
 Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder) {
   const db::PanelRecord& panel = *known.panel;
   auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + panel.id.value, "map");
@@ -334,14 +343,21 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   if (!mask_file) return mask_file.error();
   auto scans = store_scans(panel.id, Face::kShow, read);
   if (!scans) return scans.error();
+  std::optional<std::vector<FoundDifference>> differences;
   const Status written = database_.call([&](Repositories& r) -> Status {
+    if (read.differences) {
+      auto named = with_pieces(r, panel.id, *read.differences);
+      if (!named) return named.error();
+      differences = std::move(*named);
+    }
     if (Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
     // A panel from before zones were kept gets them now.
     if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version = r.panels.add_mask(
         panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable},
         panel.mask_version);
-    return version ? Ok() : Status(version.error());
+    if (!version) return version.error();
+    return differences ? r.differences.found(panel.id, to_records(*differences), utc_timestamp()) : Ok();
   });
   if (!written) return written.error();
   library_.drop_index(panel.id);
@@ -352,8 +368,8 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   outcome.max = read.max;
   outcome.usable = read.usable;
   outcome.zones = read.zones.size();
-  if (read.differences) {
-    outcome.differences = name_pieces(panel.id, *read.differences);
+  if (differences) {
+    outcome.differences = std::move(differences);
     for (const FoundDifference& difference : *outcome.differences) {
       std::string pieces;
       for (const auto& piece : difference.pieces)

@@ -85,7 +85,6 @@ class ScanService {
   Result<ScanOutcome> add_panel(const PanelRead& read, const WorkFolder& folder);
   Result<ScanOutcome> add_back(const Known& known, const PanelRead& read);
   Result<ScanOutcome> scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder);
-  std::vector<FoundDifference> name_pieces(const PanelId& panel, const std::vector<calib::Difference>& differences);
   WorkOrder order(const char* kind, const char* what, const WorkFolder& folder) const;
 
   ScannerDriver& scanner_;

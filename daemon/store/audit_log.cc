@@ -10,17 +10,30 @@ AuditLog::AuditLog(DatabaseThread& database, Logger log) : database_(database), 
 
 AuditLog::~AuditLog() {
   if (counted_ > 0) write_count();
+  write_kept();
 }
 
-void AuditLog::post(db::AuditEntry entry, std::function<void()> then) {
-  database_.async([entry = std::move(entry)](Repositories& r) { return r.audit.append(entry); },
-                  [log = log_, then = std::move(then)](const Status& written) {
-                    if (!written) log->error("the audit log could not be written: {}", written.error().message);
-                    if (then) then();
-                  });
+void AuditLog::post(const db::AuditEntry& entry, std::function<void()> then) {
+  database_.async(
+      [entry](Repositories& r) { return r.audit.append(entry); },
+      [this, alive = std::weak_ptr<int>(alive_), log = log_, entry, then = std::move(then)](const Status& written) {
+        if (!written)
+          log->error("what {} did ({}) could not be written into the audit log: {}", entry.who, entry.what,
+                     written.error().message);
+        if (!alive.expired()) written ? write_kept() : keep(entry);
+        if (then) then();
+      });
 }
 
-void AuditLog::write(db::AuditEntry entry) { post(std::move(entry), {}); }
+void AuditLog::keep(const db::AuditEntry& entry) {
+  if (kept_.size() < kMostKept) kept_.push_back(entry);
+}
+
+void AuditLog::write_kept() {
+  for (const db::AuditEntry& entry : std::exchange(kept_, {})) post(entry, {});
+}
+
+void AuditLog::write(const db::AuditEntry& entry) { post(entry, {}); }
 
 void AuditLog::write_or_count(db::AuditEntry entry) {
   // Once some are counted, the others are too until all that waits is written: so their number is told in one row.
@@ -30,7 +43,7 @@ void AuditLog::write_or_count(db::AuditEntry entry) {
     return;
   }
   ++waiting_;
-  post(std::move(entry), [this, alive = std::weak_ptr<int>(alive_)] {
+  post(entry, [this, alive = std::weak_ptr<int>(alive_)] {
     if (!alive.expired()) count_down();
   });
 }

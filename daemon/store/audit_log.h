@@ -2,7 +2,8 @@
 //
 // What an operator asks for is written, all of it. What needs no login (STOP, a token that opens a session) anybody may
 // send as often as he likes: of that only so many rows wait at a time; the others are counted, and one row tells how
-// many they were. Nothing here waits or refuses.
+// many they were. Nothing here waits or refuses. A row that the database does not take (a full disk, another program
+// that holds it) is told in the log and kept until it takes one again, kMostKept at most.
 //
 // Bound to the reactor. The database outlives this.
 #pragma once
@@ -10,6 +11,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/log.h"
 #include "daemon/store/database_thread.h"
@@ -20,17 +22,20 @@ namespace veneer::daemon {
 class AuditLog {
  public:
   static constexpr std::size_t kMostWaiting = 64;
+  static constexpr std::size_t kMostKept = 1000;
 
   AuditLog(DatabaseThread& database, Logger log);
   ~AuditLog();  // what was counted is written
   AuditLog(const AuditLog&) = delete;
   AuditLog& operator=(const AuditLog&) = delete;
 
-  void write(db::AuditEntry entry);
+  void write(const db::AuditEntry& entry);
   void write_or_count(db::AuditEntry entry);
 
  private:
-  void post(db::AuditEntry entry, std::function<void()> then);
+  void post(const db::AuditEntry& entry, std::function<void()> then);
+  void keep(const db::AuditEntry& entry);
+  void write_kept();
   void count_down();
   void write_count();
 
@@ -39,6 +44,7 @@ class AuditLog {
   std::size_t waiting_ = 0;  // of what may be counted
   std::size_t counted_ = 0;
   db::AuditEntry last_;  // of those that were counted
+  std::vector<db::AuditEntry> kept_;
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);
 };
 

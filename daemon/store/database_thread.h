@@ -17,12 +17,14 @@
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/database.h"
+#include "db/differences.h"
 #include "db/job_store.h"
 #include "db/ledger.h"
 #include "db/materials.h"
 #include "db/panels.h"
 #include "db/plans.h"
 #include "db/request_keys.h"
+#include "db/stock_facts.h"
 
 namespace veneer::daemon {
 
@@ -41,7 +43,9 @@ struct Repositories {
         materials(database),
         audit(database),
         request_keys(database),
-        plans(database) {}
+        plans(database),
+        differences(database),
+        facts(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -50,6 +54,8 @@ struct Repositories {
   db::Audit audit;
   db::RequestKeys request_keys;
   db::Plans plans;
+  db::Differences differences;
+  db::StockFacts facts;
   CellDevices devices;
 };
 

@@ -40,9 +40,7 @@ Status write_off_under(Repositories& repositories, const ProvenPose& pose, const
   if (!marked) return marked.error();
   auto live = repositories.ledger.live_allocations(pose.panel);
   if (!live) return live.error();
-  std::vector<Region<PanelFrame>> booked;
   for (const auto& allocation : *live) {
-    booked.push_back(allocation.area);
     const bool whole =
         allocation.state == db::AllocationState::kReserved || allocation.state == db::AllocationState::kSuspect;
     if (!whole || std::find(own.begin(), own.end(), allocation.piece) != own.end()) continue;
@@ -52,11 +50,8 @@ Status write_off_under(Repositories& repositories, const ProvenPose& pose, const
                  fmt::format("with power the frame would mark the wood of piece {} of job {}: trace it dark",
                              piece ? piece->mark : "?", allocation.job.value)};
   }
-  // Where the two would share a slanted border, rounding to the grid lets them overlap by less than this.
-  constexpr Millimetres kRounding{0.003};
-  const auto spoilt = subtract(*marked, offset(unite(booked), kRounding, Corners::kRound));
-  if (spoilt.empty()) return Ok();
-  return repositories.ledger.write_off(pose.panel, spoilt, reason, at);
+  const auto spoilt = repositories.ledger.write_off_free(pose.panel, *marked, reason, at);
+  return spoilt ? Ok() : Status(spoilt.error());
 }
 
 }  // namespace veneer::daemon

@@ -13,6 +13,7 @@
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/recut.h"
+#include "daemon/unit/seen_wood.h"
 
 namespace veneer::daemon {
 
@@ -128,7 +129,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     case CellCommand::kUnhold:
       return unhold(std::move(reply));
     case CellCommand::kUnsuspend:
-      return unsuspend(std::move(reply), confirmed);
+      return unsuspend(who, std::move(reply), confirmed);
     case CellCommand::kStop:
       return stop(reply);
     case CellCommand::kClear:
@@ -167,6 +168,20 @@ void JobRunner::clear(Reply reply) {
   });
 }
 
+// Why a job cannot be started, and what to do about it.
+static std::string nothing_to_cut(const db::JobRecord& job) {
+  if (const int suspects = job.count(db::PieceState::kSuspect); suspects > 0)
+    return fmt::format(
+        "job {0} has no piece left to cut, but {1}: look at {2}, and say what you saw with veneerctl job "
+        "settle {0}",
+        job.id.value, suspects == 1 ? "1 is suspect" : fmt::format("{} are suspect", suspects),
+        suspects == 1 ? "it" : "them");
+  if (const int missing = job.missing(); missing > 0)
+    return fmt::format("job {0} has no piece left to cut, and {1} missing: find other wood with veneerctl job redo {0}",
+                       job.id.value, missing == 1 ? "1 is" : fmt::format("{} are", missing));
+  return fmt::format("job {} has no piece left to cut", job.id.value);
+}
+
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
   if (!after(view_.state, CellCommand::kStart) || check_reply_) return reply(refuse(CellCommand::kStart));
   if (!options_.stock_refusal.empty()) return reply(Error{ErrorCode::kRefused, options_.stock_refusal});
@@ -194,6 +209,7 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
     if (!record) return record.error();
     auto pieces = r.jobs.pieces(job);
     if (!pieces) return pieces.error();
+    if (const Status there = check_wood_is_there(r, *pieces); !there) return there.error();
     return Loaded{std::move(*record), std::move(*pieces)};
   };
   const auto give_up = [this](const Error& error) {
@@ -206,8 +222,7 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
         std::vector<db::PieceRecord> to_cut;
         for (auto& piece : loaded->pieces)
           if (piece.state == db::PieceState::kReserved) to_cut.push_back(std::move(piece));
-        if (to_cut.empty())
-          return give_up({ErrorCode::kConflict, fmt::format("job {} has no piece left to cut", job.value)});
+        if (to_cut.empty()) return give_up({ErrorCode::kConflict, nothing_to_cut(loaded->record)});
         std::stable_sort(to_cut.begin(), to_cut.end(),
                          [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
         view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
@@ -336,11 +351,11 @@ Error JobRunner::no_panel_yet() const {
   return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
 }
 
-void JobRunner::unsuspend(Reply reply, const std::vector<std::string>& confirmed) {
+void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed) {
   if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced: wait until the head stands"});
   if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
-  auto run = std::make_unique<PanelRun>(host(), view_.job->id, *wait_.found(), wait_.setup_pieces(),
+  auto run = std::make_unique<PanelRun>(host(), view_.job->id, who, *wait_.found(), wait_.setup_pieces(),
                                         !wait_.is_last_setup(), kept_);
   from_ = CellState::kSuspended;
   enter(CellState::kUnsuspending, "proving the pose once more");

@@ -110,7 +110,7 @@ class JobRunner : private ActivityHost {
   void hold(Reply reply);
   void hold_frame(const std::string& who, const Reply& reply);
   void unhold(Reply reply);
-  void unsuspend(Reply reply, const std::vector<std::string>& confirmed);
+  void unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed);
   void await_panel();
 
   // job_runner_activity.cc: an activity from its beginning to its end, and the door before every stroke

@@ -14,9 +14,15 @@ constexpr Millimetres kMovedSinceBegun{0.15};
 
 }  // namespace
 
-PanelRun::PanelRun(ActivityHost& host, JobId job, const ProvenPose& shown, std::vector<db::PieceRecord> pieces,
-                   bool more, KeptCuts& kept)
-    : host_(host), job_(job), pose_(shown), pieces_(std::move(pieces)), more_(more), kept_(kept) {}
+PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenPose& shown,
+                   std::vector<db::PieceRecord> pieces, bool more, KeptCuts& kept)
+    : host_(host),
+      job_(job),
+      who_(std::move(who)),
+      pose_(shown),
+      pieces_(std::move(pieces)),
+      more_(more),
+      kept_(kept) {}
 
 void PanelRun::look(Reply reply) {
   host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
@@ -35,19 +41,20 @@ void PanelRun::look(Reply reply) {
 
 void PanelRun::prepare(const Reply& ready) {
   host_.parts().planner.prepare(pose_, pieces_, host_.limits().motion,
-                                host_.while_current([this, ready](Result<std::vector<PieceBurn>> burns) {
-                                  if (!burns) return ready(burns.error());
-                                  if (const Status checked = host_.check(*burns); !checked) return ready(checked);
-                                  burns_ = std::move(*burns);
-                                  start_run(ready);
+                                host_.while_current([this, ready](Result<PreparedRun> run) {
+                                  if (!run) return ready(run.error());
+                                  if (const Status checked = host_.check(run->burns); !checked) return ready(checked);
+                                  burns_ = std::move(run->burns);
+                                  run->facts.who = who_;
+                                  start_run(std::move(run->facts), ready);
                                 }));
 }
 
-void PanelRun::start_run(Reply ready) {
+void PanelRun::start_run(db::RunFacts facts, Reply ready) {
   DatabaseThread& database = host_.parts().database;
   database.async(
-      [job = job_, pose = pose_](Repositories& r) {
-        return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp());
+      [job = job_, pose = pose_, facts = std::move(facts)](Repositories& r) {
+        return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp(), facts);
       },
       [this, &database, moment = host_.moment(), ready = std::move(ready)](Result<db::RunId> run) {
         if (!moment.is_current()) {  // broken off meanwhile: nothing of it was cut

@@ -16,9 +16,9 @@ namespace veneer::daemon {
 
 class PanelRun final : public Activity {
  public:
-  // `shown` is what the operator saw when he gave his word; `more`: another panel is to be loaded after this one.
-  PanelRun(ActivityHost& host, JobId job, const ProvenPose& shown, std::vector<db::PieceRecord> pieces, bool more,
-           KeptCuts& kept);
+  // `who` gives the word; `shown` is what he saw when he gave it; `more`: another panel is to be loaded after this one.
+  PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenPose& shown, std::vector<db::PieceRecord> pieces,
+           bool more, KeptCuts& kept);
 
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
@@ -34,7 +34,7 @@ class PanelRun final : public Activity {
  private:
   enum class Noted { kNo, kUnderWay, kYes };
 
-  void start_run(Reply ready);
+  void start_run(db::RunFacts facts, Reply ready);
   void note();
   void end();
   const PieceBurn* begun() const;
@@ -43,6 +43,7 @@ class PanelRun final : public Activity {
 
   ActivityHost& host_;
   JobId job_;
+  const std::string who_;
   ProvenPose pose_;
   std::vector<db::PieceRecord> pieces_;
   const bool more_;

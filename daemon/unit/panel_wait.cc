@@ -92,19 +92,19 @@ void PanelWait::saw(const Result<ProvenPose>& look) {
   say(fmt::format("panel {} is on the bed: its cuts are being checked", load.panel.value));
   looking_ = true;
   planner_.prepare(*look, setup_pieces(), machine_,
-                   [this, moment = epoch_.moment(), pose = *look](Result<std::vector<PieceBurn>> burns) {
+                   [this, moment = epoch_.moment(), pose = *look](Result<PreparedRun> run) {
                      if (!moment.is_current()) return;
                      looking_ = false;
-                     if (waiting()) take_strokes(pose, std::move(burns));
+                     if (waiting()) take_strokes(pose, std::move(run));
                    });
 }
 
-void PanelWait::take_strokes(const ProvenPose& pose, Result<std::vector<PieceBurn>> burns) {
-  if (burns) {
-    drawn_ = Drawn{pose, std::move(*burns)};
+void PanelWait::take_strokes(const ProvenPose& pose, Result<PreparedRun> run) {
+  if (run) {
+    drawn_ = Drawn{pose, std::move(run->burns)};
     return judge(pose);
   }
-  view_->sentence = burns.error().message;
+  view_->sentence = run.error().message;
   on_change_();
 }
 

@@ -49,7 +49,7 @@ class PanelWait {
     std::vector<PieceBurn> burns;
   };
   void saw(const Result<ProvenPose>& look);
-  void take_strokes(const ProvenPose& pose, Result<std::vector<PieceBurn>> burns);
+  void take_strokes(const ProvenPose& pose, Result<PreparedRun> run);
   void judge(const ProvenPose& pose);
   bool waiting() const { return view_ && !paused_; }
 

@@ -30,6 +30,12 @@ struct RunSetup {
 // "lay panel P-0001 on the bed, back face up".
 std::string how_to_lay(const RunSetup& setup);
 
+// A run's strokes, and on what they stand (but for who gives the word).
+struct PreparedRun {
+  std::vector<PieceBurn> burns;
+  db::RunFacts facts;
+};
+
 class RunPlanner {
  public:
   virtual ~RunPlanner() = default;
@@ -38,8 +44,7 @@ class RunPlanner {
                            std::function<void(Result<std::vector<RunSetup>>)> reply) = 0;
   // Toolpaths of these pieces for this pose, and how long this machine takes for each.
   virtual void prepare(const ProvenPose& pose, std::vector<db::PieceRecord> pieces,
-                       const std::optional<LaserMotion>& machine,
-                       std::function<void(Result<std::vector<PieceBurn>>)> reply) = 0;
+                       const std::optional<LaserMotion>& machine, std::function<void(Result<PreparedRun>)> reply) = 0;
 };
 
 }  // namespace veneer::daemon

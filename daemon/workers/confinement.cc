@@ -20,6 +20,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace veneer::daemon {
 namespace {
@@ -136,8 +137,7 @@ Status keep_files(const Confinement& limits) {
 constexpr std::initializer_list<int> kDenied = {
     SCMP_SYS(socket), SCMP_SYS(socketpair), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(ptrace),
     SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(process_madvise),
-    // Of other files and processes of this user; Landlock does not keep
-    // these, or only on younger kernels.
+    // Of other files and processes of this user; Landlock does not keep these, or only on younger kernels.
     SCMP_SYS(truncate), SCMP_SYS(chmod), SCMP_SYS(fchmod), SCMP_SYS(fchmodat), SCMP_SYS(chown), SCMP_SYS(fchown),
     SCMP_SYS(lchown), SCMP_SYS(fchownat), SCMP_SYS(utime), SCMP_SYS(utimes), SCMP_SYS(futimesat), SCMP_SYS(utimensat),
     SCMP_SYS(setxattr), SCMP_SYS(lsetxattr), SCMP_SYS(fsetxattr), SCMP_SYS(removexattr), SCMP_SYS(lremovexattr),
@@ -170,6 +170,13 @@ Status deny_calls() {
   // abort() signals oneself.
   deny(SCMP_SYS(tgkill), EPERM, {SCMP_A0(SCMP_CMP_NE, static_cast<scmp_datum_t>(::getpid()))});
   deny(SCMP_SYS(prlimit64), EPERM, {SCMP_A0(SCMP_CMP_NE, 0)});
+  // Up to Linux 6.1 Landlock lets whoever may read a file, or asks for neither reading nor writing, empty it.
+  constexpr scmp_datum_t kAccess = O_ACCMODE;
+  for (const auto& [call, flags] : {std::pair{SCMP_SYS(open), 1U}, {SCMP_SYS(openat), 2U}}) {
+    deny(call, EPERM, {SCMP_CMP64(flags, SCMP_CMP_MASKED_EQ, kAccess | O_TRUNC, O_RDONLY | O_TRUNC)});
+    deny(call, EPERM, {SCMP_CMP64(flags, SCMP_CMP_MASKED_EQ, kAccess, kAccess)});
+  }
+  deny(SCMP_SYS(openat2), ENOSYS);  // its flags are where a filter cannot see them
   if (failed == 0) failed = seccomp_load(filter.get());
   return failed == 0 ? Ok() : Status(cannot("the kernel takes no filter of system calls", -failed));
 }

@@ -12,6 +12,7 @@ namespace veneer::cli {
 namespace {
 
 using nlohmann::json;
+using ::testing::HasSubstr;
 
 TEST(Render, TheStatusReadsLikeASentenceAndAFewFacts) {
   const json status = {
@@ -119,6 +120,23 @@ TEST(Render, AReconciledScanNamesEachDifference) {
       "Ledger       2 DIFFERENCES from the wood\n"
       "             wood is gone that is not booked as cut, at 10.0, 20.0 mm, 3.2 mm2\n"
       "             booked as cut, and still in the panel, at 41.7, 226.3 mm, 23.9 mm2, piece A6 of job 2, cut\n");
+}
+
+TEST(Render, WhatWasDecidedOfADifferenceNamesThePiecesItTouches) {
+  const auto decided = [](const char* verdict) {
+    return json{{"id", 1},
+                {"kind", "gone_not_booked"},
+                {"place_mm", {10, 20}},
+                {"area_mm2", 9.5},
+                {"decided", {{"verdict", verdict}, {"who", "uid 1000"}, {"note", ""}, {"at", "2026"}}}};
+  };
+  EXPECT_THAT(
+      render_differences(
+          {{"panel", "P-1"}, {"differences", {decided("written_off")}}, {"suspect", {{{"job", 2}, {"mark", "A6"}}}}}),
+      HasSubstr("The wood of piece A6 of job 2 lies there: it is suspect. Say that it is lost with `veneerctl job "
+                "settle 2 A6 scrap`, then `veneerctl job redo 2 A6` finds other wood.\n"));
+  EXPECT_THAT(render_differences({{"panel", "P-1"}, {"differences", {decided("accepted")}}}),
+              HasSubstr("Nothing is open on P-1; 1 accepted.\n"));
 }
 
 TEST(Render, AScanSaysWhatItLeavesOut) {

@@ -1,6 +1,6 @@
 // The program itself: what it prints where, and its exit status.
 #include <fcntl.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,6 +21,7 @@ namespace {
 
 using nlohmann::json;
 using testing::ApiServer;
+using ::testing::HasSubstr;
 
 struct Outcome {
   int status = -1;
@@ -280,6 +281,69 @@ TEST(Veneerctl, TheDatabaseIsCheckedOnDemand) {
   const Outcome outcome = ask(server, {"db", "check"});
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out, "The database is as it was written; reading it took 1.2 s.\n");
+}
+
+json made_backup() {
+  return {{"name", "2026-05-01T07-30-00.000Z"},
+          {"folder", "/data/backups/2026-05-01T07-30-00.000Z"},
+          {"made_at", "2026-05-01T07:30:00.000Z"},
+          {"bytes", 12'345'678},
+          {"schema", 11},
+          {"panels", 2},
+          {"jobs", 1},
+          {"pieces", 16},
+          {"files", 7},
+          {"missing", json::array()},
+          {"removed", {"2026-04-17T07-30-00.000Z"}}};
+}
+
+Outcome ask_for_backup(const json& made) {
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("makeBackup", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("backup", "");
+      work.done(made);
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  return ask(server, {"db", "backup"});
+}
+
+TEST(Veneerctl, ABackupIsToldWithWhatItHolds) {
+  const Outcome outcome = ask_for_backup(made_backup());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out,
+            "The backup /data/backups/2026-05-01T07-30-00.000Z was made and checked: 12.3 MB, 2 panels, 1 jobs, 16 "
+            "pieces, 7 pictures.\n1 older one was removed.\n");
+}
+
+TEST(Veneerctl, ABackupThatLacksPicturesFailsSoThatSomebodyLooks) {
+  json made = made_backup();
+  made["missing"] = {"panels/P-0001/map-1.png", "scans/show-2.png"};
+  const Outcome outcome = ask_for_backup(made);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.out, HasSubstr("was made and checked"));
+  EXPECT_EQ(outcome.err,
+            "veneerctl: 2 pictures that the database names are missing or damaged in the data folder, the first is "
+            "panels/P-0001/map-1.png: put them back from an older backup, none of which is removed until then\n");
+}
+
+TEST(Veneerctl, BackupsAreListed) {
+  json unreadable = {{"name", "2026-04-30T07-30-00.000Z"},
+                     {"folder", "/data/backups/2026-04-30T07-30-00.000Z"},
+                     {"fault", "its manifest is damaged"}};
+  json list = {{"folder", "/data/backups"}, {"backups", {made_backup(), unreadable}}};
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("listBackups", [&](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(list)); });
+  });
+  const Outcome outcome = ask(server, {"db", "backups"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              HasSubstr("2026-05-01T07:30:00.000Z  12.3 MB       2     1      16         7  /data/backups"));
+  EXPECT_THAT(outcome.out, HasSubstr("its manifest is damaged"));
+  list["backups"] = json::array();
+  EXPECT_EQ(ask(server, {"db", "backups"}).out, "No backups in /data/backups: veneerctl db backup makes one.\n");
 }
 
 TEST(Veneerctl, AFailedTaskIsItsSentence) {

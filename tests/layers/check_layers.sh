@@ -72,8 +72,10 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^CLI/", "^(daemon/main\\.cc|cli/|drivers/sim/|tests/)")
       door("^(SQLiteCpp/|sqlite3)", "^(db|tests/(db|scenarios))/")
       door("^apriltag/", "^(calib/tag_detector\\.cc|drivers/sim/|tests/support/|tests/drivers/sim_)")
+      door("^archive", "^(base/archive\\.cc$|tests/base/)")
       door("^boost/beast", "^(daemon/api/|cli/|tests/)")
       door("^boost/", "^(drivers/|guardian/|daemon/|cli/|tests/)")
+      door("^cairo", "^daemon/services/panel_label\\.cc$")
       door("^dl_[a-z]+\\.h", "^tests/")
       door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
       door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")
@@ -85,6 +87,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
+      door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
       door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       door("^systemd/", "^daemon/")
@@ -92,6 +95,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^tiffio", "^(planner/pictures/tiff_inks\\.cc|tests/planner/)")
       door("^toml", "^(daemon|drivers/sim)/")
       door("^umockdev", "^tests/support/board_file")
+      door("^zbar\\.h$", "^tests/daemon/services/panel_label_test\\.cc$")
       door("^zlib", "^(planner/pictures/(picture_metadata|png_codec)\\.cc|tests/planner/)")
     }
     function holds(list, word) { return index(" " list " ", " " word " ") > 0 }

@@ -14,6 +14,7 @@
 #include <random>
 
 #include "tests/scenarios/operated_cell.h"
+#include "tests/support/campaign_size.h"
 #include "tests/support/hostile_picture.h"
 
 namespace veneer::tests {
@@ -24,11 +25,7 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-std::uint64_t number_from(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nothing sets it
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
+using testing::number_from;
 
 // What the daemon's folder of programs holds, with the worker that can be told to fail.
 constexpr std::array<const char*, 3> kPrograms{"veneerd", "veneer-twin", "veneer-guardian"};

@@ -20,7 +20,7 @@ CampaignOptions read_campaign_options(int argc, char** argv, const char* title, 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    std::exit(app.exit(error));
+    std::exit(app.exit(error));  // NOLINT(concurrency-mt-unsafe): there is no other thread yet
   }
   return options;
 }

@@ -128,9 +128,11 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
   if (!give_back) {
+    // NOLINTBEGIN(concurrency-mt-unsafe): there is no other thread yet
     mallopt(M_MMAP_MAX, 0);
     mallopt(M_TRIM_THRESHOLD, -1);
     mallopt(M_ARENA_MAX, 1);
+    // NOLINTEND(concurrency-mt-unsafe)
   }
 
   if (together) options.optimize = Optimize::kGlobal;

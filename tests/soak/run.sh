@@ -11,8 +11,10 @@
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
 #   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on; several cuts
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
-#   ledger       the database: 2000 sequences of the model test, a day's work cut short at every write of the disk with
-#                five seeds and 1000 times by kill -9, 4000 single bits flipped
+#   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
+#                at every write of the disk with five images of each, every fault of disk and memory in every
+#                transaction, 4000 single bits flipped and 1000 files and 1000 logs damaged, 100000 writes of 16 programs,
+#                the daemon killed 1000 times in a simulated job (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by cracks in near-black wood and strips on birch plywood
 #   properties   every test that draws its inputs, with 2000 cases per property
@@ -77,15 +79,37 @@ show_table=1 campaign "eyes/boards" "$seed" "$build/bin/veneer-soak-eyes" --seed
   --out "$(dirname "$out")/eyes.json"
 
 seed=$(fresh_seed)
-campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=2000" \
+campaign "ledger/model" "$seed" env RC_PARAMS="seed=$seed max_success=10000" \
   "$build/tests/db_tests" db/ledger_model_test.cc
-for ((i = 0; i < 5; ++i)); do
-  seed=$(fresh_seed)
-  campaign "ledger/power-loss/$i" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=200 "$build/tests/db_power_loss_tests"
-done
 seed=$(fresh_seed)
-show_table=1 campaign "ledger/bit-flips" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 \
+show_table=1 campaign "ledger/kills" "$seed" env VENEER_SEED="$seed" VENEER_KILLS=10000 \
+  "$build/tests/db_power_loss_tests" db/kills_test.cc
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/power-loss" "$seed" env VENEER_SEED="$seed" VENEER_CUT_STRIDE=1 VENEER_IMAGES=2 \
+  "$build/tests/db_power_loss_tests" db/power_loss_test.cc
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/faults" "$seed" env VENEER_SEED="$seed" VENEER_FAULT_STRIDE=1 \
+  "$build/tests/db_power_loss_tests" db/faults_test.cc
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/corruption" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 VENEER_CORRUPTIONS=1000 \
   "$build/tests/db_tests" db/bit_flip_test.cc
+seed=$(fresh_seed)
+campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
+  "$build/tests/db_tests" db/raw_writers_test.cc
+
+# A cell has wood for some 25 kills; each begins with a copy of the same one.
+if [[ ledger/daemon-kills == "$name"* || $name == ledger/daemon-kills* ]]; then
+  VENEER_PREPARED_CELL=$(mktemp -d)/cell
+  export VENEER_PREPARED_CELL
+  campaign "ledger/daemon-kills/prepare" 7 "$build/tests/scenario_tests" scenarios/prepare_test.cc
+  for ((i = 0; i < 40; ++i)); do
+    seed=$(fresh_seed)
+    show_table=1 campaign "ledger/daemon-kills/$i" "$seed" env VENEER_SEED="$seed" VENEER_DAEMON_KILLS=25 \
+      "$build/tests/scenario_tests" scenarios/kills_test.cc
+  done
+  rm -rf "$(dirname "$VENEER_PREPARED_CELL")"
+  unset VENEER_PREPARED_CELL
+fi
 
 # Every test whose inputs rapidcheck draws; ctest knows which program it is in.
 while read -r program file; do

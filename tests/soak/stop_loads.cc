@@ -318,7 +318,8 @@ Status book_pieces(daemon::Repositories& r) {
     for (int i = first; i < first + kPiecesPerJob; ++i) {
       db::PlannedPatch& piece = job.pieces.emplace_back();
       piece.mark = fmt::format("A{}", i);
-      const double x = 10 + kPitch * (i % kColumns), y = 10 + kPitch * (i / kColumns);
+      const int column = i % kColumns, row = i / kColumns;
+      const double x = 10 + kPitch * column, y = 10 + kPitch * row;
       for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {kSide, 0.0}, {kSide, kSide}, {0.0, kSide}}) {
         piece.artwork_outline.push_back(point<ArtworkFrame>(dx, dy));
         piece.panel_outline.push_back(point<PanelFrame>(x + dx, y + dy));

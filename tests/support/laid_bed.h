@@ -40,7 +40,7 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
   }
   void prepare(const daemon::ProvenPose&, std::vector<db::PieceRecord> pieces,
                const std::optional<LaserMotion>& machine,
-               std::function<void(Result<std::vector<daemon::PieceBurn>>)> reply) override {
+               std::function<void(Result<daemon::PreparedRun>)> reply) override {
     told = machine;
     if (on_prepare) on_prepare();
     std::vector<daemon::PieceBurn> burns;
@@ -56,7 +56,9 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
       cut.path = {point<MachineFrame>(10, 10), point<MachineFrame>(reach_x, 10), point<MachineFrame>(15, 20)};
       burns.push_back({piece.id, piece.mark, LaserJob{{mark, cut}}, 1});
     }
-    boost::asio::post(io_, [burns = std::move(burns), reply = std::move(reply)] { reply(burns); });
+    boost::asio::post(io_, [burns = std::move(burns), reply = std::move(reply)] {
+      reply(daemon::PreparedRun{burns, {{}, {CertificateId{1}}, R"([{"material": null}])"}});
+    });
   }
   void lay(const std::string& panel, bool back_up = true, double x_mm = 300, double y_mm = 40) {
     seen = daemon::ProvenPose{PanelId{panel}, back_up,

@@ -72,6 +72,17 @@ class RoutedCell : public ::testing::Test {
     return nlohmann::json::parse(reply.body, nullptr, false);
   }
 
+  // The task that this reply began, at its end.
+  daemon::TaskView ended(const daemon::ApiReply& begun) {
+    EXPECT_EQ(begun.status, 202) << begun.body;
+    const std::int64_t id = body_of(begun).value("task", std::int64_t{0});
+    while (cell->tasks.find(id)->state == daemon::TaskState::kRunning) {
+      reactor.restart();
+      reactor.run_one_for(std::chrono::seconds(10));
+    }
+    return *cell->tasks.find(id);
+  }
+
   testing::TempDirectory directory;
   SteadyClock clock;
   boost::asio::io_context reactor{1};

@@ -8,6 +8,7 @@ fail() { echo "install: $*" >&2; exit 1; }
 
 cmake --install "$build" --prefix "$prefix" >/dev/null
 for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-guardian.service \
+  lib/systemd/system/veneerd-backup.service lib/systemd/system/veneerd-backup.timer \
   lib/systemd/system/veneer-twin.service lib/systemd/system/veneer-demo.target lib/sysusers.d/veneerd.conf \
   lib/udev/rules.d/70-veneerd.rules etc/veneerd/veneerd.toml share/doc/veneerd/LICENSE; do
   [[ -f $prefix/$file ]] || fail "$file is missing"
@@ -44,6 +45,15 @@ guardian=$(sed -n "s|^ExecStart=$prefix/bin/veneer-guardian ||p" "$unit/veneer-g
 grep -q -- " --guardian ${BASH_REMATCH[2]}\$" "$unit/veneerd.service" || fail "the guardian listens elsewhere"
 grep -q "^ExecStopPost=-$prefix/bin/veneer-guardian --record ${BASH_REMATCH[1]} --settle\$" "$unit/veneerd.service" ||
   fail "what both leave behind is settled by nobody"
+
+# The nightly backup asks the daemon where it listens, as a user who may operate the cell, and is started by its timer.
+listens=$(sed -n 's/^unix = "\(.*\)"$/\1/p' "$prefix/etc/veneerd/veneerd.toml")
+grep -q "^ExecStart=$prefix/bin/veneerctl --socket $listens db backup$" "$unit/veneerd-backup.service" ||
+  fail "the backup is asked for elsewhere"
+[[ $(grep '^User=' "$unit/veneerd-backup.service") == "$(grep '^User=' "$unit/veneerd.service")" ]] ||
+  fail "another user than the daemon's asks for the backup"
+grep -q '^OnCalendar=' "$unit/veneerd-backup.timer" || fail "the backup has no time"
+if grep -q '^WantedBy=' "$unit/veneerd-backup.service"; then fail "the backup starts with the machine, not by its timer"; fi
 
 # What the units and the configuration say of each other's folders.
 toml=$prefix/etc/veneerd/veneerd.toml

@@ -8,7 +8,7 @@ fail() { echo "sandbox: $*" >&2; exit 1; }
 
 DESTDIR=$stage cmake --install "$1" --prefix /usr >/dev/null
 units=$stage/usr/lib/systemd/system
-for unit in veneerd veneer-guardian veneer-twin; do
+for unit in veneerd veneerd-backup veneer-guardian veneer-twin; do
   # The threshold is in tenths.
   systemd-analyze security --offline=true --threshold=15 --no-pager "$units/$unit.service" >"$stage/report" ||
     fail "$(tail -1 "$stage/report")"

@@ -20,6 +20,8 @@ TEST(ShippedConfiguration, SaysTheDefaults) {
   EXPECT_EQ(shipped->api.listen, built_in.api.listen);
   EXPECT_EQ(shipped->api.unix_socket, built_in.api.unix_socket);
   EXPECT_EQ(shipped->store.data_dir, built_in.store.data_dir);
+  EXPECT_EQ(shipped->store.backup_dir, built_in.store.backup_dir);
+  EXPECT_EQ(shipped->store.keep_backups, built_in.store.keep_backups);
   EXPECT_EQ(shipped->sim.socket, built_in.sim.socket);
   EXPECT_EQ(shipped->sim.laser, built_in.sim.laser);
   EXPECT_EQ(shipped->sim.time_scale, built_in.sim.time_scale);

@@ -59,6 +59,17 @@ TEST(EventHub, AClientThatDoesNotReadIsDroppedWithAReasonAndDelaysNobody) {
   EXPECT_NE(slow.reason().find("too slowly"), std::string::npos) << slow.reason();
 }
 
+TEST(EventHub, OneLargeEventReachesEverybody) {
+  EventHubOptions options;
+  options.max_queued_bytes = 16 * 1024;
+  ApiServer server({}, options);
+  Listener listener(server);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  const std::string differences(256 * 1024, 'x');
+  server.on_reactor([&] { server.hub().broadcast({{"type", "task"}, {"text", differences}}); });
+  EXPECT_EQ(listener.next()["text"].get<std::string>().size(), differences.size());
+}
+
 TEST(EventHub, ClientsThatVanishAreForgotten) {
   ApiServer server;
   Listener listener(server);

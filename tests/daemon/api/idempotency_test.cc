@@ -14,7 +14,7 @@ class Idempotency : public ::testing::Test {
     router.remember_in(keys);
     router.on_change([this](const Router::Change& change) {
       notes.push_back(change.caller.who + " " + std::string(change.operation) + (change.refused ? " refused" : "") +
-                      " " + change.detail);
+                      (change.task ? " began task " + std::to_string(*change.task) : "") + " " + change.detail);
     });
     router.bind("scan", [this](const ApiRequest&, Reply reply) {
       ++scans;
@@ -133,20 +133,21 @@ TEST_F(Idempotency, EveryChangeIsNotedWithWhoAskedAndEveryRefusalToo) {
   refuse = true;
   send("", "{}", "console link 3 of uid 0");
   send("", "", "anonymous", "GET", "/api/v1/status");
-  ASSERT_EQ(notes.size(), 3U);
+  ASSERT_EQ(notes.size(), 4U);
   EXPECT_EQ(notes[0], R"(uid 1000 scan POST /api/v1/scans {"more":true})");
-  EXPECT_EQ(notes[1], "console link 3 of uid 0 scan POST /api/v1/scans {}");
-  EXPECT_EQ(notes[2].substr(0, 36), "console link 3 of uid 0 scan refused");
-  EXPECT_NE(notes[2].find("the scanner is busy"), std::string::npos);
+  EXPECT_EQ(notes[1], "uid 1000 scan began task 1 ");
+  EXPECT_EQ(notes[2], "console link 3 of uid 0 scan POST /api/v1/scans {}");
+  EXPECT_EQ(notes[3].substr(0, 36), "console link 3 of uid 0 scan refused");
+  EXPECT_NE(notes[3].find("the scanner is busy"), std::string::npos);
 }
 
 TEST_F(Idempotency, ARepetitionIsNotNotedTwiceAndASecretNotAtAll) {
   send("a");
   send("a");
-  EXPECT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes.size(), 2U) << "the request, and the task that it began";
   send("", R"({"token":"very-secret"})", "anonymous", "POST", "/api/v1/session");
-  ASSERT_EQ(notes.size(), 2U);
-  EXPECT_EQ(notes[1].find("very-secret"), std::string::npos) << notes[1];
+  ASSERT_EQ(notes.size(), 3U);
+  EXPECT_EQ(notes[2].find("very-secret"), std::string::npos) << notes[2];
 }
 
 }  // namespace

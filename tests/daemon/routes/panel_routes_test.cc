@@ -1,10 +1,13 @@
 // What takes a scan back, and a panel out of stock, through the API.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <opencv2/imgproc.hpp>
 
 #include "base/polygon_ops.h"
 #include "cli/render.h"
+#include "planner/pictures/pictures.h"
+#include "tests/support/panel_shapes.h"
 #include "tests/support/routed_cell.h"
 
 namespace veneer::daemon {
@@ -13,14 +16,16 @@ namespace {
 using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::panel_square;
 
 constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
 constexpr int kColumns = 360, kRows = 240;
 const SquareMillimetres kWhole(kColumns* kRows / (kMapResolution.px_per_mm * kMapResolution.px_per_mm));
 
-Ring<PanelFrame> square(double x, double y, double side) {
-  return {point<PanelFrame>(x, y), point<PanelFrame>(x + side, y), point<PanelFrame>(x + side, y + side),
-          point<PanelFrame>(x, y + side)};
+// A zone of a panel 20 mm high.
+Ring<PanelFrame> strip(double left_mm, double right_mm) {
+  return {point<PanelFrame>(left_mm, 0), point<PanelFrame>(right_mm, 0), point<PanelFrame>(right_mm, 21),
+          point<PanelFrame>(left_mm, 21)};
 }
 
 class PanelRoutes : public testing::RoutedCell {
@@ -97,6 +102,53 @@ TEST_F(PanelRoutes, ARetiredPanelIsOutOfStockUntilItIsRestored) {
   EXPECT_THAT(cli::render_panels(get("/panels")), Not(HasSubstr("retired")));
 }
 
+// What people note is kept change by change, and nothing is planned from a surface that nobody has scanned.
+TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
+  EXPECT_EQ(ask("GET", "/api/v1/materials/walnut").status, 404);
+  const ApiReply walnut = post("/materials/walnut", {{"botanical_name", "Juglans regia"}, {"cites", "not_listed"}});
+  ASSERT_EQ(walnut.status, 200) << walnut.body;
+  EXPECT_EQ(post("/materials/walnut", {{"cites", "IV"}}).status, 400);
+  ASSERT_EQ(post("/materials/walnut", {{"origin", "France"}, {"cites", ""}}).status, 200);
+  const json known = get("/materials/walnut");
+  EXPECT_EQ(known["botanical_name"], "Juglans regia");
+  EXPECT_EQ(known["origin"], "France");
+  EXPECT_TRUE(known["cites"].is_null());
+  EXPECT_EQ(known["who"], "uid 1000");
+  EXPECT_EQ(known["changes"].size(), 2U);
+  EXPECT_EQ(get("/materials")["materials"].size(), 1U);
+
+  ASSERT_EQ(post("/panels/P-0002/facts", {{"shelf", "A3"}, {"veneer_mm", 0.6}}).status, 200);
+  EXPECT_EQ(post("/panels/P-0002/facts", {{"veneer_mm", 0}}).status, 400);
+  EXPECT_EQ(post("/panels/P-0002/facts", {{"day", "2026-05-01"}}).status, 400) << "of what?";
+  EXPECT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2999-01-01"}}).status, 400);
+  EXPECT_EQ(post("/panels/P-0009/facts", {{"shelf", "A3"}}).status, 404);
+  EXPECT_EQ(get("/panels/P-0002")["facts"]["shelf"], "A3");
+  EXPECT_FALSE(get("/panels/P-0002").contains("scan_again"));
+
+  ASSERT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2026-05-02"}}).status, 200);
+  const json panel = get("/panels/P-0002");
+  EXPECT_EQ(panel["treatments"][0]["product"], "grit 240");
+  EXPECT_EQ(panel["facts"]["veneer_mm"], 0.6) << "stays as it was";
+  const std::string why =
+      "panel P-0002 was sanded on 2026-05-02, after the scan of 2026-05-01 that counts: scan it again";
+  EXPECT_EQ(panel["scan_again"], why);
+  EXPECT_THAT(cli::render_panel(panel), HasSubstr(why));
+}
+
+// The area book says the same at each step, and its classes are the panel.
+void expect_book(const json& panel, double reserved, double cut, double kerf) {
+  const json& book = panel["area_book_mm2"];
+  EXPECT_NEAR(book["panel"].get<double>(), 600, 1e-9);
+  EXPECT_NEAR(book["reserved"].get<double>(), reserved, 1e-9);
+  EXPECT_NEAR(book["cut"].get<double>(), cut, 1e-9);
+  EXPECT_NEAR(book["kerf"].get<double>(), kerf, 1e-9);
+  double sum = 0;
+  for (const auto& [name, area] : book.items()) sum += name == "panel" ? 0 : area.get<double>();
+  EXPECT_NEAR(sum, 600, 6e-4);
+  const double beside = kWhole.count() - 600;  // these masks are a little larger than their panels
+  EXPECT_GE(book["free"].get<double>() + beside, panel["free_mm2"].get<double>() - 1e-9) << "parts of pixels";
+}
+
 // It rose while pieces were cut, and counted what was cut until the next scan.
 TEST_F(PanelRoutes, FreeWoodIsWhatNothingIsBookedOn) {
   EXPECT_EQ(get("/panels/P-0002")["free_mm2"], get("/panels/P-0002")["usable_mm2"]);
@@ -105,10 +157,10 @@ TEST_F(PanelRoutes, FreeWoodIsWhatNothingIsBookedOn) {
   for (const double x : {5.0, 15.0}) {
     db::PlannedPatch& patch = plan.pieces.emplace_back();
     patch.mark = x < 10 ? "A1" : "A2";
-    for (const auto& p : square(0, 0, 6))
+    for (const auto& p : panel_square(0, 0, 6))
       patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
     patch.panel = PanelId{"P-0002"};
-    patch.panel_outline = square(x, 5, 6);
+    patch.panel_outline = panel_square(x, 5, 6);
     patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
     patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 5));
   }
@@ -123,6 +175,7 @@ TEST_F(PanelRoutes, FreeWoodIsWhatNothingIsBookedOn) {
     return Ok();
   });
   // A pixel that is touched is not free, all around: 0.085 mm of 6.5 each.
+  expect_book(get("/panels/P-0002"), 2 * 6.5 * 6.5, 0, 0);
   const double reserved = get("/panels/P-0002")["free_mm2"];
   EXPECT_NEAR(reserved, kWhole.count() - 2 * 6.5 * 6.5, 2 * 4 * 6.7 * 0.17);
   EXPECT_LE(reserved, kWhole.count() - 2 * 6.5 * 6.5);
@@ -136,14 +189,152 @@ TEST_F(PanelRoutes, FreeWoodIsWhatNothingIsBookedOn) {
     return r.jobs.finish_run(*run, false, kThen);
   });
   EXPECT_EQ(get("/panels/P-0002")["free_mm2"], reserved) << "what was cut is as little free as what is to be cut";
+  expect_book(get("/panels/P-0002"), 6.5 * 6.5, 36, 6.5 * 6.5 - 36);
   change([&](Repositories& r) { return r.jobs.cancel(pieces[0].job, kThen); });
+  expect_book(get("/panels/P-0002"), 0, 36, 6.5 * 6.5 - 36);
   EXPECT_NEAR(get("/panels/P-0002")["free_mm2"].get<double>(), (kWhole.count() + reserved) / 2, 1e-6);
+}
+
+TEST_F(PanelRoutes, WhatAScanAndTheLedgerDisagreeAboutStaysUntilSomebodyDecides) {
+  db::DifferenceRecord hole;
+  hole.gone = true;
+  hole.place = point<PanelFrame>(11, 6), hole.area = SquareMillimetres(12);
+  hole.box = {point<PanelFrame>(10, 5), point<PanelFrame>(14, 8)};
+  change([&](Repositories& r) { return r.differences.found({"P-0002"}, {hole}, kThen); });
+  EXPECT_EQ(get("/panels/P-0002")["open_differences"], 1);
+  EXPECT_THAT(cli::render_panels(get("/panels")),
+              HasSubstr("P-0002: wood and ledger disagree in 1 place: `veneerctl panel differences P-0002`\n"));
+  EXPECT_THAT(cli::render_differences(get("/panels/P-0002/differences")),
+              HasSubstr("   1  wood is gone that is not booked as cut, at 11.0, 6.0 mm, 12.0 mm2\n"));
+  EXPECT_EQ(post("/panels/P-0002/differences/1/decide", {{"verdict", "whatever"}}).status, 400);
+  EXPECT_EQ(
+      post("/panels/P-0002/differences/1/decide", {{"verdict", "accepted"}, {"note", std::string(501, 'x')}}).status,
+      400);
+  EXPECT_EQ(post("/panels/P-0002/differences/7/decide", {{"verdict", "accepted"}}).status, 404);
+  EXPECT_EQ(post("/panels/P-0001/differences/1/decide", {{"verdict", "accepted"}}).status, 404) << "another panel's";
+  const ApiReply decided =
+      post("/panels/P-0002/differences/1/decide", {{"verdict", "written_off"}, {"note", "a knot"}});
+  ASSERT_EQ(decided.status, 200) << decided.body;
+  EXPECT_THAT(cli::render_differences(body_of(decided)), HasSubstr("written off, uid 1000, a knot\nNothing is open"));
+  EXPECT_EQ(get("/panels/P-0002")["open_differences"], 0);
+  EXPECT_NEAR(get("/panels/P-0002")["area_book_mm2"]["scrap"].get<double>(), 12, 1e-9);
+  EXPECT_EQ(post("/panels/P-0002/differences/1/decide", {{"verdict", "accepted"}}).status, 409);
+}
+
+TEST_F(PanelRoutes, TellsWhatIsLeftOfAPanel) {
+  change([](Repositories& r) {
+    // The left third is walnut, nobody has said what the rest is of.
+    return r.materials.add_zones({"P-0002"}, {{1, strip(0, 10), "walnut"}, {2, strip(10, 30), ""}});
+  });
+  const json fresh = get("/panels/P-0002")["remnant"];
+  ASSERT_EQ(fresh["woods"].size(), 2U) << fresh.dump();
+  EXPECT_TRUE(fresh["woods"][0]["material"].is_null());
+  EXPECT_EQ(fresh["woods"][1]["material"], "walnut");
+  EXPECT_NEAR(fresh["woods"][1]["free_mm2"].get<double>(), 200, 6);
+  EXPECT_LE(fresh["woods"][1]["free_mm2"].get<double>(), 204) << "the mask is a little larger than its panel";
+  EXPECT_NEAR(fresh["square"]["side_mm"].get<double>(), 20.3, 0.05);
+  EXPECT_NEAR(fresh["circle"]["diameter_mm"].get<double>(), 20.3, 0.05);
+  EXPECT_EQ(get("/panels/P-0002")["remnant"], fresh);
+
+  change([](Repositories& r) {
+    return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(12, 2, 6)), "a knot", kThen);
+  });
+  const json left = get("/panels/P-0002");
+  // On the right of the knot, or on its left, are 12 mm.
+  EXPECT_NEAR(left["remnant"]["square"]["side_mm"].get<double>(), 12.3, 0.2) << left["remnant"].dump();
+  EXPECT_NEAR(left["remnant"]["circle"]["diameter_mm"].get<double>(), 14.9, 1.0) << left["remnant"].dump();
+  EXPECT_NEAR(left["remnant"]["woods"][0]["free_mm2"].get<double>(), fresh["woods"][0]["free_mm2"].get<double>() - 36,
+              5);
+  EXPECT_EQ(left["remnant"]["woods"][1], fresh["woods"][1]);
+  EXPECT_THAT(cli::render_panel(left), HasSubstr("wood nobody has named 4 cm2, walnut 2 cm2\n"));
+  EXPECT_THAT(cli::render_panel(left), HasSubstr("a square of 12."));
+  EXPECT_TRUE(get("/panels/P-0001")["remnant"].is_object());
+}
+
+TEST_F(PanelRoutes, ThePictureOfARemnantIsPaleWhereNothingIsFree) {
+  change([](Repositories& r) {
+    return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(2, 2, 6)), "a knot", kThen);
+  });
+  const ApiReply reply = ask("GET", "/api/v1/panels/P-0002/remnant.png");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const cv::Mat picture = *planner::decode_picture(reply.body, "remnant");
+  ASSERT_EQ(picture.size(), cv::Size(kColumns, kRows));
+  // This wood is white; what is not free is a little grey.
+  const auto at = [&](double x_mm, double y_mm) {
+    return picture.at<cv::Vec3b>(kRows - cvRound(y_mm * 300 / 25.4), cvRound(x_mm * 300 / 25.4));
+  };
+  EXPECT_EQ(at(29, 1), cv::Vec3b(255, 255, 255));
+  EXPECT_EQ(at(5, 5), cv::Vec3b(240, 240, 240));
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/remnant.png").status, 404);
+}
+
+TEST_F(PanelRoutes, ALabelIsAFileOfTheKindAskedFor) {
+  const ApiReply pdf = ask("GET", "/api/v1/panels/P-0002/label");
+  ASSERT_EQ(pdf.status, 200) << pdf.body;
+  EXPECT_EQ(pdf.content_type, "application/pdf");
+  EXPECT_TRUE(pdf.body.starts_with("%PDF-"));
+  const ApiReply svg = ask("GET", "/api/v1/panels/P-0002/label?format=svg");
+  EXPECT_EQ(svg.content_type, "image/svg+xml");
+  EXPECT_THAT(svg.body, HasSubstr("<svg"));
+  const ApiReply png = ask("GET", "/api/v1/panels/P-0002/label?format=png");
+  EXPECT_EQ(png.content_type, "image/png");
+  EXPECT_TRUE(planner::decode_picture(png.body, "label").ok());
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/label").status, 404);
+}
+
+TEST_F(PanelRoutes, FindsThePanelsThatHaveTheWoodOneLooksFor) {
+  // P-0002 is walnut on the left and maple on the right, and looks so. P-0001 has no wood left.
+  cv::Mat map(kRows, kColumns, CV_8UC3, cv::Scalar(190, 220, 240));
+  map.colRange(0, kColumns / 2) = cv::Scalar(40, 60, 80);
+  const auto walnut_and_maple = cell->panel_library.store_picture(map, "panels", "both");
+  const auto mask =
+      cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "all");
+  ASSERT_TRUE(walnut_and_maple.ok() && mask.ok());
+  change([&](Repositories& r) -> Status {
+    const auto version = r.panels.add_mask(
+        {"P-0002"}, {0, walnut_and_maple->file, mask->file, walnut_and_maple->sha256, kThen, kWhole}, 1);
+    if (!version) return version.error();
+    return r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "walnut"}, {2, strip(15, 31), "maple"}});
+  });
+  const auto found = [&](const std::string& query) {
+    const json reply = get("/panels?" + query);
+    std::string text;
+    for (const json& panel : reply["panels"])
+      text += fmt::format("{}{} {:.0f}", text.empty() ? "" : ", ", panel["id"].get<std::string>(),
+                          panel["fitting_mm2"].get<double>());
+    return text;
+  };
+  EXPECT_EQ(found("min_free_mm2=100"), "P-0002 619") << "P-0001 has none";
+  EXPECT_EQ(found("min_free_mm2=700"), "");
+  EXPECT_EQ(found("wood=oak"), "");
+  EXPECT_EQ(found("wood=walnut&min_free_mm2=310"), "") << "it has 300";
+  EXPECT_EQ(found("wood=walnut&patch_mm=16"), "") << "it is 15 mm wide";
+  const std::string walnut = found("wood=walnut&patch_mm=14");
+  EXPECT_THAT(walnut, HasSubstr("P-0002 30"));
+  // Half of its wood each, but for what lies so near to the other half that it looks like neither.
+  EXPECT_NEAR(get("/panels?tone=dark&patch_mm=14")["panels"][0].value("fitting_mm2", 0.0), 310 - 10, 15);
+  EXPECT_NEAR(get("/panels?tone=light&patch_mm=14")["panels"][0].value("fitting_mm2", 0.0), 310 - 10, 15);
+  EXPECT_EQ(found("tone=dark&patch_mm=16"), "");
+  EXPECT_EQ(found("tone=dark&wood=maple&patch_mm=2"), "");
+  // A knot in the walnut leaves strips of 4 and 5 mm on its sides, and 8 mm below and above it.
+  change([](Repositories& r) {
+    return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(4, 8, 6)), "a knot", kThen);
+  });
+  EXPECT_EQ(found("wood=walnut&patch_mm=9"), "");
+  EXPECT_THAT(found("wood=walnut&patch_mm=6"), HasSubstr("P-0002 2"));
+  EXPECT_THAT(cli::render_found(get("/panels?wood=walnut&patch_mm=6")), HasSubstr("P-0002"));
+  EXPECT_EQ(cli::render_found(get("/panels?wood=oak")), "No panel in stock has so much of this wood.\n");
+  // Pages go on where the one before stopped.
+  EXPECT_EQ(get("/panels?min_free_mm2=1&limit=1")["panels"].size(), 1U);
+  EXPECT_TRUE(get("/panels?min_free_mm2=1&limit=1&cursor=2")["panels"].empty());
+  ASSERT_EQ(post("/panels/P-0002/retire", {{"reason", "sold"}}).status, 200);
+  EXPECT_EQ(found("min_free_mm2=1"), "") << "out of stock";
 }
 
 // One file that is lost must not hide the whole stock.
 TEST_F(PanelRoutes, AMaskThatCannotBeReadLeavesNothingFreeAndTheOthersListed) {
   change([](Repositories& r) {
-    return r.ledger.write_off({"P-0001"}, Region<PanelFrame>(square(5, 5, 6)), "burnt", kThen);
+    return r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(5, 5, 6)), "burnt", kThen);
   });
   std::filesystem::remove(cell->panel_library.path_of(
       cell->database->call([](Repositories& r) { return r.panels.find({"P-0001"}); })->mask_file));
@@ -151,6 +342,7 @@ TEST_F(PanelRoutes, AMaskThatCannotBeReadLeavesNothingFreeAndTheOthersListed) {
   ASSERT_EQ(all["panels"].size(), 2U) << all.dump();
   EXPECT_EQ(all["panels"][0]["free_mm2"], 0);
   EXPECT_GT(all["panels"][1]["free_mm2"], 0);
+  EXPECT_TRUE(get("/panels/P-0001")["area_book_mm2"].is_null());
 }
 
 }  // namespace

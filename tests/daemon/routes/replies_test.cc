@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <sstream>
 
+#include "cli/audit_log.h"
 #include "cli/render.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/routed_cell.h"
@@ -69,6 +70,27 @@ class Replies : public testing::RoutedCell {
     hole.kind = db::FiducialKind::kHole, hole.tag_id = 0, hole.face = Face::kBack, hole.corners.resize(1);
     if (Status added = r.panels.add(panel, {scan}, {tag, hole}); !added) return added;
     if (Status zones = r.materials.add_zones(panel.id, {{1, square, "walnut"}, {2, square, ""}}); !zones) return zones;
+
+    for (const char* origin : {"France", "Italy"})
+      if (Status set = r.facts.set_material({"walnut", "Juglans regia", origin, "Miller", "III", "uid 1000", kAt});
+          !set)
+        return set;
+    for (const auto& shelf : {"A3", "B1"})
+      if (Status set = r.facts.set_panel(panel.id, {shelf, 0.6_mm, 1.5_mm, "uid 1000", kAt},
+                                         {{db::TreatmentKind::kFinish, "shellac", "2026-04-30", "", ""}});
+          !set)
+        return set;
+
+    db::DifferenceRecord difference;
+    difference.place = point<PanelFrame>(4, 4);
+    difference.box = {point<PanelFrame>(2, 2), point<PanelFrame>(6, 6)};
+    difference.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
+    db::DifferenceRecord gone = difference;
+    gone.gone = true, gone.pieces_json = "[]";
+    if (Status found = r.differences.found(panel.id, {difference, gone}, kAt); !found) return found;
+    if (const auto decided = r.differences.decide(panel.id, {1}, db::DifferenceVerdict::kAccepted, "uid 1000", "", kAt);
+        !decided)
+      return decided.error();
 
     const auto pieces = r.jobs.pieces(JobId{1});
     if (!pieces) return pieces.error();
@@ -133,7 +155,11 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getPanel", "/panels/P-0003"},
                                                         {"getPanelRegistration", "/panels/P-0003/registration"},
                                                         {"getPanelLedger", "/panels/P-0001/ledger"},
+                                                        {"getPanelFacts", "/panels/P-0003/facts"},
+                                                        {"listMaterials", "/materials"},
+                                                        {"getMaterial", "/materials/walnut"},
                                                         {"getPanelMasks", "/panels/P-0001/masks"},
+                                                        {"getPanelDifferences", "/panels/P-0003/differences"},
                                                         {"listRecipes", "/recipes"},
                                                         {"listCertificates", "/certificates"},
                                                         {"listPlans", "/plans?limit=1"},
@@ -143,7 +169,13 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listJobs", "/jobs"},
                                                         {"getJob", "/jobs/1"},
                                                         {"getJobPieces", "/jobs/1/pieces"},
+                                                        {"getPiece", "/pieces/1"},
+                                                        {"getPieceByMark", "/jobs/1/pieces/A1-1"},
+                                                        {"getPanelPlace", "/panels/P-0001/place?x=15&y=15"},
                                                         {"getJobPlan", "/jobs/1/plan.json"},
+                                                        {"listBackups", "/backups"},
+                                                        {"getAudit", "/audit"},
+                                                        {"getHistory", "/history"},
                                                         {"listTasks", "/tasks"},
                                                         {"getTask", "/tasks/2"},
                                                         {"getBedToolpath", "/bed/toolpath"}};
@@ -170,13 +202,16 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
 TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
   using cli::render_pieces;
   const std::vector<std::string> tables = {cli::render_panels(get("/panels")),
+                                           cli::render_found(get("/panels?min_free_mm2=1&patch_mm=2")),
                                            cli::render_jobs(get("/jobs")),
                                            cli::render_plans(get("/plans")),
                                            render_pieces(get("/jobs/1/pieces")),
                                            cli::render_ledger(get("/panels/P-0001/ledger")),
                                            cli::render_certificates(get("/certificates")),
                                            cli::render_recipes(get("/recipes")),
-                                           cli::render_zones(get("/panels/P-0003"))};
+                                           cli::render_audit(get("/audit")),
+                                           cli::render_zones(get("/panels/P-0003")),
+                                           cli::render_materials(get("/materials"))};
   for (const std::string& table : tables) EXPECT_THAT(empty_columns(table), IsEmpty()) << table;
   EXPECT_THAT(render_pieces(get("/jobs/1/pieces")), HasSubstr("A1-1"));
   EXPECT_THAT(render_pieces(get("/jobs/1/pieces")), Not(HasSubstr("ROW"))) << "the mark says it";
@@ -185,10 +220,16 @@ TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
 TEST_F(Replies, WhatIsToldOfOneThingNamesIt) {
   for (const std::string& text :
        {cli::render_status(get("/status")), cli::render_panel(get("/panels/P-0003")), cli::render_job(get("/jobs/1")),
-        cli::render_plan(get("/plans/2")), cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
-        cli::render_registration(get("/panels/P-0003/registration"))})
+        cli::render_differences(get("/panels/P-0003/differences")), cli::render_plan(get("/plans/2")),
+        cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
+        cli::render_registration(get("/panels/P-0003/registration")),
+        cli::render_panel_facts(get("/panels/P-0003/facts")), cli::render_material(get("/materials/walnut"))})
     EXPECT_THAT(text, Not(HasSubstr("?")));
   EXPECT_THAT(cli::render_panel(get("/panels/P-0003")), HasSubstr("the large offcut"));
+  EXPECT_THAT(cli::render_panel(get("/panels/P-0003")), HasSubstr("2026-04-30, shellac"));
+  EXPECT_THAT(cli::render_panel_facts(get("/panels/P-0003/facts")),
+              HasSubstr("A3, 0.60 mm of veneer, 1.50 mm of substrate, noted 2026-05-01 by uid 1000"));
+  EXPECT_THAT(cli::render_material(get("/materials/walnut")), HasSubstr("Juglans regia, France, appendix III, Miller"));
   EXPECT_THAT(cli::render_job(get("/jobs/1")), HasSubstr("1 of 5 pieces"));
   EXPECT_THAT(cli::render_task(get("/tasks/2")), HasSubstr("there is no wood"));
 }

@@ -111,6 +111,14 @@ class StrictRequests : public testing::RoutedCell {
     return out;
   }
 
+  // The same of the query.
+  static std::string others_in_query(const Operation& operation, const std::string& without) {
+    std::string out;
+    for (const Property& p : operation.query)
+      if (p.required && p.name != without) out += (out.empty() ? "?" : "&") + in_query(p.name, usable(p.schema));
+    return out;
+  }
+
   void refused(const Operation& operation, const std::string& query, const std::string& body,
                const std::string& named) {
     const ApiReply reply = ask_raw(operation.method, operation.path + query, body);
@@ -173,7 +181,7 @@ TEST_F(StrictRequests, AValueOfAnotherTypeOrBeyondItsLimitsIsAnErrorThatNamesIt)
 TEST_F(StrictRequests, WhatMustBeThereIsAskedForByName) {
   for (const Operation& operation : operations) {
     for (const Property& p : operation.query)
-      if (p.required) refused(operation, "", "", p.name + " is missing");
+      if (p.required) refused(operation, others_in_query(operation, p.name), "", p.name + " is missing");
     for (const Property& p : operation.body)
       if (p.required) refused(operation, "", needed(operation, p.name).dump(), p.name + " is missing");
   }

@@ -181,6 +181,45 @@ TEST_F(PlanServiceTest, OnlyWoodThatTheCameraFindsIsPlanned) {
       << "it may be the wood that is missing";
 }
 
+// Its wood looks different from what was scanned.
+TEST_F(PlanServiceTest, APanelThatWasSandedAfterItsScanIsNotPlanned) {
+  add_panel("P-0001", 255);
+  const auto sand = [&] {
+    return database_->call([](Repositories& r) {
+      db::PanelFacts noted;
+      noted.who = "uid 1000", noted.at = "2026-03-01T00:00:00.000Z";
+      return r.facts.set_panel({"P-0001"}, noted, {{db::TreatmentKind::kSanding, "grit 240", "2026-02-14", "", ""}});
+    });
+  };
+  const auto before = stored_plan(small_job());
+  ASSERT_TRUE(before.ok()) << before.error().message;
+  ASSERT_TRUE(sand());
+  const std::string why =
+      "panel P-0001 was sanded on 2026-02-14, after the scan of 2026-01-01 that counts: scan it again";
+  EXPECT_EQ(plan(small_job()).error().message, why);
+  EXPECT_EQ(plan(small_job()).error().code, ErrorCode::kRefused);
+  const auto job = database_->call([&](Repositories& r) { return r.jobs.create(before->plan, "2026-03-01"); });
+  ASSERT_FALSE(job.ok()) << "of a plan from before";
+  EXPECT_EQ(job.error().message, why);
+
+  add_panel("P-0002", 255, planner::test::wood_picture(200, 200, 8));
+  const auto made = plan(small_job());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_EQ(made->panels.front().first, PanelId{"P-0002"});
+  EXPECT_THAT(made->warnings, ::testing::Contains("the wood of panel P-0001 was left out: " + why));
+  JobRequest named = small_job();
+  named.panels = {PanelId{"P-0001"}};
+  EXPECT_EQ(plan(named).error().message, why) << "asked for by name";
+
+  const auto scanned = database_->call([](Repositories& r) {
+    const auto panel = r.panels.find({"P-0001"});
+    return r.panels.add_mask({"P-0001"}, {0, panel->map_file + "x", panel->mask_file, "", "2026-02-15T00:00:00.000Z"},
+                             1);
+  });
+  ASSERT_TRUE(scanned.ok());
+  EXPECT_TRUE(database_->call([](Repositories& r) { return r.facts.check_surface({"P-0001"}); }));
+}
+
 TEST_F(PlanServiceTest, ARetiredPanelIsNotPlanned) {
   add_panel("P-0001", 255);
   add_panel("P-0002", 255);

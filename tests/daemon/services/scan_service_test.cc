@@ -33,12 +33,7 @@ class OnePicture final : public ScannerDriver {
 class ScanServiceTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    rendered::Scanner glass;
-    glass.width_mm = 180, glass.height_mm = 140;
-    scanner_.nominal = glass.nominal();
-    scanner_.file = folder_ / "scan.ppm";
-    const auto pose = rendered::lay(75, 55, 90, 70, 1.5, Face::kShow);
-    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(rendered::sample_panel(), Face::kShow, pose, glass)));
+    lay(rendered::sample_panel());
     auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
     ASSERT_TRUE(opened.ok());
     database_ = std::move(*opened);
@@ -48,6 +43,18 @@ class ScanServiceTest : public ::testing::Test {
     certificate.expires_at = "2999-01-01T00:00:00.000Z";
     certificate.payload = to_payload(calib::ScannerCertificateData{}).dump();
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
+  }
+  // On the glass, in the place of what lay there.
+  void lay(const rendered::Panel& sheet) {
+    rendered::Scanner glass;
+    glass.width_mm = 180, glass.height_mm = 140;
+    scanner_.nominal = glass.nominal();
+    scanner_.file = folder_ / "scan.ppm";
+    const auto pose = rendered::lay(75, 55, 90, 70, 1.5, Face::kShow);
+    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, Face::kShow, pose, glass)));
+  }
+  std::vector<db::DifferenceRecord> kept() {
+    return *database_->call([](Repositories& r) { return r.differences.of(PanelId{"P-0001"}); });
   }
   Result<ScanOutcome> scan() {
     const Config config;
@@ -127,6 +134,9 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   EXPECT_EQ(again->differences->front().pieces[0].mark, "A1");
   EXPECT_EQ(again->differences->front().pieces[0].job, *job);
   EXPECT_TRUE(again->differences->back().pieces.empty()) << "nobody's";
+  ASSERT_EQ(kept().size(), 2U) << "until somebody decides";
+  EXPECT_EQ(kept().back().pieces_json, R"([{"job":1,"mark":"A1","state":"reserved"}])");
+  EXPECT_TRUE(kept().back().gone);
   EXPECT_FALSE(again->is_new);
   EXPECT_FALSE(std::filesystem::exists(index));
   EXPECT_TRUE(std::filesystem::exists(other));
@@ -135,6 +145,32 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
   EXPECT_EQ(cv::countNonZero(after->pixels(taken)), 0);
   EXPECT_NEAR(panel().usable.value().count(), wood_area(*after).count(), 1e-6);
   EXPECT_GT(cv::countNonZero(after->pixels), 10000);
+}
+
+// The map that a scan enters shows the hole: the next scan is not compared with that one.
+TEST_F(ScanServiceTest, WoodThatIsGoneIsToldByEachScanUntilItIsBooked) {
+  rendered::Panel sheet = rendered::sample_panel();
+  ASSERT_TRUE(scan().ok());
+  const auto& strip = sheet.strips.at(1);
+  const double x = (strip.x0 + strip.x1) / 2, y = (strip.y0 + strip.y1) / 2;
+  sheet.gone.push_back({{x - 3, y - 3}, {x + 3, y - 3}, {x + 3, y + 3}, {x - 3, y + 3}});
+  lay(sheet);
+  for (int times = 0; times < 2; ++times) {
+    const auto again = scan();
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(again->differences->size(), 1U) << times;
+    ASSERT_EQ(kept().size(), 1U) << times;
+    EXPECT_FALSE(kept().front().decision) << times;
+  }
+  EXPECT_NEAR(kept().front().area.count(), 36, 5) << "its corners are rounded";
+  ASSERT_TRUE(database_->call([](Repositories& r) {
+    return r.differences.decide(PanelId{"P-0001"}, {1}, db::DifferenceVerdict::kWrittenOff, "local:1000", "",
+                                "2026-05-01T07:30:00.000Z");
+  }));
+  const auto last = scan();
+  ASSERT_TRUE(last.ok()) << last.error().message;
+  EXPECT_TRUE(last->differences->empty());
+  EXPECT_EQ(kept().size(), 1U);
 }
 
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {

@@ -135,6 +135,10 @@ TEST_F(CalibrationTest, SaysOfEachKindWhyNoCertificateIsInForce) {
   };
   laser_is("a");
   laser_is("b");
+  laser_is("b");
+  const auto noted = database_->call([](Repositories& r) { return *r.audit.latest(10); });
+  ASSERT_EQ(noted.size(), 2U) << "each once";
+  EXPECT_EQ(noted[0].who + " " + noted[0].what + " " + noted[0].detail, "veneerd laser.found b");
   EXPECT_EQ(standing(Kind::kKerf), State::kOtherDevice);
   EXPECT_EQ(standing(Kind::kCamera), State::kValid);
 }

@@ -35,6 +35,39 @@ TEST_F(JobRunnerTest, AMachineThatFindsNoHomeCutsNoJob) {
   EXPECT_EQ(state(), CellState::kIdle);
 }
 
+// A hole where a piece is to be cut, and a panel that nobody has looked at since a backup was put back.
+TEST_F(JobRunnerTest, NoJobBeginsOnWoodThatMayBeGone) {
+  const auto with = [&](auto work) { return database_->call([&](Repositories& r) -> Status { return work(r); }); };
+  db::DifferenceRecord hole;
+  hole.gone = true, hole.area = SquareMillimetres(9);
+  const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
+  hole.box = bounds(pieces->front().panel_outline);
+  hole.place = pieces->front().panel_outline.front();
+  ASSERT_TRUE(with([&](Repositories& r) { return r.differences.found({"P-0001"}, {hole}, kThen); }).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  const Status refused = start();
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message, HasSubstr("veneerctl panel decide P-0001 1 written-off"));
+  EXPECT_EQ(state(), CellState::kIdle);
+  ASSERT_TRUE(with([](Repositories& r) -> Status {
+                const auto decided =
+                    r.differences.decide({"P-0001"}, {1}, db::DifferenceVerdict::kAccepted, "uid 1000", "", kThen);
+                return decided ? Ok() : Status(decided.error());
+              }).ok());
+  EXPECT_TRUE(start().ok());
+}
+
+TEST_F(JobRunnerTest, NoJobBeginsOnPanelsThatNobodySawSinceABackupWasPutBack) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(database_
+                  ->call([](Repositories& r) {
+                    return r.panels.note_restoration("2026-01-01T00:00:00.000Z", "uid 1000",
+                                                     "2999-01-01T00:00:00.000Z");
+                  })
+                  .ok());
+  EXPECT_THAT(start().error().message, HasSubstr("scan it, so that what was cut from it meanwhile is known"));
+}
+
 TEST_F(JobRunnerTest, AZoneWhereTheHeadMustNotGoIsHeeded) {
   Box<MachineFrame> clamp;
   clamp.add(point<MachineFrame>(16, 0));

@@ -1,9 +1,6 @@
 // The way of a job through its panels, and what breaks it off.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-
-#include <csignal>
 
 #include "tests/daemon/unit/job_runner_fixture.h"
 
@@ -16,24 +13,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using P = db::PieceState;
-
-// While it lives this process can write to no file.
-class FullDisk {
- public:
-  FullDisk() {
-    std::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit none = before_;
-    none.rlim_cur = 0;
-    ::setrlimit(RLIMIT_FSIZE, &none);
-  }
-  ~FullDisk() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-
- private:
-  rlimit before_{};
-};
 
 TEST_F(JobRunnerTest, NothingIsAskedOfTheLaserBeforeAnOperatorsReset) {
   settle();
@@ -113,6 +92,16 @@ TEST_F(JobRunnerTest, CutsPanelByPanelAndAsksForTheOperatorsWordEachTime) {
   EXPECT_EQ(state(), CellState::kComplete);
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kCut));
   EXPECT_EQ(job_state(), db::JobState::kComplete);
+}
+
+TEST_F(JobRunnerTest, ARunRemembersWhoGaveTheWordAndOnWhatItStood) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  const auto facts = database_->call([](Repositories& r) { return r.jobs.facts(r.jobs.runs(JobId{1})->front().id); });
+  ASSERT_TRUE(facts.ok()) << facts.error().message;
+  EXPECT_EQ(facts->who, "test");
+  EXPECT_THAT(facts->certificates, ElementsAre(CertificateId{1}));
+  EXPECT_EQ(facts->recipes_json, R"([{"material": null}])");
 }
 
 TEST_F(JobRunnerTest, APieceIsNotedBeforeItsFirstStroke) {
@@ -227,6 +216,32 @@ TEST_F(JobRunnerTest, TheRemainingPiecesCanBeCutAfterClearAndReset) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kCut, P::kReserved));
+}
+
+TEST_F(JobRunnerTest, AJobWithNothingToCutSaysWhatIsLeftToDo) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bed_.lay("P-0002");
+  look();
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  runner_->abort("STOP");
+  settle();
+  ASSERT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kSuspect));
+  const auto refused = [this] {
+    EXPECT_TRUE(state() == CellState::kIdle || ((state() != CellState::kAborted || command(CellCommand::kClear).ok()) &&
+                                                command(CellCommand::kReset).ok()));
+    const Status started = start();
+    return started.ok() ? std::string("it started") : started.error().message;
+  };
+  EXPECT_THAT(refused(), HasSubstr("1 is suspect: look at it, and say what you saw with veneerctl job settle 1"));
+  const auto last = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); })->back().id;
+  ASSERT_TRUE(database_
+                  ->call([last](Repositories& r) {
+                    return r.jobs.settle(last, db::AllocationState::kScrap, "2026-05-01T08:00:00Z");
+                  })
+                  .ok());
+  EXPECT_THAT(refused(), HasSubstr("1 is missing: find other wood with veneerctl job redo 1"));
 }
 
 TEST_F(JobRunnerTest, HoldStopsInThePieceAndUnholdGoesOn) {

@@ -47,6 +47,19 @@ TEST_F(StopAuditTest, AFloodWaitsWithinBoundsIsCountedAndDelaysNoStop) {
   EXPECT_THAT(rows.front().detail, HasSubstr("936 more"));
 }
 
+TEST_F(StopAuditTest, WhatAFullDiskDidNotTakeIsNotedOnceItTakesSomething) {
+  {
+    const FullDisk full;
+    press_stop(2);
+    settle();
+    EXPECT_EQ(aborts(), 2);
+    EXPECT_EQ(noted().size(), 0U);
+  }
+  press_stop(1);
+  settle();
+  EXPECT_EQ(noted().size(), 3U);
+}
+
 TEST_F(StopAuditTest, WhatOperatorsDoIsNotedBesideAFlood) {
   {
     const SlowDatabase slow(*database_);

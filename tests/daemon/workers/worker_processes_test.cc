@@ -211,6 +211,9 @@ TEST_F(WorkerProcessesTest, ReadWhatTheyWereGivenAndWriteInTheirFolderOnly) {
   work.readable = {data.path()};
   EXPECT_EQ(opened(data / "map.png", O_RDONLY, work), 0);
   EXPECT_EQ(opened(data / "map.png", O_WRONLY, work), EACCES);
+  EXPECT_EQ(opened(data / "map.png", O_RDONLY | O_TRUNC, work), EPERM);
+  EXPECT_EQ(opened(data / "map.png", O_ACCMODE | O_TRUNC, work), EPERM);
+  EXPECT_EQ(std::filesystem::file_size(data / "map.png"), 1U);
   EXPECT_EQ(opened(data / "new", O_WRONLY | O_CREAT, work), EACCES);
   EXPECT_EQ(opened(other / "secret", O_RDONLY, work), EACCES);
   EXPECT_EQ(opened("/etc/passwd", O_RDONLY, work), EACCES);

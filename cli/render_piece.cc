@@ -1,0 +1,102 @@
+// What a piece tells of its life.
+#include <fmt/format.h>
+
+#include "cli/json_read.h"
+#include "cli/render.h"
+#include "cli/render_words.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+namespace {
+
+// "2026-05-01 07:30:00 UTC" of "2026-05-01T07:30:00.123Z".
+std::string moment_words(std::string at) {
+  if (at.size() < 20 || at[10] != 'T') return at;
+  at[10] = ' ';
+  return at.substr(0, 19) + " UTC";
+}
+
+std::string burn_words(const json& burn) {
+  if (!burn.is_object()) return "";
+  const auto passes = whole_or(burn, "passes", 1);
+  return fmt::format("{:.4g} mm/s, {:.0f} % power{}{}", number_or(burn, "speed_mm_s", 0),
+                     100 * number_or(burn, "power", 0), passes > 1 ? fmt::format(", {} passes", passes) : "",
+                     flag_or(burn, "air", false) ? ", with air" : "");
+}
+
+std::string wood_lines(const json& wood, const json& run) {
+  if (!wood.is_object()) return line("Wood", "none was found for it");
+  const std::string material = text_or(member(run, "recipe"), "material", "");
+  const std::string root = text_or(wood, "root", "");
+  std::string text = line("Wood", fmt::format("panel {}{}{}", text_or(wood, "panel", "?"),
+                                              root.empty() || root == text_or(wood, "panel", "") ? "" : " of " + root,
+                                              material.empty() ? "" : ", " + material));
+  text += line("Turned", fmt::format("{:.1f} degrees", number_or(wood, "rotation_deg", 0)));
+  const std::string map = text_or(wood, "map_sha256", "");
+  if (!map.empty())
+    text += line("Seen as",
+                 fmt::format("version {} of the panel, map {}", whole_or(wood, "mask_version", 0), map.substr(0, 12)));
+  for (const json& scan : member(wood, "scans"))
+    text += line("", fmt::format("scan {} of the {} face, {}, {}", whole_or(scan, "id", 0), text_or(scan, "face", "?"),
+                                 moment_words(text_or(scan, "taken", "")), text_or(scan, "sha256", "").substr(0, 12)));
+  return text;
+}
+
+std::string run_lines(const json& run) {
+  if (!run.is_object()) return "";
+  const std::string who = text_or(run, "who", "");
+  std::string text =
+      line("Cut", fmt::format("in run {}{}, {}", whole_or(run, "id", 0), who.empty() ? "" : ", started by " + who,
+                              moment_words(text_or(run, "started", ""))));
+  text += line("Pose", fmt::format("found to {:.3f} mm", number_or(run, "pose_rms_mm", 0)));
+  const json& recipe = member(run, "recipe");
+  text += line("Burnt with", burn_words(member(recipe, "cut")));
+  text += line("Mark with", burn_words(member(recipe, "engrave")));
+  for (const json& certificate : member(run, "certificates"))
+    text += line(
+        "Certificate",
+        fmt::format("{} {}, issued {}, {:.3f} mm", whole_or(certificate, "id", 0), text_or(certificate, "kind", "?"),
+                    moment_words(text_or(certificate, "issued", "")), number_or(certificate, "rms_mm", 0)));
+  return text;
+}
+
+}  // namespace
+
+std::string render_passport(const json& piece) {
+  const json& job = member(piece, "job");
+  std::string text = fmt::format("Piece {} of job {}, {}\n", text_or(piece, "mark", "?"), whole_or(job, "id", 0),
+                                 text_or(piece, "state", "?"));
+  text += line("Picture", text_or(job, "name", ""));
+  text += line("Number", std::to_string(whole_or(piece, "id", 0)));
+  text += line("Beside", names_of(member(piece, "neighbours")));
+  text += wood_lines(member(piece, "wood"), member(piece, "run"));
+  text += run_lines(member(piece, "run"));
+  std::string label = "History";
+  for (const json& step : member(piece, "history")) {
+    text += line(label, fmt::format("{}  {} on panel {}", moment_words(text_or(step, "at", "")),
+                                    text_or(step, "state", "?"), text_or(step, "panel", "?")));
+    label.clear();
+  }
+  return text;
+}
+
+std::string render_place(const json& reply) {
+  const json& booked = member(reply, "allocations");
+  if (!booked.is_array() || booked.empty()) return "Nothing is booked there.\n";
+  std::string text;
+  for (const json& entry : booked) {
+    const std::string state = text_or(entry, "state", "?"), since = moment_words(text_or(entry, "since", ""));
+    if (whole_or(entry, "piece", 0) == 0)
+      text += fmt::format("Written off since {}: {}\n", since, text_or(entry, "reason", "?"));
+    else
+      text += fmt::format("{}piece {} of job {}, {} since {}: `veneerctl piece show {}`\n",
+                          flag_or(entry, "kerf", false) ? "In the kerf of " : "", text_or(entry, "mark", "?"),
+                          whole_or(entry, "job", 0), state, since, whole_or(entry, "piece", 0));
+    if (text.starts_with("piece")) text[0] = 'P';
+  }
+  return text;
+}
+
+}  // namespace veneer::cli

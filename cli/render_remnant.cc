@@ -1,0 +1,46 @@
+// What is left of a panel, and which panels have the wood that somebody looks for.
+#include <fmt/format.h>
+
+#include "cli/json_read.h"
+#include "cli/render.h"
+#include "cli/render_words.h"
+#include "cli/text_table.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string shape_words(const json& shape, const char* size, const char* what) {
+  if (!shape.is_object()) return "";
+  return fmt::format("{} of {:.1f} mm at {:.1f}, {:.1f}", what, number_or(shape, size, 0), number_or(shape, "x_mm", 0),
+                     number_or(shape, "y_mm", 0));
+}
+
+}  // namespace
+
+std::string render_remnant(const json& panel) {
+  const json& remnant = member(panel, "remnant");
+  if (!remnant.is_object()) return "";
+  std::vector<std::string> woods;
+  if (const json& list = member(remnant, "woods"); list.is_array())
+    for (const json& wood : list)
+      woods.push_back(text_or(wood, "material", "wood nobody has named") + " " + square_cm(wood, "free_mm2"));
+  return line("Free wood", joined(woods, ", ")) +
+         line("Fits in", joined({shape_words(member(remnant, "square"), "side_mm", "a square"),
+                                 shape_words(member(remnant, "circle"), "diameter_mm", "a circle")},
+                                ", "));
+}
+
+std::string render_found(const json& reply) {
+  const json& panels = member(reply, "panels");
+  if (!panels.is_array() || panels.empty()) return "No panel in stock has so much of this wood.\n";
+  TextTable table({"PANEL", ">SIZE", ">FITTING", ">FREE", "FROM"});
+  for (const json& panel : panels)
+    table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "fitting_mm2"), square_cm(panel, "free_mm2"),
+               text_or(panel, "parent", "")});
+  return table.str();
+}
+
+}  // namespace veneer::cli

@@ -1,0 +1,56 @@
+#include "cli/render_words.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "cli/json_read.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+std::string line(const std::string& label, const std::string& text) {
+  return text.empty() ? "" : fmt::format("{:<12} {}\n", label, text);
+}
+
+std::string square_cm(const json& object, const char* key) {
+  const json& value = member(object, key);
+  return value.is_number() ? fmt::format("{:.0f} cm2", value.get<double>() / 100) : "";
+}
+
+std::string millimetres(const json& object, const char* key, int digits) {
+  const json& value = member(object, key);
+  return value.is_number() ? fmt::format("{:.{}f} mm", value.get<double>(), digits) : "";
+}
+
+std::string size_of(const json& object) {
+  if (!member(object, "width_mm").is_number() || !member(object, "height_mm").is_number()) return "";
+  return fmt::format("{:.0f} x {:.0f} mm", number_or(object, "width_mm", 0), number_or(object, "height_mm", 0));
+}
+
+std::string duration_words(double seconds) {
+  const auto whole = static_cast<long>(std::llround(seconds));
+  if (whole < 90) return fmt::format("{} s", whole);
+  if (whole < 5400) return fmt::format("{} min", (whole + 30) / 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* between) {
+  std::string text;
+  for (const std::string& part : parts) {
+    if (part.empty()) continue;
+    text += (text.empty() ? "" : between) + part;
+  }
+  return text;
+}
+
+std::string names_of(const json& list) {
+  std::string text;
+  if (!list.is_array()) return text;
+  for (const json& item : list)
+    text += (text.empty() ? "" : ", ") + (item.is_string() ? item.get<std::string>() : item.dump());
+  return text;
+}
+
+}  // namespace veneer::cli

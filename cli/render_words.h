@@ -1,0 +1,23 @@
+// What the texts of render.h have in common: lines with a label, sizes, lists. Pure; what is missing becomes "".
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace veneer::cli {
+
+// "Label        text"; nothing without a text.
+std::string line(const std::string& label, const std::string& text);
+// "812 cm2" of a number in square millimetres.
+std::string square_cm(const nlohmann::json& object, const char* key);
+std::string millimetres(const nlohmann::json& object, const char* key, int digits);
+// "420 x 280 mm"
+std::string size_of(const nlohmann::json& object);
+// "70 s", "12 min", "2 h 5 min"
+std::string duration_words(double seconds);
+// Those that are not empty.
+std::string joined(const std::vector<std::string>& parts, const char* between);
+std::string names_of(const nlohmann::json& list);
+
+}  // namespace veneer::cli

@@ -1,0 +1,181 @@
+// What wood there is: all panels, those with the wood that somebody looks for, and what is left of one.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
+#include "daemon/routes/picture_reply.h"
+#include "daemon/routes/request_ranges.h"
+#include "daemon/services/panel_label.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+// Pixels across a label's picture: as fine as it is printed.
+constexpr int kLabelPicture = 1000;
+
+struct PanelSearch {
+  WoodWanted wood;
+  SquareMillimetres least{0};
+};
+
+// Nothing when all panels are asked for.
+std::optional<PanelSearch> read_search(RequestReader& query) {
+  PanelSearch search;
+  const auto least = query.number("min_free_mm2", ranges::kFreeArea);
+  search.wood.material = query.text("wood");
+  const auto tone = query.word("tone", {"dark", "light"});
+  const auto patch = query.number("patch_mm", ranges::kPatchSide);
+  if (!least && !search.wood.material && !tone && !patch) return std::nullopt;
+  if (least) search.least = SquareMillimetres(*least);
+  if (tone) search.wood.tone = *tone == "dark" ? Tone::kDark : Tone::kLight;
+  if (patch) search.wood.patch = Millimetres(*patch);
+  return search;
+}
+
+// What it has of the wanted wood; nothing when that is too little, or it is out of stock.
+Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockServices& s, const db::PanelRecord& panel,
+                                                  const PanelSearch& search, double free) {
+  const std::optional<SquareMillimetres> none;
+  // No picture is looked at for what cannot be.
+  if (panel.retired || free <= 0 || free < search.least.count()) return none;
+  const auto area = s.remnants.fitting(r, panel, search.wood);
+  if (!area) return area.error();
+  return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
+}
+
+Result<json> panels_json(Repositories& r, const StockServices& s, const Page& page,
+                         const std::optional<PanelSearch>& search) {
+  auto list = r.panels.list();
+  if (!list) return list.error();
+  json out = {{"panels", json::array()}, {"next", nullptr}};
+  // Panels are few and never deleted: their place in the list is their number.
+  for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
+    const db::PanelRecord& panel = (*list)[at];
+    if (out["panels"].size() == static_cast<std::size_t>(page.limit)) {
+      out["next"] = at;
+      break;
+    }
+    auto figures = s.figures.of(r, panel);
+    if (!figures) return figures.error();
+    json told = to_json(panel, *figures);
+    if (search) {
+      const auto found = found_in(r, s, panel, *search, figures->free);
+      if (!found) return found.error();
+      if (!*found) continue;
+      told["fitting_mm2"] = (*found)->count();
+    }
+    out["panels"].push_back(std::move(told));
+  }
+  return out;
+}
+
+// What is left of a panel, looked at.
+struct Leftover {
+  db::PanelRecord panel;
+  Remnant remnant;
+  cv::Mat picture;
+};
+
+Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId& id, int width) {
+  auto panel = r.panels.find(id);
+  if (!panel) return panel.error();
+  const auto map = s.panel_library.load_small(panel->map_file, width);
+  if (!map) return map.error();
+  const auto mask = s.panel_library.load_small(panel->mask_file, width);
+  if (!mask) return mask.error();
+  const auto allocations = r.ledger.live_allocations(id);
+  if (!allocations) return allocations.error();
+  auto remnant = s.remnants.of(r, *panel);
+  if (!remnant) return remnant.error();
+  if (!*remnant)
+    return Error{ErrorCode::kStorage,
+                 fmt::format("the mask of panel {} cannot be read: restore it from a backup", id.value)};
+  std::vector<Region<PanelFrame>> live;
+  for (const auto& allocation : *allocations) live.push_back(allocation.area);
+  const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
+  cv::Mat picture = draw_remnant(wood, mask->pixels, live, **remnant);
+  return Leftover{std::move(*panel), std::move(**remnant), std::move(picture)};
+}
+
+void reply_remnant(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const int width = static_cast<int>(query.whole("width", ranges::kShownWidth).value_or(1600));
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, width](Repositories& r) {
+    const auto left = look_at(r, s, id, width);
+    return left ? png_reply(left->picture) : ApiReply::error(left.error());
+  });
+}
+
+std::string square_cm(double mm2) { return fmt::format("{:.0f} cm2", mm2 / 100); }
+
+Result<PanelLabel> label_of(Repositories& r, const StockServices& s, const PanelId& id) {
+  auto left = look_at(r, s, id, kLabelPicture);
+  if (!left) return left.error();
+  const auto figures = s.figures.of(r, left->panel);
+  if (!figures) return figures.error();
+  const auto fiducials = r.panels.fiducials(id);
+  if (!fiducials) return fiducials.error();
+  PanelLabel label{id.value, {}, std::move(left->picture)};
+  if (left->panel.name != id.value) label.lines.push_back(left->panel.name);
+  std::vector<std::string> woods, tags;
+  for (const auto& [material, free] : left->remnant.woods)
+    if (!material.empty()) woods.push_back(material + " " + square_cm(free.count()));
+  if (!woods.empty()) label.lines.push_back(fmt::format("{}", fmt::join(woods, ", ")));
+  label.lines.push_back(fmt::format("{:.0f} x {:.0f} mm, {} free", left->panel.width.count(),
+                                    left->panel.height.count(), square_cm(figures->free)));
+  if (left->remnant.square && left->remnant.circle)
+    label.lines.push_back(fmt::format("a square of {:.0f} mm, a circle of {:.0f} mm",
+                                      std::floor(left->remnant.square->side.count()),
+                                      std::floor(2 * left->remnant.circle->radius.count())));
+  for (const auto& fiducial : *fiducials)
+    if (fiducial.kind == db::FiducialKind::kTag) tags.push_back(std::to_string(fiducial.tag_id));
+  if (!tags.empty()) label.lines.push_back(fmt::format("tags {}", fmt::join(tags, ", ")));
+  if (left->panel.parent) label.lines.push_back("remnant of " + left->panel.parent->value);
+  return label;
+}
+
+void reply_label(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const std::string wanted = query.word("format", {"pdf", "svg", "png"}).value_or("pdf");
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, wanted](Repositories& r) {
+    const auto label = label_of(r, s, id);
+    if (!label) return ApiReply::error(label.error());
+    auto bytes = draw_label(*label, wanted == "svg"   ? LabelFormat::kSvg
+                                    : wanted == "png" ? LabelFormat::kPng
+                                                      : LabelFormat::kPdf);
+    if (!bytes) return ApiReply::error(bytes.error());
+    return ApiReply::bytes(std::move(*bytes), wanted == "svg"   ? "image/svg+xml"
+                                              : wanted == "png" ? "image/png"
+                                                                : "application/pdf");
+  });
+}
+
+}  // namespace
+
+void bind_remnant_routes(Router& router, const StockServices& s) {
+  router.bind("listPanels", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    const auto search = read_search(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    // A search may have to look at every panel's pictures.
+    reply_from_query(
+        search ? s.pictures : s.queries, request,
+        [s, page, search](Repositories& r) { return panels_json(r, s, page, search); }, reply);
+  });
+  router.bind("getPanelLabel", [s](const ApiRequest& request, const Reply& reply) { reply_label(s, request, reply); });
+  router.bind("getPanelRemnant",
+              [s](const ApiRequest& request, const Reply& reply) { reply_remnant(s, request, reply); });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,27 @@
+// The label of a panel, to be printed and stuck on it or on its shelf: a QR code with its name, what it is of, how much
+// of it is free, and what is left of it as a picture. 100 x 62 mm, which fits on a roll of 62 mm.
+//
+// It carries no AprilTag: a second tag with a number of the panel, anywhere in the scanner's or the camera's sight,
+// would be taken for the first one. The numbers of the panel's own tags are written out. Pure; thread-safe.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace veneer::daemon {
+
+struct PanelLabel {
+  std::string panel;               // "P-0001": the heading, and what the QR code says
+  std::vector<std::string> lines;  // in UTF-8; what is too wide is set smaller
+  cv::Mat picture;                 // CV_8UC3
+};
+
+enum class LabelFormat { kPdf, kSvg, kPng };  // PNG: 300 dots per inch
+
+// The file's bytes. kInternal: it could not be drawn.
+Result<std::string> draw_label(const PanelLabel& label, LabelFormat format);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,170 @@
+#include "daemon/services/remnants.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "daemon/orders/panel_wood.h"
+
+namespace veneer::daemon {
+namespace {
+
+// A circle is looked for in so many pixels at most; in a larger panel they are joined.
+constexpr double kCirclePixels = 4e6;
+// The tone of wood is seen on a picture this wide at most.
+constexpr int kTonePixels = 2048;
+// And is that of so much of it together: streaks of its grain do not count.
+constexpr Millimetres kGrain(3);
+// So many searches are kept for a panel.
+constexpr std::size_t kKeptSearches = 64;
+
+struct PanelState {
+  std::vector<db::ZoneRecord> zones;
+  std::string now;
+};
+
+Result<PanelState> read_state(Repositories& r, const db::PanelRecord& panel) {
+  PanelState out;
+  const auto live = r.ledger.live_states(panel.id);
+  if (!live) return live.error();
+  auto zones = r.materials.zones(panel.id);
+  if (!zones) return zones.error();
+  out.zones = std::move(*zones);
+  out.now = panel.mask_file;
+  for (const auto& [allocation, state] : *live) out.now += fmt::format(" {}", allocation.value);
+  for (const auto& zone : out.zones) out.now += fmt::format("\n{} {}", zone.number, zone.material);
+  return out;
+}
+
+Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, const db::PanelRecord& panel) {
+  const auto allocations = r.ledger.live_allocations(panel.id);
+  if (!allocations) return allocations.error();
+  auto mask = library.load_mask(panel);
+  if (!mask) return mask.error();
+  std::vector<Region<PanelFrame>> areas;
+  areas.reserve(allocations->size());
+  for (const auto& allocation : *allocations) areas.push_back(allocation.area);
+  return free_wood(*mask, areas, Millimetres(0));
+}
+
+// Without zones all wood is of the material that nobody has said.
+Raster<PanelFrame> wood_of(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones,
+                           const std::string& material) {
+  if (zones.empty() && material.empty()) return free;
+  std::vector<Ring<PanelFrame>> wanted, others;
+  for (const auto& zone : zones) (zone.material == material ? wanted : others).push_back(zone.outline);
+  return wood_within(free, wanted, others);
+}
+
+Remnant remnant_of(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones) {
+  Remnant out;
+  std::set<std::string> materials;
+  for (const auto& zone : zones) materials.insert(zone.material);
+  if (zones.empty()) materials.insert("");
+  for (const std::string& material : materials)
+    out.woods.push_back({material, wood_area(wood_of(free, zones, material))});
+  out.square = largest_square(free);
+  const double pixels = static_cast<double>(free.pixels.total());
+  out.circle = largest_circle(in_larger_pixels(free, static_cast<int>(std::ceil(std::sqrt(pixels / kCirclePixels)))));
+  return out;
+}
+
+// Strikes out the squares in which some wood is of another tone.
+void keep_tone(cv::Mat& corners, int side_px, const PanelLibrary::SmallPicture& map, Tone tone) {
+  cv::Mat bgr, lab, lightness;
+  map.pixels.convertTo(bgr, CV_32F, 1.0 / 255);
+  if (bgr.channels() == 1) cv::cvtColor(bgr, bgr, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(bgr, lab, cv::COLOR_BGR2Lab);
+  cv::extractChannel(lab, lightness, 0);
+  const int grain = std::max(1, cvRound(kMapResolution.to_px(kGrain).count() * map.scale));
+  cv::boxFilter(lightness, lightness, CV_32F, {grain, grain}, {-1, -1}, true, cv::BORDER_REPLICATE);
+  cv::Mat good = tone == Tone::kDark ? lightness <= kDarkAtMost : lightness >= kLightAtLeast;
+  const int side = std::max(1, cvRound(side_px * map.scale));
+  cv::erode(good, good, cv::getStructuringElement(cv::MORPH_RECT, {side, side}), {0, 0});
+  cv::resize(good, good, corners.size(), 0, 0, cv::INTER_NEAREST);
+  cv::bitwise_and(corners, good, corners);
+}
+
+std::string name_of(const WoodWanted& wanted) {
+  return fmt::format("{} {} {}", wanted.tone ? static_cast<int>(*wanted.tone) : -1, wanted.patch.count(),
+                     wanted.material ? "of " + *wanted.material : "");
+}
+
+}  // namespace
+
+Remnants::Kept& Remnants::kept(const PanelId& panel, const std::string& now) {
+  Kept& kept = kept_[panel];
+  if (kept.of != now) kept = {now, {}, {}};
+  return kept;
+}
+
+Result<std::optional<Remnant>> Remnants::of(Repositories& r, const db::PanelRecord& panel) {
+  const auto state = read_state(r, panel);
+  if (!state) return state.error();
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto& known = kept(panel.id, state->now).remnant) return known;
+  }
+  const auto free = free_now(r, library_, panel);
+  if (!free) return std::optional<Remnant>();
+  Remnant remnant = remnant_of(*free, state->zones);
+  const std::lock_guard lock(mutex_);
+  return kept(panel.id, state->now).remnant = std::move(remnant);
+}
+
+Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
+  const auto state = read_state(r, panel);
+  if (!state) return state.error();
+  const std::string name = name_of(wanted);
+  {
+    const std::lock_guard lock(mutex_);
+    const auto& known = kept(panel.id, state->now).fitting;
+    if (const auto found = known.find(name); found != known.end()) return found->second;
+  }
+  const auto free = free_now(r, library_, panel);
+  if (!free) return SquareMillimetres(0);
+  const auto map = wanted.tone ? library_.load_small(panel.map_file, kTonePixels) : PanelLibrary::SmallPicture();
+  if (!map) return SquareMillimetres(0);
+  const auto wood = wanted.material ? wood_of(*free, state->zones, *wanted.material) : *free;
+  const auto covered = covered_by_squares(wood, wanted.patch, [&](cv::Mat& corners, int side_px) {
+    if (wanted.tone) keep_tone(corners, side_px, *map, *wanted.tone);
+  });
+  const SquareMillimetres area = wood_area(covered);
+  const std::lock_guard lock(mutex_);
+  auto& searches = kept(panel.id, state->now).fitting;
+  if (searches.size() >= kKeptSearches) searches.clear();
+  return searches[name] = area;
+}
+
+cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,
+                     const Remnant& remnant) {
+  const Raster<PanelFrame> usable{mask >= 128, map.resolution, map.origin};
+  const auto free = free_wood(usable, live, Millimetres(0));
+  cv::Mat colours = map.pixels, out;
+  if (colours.channels() == 1) cv::cvtColor(map.pixels, colours, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(colours, out, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(out, out, cv::COLOR_GRAY2BGR);
+  cv::addWeighted(out, 0.25, cv::Mat(out.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.75, 0, out);
+  colours.copyTo(out, free.pixels);
+  // White with a dark rim is seen on any wood.
+  const auto pixel_of = [&](const Point<PanelFrame>& p) {
+    double column = 0, row = 0;
+    map.to_pixels(p, column, row);
+    return cv::Point(cvRound(column - 0.5), cvRound(row - 0.5));
+  };
+  for (const auto& [colour, width] : {std::pair(cv::Scalar(40, 40, 40), 4), std::pair(cv::Scalar(255, 255, 255), 2)}) {
+    if (remnant.square) {
+      const auto& [min, side] = *remnant.square;
+      cv::rectangle(out, pixel_of(min), pixel_of({min.x + side, min.y + side}), colour, width, cv::LINE_AA);
+    }
+    if (remnant.circle)
+      cv::circle(out, pixel_of(remnant.circle->centre), cvRound(map.resolution.to_px(remnant.circle->radius).count()),
+                 colour, width, cv::LINE_AA);
+  }
+  return out;
+}
+
+}  // namespace veneer::daemon

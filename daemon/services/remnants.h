@@ -1,0 +1,75 @@
+// What is left of a panel: how much free wood of each kind, what fits into it, and where it lies. Asked for again and
+// again: what is counted is kept until the mask, what is booked or the zones' materials change, so that a run that ends
+// books its remnant by booking its pieces.
+//
+// Thread-safe; reads through the connection it is given, and files: on a thread that may wait for the disk.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "daemon/services/inscribed.h"
+#include "daemon/services/panel_library.h"
+#include "daemon/store/database_thread.h"
+
+namespace veneer::daemon {
+
+// Free wood of one material; "" where nobody has said.
+struct RemnantWood {
+  std::string material;
+  SquareMillimetres free{0};
+};
+
+struct Remnant {
+  // By name; what may belong to two zones is left out, so that they are a little less than what is free.
+  std::vector<RemnantWood> woods;
+  std::optional<InscribedSquare> square;  // nothing when no wood is free
+  std::optional<InscribedCircle> circle;
+};
+
+// CIE L* of what counts as dark and light wood: walnut lies below, maple above, oak and cherry between them.
+inline constexpr double kDarkAtMost = 50, kLightAtLeast = 65;
+enum class Tone { kDark, kLight };
+
+// Wood that somebody looks for: what squares of `patch` cover of it.
+struct WoodWanted {
+  std::optional<std::string> material;  // of zones
+  std::optional<Tone> tone;             // all over such a square, of 3 x 3 mm together
+  Millimetres patch{0};                 // a pixel at least
+};
+
+class Remnants {
+ public:
+  // `library` outlives this.
+  explicit Remnants(const PanelLibrary& library) : library_(library) {}
+
+  // Nothing when the panel's mask cannot be read.
+  Result<std::optional<Remnant>> of(Repositories& r, const db::PanelRecord& panel);
+  // How much of the wanted wood it has; none when its pictures cannot be read.
+  Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
+
+ private:
+  struct Kept {
+    std::string of;  // mask, live allocations and materials that it was counted for
+    std::optional<Remnant> remnant;
+    std::map<std::string, SquareMillimetres> fitting;  // by what was wanted
+  };
+  // Of this panel as it is now, emptied when it has changed.
+  Kept& kept(const PanelId& panel, const std::string& now);
+
+  const PanelLibrary& library_;
+  std::mutex mutex_;
+  std::map<PanelId, Kept> kept_;  // guarded by mutex_
+};
+
+// The veneer map in its colours where wood is free and pale elsewhere, with the largest square and circle drawn in.
+// `mask`: of the map's size, 128 and more = usable.
+cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,
+                     const Remnant& remnant);
+
+}  // namespace veneer::daemon

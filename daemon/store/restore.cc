@@ -1,0 +1,218 @@
+#include "daemon/store/restore.h"
+
+#include <fmt/format.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "base/archive.h"
+#include "base/files.h"
+#include "base/hash.h"
+#include "db/audit.h"
+#include "db/backup.h"
+#include "db/panels.h"
+#include "db/writer_lock.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What it makes has the owner of whoever runs it, and the daemon has to read it.
+Status check_owner(const fs::path& data_dir) {
+  struct stat about {};
+  if (::stat(data_dir.c_str(), &about) != 0 || about.st_uid == ::geteuid()) return Ok();
+  const passwd* user = ::getpwuid(about.st_uid);  // NOLINT(concurrency-mt-unsafe): no other thread exists
+  const std::string name = user != nullptr ? user->pw_name : fmt::format("uid {}", about.st_uid);
+  return Error{ErrorCode::kRefused,
+               fmt::format("{} belongs to {}, who could not read what you put there: restore it as that user, as in "
+                           "sudo -u {} veneerd ...",
+                           data_dir.string(), name, name)};
+}
+
+class Restoration {
+ public:
+  Restoration(const fs::path& backup, const fs::path& data_dir, const std::string& at,
+              const std::function<void()>& before_step)
+      : backup_(backup), data_dir_(data_dir), before_step_(before_step) {
+    std::string when = at;
+    std::replace(when.begin(), when.end(), ':', '-');
+    aside_ = data_dir_ / ("before-restore-" + when);
+  }
+
+  // The old database's rows may name this picture too, and find it at every moment: it is replaced by one rename.
+  Status place(const BackupFile& picture) {
+    const fs::path to = data_dir_ / picture.file;
+    std::error_code none;
+    if (fs::exists(fs::symlink_status(to, none))) {
+      const auto there = sha256_hex_of_file(to);
+      if (there && *there == picture.sha256) return Ok();
+      if (Status kept = keep(picture.file); !kept) return kept;
+    }
+    ++placed_;
+    return put(picture, to, [](const fs::path& made, const fs::path& file) { return move_whole(made, file); });
+  }
+
+  Status place_database(const BackupFile& database) {
+    return put(database, data_dir_ / kDatabaseName, [this](const fs::path& made, const fs::path& file) -> Status {
+      if (Status kept = keep_old_database(); !kept) return kept;
+      step();
+      return db::replace_database(made, file);
+    });
+  }
+
+  Status sync() const { return sync_folders(data_dir_); }
+  fs::path aside() const { return kept_ ? aside_ : fs::path(); }
+  std::size_t placed() const { return placed_; }
+
+ private:
+  void step() const {
+    if (before_step_) before_step_();
+  }
+
+  // The database that is there, as it is: damaged or not, with its log. Only now, so that one that is not replaced has
+  // no second name.
+  Status keep_old_database() {
+    for (const char* part : {"", "-wal", "-journal"}) {
+      const std::string name = std::string(kDatabaseName) + part;
+      if (Status kept = keep(name); !kept) return kept;
+    }
+    return Ok();
+  }
+
+  Status keep(const std::string& file) {
+    std::error_code none;
+    if (!fs::exists(data_dir_ / file, none)) return Ok();
+    step();
+    if (Status linked = link_into(data_dir_ / file, aside_ / file); !linked) return linked;
+    kept_ = true;
+    return sync_folders(aside_);
+  }
+
+  template <class Move>
+  Status put(const BackupFile& file, const fs::path& to, const Move& move) {
+    const fs::path made = to.string() + ".restoring";
+    std::error_code ignored;
+    fs::remove(made, ignored);  // of an earlier one that was cut short
+    step();
+    Status copied = copy_into(backup_ / file.file, made);
+    // Read again: what counts is what is here now, not what was there when the backup was checked.
+    if (copied)
+      if (const auto here = sha256_hex_of_file(made); !here || *here != file.sha256)
+        copied = Error{ErrorCode::kStorage, fmt::format("{} could not be copied as it is: look at both disks",
+                                                        (backup_ / file.file).string())};
+    if (copied) {
+      step();
+      copied = move(made, to);
+    }
+    if (!copied) fs::remove(made, ignored);
+    return copied;
+  }
+
+  const fs::path backup_, data_dir_;
+  fs::path aside_;
+  const std::function<void()>& before_step_;
+  bool kept_ = false;
+  std::size_t placed_ = 0;
+};
+
+}  // namespace
+
+namespace {
+
+// A backup that is one file, as a folder while this lives.
+class Unpacked {
+ public:
+  explicit Unpacked(const fs::path& data_dir) : folder_(data_dir / ".unpacking") { remove(); }
+  Unpacked(const Unpacked&) = delete;
+  Unpacked& operator=(const Unpacked&) = delete;
+  ~Unpacked() { remove(); }
+  // The folder in it that has the manifest: the backup's own, or all of it where somebody packed it so.
+  Result<fs::path> unpack(const fs::path& archive) const {
+    if (Status done = unpack_archive(archive, folder_); !done) return done.error();
+    std::error_code none;
+    if (fs::exists(folder_ / kManifestName, none)) return folder_;
+    for (const auto& entry : fs::directory_iterator(folder_, none))
+      if (fs::exists(entry.path() / kManifestName, none)) return entry.path();
+    return Error{ErrorCode::kNotFound,
+                 fmt::format("{} holds no backup: take an archive that `veneerctl db export` wrote", archive.string())};
+  }
+
+ private:
+  void remove() const {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  fs::path folder_;
+};
+
+}  // namespace
+
+Status note_restore(const Restored& restored, const std::string& who, const std::string& at) {
+  auto database = db::Database::open(restored.data_dir / kDatabaseName);
+  if (!database) return database.error();
+  if (!restored.nothing_cut_since)
+    if (Status noted = db::Panels(*database).note_restoration(restored.manifest.made_at, who, at); !noted) return noted;
+  return db::Audit(*database).append({0, at, who, "store.restore",
+                                      fmt::format("{}, made {}{}", restored.backup.string(), restored.manifest.made_at,
+                                                  restored.nothing_cut_since ? ", nothing was cut since" : "")});
+}
+
+Result<Restored> restore_backup(const fs::path& given, const fs::path& data_dir, const std::string& at,
+                                const BackupProgress& progress, const std::function<void()>& before_step) {
+  if (Status ours = check_owner(data_dir); !ours) return ours.error();
+  const fs::path file = data_dir / kDatabaseName;
+  const auto lock = db::WriterLock::take(file);
+  if (!lock) return lock.error();
+  const Unpacked unpacked(data_dir);
+  fs::path backup = given;
+  std::error_code none;
+  if (fs::is_regular_file(given, none)) {
+    progress(0, "unpacking");
+    auto folder = unpacked.unpack(given);
+    if (!folder) return folder.error();
+    backup = std::move(*folder);
+  }
+  auto manifest =
+      check_backup(backup, {}, [&](double fraction, const std::string& text) { progress(0.5 * fraction, text); });
+  if (!manifest) return manifest.error();
+  if (Status finished = db::finish_restore(file); !finished) return finished.error();
+
+  Restoration work(backup, data_dir, at, before_step);
+  for (std::size_t i = 0; i < manifest->files.size(); ++i) {
+    progress(0.5 + 0.4 * static_cast<double>(i) / static_cast<double>(manifest->files.size()),
+             fmt::format("picture {} of {}", i + 1, manifest->files.size()));
+    if (Status placed = work.place(manifest->files[i]); !placed) return placed.error();
+  }
+  if (Status synced = work.sync(); !synced) return synced.error();
+  progress(0.9, "putting the database in place");
+  if (Status placed = work.place_database(manifest->database); !placed) return placed.error();
+  return Restored{given, data_dir, std::move(*manifest), work.aside(), work.placed()};
+}
+
+std::string describe(const Restored& restored) {
+  const BackupManifest& manifest = restored.manifest;
+  std::string out =
+      fmt::format("The backup {} of {} was checked and is in place in {}: {} panels, {} jobs, {} pieces.\n",
+                  restored.backup.string(), manifest.made_at, restored.data_dir.string(), manifest.panels,
+                  manifest.jobs, manifest.pieces);
+  out += fmt::format("{} of its {} pictures had to be copied, the others were there.\n", restored.placed,
+                     manifest.files.size());
+  if (!restored.aside.empty())
+    out += fmt::format("What was there before is kept in {}; remove it when you do not need it any more.\n",
+                       restored.aside.string());
+  if (!manifest.missing.empty())
+    out += fmt::format("{} pictures that the database names were missing when the backup was made, the first is {}.\n",
+                       manifest.missing.size(), manifest.missing.front());
+  out += restored.nothing_cut_since
+             ? "As you said that nothing was cut since it was made, panels count as seen. Now start veneerd.\n"
+             : "What was cut after the backup was made is not in it: each panel has to be scanned again before it is "
+               "planned on or cut. Now start veneerd.\n";
+  return out;
+}
+
+}  // namespace veneer::daemon

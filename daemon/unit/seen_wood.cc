@@ -1,0 +1,36 @@
+#include "daemon/unit/seen_wood.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "base/polygon_ops.h"
+
+namespace veneer::daemon {
+
+Status check_wood_is_there(Repositories& repositories, const std::vector<db::PieceRecord>& pieces) {
+  std::map<PanelId, std::vector<const db::PieceRecord*>> by_panel;
+  for (const auto& piece : pieces)
+    if (piece.state == db::PieceState::kReserved && piece.panel) by_panel[*piece.panel].push_back(&piece);
+  for (const auto& [panel, reserved] : by_panel) {
+    if (Status seen = repositories.panels.check_seen_since_restore(panel); !seen) return seen;
+    const auto differences = repositories.differences.of(panel);
+    if (!differences) return differences.error();
+    for (const auto& difference : *differences) {
+      if (!difference.gone || difference.decision) continue;
+      const auto& box = difference.box;
+      const Region<PanelFrame> gone(Ring<PanelFrame>{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}});
+      for (const auto* piece : reserved)
+        if (overlaps(Region<PanelFrame>(piece->panel_outline), gone))
+          return Error{
+              ErrorCode::kRefused,
+              fmt::format("a scan found wood gone where piece {0} of job {1} is to be cut from panel {2}: look "
+                          "there, then `veneerctl panel decide {2} {3} written-off`, or `... accepted` when the "
+                          "wood is whole",
+                          piece->mark, piece->job.value, panel.value, difference.id.value)};
+    }
+  }
+  return Ok();
+}
+
+}  // namespace veneer::daemon

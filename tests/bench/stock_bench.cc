@@ -1,0 +1,273 @@
+// The memory of a cell after years of work: 1,000 panels, from each of which 1,000 pieces were cut (VENEER_BENCH_PANELS
+// makes fewer panels). The database is made once, in a temporary folder on the disk, which takes some minutes; with
+// VENEER_BENCH_STOCK it is made in that folder, and used again by the next run.
+//
+// Targets: a plan of 500 pieces reserved in 200 ms, a panel's wood read in 50 ms, all panels listed in 100 ms, the
+// daemon ready in 2 s, 1 KB of database a piece of a grid and 3 KB a curved one without plan files, an answer to one of
+// 16 raw writers in 50 ms (p99).
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <random>
+#include <thread>
+
+#include "db/job_store.h"
+#include "db/panels.h"
+#include "db/sql.h"
+#include "tests/db/raw_writer.h"
+#include "tests/support/campaign_size.h"
+#include "tests/support/lone_daemon.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::db {
+namespace {
+
+namespace fs = std::filesystem;
+const std::string kThen = "2026-05-01T07:30:00.000Z";
+constexpr int kColumns = 41, kCutFromEach = 1000;  // of 41 x 27 places on a panel
+
+template <class T>
+T sure(Result<T> result) {
+  if (result.ok()) return std::move(result).value();
+  fmt::print(stderr, "{}\n", result.error().message);
+  std::abort();
+}
+void sure(const Status& status) {
+  if (status.ok()) return;
+  fmt::print(stderr, "{}\n", status.error().message);
+  std::abort();
+}
+
+PanelId panel_number(int number) { return PanelId{fmt::format("P-{:04d}", number)}; }
+
+PanelRecord a_panel(int number) {
+  PanelRecord panel;
+  panel.id = panel_number(number);
+  panel.name = "walnut and maple";
+  panel.width = 420_mm;
+  panel.height = 280_mm;
+  panel.usable = SquareMillimetres(110'000);
+  panel.map_file = panel.mask_file = "maps/" + panel.id.value + ".png";
+  panel.created_at = kThen;
+  return panel;
+}
+
+// The `place`-th of a grid of 10 mm: a square, or a curved piece with `corners` of them.
+PlannedPatch a_piece(int place, int corners = 4) {
+  PlannedPatch piece;
+  piece.mark = fmt::format("A{}-{}", place / kColumns + 1, place % kColumns + 1);
+  const double x = 5 + 10.0 * (place % kColumns), y = 5 + 10.0 * (place / kColumns);
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2 * kPi * (i + 0.5) / corners;
+    const double radius = corners == 4 ? 4.5 * std::sqrt(2.0) : 4.2 + 0.3 * std::sin(3 * angle);
+    const double dx = radius * std::cos(angle), dy = radius * std::sin(angle);
+    piece.artwork_outline.push_back(point<ArtworkFrame>(x + dx, y + dy));
+    piece.panel_outline.push_back(point<PanelFrame>(x + dx, y + dy));
+  }
+  piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), 0.3_mm);
+  return piece;
+}
+
+NewPlan a_plan(const PanelId& panel, std::vector<PlannedPatch> pieces) {
+  NewPlan plan;
+  plan.name = "portrait";
+  plan.plan_json = plan.options_json = "{}";
+  for (PlannedPatch& piece : pieces) piece.panel = panel;
+  plan.planned_on = {{panel, 1}};
+  plan.pieces = std::move(pieces);
+  return plan;
+}
+
+void cut_all(Database& database, JobId job, const PanelId& panel) {
+  JobStore jobs(database);
+  const RunId run = sure(jobs.start_run(job, panel, {}, 0.05_mm, kThen, {"uid 1000", {}, "[]"}));
+  for (const char* state : {"cutting", "cut"})
+    sure(in_transaction(database, [&](SQLite::Database& connection) -> Status {
+      connection.exec(fmt::format("UPDATE allocations SET state = '{}' WHERE job = {}", state, job.value));
+      return Ok();
+    }));
+  sure(jobs.finish_run(run, false, kThen));
+}
+
+class Stock {
+ public:
+  static Stock& get() {
+    static Stock stock;
+    return stock;
+  }
+  int panels() const { return panels_; }
+  Database& database() {
+    if (!database_) database_.emplace(sure(Database::open(file())));
+    return *database_;
+  }
+  fs::path folder() {
+    database_.reset();  // in order
+    return folder_;
+  }
+
+ private:
+  Stock() {
+    const char* kept = std::getenv("VENEER_BENCH_STOCK");  // NOLINT(concurrency-mt-unsafe): nothing sets it
+    if (kept == nullptr) temporary_.emplace(testing::TempDirectory::Place::kDisk);
+    folder_ = kept == nullptr ? temporary_->path() : fs::path(kept);
+    if (fs::exists(file())) {
+      panels_ = static_cast<int>(sure(Panels(database()).list()).size());
+      return;
+    }
+    std::vector<PlannedPatch> pieces;
+    for (int i = 0; i < kCutFromEach; ++i) pieces.push_back(a_piece(i));
+    for (int number = 1; number <= panels_; ++number) {
+      sure(Panels(database()).add(a_panel(number), {}, {}));
+      const PanelId panel = panel_number(number);
+      cut_all(database(), sure(JobStore(database()).create(a_plan(panel, pieces), kThen)), panel);
+      if (number % 100 == 0) fmt::print(stderr, "{} panels of {}\n", number, panels_);
+    }
+  }
+  fs::path file() const { return folder_ / "veneerd.db"; }
+
+  int panels_ = static_cast<int>(testing::number_from("VENEER_BENCH_PANELS", 1000));
+  std::optional<testing::TempDirectory> temporary_;
+  fs::path folder_;
+  std::optional<Database> database_;
+};
+
+void BM_stock_reserve_500_pieces(benchmark::State& state) {
+  Database& database = Stock::get().database();
+  JobStore jobs(database);
+  NewPlan plan = a_plan(panel_number(1), {});
+  plan.planned_on.clear();
+  for (int i = 0; i < 5; ++i) {
+    const PanelId panel = panel_number(1 + i * Stock::get().panels() / 5);
+    plan.planned_on.push_back({panel, 1});
+    for (int k = 0; k < 100; ++k) {
+      plan.pieces.push_back(a_piece(kCutFromEach + k));
+      plan.pieces.back().panel = panel;
+      plan.pieces.back().mark = fmt::format("B{}-{}", i, k);
+    }
+  }
+  for (auto _ : state) {
+    const JobId job = sure(jobs.create(plan, kThen));
+    state.PauseTiming();
+    sure(jobs.cancel(job, kThen));
+    state.ResumeTiming();
+  }
+}
+BENCHMARK(BM_stock_reserve_500_pieces)->Unit(benchmark::kMillisecond)->Iterations(20);
+
+void BM_stock_wood_of_a_panel(benchmark::State& state) {
+  Ledger ledger(Stock::get().database());
+  std::mt19937 random(1);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sure(ledger.live_allocations(
+        panel_number(1 + static_cast<int>(random() % static_cast<unsigned>(Stock::get().panels()))))));
+}
+BENCHMARK(BM_stock_wood_of_a_panel)->Unit(benchmark::kMillisecond);
+
+void BM_stock_piece_at_a_point(benchmark::State& state) {
+  Ledger ledger(Stock::get().database());
+  std::mt19937 random(1);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sure(ledger.allocations_at(
+        panel_number(1 + static_cast<int>(random() % static_cast<unsigned>(Stock::get().panels()))),
+        point<PanelFrame>(105, 55))));
+}
+BENCHMARK(BM_stock_piece_at_a_point)->Unit(benchmark::kMillisecond);
+
+void BM_stock_list_of_panels(benchmark::State& state) {
+  Panels panels(Stock::get().database());
+  for (auto _ : state) benchmark::DoNotOptimize(sure(panels.in_stock()));
+}
+BENCHMARK(BM_stock_list_of_panels)->Unit(benchmark::kMillisecond);
+
+void BM_stock_list_of_jobs(benchmark::State& state) {
+  JobStore jobs(Stock::get().database());
+  for (auto _ : state) benchmark::DoNotOptimize(sure(jobs.list(JobId{0}, 500)));
+}
+BENCHMARK(BM_stock_list_of_jobs)->Unit(benchmark::kMillisecond);
+
+// With a laser that is a file, and this data folder.
+void start_on(tests::LoneDaemon& daemon, const fs::path& folder) {
+  tests::LoneDaemonOptions options;
+  options.data = folder;
+  sure(daemon.start(fs::read_symlink("/proc/self/exe").parent_path(),
+                    fmt::format("kind = \"grbl\"\nport = \"file:{}\"\n", (folder / "laser.gcode").string()), options));
+}
+
+// From its start to its first answer, after an orderly end.
+void BM_stock_daemon_starts(benchmark::State& state) {
+  const fs::path folder = Stock::get().folder();
+  for (auto _ : state) {
+    tests::LoneDaemon daemon;
+    start_on(daemon, folder);
+    state.PauseTiming();
+    daemon.end();
+    state.ResumeTiming();
+  }
+}
+BENCHMARK(BM_stock_daemon_starts)->Unit(benchmark::kMillisecond)->Iterations(5)->UseRealTime();
+
+// What the daemon answers: all panels with their figures, the first time and then as it knows them.
+// There are no masks here, so that it counts what is free on each panel anew every time.
+void BM_stock_panels_asked_for(benchmark::State& state) {
+  tests::LoneDaemon daemon;
+  start_on(daemon, Stock::get().folder());
+  const auto ask = [&] { benchmark::DoNotOptimize(sure(daemon.api().get("/panels?limit=1000"))); };
+  const auto began = std::chrono::steady_clock::now();
+  ask();
+  state.counters["first_ms"] =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+  for (auto _ : state) ask();
+}
+BENCHMARK(BM_stock_panels_asked_for)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
+// Cut pieces with `corners` each, their history included.
+void BM_stock_bytes_a_piece(benchmark::State& state) {
+  for (auto _ : state) {
+    const testing::TempDirectory directory;
+    constexpr int kPanels = 5;
+    {
+      Database database = sure(Database::open(directory / "veneerd.db"));
+      std::vector<PlannedPatch> pieces;
+      for (int i = 0; i < kCutFromEach; ++i) pieces.push_back(a_piece(i, static_cast<int>(state.range(0))));
+      for (int number = 1; number <= kPanels; ++number) {
+        sure(Panels(database).add(a_panel(number), {}, {}));
+        const PanelId panel = panel_number(number);
+        cut_all(database, sure(JobStore(database).create(a_plan(panel, pieces), kThen)), panel);
+      }
+    }
+    state.counters["bytes"] = static_cast<double>(fs::file_size(directory / "veneerd.db")) / (kPanels * kCutFromEach);
+  }
+}
+BENCHMARK(BM_stock_bytes_a_piece)->Arg(4)->Arg(48)->Unit(benchmark::kMillisecond)->Iterations(1);
+
+void BM_stock_raw_writers(benchmark::State& state) {
+  constexpr int kWriters = 16;
+  const testing::TempDirectory directory(testing::TempDirectory::Place::kDisk);
+  const fs::path file = directory / "veneerd.db";
+  sure(Panels(*std::make_unique<Database>(sure(Database::open(file)))).add(a_panel(1), {}, {}));
+  std::vector<double> waited;
+  for (auto _ : state) {
+    std::vector<Tally> tallies(kWriters);
+    {
+      std::vector<std::jthread> writers;
+      for (unsigned i = 0; i < kWriters; ++i)
+        writers.emplace_back([&, i] { tallies[i] = write_raw(file, panel_number(1), i, 300); });
+    }
+    for (const Tally& tally : tallies) waited.insert(waited.end(), tally.waited_ms.begin(), tally.waited_ms.end());
+  }
+  std::sort(waited.begin(), waited.end());
+  const auto quantile = [&](double q) {
+    return waited[static_cast<std::size_t>(q * (static_cast<double>(waited.size()) - 1))];
+  };
+  state.counters["p50_ms"] = quantile(0.5);
+  state.counters["p99_ms"] = quantile(0.99);
+  state.counters["most_ms"] = quantile(1);
+}
+BENCHMARK(BM_stock_raw_writers)->Unit(benchmark::kMillisecond)->Iterations(2)->UseRealTime();
+
+}  // namespace
+}  // namespace veneer::db
