@@ -15,8 +15,6 @@ constexpr double kQuarter = 1.5707963267948966;
 constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse than the best are still the same shape
 constexpr int kTurns = 24;               // a mark may be turned on its piece, in steps of 15 degrees
 constexpr double kMirrorMargin = 0.3;    // in correlation
-constexpr double kComparable = 0.6;      // of a piece's blocks, that another place has too
-constexpr double kNoise = 0.5;           // grey levels, of a scan: few blocks of plain wood differ by no more
 const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
 const cv::Scalar kTable(40, 40, 40);     // seen through gaps
 constexpr int kFiner = 4;                // joints are narrower than a pixel: edges are drawn this much finer
@@ -218,9 +216,7 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
   return laid;
 }
 
-// Judges the pictures of the laid pieces against the preview. Where places are of unlike shape, what a piece looks more
-// like is told by the blocks that both have; a place that has few of the piece's blocks tells nothing, nor does one
-// that comes nearer by less than a scan's noise.
+// Judges the pictures of the laid pieces against the preview.
 void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview, std::vector<Laid>& laid,
                     int threads, JobProof& proof) {
   std::vector<BlockMeans> places;
@@ -229,20 +225,17 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
     const BlockMeans& place = places[laid[i].as];
-    const BlockMeans turned_over = place.mirrored();
     auto best = mine.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
-      const double shared = mine.shared_with(places[k]);
-      if (shared < kComparable) continue;
-      const auto own = mine.with(place, places[k]), other = mine.with(places[k], place);
-      const double clearly = shared < 1 || places[k].shared_with(mine) < 1 ? kNoise : 0;
-      if (other.correlation <= own.correlation || other.difference >= own.difference - clearly) continue;
-      if (looks_like[i] >= 0 && other.correlation <= best.correlation) continue;
-      best = other;
+      const auto rivals = mine.rather(places[k], place);
+      if (!rivals || (looks_like[i] >= 0 && rivals->other.correlation <= best.correlation)) continue;
+      best = rivals->other;
       looks_like[i] = static_cast<int>(k);
     }
-    const auto own = mine.with(place, turned_over), mirror = mine.with(turned_over, place);
+    const auto turned_over = mine.rather(place.mirrored(), place);
+    if (!turned_over) return;
+    const auto& [own, mirror] = *turned_over;
     const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
     if (clear && mirror.difference < best.difference) laid[i].mirrored = true;
   });

@@ -7,7 +7,7 @@
 //
 // wrong     the piece's 2 mm block means agree better with the preview of another patch than with its own: both the
 //           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
-//           two patches of a smooth gradient correlate whatever they are.
+//           two patches of a smooth gradient correlate whatever they are. Places of unlike shape: BlockMeans::rather.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
 //           clear margin (0.3 in correlation) over its own.

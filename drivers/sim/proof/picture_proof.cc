@@ -8,7 +8,9 @@
 namespace veneer::proof {
 namespace {
 
-constexpr double kBlock = 2;  // mm
+constexpr double kBlock = 2;         // mm
+constexpr double kComparable = 0.6;  // of a piece's blocks, that another place has too
+constexpr double kNoise = 0.5;       // grey levels, of a scan: few blocks of plain wood differ by no more
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 cv::Mat grey_of(const cv::Mat& picture) {
@@ -150,6 +152,16 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans
   const double cab = sab / n - sa / n * sb / n;
   const double difference = std::sqrt(std::max(0.0, va + vb - 2 * cab));
   return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference};
+}
+
+std::optional<BlockMeans::Rivals> BlockMeans::rather(const BlockMeans& other, const BlockMeans& own) const {
+  const double shared = shared_with(other);
+  if (shared < kComparable) return std::nullopt;
+  const Rivals rivals{with(own, other), with(other, own)};
+  const double clearly = shared < 1 || other.shared_with(*this) < 1 ? kNoise : 0;
+  if (rivals.other.correlation <= rivals.own.correlation) return std::nullopt;
+  if (rivals.other.difference >= rivals.own.difference - clearly) return std::nullopt;
+  return rivals;
 }
 
 }  // namespace veneer::proof

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
 #include "drivers/sim/plane.h"
@@ -42,6 +43,14 @@ class BlockMeans {
   // The share of its own blocks that the other has too.
   double shared_with(const BlockMeans& other) const;
   BlockMeans mirrored() const;  // left and right exchanged
+
+  // How it agrees with two places, its own and another, over the blocks that both have.
+  struct Rivals {
+    Agreement own, other;
+  };
+  // Nothing unless it looks more like the other: the correlation is higher and the difference lower. Where the other is
+  // of unlike shape, it has to have 60 % of this one's blocks, and to come nearer by more than a scan's noise.
+  std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own) const;
 
  private:
   double at(int column, int row) const;  // counted from the centre; negative ones lie left and above
