@@ -11,7 +11,8 @@
 namespace veneer::sim {
 namespace {
 
-constexpr double kShortest = 0.3;  // mm between the middles of two cuts' ends; nearer ones meet
+constexpr double kMeets = 0.05;    // mm between the ends of two cuts of which one goes on where the other ends
+constexpr double kShortest = 0.3;  // mm between the middles of two cuts' ends, at least
 constexpr double kLongest = 1.5;   // of what a hand would call a bridge
 constexpr double kLook = 0.3;      // mm of a cut that show its direction at its end
 constexpr double kAligned = 0.6;   // cosine, between a cut's end and the way across
@@ -44,6 +45,15 @@ bool is_wood(const Sheet& sheet, Vec2 mm) {
   return cv::Rect({}, sheet.material.size()).contains(at) && sheet.material.at<unsigned char>(at) > 127;
 }
 
+// A long cut is burnt in several: where one ends and the next begins, nothing ends. `others` are sorted by x.
+bool meets_any(const End& one, const std::vector<End>& others) {
+  auto other = std::lower_bound(others.begin(), others.end(), one.at.x - kMeets,
+                                [](const End& o, double x) { return o.at.x < x; });
+  for (; other != others.end() && other->at.x <= one.at.x + kMeets; ++other)
+    if (length(other->at - one.at) <= kMeets) return true;
+  return false;
+}
+
 // Ends that look at each other across a bit of wood; each with the nearest it could go on with.
 std::vector<TrueBurn> gaps_of(const Sheet& sheet) {
   std::vector<End> ends, begins;
@@ -52,7 +62,12 @@ std::vector<TrueBurn> gaps_of(const Sheet& sheet) {
     if (const auto end = end_of(burn, false)) ends.push_back(*end);
     if (const auto begin = end_of(burn, true)) begins.push_back(*begin);
   }
-  std::sort(begins.begin(), begins.end(), [](const End& a, const End& b) { return a.at.x < b.at.x; });
+  const auto by_x = [](const End& a, const End& b) { return a.at.x < b.at.x; };
+  std::sort(begins.begin(), begins.end(), by_x);
+  std::sort(ends.begin(), ends.end(), by_x);
+  const std::vector<End> all_begins = begins;
+  std::erase_if(begins, [&](const End& begin) { return meets_any(begin, ends); });
+  std::erase_if(ends, [&](const End& end) { return meets_any(end, all_begins); });
   std::vector<TrueBurn> gaps;
   for (const End& end : ends) {
     const End* next = nullptr;

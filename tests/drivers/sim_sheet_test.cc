@@ -203,6 +203,33 @@ TEST(Bridges, AreCutByHandWhereTheyHangOnAThinStripOfWood) {
   EXPECT_EQ(drop_loose_pieces(*sheet), 1);
 }
 
+// Seen with seeds 20261124 and 5359145 of the demo: a machine burns a long cut in several, and one of them led around a
+// sharp corner, whose tip the hand cut off.
+TEST(Bridges, AreNotWhereACutGoesOnAroundACorner) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  const auto cut = [&](std::vector<Vec2> points) {
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, std::move(points)));
+  };
+  cut({{12, 15}, {16, 11}, {19.3, 14.3}});
+  cut({{19.3, 14.3}, {20, 15}, {19.3, 15.7}});
+  cut({{19.3, 15.7}, {16, 19}, {12, 15}});
+  EXPECT_EQ(cut_bridges(*sheet), 0);
+  EXPECT_EQ(drop_loose_pieces(*sheet), 1);
+}
+
+// The same seed: the way into another cut ended a millimetre from a bridge, and the bridge stayed.
+TEST(Bridges, AreCutByHandBesideTheWayIntoAnotherCut) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  const auto cut = [&](std::vector<Vec2> points) {
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, std::move(points)));
+  };
+  for (const auto& points : bridged({10, 10}, 7, 0.65)) cut(points);
+  cut({{18.12, 12.35}, {17.7, 12.9}});  // towards the bridge at the right, and on to a square of its own
+  cut({{17.7, 12.9}, {17.7, 5}, {25, 5}, {25, 12.9}, {17.7, 12.9}});
+  EXPECT_EQ(cut_bridges(*sheet), 2);
+  EXPECT_EQ(drop_loose_pieces(*sheet), 2);
+}
+
 // Nobody cuts where nothing would come free.
 TEST(Bridges, AreNotWhatLiesBetweenTwoCutsThatEndInTheWood) {
   const auto sheet = dotted_sheet(60, 60, {}, {});
