@@ -2,12 +2,13 @@
 // from base/geometry.h or base/frames.h.
 //
 // Millimetre frames of the twin, all with +x right and +y up:
-//   sheet  origin at the lower left of the sheet as seen from its show face; both faces use it ("seen through the
-//   sheet") glass  what lies on the scanner as the scan shows it; origin at the lower left of the glass bed    true mm
-//   on the laser bed seen from above; origin where the machine's commanded (0, 0) goes, +x along its x axis
+//   sheet  origin at the lower left of the sheet as seen from its show face; both faces use it, as through the sheet
+//   glass  what lies on the scanner, as the scan shows it; origin at the lower left of the glass
+//   bed    true mm on the laser bed, from above; origin where the machine's commanded (0, 0) goes, +x along its x axis
 // Pixels have y down and centres at +0.5.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -22,6 +23,13 @@ struct Vec2 {
 };
 
 inline double length(Vec2 v) { return std::hypot(v.x, v.y); }
+
+inline double distance_to_segment(Vec2 p, Vec2 a, Vec2 b) {
+  const Vec2 d = b - a, q = p - a;
+  const double square = d.x * d.x + d.y * d.y;
+  const double t = square > 0 ? std::clamp((q.x * d.x + q.y * d.y) / square, 0.0, 1.0) : 0.0;
+  return length(q - d * t);
+}
 
 // sheet -> glass or bed: p -> R(angle) * F * p + shift, F mirroring x when the sheet shows its back to the viewer.
 struct SheetPose {

@@ -11,13 +11,6 @@ constexpr double kCharWidth = 0.10;  // mm of browned wood beside a kerf
 constexpr double kChipArea = 4;      // mm2; smaller parts are swept up, not kept
 constexpr double kLongestDraw = 2;   // mm; strokes are drawn in bits this long, so that boxes stay small
 
-double distance_to_segment(Vec2 p, Vec2 a, Vec2 b) {
-  const Vec2 d = b - a, q = p - a;
-  const double square = d.x * d.x + d.y * d.y;
-  const double t = square > 0 ? std::clamp((q.x * d.x + q.y * d.y) / square, 0.0, 1.0) : 0.0;
-  return length(q - d * t);
-}
-
 // Calls mark(pixel, distance from the segment in mm) for all pixels nearer than `reach`.
 template <class Mark>
 void along_segment(const Sheet& sheet, Vec2 a, Vec2 b, double reach, const Mark& mark) {

@@ -230,6 +230,19 @@ TEST(Bridges, AreCutByHandBesideTheWayIntoAnotherCut) {
   EXPECT_EQ(drop_loose_pieces(*sheet), 2);
 }
 
+// The same seed: behind a bridge the cut went on with a burn of a hundredth of a millimetre.
+TEST(Bridges, AreCutByHandWhereTheNextBurnIsTiny) {
+  const auto sheet = dotted_sheet(60, 60, {}, {});
+  const auto cut = [&](std::vector<Vec2> points) {
+    burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.27, std::move(points)));
+  };
+  cut({{10, 10}, {17, 10}, {17, 13.175}});
+  cut({{17, 13.825}, {16.988, 13.825}});
+  cut({{16.988, 13.825}, {17, 17}, {10, 17}, {10, 10}});
+  EXPECT_EQ(cut_bridges(*sheet), 1);
+  EXPECT_EQ(drop_loose_pieces(*sheet), 1);
+}
+
 // Nobody cuts where nothing would come free.
 TEST(Bridges, AreNotWhatLiesBetweenTwoCutsThatEndInTheWood) {
   const auto sheet = dotted_sheet(60, 60, {}, {});
