@@ -41,7 +41,7 @@ TEST_F(JobRunnerTest, NoJobBeginsOnWoodThatMayBeGone) {
   db::DifferenceRecord hole;
   hole.gone = true, hole.area = SquareMillimetres(9);
   const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
-  hole.box = bounds(pieces->front().panel_outline);
+  hole.shape = Region<PanelFrame>(pieces->front().panel_outline);
   hole.place = pieces->front().panel_outline.front();
   ASSERT_TRUE(with([&](Repositories& r) { return r.differences.found({"P-0001"}, {hole}, kThen); }).ok());
   ASSERT_TRUE(command(CellCommand::kReset).ok());
