@@ -31,4 +31,19 @@ Status check_wood_is_there(Repositories& repositories, const std::vector<db::Pie
   return Ok();
 }
 
+Status check_drawn_pieces(Repositories& repositories, const std::vector<db::PieceRecord>& drawn) {
+  for (const auto& piece : drawn) {
+    const auto now = repositories.jobs.find_piece(piece.id);
+    if (!now) return now.error();
+    if (now->state == db::PieceState::kReserved && now->allocation == piece.allocation) continue;
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("piece {} of job {} is {} since its cuts were drawn: Stop and Reset the cell, then Start "
+                    "the job again",
+                    piece.mark, piece.job.value,
+                    now->state == db::PieceState::kReserved ? "to be cut from other wood" : db::to_string(now->state))};
+  }
+  return check_wood_is_there(repositories, drawn);
+}
+
 }  // namespace veneer::daemon
