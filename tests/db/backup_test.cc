@@ -163,5 +163,34 @@ TEST_F(Backups, OnceDecidedAreInPlaceAtTheNextStart) {
   VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
+// The disk does not say whether it is there: that is no answer.
+TEST_F(Backups, OnceDecidedAreNotPassedOverWhenTheDiskDoesNotAnswer) {
+  { const Database closed = std::move(cell.database()); }
+  const fs::path restored = cell.file().string() + ".restored";
+  fs::create_symlink(restored, restored);  // a loop
+  const auto opened = Database::open(cell.file());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(opened.error().message, HasSubstr("cannot look whether there is a file " + restored.string()));
+  fs::remove(restored);
+  cell.reopen();
+}
+
+// The file could not be looked at once; that it was made here is not forgotten for that.
+TEST_F(Backups, ADatabaseThatCannotBeLookedAtIsNotGone) {
+  { const Database closed = std::move(cell.database()); }
+  const fs::path kept = directory / "kept";
+  fs::rename(cell.file(), kept);
+  fs::create_symlink(cell.file(), cell.file());
+  EXPECT_FALSE(Database::open(cell.file()).ok());
+  fs::remove(cell.file());
+  std::ofstream(cell.file()).flush();
+  const auto empty = Database::open(cell.file());
+  ASSERT_FALSE(empty.ok());
+  EXPECT_THAT(empty.error().message, HasSubstr("it is empty"));
+  fs::rename(kept, cell.file());
+  cell.reopen();
+}
+
 }  // namespace
 }  // namespace veneer::db
