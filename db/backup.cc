@@ -146,6 +146,26 @@ Status copy_database(Database& source, const fs::path& copy, const std::function
   return done;
 }
 
+Status change_copy(const fs::path& copy, const std::function<Status(Database&)>& work) {
+  const auto remove_what_is_beside_it = [&] {
+    std::error_code ignored;
+    for (const char* part : {"-journal", "-wal", "-shm", ".clean", ".lock"}) fs::remove(copy.string() + part, ignored);
+  };
+  remove_what_is_beside_it();  // the log of one that was cut short is another file's
+  Status done = [&]() -> Status {
+    auto database = Database::open(copy);
+    if (!database) return database.error();
+    return work(*database);
+  }();
+  try {
+    if (done.ok()) drop_log(copy);
+  } catch (const SQLite::Exception& thrown) {
+    done = to_error(thrown, copy.string());
+  }
+  remove_what_is_beside_it();
+  return done;
+}
+
 Result<int> check_copy(const fs::path& copy, const std::stop_token& stop) {
   const std::string name = copy.string();
   Result<int> schema = [&]() -> Result<int> {
@@ -165,8 +185,9 @@ Result<int> check_copy(const fs::path& copy, const std::stop_token& stop) {
   return schema;
 }
 
-Status replace_database(const fs::path& made, const fs::path& file) {
-  if (Status decided = move_whole(made, restored_name(file)); !decided.ok()) return decided;
+Status replace_database(const fs::path& made, const fs::path& file, const std::function<void()>& decided) {
+  if (Status moved = move_whole(made, restored_name(file)); !moved.ok()) return moved;
+  if (decided) decided();
   return finish_restore(file);
 }
 

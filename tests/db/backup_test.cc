@@ -145,6 +145,20 @@ TEST_F(Backups, OfANewerProgramAreRefusedAndOfAnOlderTaken) {
     VENEER_ASSERT_OK(migrate(old, migrations().first(7)));
   }
   EXPECT_EQ(must(check_copy(copy, {})), 7);
+  // It is brought up to date before it takes a place, and is a plain file again.
+  std::ofstream(copy.string() + "-wal") << "the log of one that was cut short";
+  VENEER_ASSERT_OK(change_copy(
+      copy, [](Database& database) { return Panels(database).note_restoration(kNow, "uid 1000", kLater); }));
+  EXPECT_EQ(must(check_copy(copy, {})), migrations().back().version);
+  EXPECT_THAT(names(), ElementsAre("copy.db"));
+  EXPECT_EQ(change_copy(copy,
+                        [](Database&) {
+                          return Status(Error{ErrorCode::kRefused, "no"});
+                        })
+                .error()
+                .code,
+            ErrorCode::kRefused);
+  EXPECT_THAT(names(), ElementsAre("copy.db"));
 }
 
 // The power was cut after the restored database was there under its second name: it counts, and the log that was left
