@@ -174,6 +174,45 @@ TEST_F(Backup, IsCopiedWhereTheFileSystemLinksNothing) {
   EXPECT_EQ(refusal(made.folder), "");
 }
 
+// Then the pictures take room again.
+TEST_F(Backup, ThatCannotLinkPicturesNeedsRoomForThem) {
+  const testing::TempDirectory elsewhere(testing::TempDirectory::Place::kDisk);
+  std::error_code failed;
+  fs::create_hard_link(data / last_map, elsewhere / "link", failed);
+  if (!failed) GTEST_SKIP() << "there is one file system";
+  fs::resize_file(data / last_map, std::uintmax_t{1} << 40);  // and takes no room itself
+  const LittleRoom room(20 << 20);
+  const auto full = make_backup({data, elsewhere / "backups", 14}, "2026-05-01T07:30:00.000Z", {}, quiet);
+  ASSERT_FALSE(full.ok());
+  EXPECT_EQ(full.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(full.error().message, HasSubstr("a backup needs 10488"));
+  EXPECT_THAT(tree(elsewhere.path()), IsEmpty());
+}
+
+// Whoever removes a plan at night must not find a failed backup in the morning.
+TEST_F(Backup, APlanThatIsRemovedMeanwhileIsNotMissing) {
+  db::Plans plans(*database);
+  db::NewPlan wanted = db::job_of({});
+  wanted.target_file.clear();
+  const auto plan = must(plans.add(wanted, db::kNow));
+  bool removed = false;
+  const auto made =
+      must(make_backup({data, backups, 14}, "2026-05-01T07:30:00.000Z", {}, [&](double, const std::string& text) {
+        if (removed || !text.starts_with("picture 1 of")) return;
+        removed = true;
+        VENEER_EXPECT_OK(plans.remove(plan));
+      }));
+  EXPECT_TRUE(removed);
+  EXPECT_THAT(made.manifest.missing, IsEmpty());
+  EXPECT_EQ(refusal(made.folder), "");
+  EXPECT_EQ(tree(made.folder).size(), 4U);
+  const fs::path other = directory / "other";
+  must(restore(made.folder, other));
+  db::Database restored = must(db::Database::open(other / kDatabaseName));
+  VENEER_EXPECT_OK(db::Plans(restored).check_files());
+  EXPECT_FALSE(db::Plans(restored).find(plan).ok());
+}
+
 TEST_F(Backup, OldOnesGoOnlyOnceANewOneIsGood) {
   for (int i = 0; i < 3; ++i) must(make(2));
   const auto names = [&] {
