@@ -137,16 +137,49 @@ bool stays_below(const fs::path& path) {
          path.begin()->string() != "..";
 }
 
-Status write_entry(archive* reader, const fs::path& archive_file, const fs::path& to) {
+Status write_entry(archive* reader, std::uintmax_t bytes, const fs::path& archive_file, const fs::path& to) {
   std::error_code failed;
   fs::create_directories(to.parent_path(), failed);
   std::ofstream out(to, std::ios::binary | std::ios::trunc);
   std::vector<char> buffer(kPart);
   la_ssize_t got = 0;
-  while (out && (got = archive_read_data(reader, buffer.data(), buffer.size())) > 0) out.write(buffer.data(), got);
-  if (got < 0) return damaged_archive(archive_file, reader);
+  std::uintmax_t written = 0;
+  while (out && written <= bytes && (got = archive_read_data(reader, buffer.data(), buffer.size())) > 0) {
+    out.write(buffer.data(), got);
+    written += static_cast<std::uintmax_t>(got);
+  }
+  if (got < 0 || written > bytes) return damaged_archive(archive_file, reader);
   out.close();
   return out ? Ok() : Status(cannot_write(to));
+}
+
+// Calls `take` with each file of the archive: the reader, its path and its size.
+Status each_file(const fs::path& file,
+                 const std::function<Status(archive* reader, const fs::path& path, std::uintmax_t bytes)>& take) {
+  const std::unique_ptr<archive, FreeReader> reader(archive_read_new());
+  archive_read_support_format_tar(reader.get());
+  archive_read_support_filter_gzip(reader.get());
+  archive_read_support_filter_zstd(reader.get());
+  if (!std::ifstream(file, std::ios::binary)) return cannot_read(file);
+  if (archive_read_open_filename(reader.get(), file.c_str(), kPart) != ARCHIVE_OK)
+    return damaged_archive(file, reader.get());
+  while (true) {
+    archive_entry* entry = nullptr;
+    const int code = archive_read_next_header(reader.get(), &entry);
+    if (code == ARCHIVE_EOF) return Ok();
+    if (code != ARCHIVE_OK) return damaged_archive(file, reader.get());
+    const fs::path path = archive_entry_pathname(entry) != nullptr ? archive_entry_pathname(entry) : "";
+    if (archive_entry_filetype(entry) == AE_IFDIR) continue;
+    const bool plain = archive_entry_filetype(entry) == AE_IFREG && archive_entry_hardlink(entry) == nullptr;
+    if (!plain || !stays_below(path))
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("{} holds {}, which is no plain file below a folder: take an archive that `veneerctl db "
+                               "export` wrote",
+                               file.string(), path.string())};
+    const la_int64_t bytes = archive_entry_size(entry);
+    if (bytes < 0) return damaged_archive(file, reader.get());
+    if (Status taken = take(reader.get(), path, static_cast<std::uintmax_t>(bytes)); !taken) return taken;
+  }
 }
 
 }  // namespace
@@ -170,32 +203,30 @@ Status pack_folder(const fs::path& folder, const fs::path& file, const std::func
   return packed;
 }
 
-Status unpack_archive(const fs::path& file, const fs::path& folder) {
-  const std::unique_ptr<archive, FreeReader> reader(archive_read_new());
-  archive_read_support_format_tar(reader.get());
-  archive_read_support_filter_gzip(reader.get());
-  archive_read_support_filter_zstd(reader.get());
-  if (!std::ifstream(file, std::ios::binary)) return cannot_read(file);
-  if (archive_read_open_filename(reader.get(), file.c_str(), kPart) != ARCHIVE_OK)
-    return damaged_archive(file, reader.get());
+Status unpack_archive(const fs::path& file, const fs::path& folder, std::uint64_t spare_bytes) {
+  std::uintmax_t wanted = spare_bytes;
+  constexpr std::uintmax_t kMost = std::uintmax_t{1} << 62;  // so that no sum wraps round
+  if (Status counted = each_file(file,
+                                 [&](archive*, const fs::path&, std::uintmax_t bytes) {
+                                   wanted = std::min(kMost, wanted + std::min(kMost, bytes));
+                                   return Ok();
+                                 });
+      !counted)
+    return counted;
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) return cannot_write(folder);
-  while (true) {
-    archive_entry* entry = nullptr;
-    const int code = archive_read_next_header(reader.get(), &entry);
-    if (code == ARCHIVE_EOF) return Ok();
-    if (code != ARCHIVE_OK) return damaged_archive(file, reader.get());
-    const fs::path path = archive_entry_pathname(entry) != nullptr ? archive_entry_pathname(entry) : "";
-    if (archive_entry_filetype(entry) == AE_IFDIR) continue;
-    const bool plain = archive_entry_filetype(entry) == AE_IFREG && archive_entry_hardlink(entry) == nullptr;
-    if (!plain || !stays_below(path))
-      return Error{ErrorCode::kInvalidArgument,
-                   fmt::format("{} holds {}, which is no plain file below a folder: take an archive that `veneerctl db "
-                               "export` wrote",
-                               file.string(), path.string())};
-    if (Status written = write_entry(reader.get(), file, folder / path); !written) return written;
-  }
+  const auto room = fs::space(folder, failed);
+  constexpr std::uintmax_t kMegabyte = 1 << 20;
+  if (!failed && room.available < wanted)
+    return Error{
+        ErrorCode::kStorage,
+        fmt::format("to unpack {} needs {} MB free on the disk of {}, and {} MB are: make room there, then try "
+                    "again",
+                    file.string(), wanted / kMegabyte + 1, folder.string(), room.available / kMegabyte)};
+  return each_file(file, [&](archive* reader, const fs::path& path, std::uintmax_t bytes) {
+    return write_entry(reader, bytes, file, folder / path);
+  });
 }
 
 }  // namespace veneer

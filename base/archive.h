@@ -2,6 +2,7 @@
 // Any thread that may wait; never the reactor.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string_view>
@@ -21,7 +22,9 @@ Status pack_folder(const std::filesystem::path& folder, const std::filesystem::p
 
 // Unpacks it into `folder`, which it makes. Only plain files are taken, and none that would lie outside of it: a link,
 // a device or a path with ".." means that nothing is (kInvalidArgument). kNotFound when there is no such file, kStorage
-// when it is damaged or the disk is full. What was unpacked before an error is left to the caller.
-Status unpack_archive(const std::filesystem::path& file, const std::filesystem::path& folder);
+// when it is damaged or the disk is full, and before anything is unpacked when the disk has not room for all of it and
+// `spare_bytes` more. What was unpacked before an error is left to the caller.
+Status unpack_archive(const std::filesystem::path& file, const std::filesystem::path& folder,
+                      std::uint64_t spare_bytes = 64 << 20);
 
 }  // namespace veneer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "calib/wood_colour.h"
 
@@ -50,6 +51,22 @@ cv::Mat lid_behind(const WorkMap& work, const WoodColour& colour) {
   return mask;
 }
 
+// The pixels of one part: the outline of their centres, half a pixel wider.
+Region<PanelFrame> shape_of(const cv::Mat& part, const cv::Point& at, const Raster<PanelFrame>& map,
+                            const WorkMap& work) {
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(part, outlines, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE, at);
+  MicroArea centres;
+  for (const auto& outline : outlines) {
+    MicroRing& ring = centres.rings.emplace_back();
+    for (const cv::Point& pixel : outline) {
+      const auto p = map.from_pixels((pixel.x + 0.5) * work.fold, (pixel.y + 0.5) * work.fold);
+      ring.push_back({std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
+    }
+  }
+  return offset(Region<PanelFrame>(micro::unite(centres, {})), Millimetres(0.5 / work.px_per_mm));
+}
+
 // The parts of `mask` that are wide and large enough to be told to the operator.
 void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, const WorkMap& work,
              const ReconcileOptions& options, std::vector<Difference>& out) {
@@ -66,11 +83,11 @@ void collect(cv::Mat mask, DifferenceKind kind, const Raster<PanelFrame>& map, c
     const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
                        stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
     cv::Point deepest;
-    cv::minMaxLoc(depth(box), nullptr, nullptr, nullptr, &deepest, labels(box) == i);
+    const cv::Mat part = labels(box) == i;
+    cv::minMaxLoc(depth(box), nullptr, nullptr, nullptr, &deepest, part);
     difference.place = map.from_pixels((box.x + deepest.x + 0.5) * work.fold, (box.y + deepest.y + 0.5) * work.fold);
-    difference.box.add(map.from_pixels(box.x * work.fold, box.y * work.fold));
-    difference.box.add(map.from_pixels((box.x + box.width) * work.fold, (box.y + box.height) * work.fold));
-    out.push_back(difference);
+    difference.shape = shape_of(part, box.tl(), map, work);
+    out.push_back(std::move(difference));
   }
 }
 

@@ -21,7 +21,7 @@ constexpr const char* to_string(DifferenceKind kind) {
 struct Difference {
   DifferenceKind kind = DifferenceKind::kGoneNotBooked;
   Point<PanelFrame> place{};  // a point of it, well inside
-  Box<PanelFrame> box;
+  Region<PanelFrame> shape;   // all of it
   SquareMillimetres area{0};
 };
 

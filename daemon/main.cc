@@ -182,17 +182,16 @@ int run(const Config& config, const std::string& guardian_socket) {
 // A backup in the place of the data, while no daemon runs; then it ends.
 int restore(const Config& config, const std::string& backup, bool nothing_cut_since) {
   std::string last;
-  auto restored =
-      restore_backup(backup, config.store.data_dir, utc_timestamp(), [&last](double, const std::string& text) {
-        // "picture 7 of 80": the kind of work is enough.
-        const std::string kind = text.substr(0, text.find_first_of("0123456789"));
-        if (std::exchange(last, kind) != kind) std::printf("%s\n", text.c_str());
-      });
+  const RestoreOrder order{backup, config.store.data_dir, "uid " + std::to_string(::geteuid()), utc_timestamp(),
+                           nothing_cut_since};
+  const auto restored = restore_backup(order, [&last](double, const std::string& text) {
+    // "picture 7 of 80": the kind of work is enough.
+    const std::string kind = text.substr(0, text.find_first_of("0123456789"));
+    if (std::exchange(last, kind) != kind) std::printf("%s\n", text.c_str());
+  });
   if (!restored) return fail(restored.error());
-  restored->nothing_cut_since = nothing_cut_since;
   std::printf("%s", describe(*restored).c_str());
-  const Status noted = note_restore(*restored, "uid " + std::to_string(::geteuid()), utc_timestamp());
-  return noted ? 0 : fail(noted.error());
+  return 0;
 }
 
 }  // namespace

@@ -51,14 +51,32 @@ int copy_pages(sqlite3* source, sqlite3* copy, const std::function<void(double)>
   return ended == SQLITE_OK ? code : ended;
 }
 
-void copy_snapshot(SQLite::Database& source, const fs::path& file, const std::function<void(double)>& progress,
-                   const std::stop_token& stop) {
-  const Snapshot snapshot(source);
+// A new file is only written, and nobody else has it: what fails to be read, or is held by others, is the source.
+bool is_of_the_source(int code) {
+  switch (code & 0xff) {
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return true;
+    default:
+      return code == SQLITE_IOERR_READ || code == SQLITE_IOERR_SHORT_READ || code == SQLITE_IOERR_LOCK ||
+             code == SQLITE_IOERR_RDLOCK || code == SQLITE_IOERR_CORRUPTFS;
+  }
+}
+
+// `failing` is the file that an exception is about.
+void copy_snapshot(Database& source, const fs::path& file, const std::function<void(double)>& progress,
+                   const std::stop_token& stop, const fs::path*& failing) {
+  failing = &source.file();
+  const Snapshot snapshot(source.connection());
+  failing = &file;
   SQLite::Database copy(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   copy.exec("PRAGMA synchronous = FULL");
-  if (const int code = copy_pages(source.getHandle(), copy.getHandle(), progress, stop);
-      code != SQLITE_DONE && code != SQLITE_OK)
-    throw SQLite::Exception(copy.getHandle(), code & 0xff);
+  const int code = copy_pages(source.connection().getHandle(), copy.getHandle(), progress, stop);
+  if (code == SQLITE_DONE || code == SQLITE_OK) return;
+  if (is_of_the_source(code)) failing = &source.file();
+  throw SQLite::Exception(copy.getHandle(), code & 0xff);
 }
 
 // The source's header says that there is a log beside the file; a copy on a disc that only reads could not be opened
@@ -112,18 +130,39 @@ Result<Contents> read_contents(Database& database) {
 Status copy_database(Database& source, const fs::path& copy, const std::function<void(double)>& progress,
                      const std::stop_token& stop) {
   Status done = Ok();
+  const fs::path* failing = &copy;
   try {
-    copy_snapshot(source.connection(), copy, progress, stop);
+    copy_snapshot(source, copy, progress, stop, failing);
     if (stop.stop_requested())
       done = Error{ErrorCode::kCancelled, "the backup was stopped before its end"};
     else
       drop_log(copy);
   } catch (const SQLite::Exception& thrown) {
-    done = to_error(thrown, copy.string());
+    done = to_error(thrown, failing->string());
   }
   std::error_code ignored;
   if (!done.ok())
     for (const char* part : {"", "-journal", "-wal", "-shm"}) fs::remove(copy.string() + part, ignored);
+  return done;
+}
+
+Status change_copy(const fs::path& copy, const std::function<Status(Database&)>& work) {
+  const auto remove_what_is_beside_it = [&] {
+    std::error_code ignored;
+    for (const char* part : {"-journal", "-wal", "-shm", ".clean", ".lock"}) fs::remove(copy.string() + part, ignored);
+  };
+  remove_what_is_beside_it();  // the log of one that was cut short is another file's
+  Status done = [&]() -> Status {
+    auto database = Database::open(copy);
+    if (!database) return database.error();
+    return work(*database);
+  }();
+  try {
+    if (done.ok()) drop_log(copy);
+  } catch (const SQLite::Exception& thrown) {
+    done = to_error(thrown, copy.string());
+  }
+  remove_what_is_beside_it();
   return done;
 }
 
@@ -146,14 +185,17 @@ Result<int> check_copy(const fs::path& copy, const std::stop_token& stop) {
   return schema;
 }
 
-Status replace_database(const fs::path& made, const fs::path& file) {
-  if (Status decided = move_whole(made, restored_name(file)); !decided.ok()) return decided;
+Status replace_database(const fs::path& made, const fs::path& file, const std::function<void()>& decided) {
+  if (Status moved = move_whole(made, restored_name(file)); !moved.ok()) return moved;
+  if (decided) decided();
   return finish_restore(file);
 }
 
 Status finish_restore(const fs::path& file) {
-  std::error_code none;
-  if (!fs::exists(restored_name(file), none)) return Ok();
+  std::error_code failed;
+  const bool decided = fs::exists(restored_name(file), failed);
+  if (failed) return cannot_look_at(restored_name(file), failed);
+  if (!decided) return Ok();
   // What is left of the log of the file before would be taken for the new one's.
   for (const char* part : {"-wal", "-shm", "-journal", ".clean"})
     if (Status removed = remove_durably(file.string() + part); !removed.ok()) return removed;

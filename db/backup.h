@@ -34,10 +34,17 @@ Status copy_database(Database& source, const std::filesystem::path& copy, const 
 // another program's file, or newer than this program.
 Result<int> check_copy(const std::filesystem::path& copy, const std::stop_token& stop);
 
+// Writes into a copy before it takes the place of a database: brings it up to date, lets `work` write, and leaves one
+// plain file again, synced. Its folder is the one in which it will be opened, since plans of older schemas become files
+// there. On an error it is no copy any more.
+Status change_copy(const std::filesystem::path& copy, const std::function<Status(Database&)>& work);
+
 // Puts a synced file of the same file system in the place of a database that nobody has open. The caller holds the
 // WriterLock. A power cut leaves the one or the other: from the moment at which the new one has the name
-// `<file>.restored` it counts, and the next Database::open() finishes what is left to do.
-Status replace_database(const std::filesystem::path& made, const std::filesystem::path& file);
+// `<file>.restored` it counts, and the next Database::open() finishes what is left to do. `decided` is called then, so
+// that a test can cut the power there.
+Status replace_database(const std::filesystem::path& made, const std::filesystem::path& file,
+                        const std::function<void()>& decided = {});
 Status finish_restore(const std::filesystem::path& file);
 
 }  // namespace veneer::db

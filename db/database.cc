@@ -4,6 +4,7 @@
 #include <sqlite3.h>
 
 #include <exception>
+#include <system_error>
 #include <utility>
 
 #include "db/backup.h"
@@ -149,8 +150,10 @@ Result<Database> Database::open(const std::filesystem::path& file, bool check) {
   const bool clean = *left;
   if (Status removed = remove_clean_mark(file); !removed.ok()) return removed.error();
   // SQLite takes an empty file for a new one. What veneerd has made is never empty again.
-  std::error_code missing;
-  const auto size = std::filesystem::file_size(file, missing);
+  std::error_code failed;
+  const auto size = std::filesystem::file_size(file, failed);
+  const bool missing = failed == std::errc::no_such_file_or_directory;
+  if (failed && !missing) return cannot_look_at(file, failed);
   if (missing) lock->note_gone();
   if (!missing && size == 0 && lock->was_made()) return is_damaged(file.string(), "it is empty");
   try {

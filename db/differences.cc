@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
+#include <functional>
+#include <utility>
 
 #include "db/ledger_sql.h"
 #include "db/panel_sql.h"
@@ -22,30 +23,67 @@ DifferenceVerdict verdict_of(const std::string& name) {
   return DifferenceVerdict::kNotSeenAgain;  // the schema allows no fifth
 }
 
-Ring<PanelFrame> ring_of(const Box<PanelFrame>& box) {
-  return {box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}};
+Box<PanelFrame> bounds_of(const Region<PanelFrame>& shape) {
+  Box<PanelFrame> out;
+  for (const auto& ring : shape.rings())
+    for (const auto& p : ring) out.add(p);
+  return out;
 }
 
-bool meet(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y;
+// A difference and the box around it, which is asked about often.
+struct Seen {
+  const DifferenceRecord* record;
+  Box<PanelFrame> box;
+  explicit Seen(const DifferenceRecord& of) : record(&of), box(bounds_of(of.shape)) {}
+};
+
+bool meet(const Seen& a, const Seen& b) {
+  return a.record->gone == b.record->gone && a.box.min.x <= b.box.max.x && b.box.min.x <= a.box.max.x &&
+         a.box.min.y <= b.box.max.y && b.box.min.y <= a.box.max.y && overlaps(a.record->shape, b.record->shape);
 }
 
-bool meet(const DifferenceRecord& a, const DifferenceRecord& b) { return a.gone == b.gone && meet(a.box, b.box); }
+// How much the two share when what was seen now is what was seen before, else nothing. Two scans show one border a
+// little differently; but what is seen now is no part of something large that is not there any more.
+SquareMillimetres shared_when_same(const Seen& before, const Seen& now) {
+  constexpr Millimetres kBorder{0.3}, kFarthest{1};
+  const SquareMillimetres none{0};
+  if (!meet(before, now) || now.record->area.count() > 1.2 * before.record->area.count() + 2) return none;
+  const auto &was = before.record->shape, &is = now.record->shape;
+  const auto mostly_in = [&](const Region<PanelFrame>& part, const Region<PanelFrame>& whole) {
+    return intersect(part, offset(whole, kBorder)).area().count() >= 0.5 * part.area().count();
+  };
+  const bool reaches_out = overlaps(is, subtract(is, offset(was, kFarthest)));
+  if (reaches_out || !mostly_in(is, was) || !mostly_in(was, is)) return none;
+  return intersect(was, is).area();
+}
 
-// What was seen now is what was seen before: two scans show one border a little differently.
-bool same(const DifferenceRecord& before, const DifferenceRecord& now) {
-  constexpr Millimetres kBorder{1};
-  const bool within = now.box.min.x >= before.box.min.x - kBorder && now.box.min.y >= before.box.min.y - kBorder &&
-                      now.box.max.x <= before.box.max.x + kBorder && now.box.max.y <= before.box.max.y + kBorder;
-  return before.gone == now.gone && within && now.area.count() <= 1.2 * before.area.count() + 2;
+struct Matches {
+  std::vector<bool> before, now;  // is it the same as one of the others?
+};
+// One to one, those that share most first.
+Matches match(const std::vector<Seen>& before, const std::vector<Seen>& now) {
+  struct Pair {
+    double shared;
+    std::size_t before, now;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    for (std::size_t j = 0; j < now.size(); ++j)
+      if (const auto shared = shared_when_same(before[i], now[j]); shared.count() > 0)
+        pairs.push_back({shared.count(), i, j});
+  std::ranges::stable_sort(pairs, std::ranges::greater(), &Pair::shared);
+  Matches out{std::vector<bool>(before.size()), std::vector<bool>(now.size())};
+  for (const Pair& pair : pairs)
+    if (!out.before[pair.before] && !out.now[pair.now]) out.before[pair.before] = out.now[pair.now] = true;
+  return out;
 }
 
 // `which` follows "WHERE d.panel = ?".
 std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& panel, const std::string& which) {
   SQLite::Statement rows(connection,
-                         "SELECT d.id, d.kind, d.place_um, d.box_um, d.area_um2, d.pieces, d.found_at, v.verdict, "
-                         "v.who, v.note, v.at FROM differences AS d LEFT JOIN difference_verdicts AS v ON "
-                         "v.difference = d.id WHERE d.panel = ? " +
+                         "SELECT d.id, d.kind, d.place_um, d.shape_um, d.area_um2, d.pieces, d.found_at, v.verdict, "
+                         "v.who, v.note, v.at FROM differences AS d LEFT JOIN difference_verdicts AS v ON v.id = "
+                         "(SELECT max(id) FROM difference_verdicts WHERE difference = d.id) WHERE d.panel = ? " +
                              which);
   rows.bind(1, panel.value);
   std::vector<DifferenceRecord> out;
@@ -53,11 +91,12 @@ std::vector<DifferenceRecord> read(SQLite::Database& connection, const PanelId& 
     DifferenceRecord& difference = out.emplace_back();
     difference.id = {rows.getColumn(0).getInt64()};
     difference.gone = text(rows.getColumn(1)) == kGone;
-    const auto place = read_ring(text(rows.getColumn(2))), box = read_ring(text(rows.getColumn(3)));
-    if (!place || place->size() != 1 || !box || box->empty())
+    const auto place = read_ring(text(rows.getColumn(2)));
+    auto shape = read_area(text(rows.getColumn(3)));
+    if (!place || place->size() != 1 || !shape || shape->empty())
       throw damaged(fmt::format("difference {} of panel {}", difference.id.value, panel.value));
     difference.place = from_micro<PanelFrame>(*place).front();
-    difference.box = bounds(from_micro<PanelFrame>(*box));
+    difference.shape = Region<PanelFrame>(std::move(*shape));
     difference.area = SquareMillimetres(static_cast<double>(rows.getColumn(4).getInt64()) * 1e-6);
     difference.pieces_json = text(rows.getColumn(5));
     difference.found_at = text(rows.getColumn(6));
@@ -78,22 +117,25 @@ void enter_verdict(SQLite::Database& connection, DifferenceId difference, Differ
 
 void enter(SQLite::Database& connection, const PanelId& panel, const DifferenceRecord& difference,
            const std::string& at) {
-  SQLite::Statement insert(connection,
-                           "INSERT INTO differences (panel, kind, place_um, box_um, area_um2, pieces, found_at) VALUES "
-                           "(?, ?, ?, ?, ?, ?, ?)");
+  SQLite::Statement insert(
+      connection,
+      "INSERT INTO differences (panel, kind, place_um, shape_um, area_um2, pieces, found_at) VALUES "
+      "(?, ?, ?, ?, ?, ?, ?)");
   SQLite::bind(insert, panel.value, difference.gone ? kGone : kStillThere,
-               write_ring(to_micro(std::vector{difference.place})), write_ring(to_micro(ring_of(difference.box))),
+               write_ring(to_micro(std::vector{difference.place})), write_area(difference.shape.micro_area()),
                static_cast<std::int64_t>(std::llround(difference.area.count() * 1e6)), difference.pieces_json, at);
   insert.exec();
 }
 
-// What of the box is wood of the panel.
-Region<PanelFrame> within(SQLite::Database& connection, const PanelId& panel, const Box<PanelFrame>& box) {
+// What of the shape is wood of the panel.
+Region<PanelFrame> within(SQLite::Database& connection, const PanelId& panel, const Region<PanelFrame>& shape) {
   SQLite::Statement size(connection, "SELECT width_um, height_um FROM panels WHERE id = ?");
   size.bind(1, panel.value);
   size.executeStep();
-  const Box<PanelFrame> sheet{{}, {from_um(size.getColumn(0).getInt64()), from_um(size.getColumn(1).getInt64())}};
-  return intersect(Region<PanelFrame>(ring_of(box)), Region<PanelFrame>(ring_of(sheet)));
+  constexpr Millimetres kZero{0};
+  const Millimetres width = from_um(size.getColumn(0).getInt64()), height = from_um(size.getColumn(1).getInt64());
+  return intersect(
+      shape, Region<PanelFrame>(Ring<PanelFrame>{{kZero, kZero}, {width, kZero}, {width, height}, {kZero, height}}));
 }
 
 // Pieces that were to be cut from wood that is gone: somebody has to say what becomes of them.
@@ -128,25 +170,25 @@ const char* to_string(DifferenceVerdict verdict) {
   return "not_seen_again";
 }
 
-Status Differences::found(const PanelId& panel, const std::vector<DifferenceRecord>& differences,
-                          const std::string& at) {
+Status Differences::found(const PanelId& panel, const std::vector<DifferenceRecord>& differences, const std::string& at,
+                          bool later_map) {
+  for (const DifferenceRecord& seen : differences)
+    if (seen.shape.empty()) return Error{ErrorCode::kInvalidArgument, "a difference without a shape is none"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    const auto open = read(connection, panel, "AND v.verdict IS NULL");
-    const auto accepted = read(connection, panel, "AND v.verdict = 'accepted'");
-    const auto known = [&](const DifferenceRecord& seen) {
-      const auto is_it = [&](const DifferenceRecord& before) { return same(before, seen); };
-      return std::ranges::any_of(open, is_it) || std::ranges::any_of(accepted, is_it);
-    };
-    std::vector<DifferenceRecord> fresh;
-    std::ranges::copy_if(differences, std::back_inserter(fresh), [&](const auto& seen) { return !known(seen); });
-    for (const DifferenceRecord& before : open) {
-      if (std::ranges::any_of(differences, [&](const auto& seen) { return same(before, seen); })) continue;
-      const bool grown = std::ranges::any_of(fresh, [&](const auto& seen) { return meet(before, seen); });
-      enter_verdict(connection, before.id, grown ? DifferenceVerdict::kGrown : DifferenceVerdict::kNotSeenAgain, "", "",
-                    at);
+    const auto known = read(connection, panel, "AND (v.verdict IS NULL OR v.verdict = 'accepted') ORDER BY d.id");
+    const std::vector<Seen> before(known.begin(), known.end()), now(differences.begin(), differences.end());
+    const Matches same = match(before, now);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      if (same.before[i] || (later_map && known[i].gone)) continue;
+      bool grown = false;
+      for (std::size_t j = 0; j < now.size() && !grown; ++j)
+        grown = !same.now[j] && now[j].record->area > known[i].area && meet(before[i], now[j]);
+      enter_verdict(connection, known[i].id, grown ? DifferenceVerdict::kGrown : DifferenceVerdict::kNotSeenAgain, "",
+                    "", at);
     }
-    for (const DifferenceRecord& seen : fresh) enter(connection, panel, seen, at);
+    for (std::size_t j = 0; j < now.size(); ++j)
+      if (!same.now[j]) enter(connection, panel, differences[j], at);
     return Ok();
   });
 }
@@ -173,9 +215,9 @@ Result<std::vector<PieceId>> Differences::decide(const PanelId& panel, Differenc
                      "`veneerctl job redo` if it is lost"};
       if (connection.execAndGet("SELECT count(*) FROM runs WHERE ended_at IS NULL").getInt() != 0)
         return Error{ErrorCode::kConflict, "a panel is being cut: write wood off when that is done"};
-      const auto box = within(connection, panel, known.front().box);
-      doubtful = doubt_reserved(connection, panel, box, at);
-      write_off_free(connection, panel, box, fmt::format("difference {}: gone, and not booked", difference.value), at);
+      const auto gone = within(connection, panel, known.front().shape);
+      doubtful = doubt_reserved(connection, panel, gone, at);
+      write_off_free(connection, panel, gone, fmt::format("difference {}: gone, and not booked", difference.value), at);
     }
     enter_verdict(connection, difference, verdict, who, note, at);
     return doubtful;

@@ -10,6 +10,7 @@
 
 #include "base/geometry.h"
 #include "base/ids.h"
+#include "base/polygon_ops.h"
 #include "base/result.h"
 #include "base/units.h"
 #include "db/database.h"
@@ -34,20 +35,23 @@ struct DifferenceRecord {
   DifferenceId id;                 // 0 on insertion
   bool gone = false;               // wood is gone that is not booked; else booked as cut, and still in the panel
   Point<PanelFrame> place{};       // a point of it
-  Box<PanelFrame> box;             // around it
+  Region<PanelFrame> shape;        // what was seen of it; never empty
   SquareMillimetres area{0};       // stored in whole square micrometres
   std::string pieces_json = "[]";  // whose wood it may be, written and read by the daemon
   std::string found_at;
-  std::optional<Decision> decision;  // nothing while it is open
+  std::optional<Decision> decision;  // the newest; nothing while it is open
 };
 
 class Differences {
  public:
   explicit Differences(Database& database) : database_(&database) {}
 
-  // All that one scan found, what earlier ones had found too. One that is still open or was accepted, and is no larger,
-  // is the same and stays as it is; open ones that are larger now, or were not found again, are decided so.
-  Status found(const PanelId& panel, const std::vector<DifferenceRecord>& differences, const std::string& at);
+  // All that one scan found, what earlier ones had found too. One that is open or was accepted, and is seen at the same
+  // place and no larger, is the same and stays as it is: each is the same as one at most. Those that are larger
+  // now, or were not found again, are decided so, also accepted ones. A scan that was compared with a `later_map` than
+  // the panel's first does not see what was gone before that map: then no wood that is gone counts as not found again.
+  Status found(const PanelId& panel, const std::vector<DifferenceRecord>& differences, const std::string& at,
+               bool later_map = false);
   // A person decides. Pieces whose reserved wood is written off are suspect from then on: they are returned. kNotFound;
   // kConflict when it was decided before, or when a run is on; kInvalidArgument when wood that is booked as cut
   // and still in the panel is to be written off: its pieces are scrap then (job redo), not wood without a job.

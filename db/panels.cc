@@ -294,7 +294,9 @@ Status Panels::retire(const PanelId& panel, const std::string& reason, const std
 
 Status Panels::note_restoration(const std::string& made_at, const std::string& who, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement insert(connection, "INSERT INTO restorations (made_at, who, at) VALUES (?, ?, ?)");
+    SQLite::Statement insert(connection,
+                             "INSERT INTO restorations (made_at, last_scan, who, at) VALUES (?, (SELECT "
+                             "coalesce(max(id), 0) FROM scans), ?, ?)");
     SQLite::bind(insert, made_at, who, at);
     insert.exec();
     return Ok();

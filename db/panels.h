@@ -99,11 +99,10 @@ class Panels {
   // was ever booked: it is the same sheet.
   Status restore(const PanelId& panel, const std::string& reason, const std::string& at);
 
-  // That a backup of the time `made_at` took the place of the database: each panel counts as unseen until it is
-  // scanned.
+  // That a backup of the time `made_at` takes the place of a database: each panel counts as unseen until it is scanned.
   Status note_restoration(const std::string& made_at, const std::string& who, const std::string& at);
-  // kRefused when a backup took the place of the database after the scan that counts: what was cut meanwhile is in no
-  // row, and only a scan shows it.
+  // kRefused when a backup took the place of the database after its show face was scanned: what was cut meanwhile is in
+  // no row, and only a scan shows it.
   Status check_seen_since_restore(const PanelId& panel);
 
   Result<PanelRecord> find(const PanelId& panel);  // kNotFound

@@ -76,6 +76,14 @@ Error may_not_be_written(const std::filesystem::path& file) {
           fmt::format("the database {} cannot be written: check its permissions, and whose it is", file.string())};
 }
 
+Error cannot_look_at(const std::filesystem::path& file, const std::error_code& failed) {
+  return {
+      ErrorCode::kStorage,
+      fmt::format("cannot look whether there is a file {} ({}): see what is wrong with its disk and folder, then try "
+                  "again",
+                  file.string(), failed.message())};
+}
+
 Error not_ours(const std::filesystem::path& file) {
   return {ErrorCode::kInvalidArgument,
           fmt::format("{} is a SQLite file of another program: check the path of the database", file.string())};

@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <type_traits>
 
 #include "base/frames.h"
@@ -26,6 +27,8 @@ Error is_damaged(const std::string& file, const std::string& what);
 std::string what_is_damaged(const std::string& file, const Error& error);
 // kStorage, by its disk or its permissions.
 Error may_not_be_written(const std::filesystem::path& file);
+// kStorage: the disk does not say whether there is such a file.
+Error cannot_look_at(const std::filesystem::path& file, const std::error_code& failed);
 // kInvalidArgument: a SQLite file, but not one of this program.
 Error not_ours(const std::filesystem::path& file);
 // Was that said of what SQLite threw? Of a row that is not what was written, too, which a trigger finds.

@@ -119,11 +119,12 @@ void insert_panel_facts(SQLite::Database& connection, const PanelId& panel, cons
 const char* to_string(TreatmentKind kind) { return kind == TreatmentKind::kSanding ? "sanding" : "finish"; }
 
 Status check_seen_since_restore(SQLite::Database& connection, const PanelId& panel) {
-  // By scans and not by maps, which an earlier one may have made count again.
+  // By scans and not by maps, which an earlier one may have made count again; by their numbers and not by the clock,
+  // which may have been put back since.
   SQLite::Statement later(
       connection,
-      "SELECT made_at, at FROM restorations WHERE at > (SELECT coalesce(max(taken_at), '') FROM scans "
-      "WHERE panel = ? AND face = 'show') ORDER BY at DESC LIMIT 1");
+      "SELECT made_at, at FROM restorations WHERE last_scan >= (SELECT coalesce(max(id), 0) FROM scans "
+      "WHERE panel = ? AND face = 'show') ORDER BY id DESC LIMIT 1");
   later.bind(1, panel.value);
   if (!later.executeStep()) return Ok();
   return Error{

@@ -40,7 +40,7 @@ struct RegisterScans {
   Face face = Face::kShow;
   std::optional<calib::PanelFiducials> known;  // none: a panel's first scan
   std::set<int> foreign_tags;
-  // Of a show face that was known: its first map, its map and mask until now, and what the ledger holds for cut.
+  // Of a show face that was known: the oldest map left, its map and mask until now, and what the ledger holds for cut.
   std::string first_map, earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
 };

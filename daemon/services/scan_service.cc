@@ -25,11 +25,16 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
     const auto lattice = nlohmann::json::parse(text, nullptr, false);
     return lattice.is_object() && lattice.contains("panel_mm") && lattice["panel_mm"].is_array();
   };
+  constexpr std::size_t kMostCorners = 1'000'000;  // of all shapes together
+  std::size_t corners = 0;
   const auto is_near = [&](const calib::Difference& difference) {
     const auto near = [&](const Point<PanelFrame>& p) {
       return p.x >= -kLargest && p.x <= kLargest && p.y >= -kLargest && p.y <= kLargest;
     };
-    return near(difference.place) && near(difference.box.min) && near(difference.box.max);
+    const auto rings = difference.shape.rings();
+    for (const auto& ring : rings) corners += ring.size();
+    return near(difference.place) && !rings.empty() && corners <= kMostCorners &&
+           std::ranges::all_of(rings, [&](const auto& ring) { return std::ranges::all_of(ring, near); });
   };
   const auto is_side = [&](Millimetres side) { return side >= kSmallest && side <= kLargest; };
   return read.lattices.size() == tiles && std::ranges::all_of(read.lattices, is_lattice) &&
@@ -48,30 +53,37 @@ const char* in_words(calib::DifferenceKind kind) {
                                                        : "booked as cut, and still in the panel";
 }
 
+Box<PanelFrame> bounds_of(const Region<PanelFrame>& region) {
+  Box<PanelFrame> out;
+  for (const auto& ring : region.rings())
+    for (const auto& point : ring) out.add(point);
+  return out;
+}
+
 bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
   return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y;
 }
 
-// Whose wood each difference may be, by the box around it; nobody's when it is free.
+// Whose wood each difference is; nobody's when it is free.
 Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
                                                  const std::vector<calib::Difference>& differences) {
   std::vector<FoundDifference> out;
   const auto live = r.ledger.live_allocations(panel);
   if (!live) return live.error();
-  std::vector<Box<PanelFrame>> boxes(live->size());
-  for (std::size_t i = 0; i < live->size(); ++i)
-    for (const auto& ring : (*live)[i].area.rings())
-      for (const auto& point : ring) boxes[i].add(point);
+  std::vector<Box<PanelFrame>> boxes;
+  boxes.reserve(live->size());
+  for (const auto& allocation : *live) boxes.push_back(bounds_of(allocation.area));
   for (const calib::Difference& difference : differences) {
     FoundDifference& found = out.emplace_back(FoundDifference{difference, {}});
-    const Box<PanelFrame>& box = difference.box;
-    const Region<PanelFrame> around(Ring<PanelFrame>{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}});
+    // Of rings that a worker may have let cross each other.
+    const auto& shape = found.seen.shape = unite(difference.shape, {});
+    const Box<PanelFrame> box = bounds_of(shape);
     for (std::size_t i = 0; i < live->size(); ++i) {
       const auto& allocation = (*live)[i];
       const bool cut = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
       const bool booked = difference.kind == calib::DifferenceKind::kBookedNotGone;
       if (allocation.piece.value == 0 || cut != booked || !touch(boxes[i], box)) continue;
-      if (!overlaps(allocation.area, around)) continue;
+      if (!overlaps(allocation.area, shape)) continue;
       const auto piece = r.jobs.find_piece(allocation.piece);
       if (!piece) return piece.error();
       found.pieces.push_back({allocation.job, piece->mark, allocation.state});
@@ -86,7 +98,7 @@ std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>&
     db::DifferenceRecord& record = out.emplace_back();
     record.gone = difference.seen.kind == calib::DifferenceKind::kGoneNotBooked;
     record.place = difference.seen.place;
-    record.box = difference.seen.box;
+    record.shape = difference.seen.shape;
     record.area = difference.seen.area;
     auto pieces = nlohmann::json::array();
     for (const auto& piece : difference.pieces)
@@ -234,10 +246,17 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   if (known->panel && known->face == Face::kShow) {
     const auto masks = database_.call([&](Repositories& r) { return r.panels.masks(known->panel->id); });
     if (!masks) return masks.error();
-    wanted.first_map = library_.path_of(masks->back().map_file).string();
+    // A cell that was restored may have lost the old ones: then the oldest that is left, since a later one shows what
+    // is gone by then as if it had never been there.
+    const auto is_left = [&](const db::MaskRecord& mask) {
+      std::error_code none;
+      return std::filesystem::exists(library_.path_of(mask.map_file), none);
+    };
+    const auto oldest = std::find_if(masks->rbegin(), masks->rend(), is_left);
+    const std::string& first = oldest == masks->rend() ? known->panel->map_file : oldest->map_file;
+    known->later_map = first != masks->back().map_file;
+    wanted.first_map = library_.path_of(first).string();
     wanted.earlier_map = library_.path_of(known->panel->map_file).string();
-    // A cell that was restored may have lost the old ones.
-    if (std::error_code none; !std::filesystem::exists(wanted.first_map, none)) wanted.first_map = wanted.earlier_map;
     wanted.earlier_mask = library_.path_of(known->panel->mask_file).string();
     work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
     const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known->panel->id); });
@@ -350,14 +369,18 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
       if (!named) return named.error();
       differences = std::move(*named);
     }
-    if (Status added = r.panels.add_scans(panel.id, *scans, {}); !added) return added;
-    // A panel from before zones were kept gets them now.
-    if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
     const auto version = r.panels.add_mask(
         panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable},
         panel.mask_version);
     if (!version) return version.error();
-    return differences ? r.differences.found(panel.id, to_records(*differences), utc_timestamp()) : Ok();
+    // A panel from before zones were kept gets them now.
+    if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
+    if (differences)
+      if (Status told = r.differences.found(panel.id, to_records(*differences), utc_timestamp(), known.later_map);
+          !told)
+        return told;
+    // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
+    return r.panels.add_scans(panel.id, *scans, {});
   });
   if (!written) return written.error();
   library_.drop_index(panel.id);

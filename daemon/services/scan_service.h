@@ -77,6 +77,7 @@ class ScanService {
     calib::PanelFiducials fiducials;
     std::set<int> foreign_tags;
     Face face = Face::kShow;
+    bool later_map = false;  // its first map is lost: the scan is compared with a later one
   };
 
   Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);

@@ -118,9 +118,32 @@ class FolderLock {
   int fd_;
 };
 
+// Does a picture get a second name there, which takes no room? Tried with a file that is always there.
+bool takes_links(const BackupPlace& place) {
+  const fs::path link = place.backup_dir / (std::string(kMaking) + "link");
+  std::error_code failed, ignored;
+  fs::create_hard_link((place.data_dir / kDatabaseName).string() + ".lock", link, failed);
+  fs::remove(link, ignored);
+  return !failed;
+}
+
+std::uint64_t bytes_of_pictures(const fs::path& data_dir) {
+  auto reading = db::Database::open_for_reading(data_dir / kDatabaseName);
+  if (!reading) return 0;  // which is said when it is to be copied
+  const auto contents = db::read_contents(*reading);
+  std::uint64_t sum = 0;
+  if (contents)
+    for (const std::string& file : contents->files) {
+      std::error_code missing;
+      const auto bytes = fs::file_size(data_dir / file, missing);
+      if (!missing) sum += bytes;
+    }
+  return sum;
+}
+
 // A disk that a backup fills breaks off what is being cut.
 Status check_room(const BackupPlace& place) {
-  std::uint64_t wanted = place.spare_bytes;
+  std::uint64_t wanted = place.spare_bytes + (takes_links(place) ? 0 : bytes_of_pictures(place.data_dir));
   std::error_code none;
   for (const char* part : {"", "-wal"}) {
     const auto bytes = fs::file_size((place.data_dir / kDatabaseName).string() + part, none);
@@ -178,15 +201,13 @@ Status copy_pictures(const fs::path& data_dir, const fs::path& folder, const std
   return Ok();
 }
 
-Status fill(const BackupPlace& place, const fs::path& folder, BackupManifest& manifest, const std::stop_token& stop,
-            const BackupProgress& progress) {
+Status copy_all(db::Database& source, const fs::path& data_dir, const fs::path& folder, BackupManifest& manifest,
+                const std::stop_token& stop, const BackupProgress& progress) {
   std::error_code failed;
   if (!fs::create_directories(folder, failed)) return cannot_fill(folder.parent_path());
-  auto source = db::Database::open_for_reading(place.data_dir / kDatabaseName);
-  if (!source) return source.error();
   const fs::path copy = folder / kDatabaseName;
   const auto copied = [&](double fraction) { progress(0.3 * fraction, "copying the database"); };
-  if (Status done = db::copy_database(*source, copy, copied, stop); !done) return done;
+  if (Status done = db::copy_database(source, copy, copied, stop); !done) return done;
   auto reading = db::Database::open_for_reading(copy);
   if (!reading) return reading.error();
   const auto contents = db::read_contents(*reading);
@@ -196,8 +217,29 @@ Status fill(const BackupPlace& place, const fs::path& folder, BackupManifest& ma
   manifest.database = std::move(*database);
   manifest.schema = contents->schema;
   manifest.panels = contents->panels, manifest.jobs = contents->jobs, manifest.pieces = contents->pieces;
-  if (Status pictures = copy_pictures(place.data_dir, folder, contents->files, manifest, stop, progress); !pictures)
-    return pictures;
+  return copy_pictures(data_dir, folder, contents->files, manifest, stop, progress);
+}
+
+// Is a file missing because the row that names it was removed since the database was copied, as a plan may be?
+bool was_removed_meanwhile(db::Database& source, const std::vector<std::string>& missing) {
+  if (missing.empty()) return false;
+  const auto now = db::read_contents(source);
+  return now && std::ranges::any_of(
+                    missing, [&](const std::string& file) { return !std::ranges::binary_search(now->files, file); });
+}
+
+Status fill(const BackupPlace& place, const fs::path& folder, BackupManifest& manifest, const std::stop_token& stop,
+            const BackupProgress& progress) {
+  auto source = db::Database::open_for_reading(place.data_dir / kDatabaseName);
+  if (!source) return source.error();
+  constexpr int kAttempts = 3;  // whoever removes plans all the time gets them as missing
+  for (int attempt = 1;; ++attempt) {
+    manifest.files.clear(), manifest.missing.clear();
+    if (Status copied = copy_all(*source, place.data_dir, folder, manifest, stop, progress); !copied) return copied;
+    if (attempt == kAttempts || !was_removed_meanwhile(*source, manifest.missing)) break;
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
   const std::string text = to_json(manifest).dump(1) + "\n";
   if (Status written = write_whole(folder / kManifestName, std::as_bytes(std::span(text))); !written) return written;
   return sync_folders(folder);

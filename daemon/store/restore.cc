@@ -57,11 +57,14 @@ class Restoration {
     return put(picture, to, [](const fs::path& made, const fs::path& file) { return move_whole(made, file); });
   }
 
-  Status place_database(const BackupFile& database) {
-    return put(database, data_dir_ / kDatabaseName, [this](const fs::path& made, const fs::path& file) -> Status {
+  // `note` writes what has to be in it from the moment on at which it counts.
+  Status place_database(const BackupFile& database, const std::function<Status(db::Database&)>& note) {
+    return put(database, data_dir_ / kDatabaseName, [&](const fs::path& made, const fs::path& file) -> Status {
+      if (Status noted = db::change_copy(made, note); !noted) return noted;
+      step();
       if (Status kept = keep_old_database(); !kept) return kept;
       step();
-      return db::replace_database(made, file);
+      return db::replace_database(made, file, [this] { step(); });
     });
   }
 
@@ -152,18 +155,33 @@ class Unpacked {
 
 }  // namespace
 
-Status note_restore(const Restored& restored, const std::string& who, const std::string& at) {
-  auto database = db::Database::open(restored.data_dir / kDatabaseName);
-  if (!database) return database.error();
-  if (!restored.nothing_cut_since)
-    if (Status noted = db::Panels(*database).note_restoration(restored.manifest.made_at, who, at); !noted) return noted;
-  return db::Audit(*database).append({0, at, who, "store.restore",
-                                      fmt::format("{}, made {}{}", restored.backup.string(), restored.manifest.made_at,
-                                                  restored.nothing_cut_since ? ", nothing was cut since" : "")});
+namespace {
+
+Status note_restore(db::Database& database, const RestoreOrder& order, const std::string& made_at) {
+  if (!order.nothing_cut_since)
+    if (Status noted = db::Panels(database).note_restoration(made_at, order.who, order.at); !noted) return noted;
+  return db::Audit(database).append({0, order.at, order.who, "store.restore",
+                                     fmt::format("{}, made {}{}", order.backup.string(), made_at,
+                                                 order.nothing_cut_since ? ", nothing was cut since" : "")});
 }
 
-Result<Restored> restore_backup(const fs::path& given, const fs::path& data_dir, const std::string& at,
-                                const BackupProgress& progress, const std::function<void()>& before_step) {
+Status read_certificates(db::Database& database, const std::string& now, std::vector<db::CertificateRecord>& out) {
+  for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
+                          db::CertificateKind::kKerf}) {
+    auto valid = db::Certificates(database).latest_valid(kind, now);
+    if (valid)
+      out.push_back(std::move(*valid));
+    else if (valid.error().code == ErrorCode::kStorage)
+      return valid.error();
+  }
+  return Ok();
+}
+
+}  // namespace
+
+Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress& progress,
+                                const std::function<void()>& before_step) {
+  const fs::path &given = order.backup, &data_dir = order.data_dir;
   if (Status ours = check_owner(data_dir); !ours) return ours.error();
   const fs::path file = data_dir / kDatabaseName;
   const auto lock = db::WriterLock::take(file);
@@ -182,7 +200,7 @@ Result<Restored> restore_backup(const fs::path& given, const fs::path& data_dir,
   if (!manifest) return manifest.error();
   if (Status finished = db::finish_restore(file); !finished) return finished.error();
 
-  Restoration work(backup, data_dir, at, before_step);
+  Restoration work(backup, data_dir, order.at, before_step);
   for (std::size_t i = 0; i < manifest->files.size(); ++i) {
     progress(0.5 + 0.4 * static_cast<double>(i) / static_cast<double>(manifest->files.size()),
              fmt::format("picture {} of {}", i + 1, manifest->files.size()));
@@ -190,8 +208,20 @@ Result<Restored> restore_backup(const fs::path& given, const fs::path& data_dir,
   }
   if (Status synced = work.sync(); !synced) return synced.error();
   progress(0.9, "putting the database in place");
-  if (Status placed = work.place_database(manifest->database); !placed) return placed.error();
-  return Restored{given, data_dir, std::move(*manifest), work.aside(), work.placed()};
+  std::vector<db::CertificateRecord> certificates;
+  const Status placed = work.place_database(manifest->database, [&](db::Database& database) -> Status {
+    if (Status noted = note_restore(database, order, manifest->made_at); !noted) return noted;
+    return read_certificates(database, order.at, certificates);
+  });
+  if (!placed) return placed.error();
+  lock->note_made();
+  return Restored{given,
+                  data_dir,
+                  std::move(*manifest),
+                  work.aside(),
+                  work.placed(),
+                  order.nothing_cut_since,
+                  std::move(certificates)};
 }
 
 std::string describe(const Restored& restored) {
@@ -208,6 +238,16 @@ std::string describe(const Restored& restored) {
   if (!manifest.missing.empty())
     out += fmt::format("{} pictures that the database names were missing when the backup was made, the first is {}.\n",
                        manifest.missing.size(), manifest.missing.front());
+  std::string calibrations;
+  for (const db::CertificateRecord& certificate : restored.certificates)
+    calibrations += fmt::format("{}{} of {}", calibrations.empty() ? "" : ", ", db::to_string(certificate.kind),
+                                certificate.issued_at.substr(0, 10));
+  out += calibrations.empty()
+             ? "No calibration counts now: calibrate again before you scan or cut.\n"
+             : fmt::format(
+                   "These calibrations count now: {}. Calibrate again what was calibrated since {}: that is not "
+                   "in the backup.\n",
+                   calibrations, manifest.made_at.substr(0, 10));
   out += restored.nothing_cut_since
              ? "As you said that nothing was cut since it was made, panels count as seen. Now start veneerd.\n"
              : "What was cut after the backup was made is not in it: each panel has to be scanned again before it is "

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "base/clock.h"
+#include "daemon/unit/seen_wood.h"
 
 namespace veneer::daemon {
 namespace {
@@ -52,8 +54,15 @@ void PanelRun::prepare(const Reply& ready) {
 
 void PanelRun::start_run(db::RunFacts facts, Reply ready) {
   DatabaseThread& database = host_.parts().database;
+  // While the cell waited for the panel, somebody may have scanned it, written wood off or found other wood for a
+  // piece.
+  std::vector<db::PieceRecord> drawn;
+  for (const auto& piece : pieces_)
+    if (std::ranges::find(burns_, piece.id, &PieceBurn::piece) != burns_.end()) drawn.push_back(piece);
   database.async(
-      [job = job_, pose = pose_, facts = std::move(facts)](Repositories& r) {
+      [job = job_, pose = pose_, facts = std::move(facts),
+       drawn = std::move(drawn)](Repositories& r) -> Result<db::RunId> {
+        if (const Status as_drawn = check_drawn_pieces(r, drawn); !as_drawn) return as_drawn.error();
         return r.jobs.start_run(job, pose.panel, pose.bed_from_panel, pose.rms, utc_timestamp(), facts);
       },
       [this, &database, moment = host_.moment(), ready = std::move(ready)](Result<db::RunId> run) {

@@ -18,10 +18,8 @@ Status check_wood_is_there(Repositories& repositories, const std::vector<db::Pie
     if (!differences) return differences.error();
     for (const auto& difference : *differences) {
       if (!difference.gone || difference.decision) continue;
-      const auto& box = difference.box;
-      const Region<PanelFrame> gone(Ring<PanelFrame>{box.min, {box.max.x, box.min.y}, box.max, {box.min.x, box.max.y}});
       for (const auto* piece : reserved)
-        if (overlaps(Region<PanelFrame>(piece->panel_outline), gone))
+        if (overlaps(Region<PanelFrame>(piece->panel_outline), difference.shape))
           return Error{
               ErrorCode::kRefused,
               fmt::format("a scan found wood gone where piece {0} of job {1} is to be cut from panel {2}: look "
@@ -31,6 +29,21 @@ Status check_wood_is_there(Repositories& repositories, const std::vector<db::Pie
     }
   }
   return Ok();
+}
+
+Status check_drawn_pieces(Repositories& repositories, const std::vector<db::PieceRecord>& drawn) {
+  for (const auto& piece : drawn) {
+    const auto now = repositories.jobs.find_piece(piece.id);
+    if (!now) return now.error();
+    if (now->state == db::PieceState::kReserved && now->allocation == piece.allocation) continue;
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("piece {} of job {} is {} since its cuts were drawn: Stop and Reset the cell, then Start "
+                    "the job again",
+                    piece.mark, piece.job.value,
+                    now->state == db::PieceState::kReserved ? "to be cut from other wood" : db::to_string(now->state))};
+  }
+  return check_wood_is_there(repositories, drawn);
 }
 
 }  // namespace veneer::daemon

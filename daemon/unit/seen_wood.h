@@ -14,4 +14,8 @@ namespace veneer::daemon {
 // panel or the piece, and what to do. On the database's thread.
 Status check_wood_is_there(Repositories& repositories, const std::vector<db::PieceRecord>& pieces);
 
+// The same of pieces of one job whose strokes are drawn already, and kRefused when the wood of one is not reserved any
+// more, or it is to be cut from other wood by now: they would burn what is not its own. On the database's thread.
+Status check_drawn_pieces(Repositories& repositories, const std::vector<db::PieceRecord>& drawn);
+
 }  // namespace veneer::daemon

@@ -146,5 +146,15 @@ TEST_F(Archives, ThatTheDiskDoesNotTakeLeaveNothing) {
   EXPECT_FALSE(fs::exists(directory / "cell.tar.part"));
 }
 
+// A small file may hold more than the disk has room for.
+TEST_F(Archives, ThatDoNotFitOnTheDiskAreRefusedBeforeItIsFull) {
+  ASSERT_TRUE(pack(directory / "cell.tar.zst").ok());
+  const Status refused = unpack_archive(directory / "cell.tar.zst", directory / "out", std::uint64_t{1} << 50);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(refused.error().message, HasSubstr("needs 1073741827 MB free on the disk of"));
+  EXPECT_TRUE(files_of(directory / "out").empty());
+}
+
 }  // namespace
 }  // namespace veneer

@@ -75,6 +75,19 @@ TEST(Reconcile, FindsWoodThatIsGoneButNotBooked) {
   EXPECT_TRUE(region_of(kBetween).contains(found->differences[1].place));
 }
 
+// What is written off is what is gone, not the box around it.
+TEST(Reconcile, TellsTheShapeOfWhatIsGone) {
+  const Shelf shelf;
+  const Outline corner = {{30, 30}, {44, 30}, {44, 33}, {33, 33}, {33, 46}, {30, 46}};
+  const auto found = reconcile(shelf.map({}), shelf.map({corner}, 0, 9), {}, shelf.fiducials);
+  ASSERT_TRUE(found.ok());
+  ASSERT_EQ(found->differences.size(), 1U);
+  const auto& shape = found->differences[0].shape;
+  EXPECT_NEAR(shape.area().count(), found->differences[0].area.count(), 2);
+  EXPECT_LT(subtract(shape, offset(region_of(corner), Millimetres(0.4))).area().count(), 0.1);
+  EXPECT_LT(subtract(offset(region_of(corner), Millimetres(-0.4)), shape).area().count(), 0.1);
+}
+
 TEST(Reconcile, FindsBookedWoodThatIsStillThere) {
   const Shelf shelf;
   const auto found = reconcile(shelf.map({}), shelf.map({kLight}, 0, 9), regions_of({kLight, kDark}), shelf.fiducials);

@@ -160,7 +160,7 @@ inline std::vector<Step> a_day() {
   const auto difference = [](bool gone, double x, double y) {
     DifferenceRecord found;
     found.gone = gone, found.place = point<PanelFrame>(x + 1, y + 1), found.area = SquareMillimetres(9.5);
-    found.box = {point<PanelFrame>(x, y), point<PanelFrame>(x + 4, y + 3)};
+    found.shape = rectangle(x, y, 4, 3);
     return found;
   };
   add("differences", [=](Database& db) {

@@ -145,6 +145,20 @@ TEST_F(Backups, OfANewerProgramAreRefusedAndOfAnOlderTaken) {
     VENEER_ASSERT_OK(migrate(old, migrations().first(7)));
   }
   EXPECT_EQ(must(check_copy(copy, {})), 7);
+  // It is brought up to date before it takes a place, and is a plain file again.
+  std::ofstream(copy.string() + "-wal") << "the log of one that was cut short";
+  VENEER_ASSERT_OK(change_copy(
+      copy, [](Database& database) { return Panels(database).note_restoration(kNow, "uid 1000", kLater); }));
+  EXPECT_EQ(must(check_copy(copy, {})), migrations().back().version);
+  EXPECT_THAT(names(), ElementsAre("copy.db"));
+  EXPECT_EQ(change_copy(copy,
+                        [](Database&) {
+                          return Status(Error{ErrorCode::kRefused, "no"});
+                        })
+                .error()
+                .code,
+            ErrorCode::kRefused);
+  EXPECT_THAT(names(), ElementsAre("copy.db"));
 }
 
 // The power was cut after the restored database was there under its second name: it counts, and the log that was left
@@ -161,6 +175,35 @@ TEST_F(Backups, OnceDecidedAreInPlaceAtTheNextStart) {
   cell.reopen();
   EXPECT_EQ(must(Audit(cell.database()).latest(1000)).size(), then);
   VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+// The disk does not say whether it is there: that is no answer.
+TEST_F(Backups, OnceDecidedAreNotPassedOverWhenTheDiskDoesNotAnswer) {
+  { const Database closed = std::move(cell.database()); }
+  const fs::path restored = cell.file().string() + ".restored";
+  fs::create_symlink(restored, restored);  // a loop
+  const auto opened = Database::open(cell.file());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(opened.error().message, HasSubstr("cannot look whether there is a file " + restored.string()));
+  fs::remove(restored);
+  cell.reopen();
+}
+
+// The file could not be looked at once; that it was made here is not forgotten for that.
+TEST_F(Backups, ADatabaseThatCannotBeLookedAtIsNotGone) {
+  { const Database closed = std::move(cell.database()); }
+  const fs::path kept = directory / "kept";
+  fs::rename(cell.file(), kept);
+  fs::create_symlink(cell.file(), cell.file());
+  EXPECT_FALSE(Database::open(cell.file()).ok());
+  fs::remove(cell.file());
+  std::ofstream(cell.file()).flush();
+  const auto empty = Database::open(cell.file());
+  ASSERT_FALSE(empty.ok());
+  EXPECT_THAT(empty.error().message, HasSubstr("it is empty"));
+  fs::rename(kept, cell.file());
+  cell.reopen();
 }
 
 }  // namespace

@@ -45,6 +45,12 @@ inline Ring<PanelFrame> square(double x_mm, double y_mm, double side_mm) {
           point<PanelFrame>(x_mm + side_mm, y_mm + side_mm), point<PanelFrame>(x_mm, y_mm + side_mm)};
 }
 
+inline Region<PanelFrame> rectangle(double x_mm, double y_mm, double width_mm, double height_mm) {
+  return Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(x_mm, y_mm), point<PanelFrame>(x_mm + width_mm, y_mm),
+                                             point<PanelFrame>(x_mm + width_mm, y_mm + height_mm),
+                                             point<PanelFrame>(x_mm, y_mm + height_mm)});
+}
+
 inline constexpr double kSquareKerf = 0.3;
 
 // A piece whose outline is a square; its wood is the outline grown by the kerf.

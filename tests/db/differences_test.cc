@@ -19,7 +19,7 @@ class DifferencesTest : public ::testing::Test {
     DifferenceRecord out;
     out.gone = gone;
     out.place = point<PanelFrame>(x + 1, y + 1);
-    out.box = {point<PanelFrame>(x, y), point<PanelFrame>(x + 4, y + 3)};
+    out.shape = rectangle(x, y, 4, 3);
     out.area = SquareMillimetres(9.5);
     return out;
   }
@@ -40,7 +40,7 @@ TEST_F(DifferencesTest, StayAsTheyWereFoundUntilSomebodyDecides) {
   ASSERT_EQ(all.size(), 2U);
   EXPECT_FALSE(all[0].gone);
   EXPECT_EQ(all[0].place, point<PanelFrame>(51, 61));
-  EXPECT_EQ(all[0].box.max, point<PanelFrame>(54, 63));
+  EXPECT_EQ(all[0].shape.micro_area().rings, rectangle(50, 60, 4, 3).micro_area().rings);
   EXPECT_DOUBLE_EQ(all[0].area.count(), 9.5);
   EXPECT_EQ(all[0].pieces_json, hangs.pieces_json);
   EXPECT_EQ(all[0].found_at, kNow);
@@ -73,22 +73,77 @@ TEST_F(DifferencesTest, ALaterScanFindsTheSameOnceAndClosesWhatItDoesNotSee) {
   EXPECT_EQ(must(differences.open(panel)), 0);
 }
 
+// A stain that somebody accepted is as large as a hand: what is found in it later is something else.
+TEST_F(DifferencesTest, WhatWasAcceptedIsOneDifferenceAndNoMore) {
+  DifferenceRecord stain = at(100, 100, true);
+  stain.shape = rectangle(100, 100, 60, 60), stain.area = SquareMillimetres(3600);
+  find({stain});
+  VENEER_ASSERT_OK(decide(1, DifferenceVerdict::kAccepted));
+  find({at(110, 110, true), stain, at(140, 150, true)}, kLater);
+  EXPECT_EQ(must(differences.open(panel)), 2);
+  // It is not seen any more: so much as was accepted is not accepted for ever.
+  find({at(110, 110, true), at(120, 120, true)}, kLater);
+  auto all = must(differences.of(panel));
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_EQ(all[3].decision->verdict, DifferenceVerdict::kNotSeenAgain);
+  EXPECT_FALSE(all[2].decision);
+  EXPECT_EQ(all[1].decision->verdict, DifferenceVerdict::kNotSeenAgain);
+  EXPECT_FALSE(all[0].decision);
+  find({stain, at(110, 110, true), at(120, 120, true)}, kLater);
+  EXPECT_EQ(must(differences.open(panel)), 3);
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+// Boxes meet where shapes do not: a crack beside a hole is not the same as the hole.
+TEST_F(DifferencesTest, TheSameMeansTheSamePlace) {
+  DifferenceRecord corner = at(100, 100, true);
+  corner.shape = unite(rectangle(100, 100, 30, 2), rectangle(100, 100, 2, 30)), corner.area = SquareMillimetres(116);
+  find({corner});
+  VENEER_ASSERT_OK(decide(1, DifferenceVerdict::kAccepted));
+  find({corner, at(115, 115, true)}, kLater);
+  EXPECT_EQ(must(differences.open(panel)), 1);
+  // A crack of half a millimetre, which two scans show at places a little apart.
+  DifferenceRecord crack = at(200, 20, true), again = crack;
+  crack.shape = rectangle(200, 20, 0.5, 40), again.shape = rectangle(200.3, 20.2, 0.5, 40);
+  crack.area = again.area = SquareMillimetres(20);
+  find({corner, crack}, kLater);
+  const auto known = must(differences.of(panel)).front().id;
+  find({corner, again}, kLater);
+  EXPECT_EQ(must(differences.of(panel)).front().id, known);
+  EXPECT_EQ(must(differences.open(panel)), 1);
+}
+
+// The first map is lost: a later one shows the hole, so that a comparison with it does not.
+TEST_F(DifferencesTest, WoodThatIsGoneIsNotBackWhereOnlyALaterMapWasCompared) {
+  find({at(10, 20, true), at(50, 60, false), at(90, 20, true)});
+  VENEER_ASSERT_OK(decide(3, DifferenceVerdict::kAccepted));
+  VENEER_ASSERT_OK(differences.found(panel, {at(150, 20, true)}, kLater, true));
+  const auto all = must(differences.of(panel));
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_FALSE(all[3].decision);
+  EXPECT_EQ(all[2].decision->verdict, DifferenceVerdict::kNotSeenAgain) << "by this scan alone";
+  EXPECT_EQ(all[1].decision->verdict, DifferenceVerdict::kAccepted);
+  EXPECT_FALSE(all[0].decision);
+  EXPECT_EQ(differences.found(panel, {DifferenceRecord()}, kLater).error().code, ErrorCode::kInvalidArgument);
+}
+
 // The next scan tells all that is gone, the new beside the old.
 TEST_F(DifferencesTest, WhatGrewIsEnteredAnew) {
   find({at(10, 20, true), at(50, 60, true)});
   VENEER_ASSERT_OK(decide(2, DifferenceVerdict::kAccepted));
   DifferenceRecord wider = at(10, 20, true), larger = at(50, 60, true), beside = at(13, 20, true);
-  wider.box.max.x += 8_mm;
-  larger.area = SquareMillimetres(30);  // within the box that was accepted
+  wider.shape = rectangle(10, 20, 12, 3), wider.area = SquareMillimetres(36);
+  larger.area = SquareMillimetres(30);  // within what was accepted
   find({wider, larger}, kLater);
   auto all = must(differences.of(panel));
   ASSERT_EQ(all.size(), 4U);
   EXPECT_EQ(all[3].decision->verdict, DifferenceVerdict::kGrown);
-  EXPECT_EQ(all[1].box.max.x, 22_mm);
+  EXPECT_DOUBLE_EQ(all[1].shape.area().count(), 36);
   EXPECT_FALSE(all[1].decision);
   EXPECT_FALSE(all[0].decision);
+  EXPECT_EQ(all[2].decision->verdict, DifferenceVerdict::kGrown) << "what was accepted is not what is there now";
   // More of it beside what is seen as before.
-  beside.box.max.x = 40_mm;
+  beside.shape = rectangle(21, 20, 19, 3);
   find({wider, larger, beside}, kLater);
   EXPECT_EQ(must(differences.of(panel)).size(), 5U);
   EXPECT_EQ(must(differences.open(panel)), 3);
@@ -115,6 +170,19 @@ TEST_F(DifferencesTest, WoodThatIsGoneIsWrittenOffBesideWhatIsBooked) {
   VENEER_EXPECT_OK(cell.database().check_integrity());
 }
 
+// Of a corner that broke off, or a crack, the box around it is mostly sound wood.
+TEST_F(DifferencesTest, WoodBetweenTheLegsOfAShapeStaysWood) {
+  const JobId job = must(cell.jobs().create(job_of({square_piece("A1", panel, 15, 25, 14)}), kNow));
+  DifferenceRecord corner = at(10, 20, true);
+  corner.shape = unite(rectangle(10, 20, 24, 3), rectangle(10, 20, 3, 24)), corner.area = SquareMillimetres(135);
+  find({corner});
+  EXPECT_TRUE(must(decide(1, DifferenceVerdict::kWrittenOff)).empty());
+  EXPECT_EQ(must(cell.jobs().pieces(job)).front().state, PieceState::kReserved);
+  const auto live = must(cell.ledger().live_allocations(panel));
+  ASSERT_EQ(live.size(), 2U);
+  EXPECT_NEAR(live[1].area.area().count(), 24 * 3 + 3 * 21, 1e-6);
+}
+
 // Where two slanted borders meet the grid of micrometres lets them overlap a little.
 TEST_F(DifferencesTest, WoodBesideTurnedPiecesIsWrittenOffToo) {
   for (int i = 0; i < 30; ++i) {
@@ -129,8 +197,8 @@ TEST_F(DifferencesTest, WoodBesideTurnedPiecesIsWrittenOffToo) {
     turned.allocation = Region<PanelFrame>(wood);
     must(cell.jobs().create(job_of({turned}), kNow));
     DifferenceRecord gone = at(0, 0, true);
-    gone.box = bounds(Ring<PanelFrame>{wood[0], wood[1]});
-    gone.box.min.x -= 1_mm;
+    const auto box = bounds(Ring<PanelFrame>{wood[0], wood[1]});
+    gone.shape = rectangle(box.min.x.count() - 1, box.min.y.count(), box.width().count() + 1, box.height().count());
     VENEER_ASSERT_OK(differences.found(sheet, {gone}, kNow));
     const auto number = must(differences.of(sheet)).front().id;
     const auto decided = differences.decide(sheet, number, DifferenceVerdict::kWrittenOff, "", "", kLater);

@@ -8,6 +8,7 @@
 #include <optional>
 #include <random>
 
+#include "db/backup.h"
 #include "tests/db/a_day.h"
 #include "tests/db/everything.h"
 #include "tests/db/power_loss_vfs.h"
@@ -173,6 +174,27 @@ TEST_F(FaultsTest, ADatabaseIsOpenedOrNotAndNothingIsLost) {
         if (!met) break;
       }
   std::printf("opened %d times, refused %d times\n", opened, refused);
+}
+
+// Whoever reads that the backup's disk failed looks at the wrong one.
+TEST_F(FaultsTest, ACopyThatFailsSaysWhichOfTheTwoDisksItWas) {
+  open();
+  for (const Step& step : a_day()) VENEER_ASSERT_OK(step(*database_));
+  const fs::path copy = directory_ / "copy.db";
+  for (const DiskFault kind : {DiskFault::kRead, DiskFault::kWrite})
+    for (const int nth : {3, 5, 20}) {  // the first reads ask whether the copy is empty
+      SCOPED_TRACE(nth);
+      Database reading = must(Database::open_for_reading(file()));
+      disk_.fail_at(kind, nth, false);
+      const Status failed = copy_database(reading, copy, {}, {});
+      EXPECT_TRUE(disk_.mend());
+      ASSERT_FALSE(failed.ok());
+      expect_clear(failed.error());
+      EXPECT_THAT(failed.error().message, HasSubstr((kind == DiskFault::kRead ? file() : copy).string()));
+      EXPECT_FALSE(fs::exists(copy));
+      VENEER_EXPECT_OK(copy_database(reading, copy, {}, {}));
+      fs::remove(copy);
+    }
 }
 
 TEST_F(FaultsTest, ANewDatabaseIsMadeWholeOrMadeByTheNextStart) {

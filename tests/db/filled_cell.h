@@ -78,9 +78,9 @@ inline void fill(CellDatabase& cell) {
   Differences differences(cell.database());
   DifferenceRecord gone, there;
   gone.gone = true, gone.place = point<PanelFrame>(352, 12), gone.area = SquareMillimetres(9.5);
-  gone.box = {point<PanelFrame>(350, 10), point<PanelFrame>(354, 13)};
+  gone.shape = rectangle(350, 10, 4, 3);
   there.place = point<PanelFrame>(25, 45), there.area = SquareMillimetres(196);
-  there.box = {point<PanelFrame>(20, 40), point<PanelFrame>(34, 54)};
+  there.shape = rectangle(20, 40, 14, 14);
   there.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
   VENEER_ASSERT_OK(differences.found(oak, {gone, there}, kNow));
   VENEER_ASSERT_OK(differences.decide(oak, {1}, DifferenceVerdict::kAccepted, "local:1000", "a chip", kLater));

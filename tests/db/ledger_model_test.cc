@@ -356,8 +356,9 @@ class ModelledCell {
     for (const auto& [cell, gone] : seen) {
       DifferenceRecord& one = found.emplace_back();
       one.gone = gone;
-      one.box = bounds(square(cell.first * kCell + kInset, cell.second * kCell + kInset, kCell - 2 * kInset));
-      one.place = one.box.min;
+      const auto ring = square(cell.first * kCell + kInset, cell.second * kCell + kInset, kCell - 2 * kInset);
+      one.shape = Region<PanelFrame>(ring);
+      one.place = ring.front();
       one.area = SquareMillimetres(9);
     }
     VENEER_EXPECT_OK(differences_store().found(panels_[panel], found, kNow));
@@ -365,7 +366,8 @@ class ModelledCell {
     for (ModelDifference& known : differences_) {
       if (known.panel != panel || !(known.open || known.accepted)) continue;
       seen.erase({known.cell, known.gone});
-      known.open = known.open && all.contains({known.cell, known.gone});
+      const bool there = all.contains({known.cell, known.gone});
+      known.open = known.open && there, known.accepted = known.accepted && there;
     }
     for (const auto& [cell, gone] : seen)
       differences_.push_back({{static_cast<std::int64_t>(differences_.size()) + 1}, panel, cell, gone, true});

@@ -339,13 +339,16 @@ TEST_F(PanelsTest, APanelIsUnseenFromARestoreToItsNextScan) {
   EXPECT_EQ(cell.jobs().create(job_of({square_piece("A1", look.panel, 20, 20, 14)}), kLater).error().code,
             ErrorCode::kRefused)
       << "nor is its wood reserved";
-  look.taken_at = "2026-12-31T00:00:00.000Z";
   look.face = Face::kBack;
   VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
   EXPECT_FALSE(panels.check_seen_since_restore(look.panel).ok()) << "its show face";
+  // A clock that was ahead when the backup was put back, or is behind now, says nothing.
   look.face = Face::kShow;
+  look.taken_at = "2026-01-01T00:00:00.000Z";
   VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
   VENEER_EXPECT_OK(panels.check_seen_since_restore(look.panel));
+  VENEER_ASSERT_OK(panels.note_restoration("2026-04-30T22:00:00.000Z", "uid 1000", "2025-01-01T00:00:00.000Z"));
+  EXPECT_FALSE(panels.check_seen_since_restore(look.panel).ok()) << "and once more";
 }
 
 }  // namespace

@@ -199,7 +199,8 @@ TEST_F(PanelRoutes, WhatAScanAndTheLedgerDisagreeAboutStaysUntilSomebodyDecides)
   db::DifferenceRecord hole;
   hole.gone = true;
   hole.place = point<PanelFrame>(11, 6), hole.area = SquareMillimetres(12);
-  hole.box = {point<PanelFrame>(10, 5), point<PanelFrame>(14, 8)};
+  hole.shape = Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(10, 5), point<PanelFrame>(14, 5),
+                                                   point<PanelFrame>(14, 8), point<PanelFrame>(10, 8)});
   change([&](Repositories& r) { return r.differences.found({"P-0002"}, {hole}, kThen); });
   EXPECT_EQ(get("/panels/P-0002")["open_differences"], 1);
   EXPECT_THAT(cli::render_panels(get("/panels")),

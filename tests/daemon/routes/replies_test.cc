@@ -83,7 +83,8 @@ class Replies : public testing::RoutedCell {
 
     db::DifferenceRecord difference;
     difference.place = point<PanelFrame>(4, 4);
-    difference.box = {point<PanelFrame>(2, 2), point<PanelFrame>(6, 6)};
+    difference.shape = Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(2, 2), point<PanelFrame>(6, 2),
+                                                           point<PanelFrame>(6, 6), point<PanelFrame>(2, 6)});
     difference.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
     db::DifferenceRecord gone = difference;
     gone.gone = true, gone.pieces_json = "[]";

@@ -30,6 +30,11 @@ class OnePicture final : public ScannerDriver {
   ScanResolution nominal{};
 };
 
+Region<PanelFrame> square(double x, double y, double side) {
+  return Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(x, y), point<PanelFrame>(x + side, y),
+                                             point<PanelFrame>(x + side, y + side), point<PanelFrame>(x, y + side)});
+}
+
 class ScanServiceTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -45,12 +50,12 @@ class ScanServiceTest : public ::testing::Test {
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   // On the glass, in the place of what lay there.
-  void lay(const rendered::Panel& sheet) {
+  void lay(const rendered::Panel& sheet, double turned_deg = 1.5) {
     rendered::Scanner glass;
     glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
     scanner_.file = folder_ / "scan.ppm";
-    const auto pose = rendered::lay(75, 55, 90, 70, 1.5, Face::kShow);
+    const auto pose = rendered::lay(75, 55, 90, 70, turned_deg, Face::kShow);
     ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, Face::kShow, pose, glass)));
   }
   std::vector<db::DifferenceRecord> kept() {
@@ -118,12 +123,10 @@ TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
     if (kind != RegisterScans::kKind) return;
     calib::Difference gone;
     gone.place = point<PanelFrame>(22, 22);
-    gone.box.add(point<PanelFrame>(21, 21));
-    gone.box.add(point<PanelFrame>(23, 23));
+    gone.shape = square(21, 21, 2);
     calib::Difference elsewhere = gone;
-    elsewhere.box = {};
-    elsewhere.box.add(point<PanelFrame>(40, 40));
-    elsewhere.box.add(point<PanelFrame>(42, 42));
+    // Around the piece: its box is all of the piece's wood, its shape none of it.
+    elsewhere.shape = subtract(square(18, 18, 10), square(19, 19, 8));
     answer["differences"] = std::vector<calib::Difference>{gone, elsewhere};
   };
   auto again = scan();
@@ -171,6 +174,37 @@ TEST_F(ScanServiceTest, WoodThatIsGoneIsToldByEachScanUntilItIsBooked) {
   ASSERT_TRUE(last.ok()) << last.error().message;
   EXPECT_TRUE(last->differences->empty());
   EXPECT_EQ(kept().size(), 1U);
+}
+
+// The first map is lost, as it may be after a restore: the oldest that is left shows the wood, the newest the hole.
+TEST_F(ScanServiceTest, WoodThatIsGoneIsToldByTheOldestMapThatIsLeft) {
+  rendered::Panel sheet = rendered::sample_panel();
+  ASSERT_TRUE(scan().ok());
+  const std::string first_map = panel().map_file;
+  lay(sheet, 1.7);
+  ASSERT_TRUE(scan().ok());
+  const std::string second_map = panel().map_file;
+  ASSERT_NE(second_map, first_map);
+  const auto& strip = sheet.strips.at(1);
+  const double x = (strip.x0 + strip.x1) / 2, y = (strip.y0 + strip.y1) / 2;
+  sheet.gone.push_back({{x - 3, y - 3}, {x + 3, y - 3}, {x + 3, y + 3}, {x - 3, y + 3}});
+  lay(sheet);
+  ASSERT_TRUE(scan().ok());
+  ASSERT_EQ(kept().size(), 1U);
+  std::filesystem::remove(library_.path_of(first_map));
+  lay(sheet, 1.9);
+  const auto again = scan();
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->differences->size(), 1U);
+  ASSERT_EQ(kept().size(), 1U);
+  EXPECT_FALSE(kept().front().decision);
+  // That one, too: what is compared shows nothing, and says nothing.
+  std::filesystem::remove(library_.path_of(second_map));
+  lay(sheet, 2.1);
+  const auto last = scan();
+  ASSERT_TRUE(last.ok()) << last.error().message;
+  EXPECT_TRUE(last->differences->empty());
+  EXPECT_FALSE(kept().front().decision);
 }
 
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
@@ -238,10 +272,18 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
       {"a difference beyond all measure",
        [](json& a) {
          calib::Difference difference;
-         difference.box.add(point<PanelFrame>(0, 0));
-         difference.box.add(point<PanelFrame>(1e300, 10));
+         difference.shape = square(0, 0, 10);
+         a["differences"] = std::vector<calib::Difference>{difference};
+         a["differences"][0]["shape"][0][0] = {1e300, 0};
+       }},
+      {"a difference of many metres",
+       [](json& a) {
+         calib::Difference difference;
+         difference.shape = square(0, 0, 90'000);
          a["differences"] = std::vector<calib::Difference>{difference};
        }},
+      {"a difference of nothing",
+       [](json& a) { a["differences"] = std::vector<calib::Difference>{calib::Difference()}; }},
       {"a warning without end", [](json& a) { a["warnings"] = {std::string(100'000, 'a')}; }},
       {"another thing", [](json& a) { a = 3; }},
   };

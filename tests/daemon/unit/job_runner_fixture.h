@@ -143,6 +143,22 @@ class JobRunnerTest : public ::testing::Test {
   db::JobState job_state() {
     return database_->call([](Repositories& r) { return r.jobs.find(JobId{1}); })->state;
   }
+  // A scan finds wood gone where the first piece is to be cut, as difference 1.
+  void find_hole() {
+    db::DifferenceRecord hole;
+    hole.gone = true, hole.area = SquareMillimetres(9);
+    const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
+    hole.shape = Region<PanelFrame>(pieces->front().panel_outline);
+    hole.place = pieces->front().panel_outline.front();
+    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.differences.found({"P-0001"}, {hole}, kThen); }).ok());
+  }
+  void decide(db::DifferenceVerdict verdict) {
+    ASSERT_TRUE(database_
+                    ->call([verdict](Repositories& r) {
+                      return r.differences.decide({"P-0001"}, {1}, verdict, "uid 1000", "", kThen);
+                    })
+                    .ok());
+  }
   // Idle -> Suspended with the first panel laid and found.
   void load_first_panel() {
     ASSERT_TRUE(command(CellCommand::kReset).ok());

@@ -37,24 +37,49 @@ TEST_F(JobRunnerTest, AMachineThatFindsNoHomeCutsNoJob) {
 
 // A hole where a piece is to be cut, and a panel that nobody has looked at since a backup was put back.
 TEST_F(JobRunnerTest, NoJobBeginsOnWoodThatMayBeGone) {
-  const auto with = [&](auto work) { return database_->call([&](Repositories& r) -> Status { return work(r); }); };
-  db::DifferenceRecord hole;
-  hole.gone = true, hole.area = SquareMillimetres(9);
-  const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
-  hole.box = bounds(pieces->front().panel_outline);
-  hole.place = pieces->front().panel_outline.front();
-  ASSERT_TRUE(with([&](Repositories& r) { return r.differences.found({"P-0001"}, {hole}, kThen); }).ok());
+  find_hole();
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   const Status refused = start();
   EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
   EXPECT_THAT(refused.error().message, HasSubstr("veneerctl panel decide P-0001 1 written-off"));
   EXPECT_EQ(state(), CellState::kIdle);
-  ASSERT_TRUE(with([](Repositories& r) -> Status {
-                const auto decided =
-                    r.differences.decide({"P-0001"}, {1}, db::DifferenceVerdict::kAccepted, "uid 1000", "", kThen);
-                return decided ? Ok() : Status(decided.error());
-              }).ok());
+  decide(db::DifferenceVerdict::kAccepted);
   EXPECT_TRUE(start().ok());
+}
+
+// The cell waits for a panel as long as it takes; scans go on.
+TEST_F(JobRunnerTest, NoPanelIsCutWhereAScanFoundWoodGoneWhileTheCellWaited) {
+  load_first_panel();
+  find_hole();
+  const Status refused = command(CellCommand::kUnsuspend);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().message, HasSubstr("veneerctl panel decide P-0001 1 written-off"));
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(laser_.calls, Not(Contains("start")));
+  EXPECT_TRUE(database_->call([](Repositories& r) { return r.jobs.runs(JobId{1}); })->empty());
+  decide(db::DifferenceVerdict::kAccepted);
+  look();
+  EXPECT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+// Its strokes are drawn; its wood is written off.
+TEST_F(JobRunnerTest, NoPanelIsCutWithAPieceThatIsNotReservedAnyMore) {
+  load_first_panel();
+  find_hole();
+  decide(db::DifferenceVerdict::kWrittenOff);
+  const Status refused = command(CellCommand::kUnsuspend);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(refused.error().message,
+            "piece A1-1 of job 1 is suspect since its cuts were drawn: Stop and Reset the cell, then Start the job "
+            "again");
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(laser_.calls, Not(Contains("start")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  load_first_panel();
+  EXPECT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kCut, P::kReserved));
 }
 
 TEST_F(JobRunnerTest, NoJobBeginsOnPanelsThatNobodySawSinceABackupWasPutBack) {
