@@ -140,6 +140,29 @@ void add_change(CLI::App& job, CommandContext& context) {
   });
 }
 
+// lease, release: a plan's wood.
+void add_leases(CLI::App& job, CommandContext& context) {
+  struct Options {
+    std::int64_t id = 0, days = 7;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* lease = job.add_subcommand("lease", "Keep a plan's wood for it: no other plan or job gets it meanwhile");
+  CLI::App* release = job.add_subcommand("release", "Give back the wood that a plan leases; the plan stays");
+  for (CLI::App* command : {lease, release})
+    command->add_option("PLAN", options->id, "Its number")->required()->check(CLI::PositiveNumber);
+  lease->add_option("--days", options->days, "For how long, from now on; a lease that it has is renewed")
+      ->check(CLI::Range(1, 90))
+      ->capture_default_str();
+  lease->callback([options, &context] {
+    context.finish(context.client().post(fmt::format("/plans/{}/lease", options->id), {{"days", options->days}}),
+                   render_plan);
+  });
+  release->callback([options, &context] {
+    context.finish(context.client().request("DELETE", fmt::format("/plans/{}/lease", options->id), "", ""),
+                   render_plan);
+  });
+}
+
 }  // namespace
 
 void add_new_job(CLI::App& job, CommandContext& context) {
@@ -168,6 +191,7 @@ void add_plans(CLI::App& job, CommandContext& context) {
   plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
   add_plans_list(job, context);
   add_change(job, context);
+  add_leases(job, context);
 }
 
 }  // namespace veneer::cli

@@ -511,7 +511,8 @@ std::string render_new_plan(const json& result) {
   return fmt::format(
              "Plan {0}{1} is kept, and no wood is reserved. `veneerctl job plans {0} --preview FILE` shows it, "
              "`veneerctl "
-             "job change {0}` plans it otherwise, `veneerctl job new --plan {0}` makes a job of it.\n",
+             "job change {0}` plans it otherwise, `veneerctl job lease {0}` keeps its wood for it, `veneerctl job new "
+             "--plan {0}` makes a job of it.\n",
              id, pieces_words(result)) +
          outcome_words(result);
 }
@@ -519,7 +520,7 @@ std::string render_new_plan(const json& result) {
 std::string render_plans(const json& reply) {
   const json& plans = member(reply, "plans");
   if (!plans.is_array() || plans.empty()) return "No plans yet. Make one with `veneerctl job plan PICTURE`.\n";
-  TextTable table({">PLAN", "NAME", ">OF", ">PIECES", ">PLACED", ">COST", "JOBS", "CREATED"});
+  TextTable table({">PLAN", "NAME", ">OF", ">PIECES", ">PLACED", ">COST", "JOBS", "LEASED UNTIL", "CREATED"});
   for (const json& plan : plans) {
     const json& parent = member(plan, "parent");
     const json& cost = member(member(plan, "report"), "cost_per_pixel");
@@ -527,7 +528,7 @@ std::string render_plans(const json& reply) {
                parent.is_number_integer() ? parent.dump() : "", std::to_string(whole_or(plan, "pieces", 0)),
                std::to_string(whole_or(plan, "placed", 0)),
                cost.is_number() ? fmt::format("{:.5f}", cost.get<double>()) : "", names_of(member(plan, "jobs")),
-               text_or(plan, "created", "")});
+               moment_words(text_or(member(plan, "lease"), "until", "")), text_or(plan, "created", "")});
   }
   return table.str();
 }
@@ -547,6 +548,9 @@ std::string render_plan(const json& plan) {
   text += line("Panels", joined(panels, ", "));
   if (const std::string outdated = names_of(member(plan, "outdated_panels")); !outdated.empty())
     text += line("Outdated", outdated + ": scanned again since, so no job can be made of it; plan again");
+  if (const json& lease = member(plan, "lease"); lease.is_object())
+    text += line("Leased", fmt::format("its wood is kept until {} for {}", moment_words(text_or(lease, "until", "?")),
+                                       text_or(lease, "who", "?")));
   text += line("Jobs", names_of(member(plan, "jobs")));
   text += line("Created", text_or(plan, "created", ""));
   text += line("Asked by", text_or(plan, "asked_by", ""));

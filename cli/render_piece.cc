@@ -11,13 +11,6 @@ using nlohmann::json;
 
 namespace {
 
-// "2026-05-01 07:30:00 UTC" of "2026-05-01T07:30:00.123Z".
-std::string moment_words(std::string at) {
-  if (at.size() < 20 || at[10] != 'T') return at;
-  at[10] = ' ';
-  return at.substr(0, 19) + " UTC";
-}
-
 std::string burn_words(const json& burn) {
   if (!burn.is_object()) return "";
   const auto passes = whole_or(burn, "passes", 1);
@@ -88,7 +81,10 @@ std::string render_place(const json& reply) {
   std::string text;
   for (const json& entry : booked) {
     const std::string state = text_or(entry, "state", "?"), since = moment_words(text_or(entry, "since", ""));
-    if (whole_or(entry, "piece", 0) == 0)
+    if (whole_or(entry, "plan", 0) != 0)
+      text +=
+          fmt::format("Leased to plan {0} since {1}: `veneerctl job plans {0}`\n", whole_or(entry, "plan", 0), since);
+    else if (whole_or(entry, "piece", 0) == 0)
       text += fmt::format("Written off since {}: {}\n", since, text_or(entry, "reason", "?"));
     else
       text += fmt::format("{}piece {} of job {}, {} since {}: `veneerctl piece show {}`\n",

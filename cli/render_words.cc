@@ -36,6 +36,12 @@ std::string duration_words(double seconds) {
   return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
 }
 
+std::string moment_words(std::string at) {
+  if (at.size() < 20 || at[10] != 'T') return at;
+  at[10] = ' ';
+  return at.substr(0, 19) + " UTC";
+}
+
 std::string joined(const std::vector<std::string>& parts, const char* between) {
   std::string text;
   for (const std::string& part : parts) {

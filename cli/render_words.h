@@ -16,6 +16,8 @@ std::string millimetres(const nlohmann::json& object, const char* key, int digit
 std::string size_of(const nlohmann::json& object);
 // "70 s", "12 min", "2 h 5 min"
 std::string duration_words(double seconds);
+// "2026-05-01 07:30:00 UTC" of "2026-05-01T07:30:00.123Z".
+std::string moment_words(std::string at);
 // Those that are not empty.
 std::string joined(const std::vector<std::string>& parts, const char* between);
 std::string names_of(const nlohmann::json& list);

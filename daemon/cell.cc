@@ -42,10 +42,30 @@ json load_json(const LoadView& load, const RunnerOptions& options, double time_s
           {"frame_max_power", options.frame_max_power.count()}};
 }
 
+struct EndedLeases {
+  std::vector<std::string> sentences;
+  std::vector<PanelId> panels;
+};
+
+// On the database's thread.
+Result<EndedLeases> expire_leases(Repositories& r) {
+  const auto plans = r.leases.expire(utc_timestamp());
+  if (!plans) return plans.error();
+  EndedLeases out;
+  for (const db::PlanId plan : *plans) {
+    out.sentences.push_back(fmt::format("the lease of plan {} is over: its wood is free", plan.value));
+    const auto record = r.plans.find(plan);
+    if (!record) return record.error();
+    for (const db::PlannedPanel& panel : record->panels) out.panels.push_back(panel.panel);
+  }
+  return out;
+}
+
 // What a crash left behind, and what to say of it.
 struct Recovered {
   db::Recovery found;
   std::vector<std::string> sentences;
+  std::vector<std::string> ended_leases;  // the daemon was off when their time came
 };
 
 // On the database's thread.
@@ -55,7 +75,9 @@ Result<Recovered> recover(Repositories& r) {
   if (!recovery) return recovery.error();
   if (auto pruned = r.request_keys.prune(utc_timestamp(-std::chrono::seconds(kKeysLife))); !pruned)
     return pruned.error();
-  Recovered out{std::move(*recovery), {}};
+  auto leases = expire_leases(r);
+  if (!leases) return leases.error();
+  Recovered out{std::move(*recovery), {}, std::move(leases->sentences)};
   for (const JobId job : out.found.completed_jobs)
     out.sentences.push_back(fmt::format(
         "job {} was running when this program ended last; every piece was booked by then, and it is complete",
@@ -76,6 +98,7 @@ Result<Recovered> recover(Repositories& r) {
 
 void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& log) {
   for (const std::string& sentence : recovered.sentences) log->warn("{}", sentence);
+  for (const std::string& sentence : recovered.ended_leases) log->info("{}", sentence);
   runner.begin(recovered.found);
 }
 
@@ -154,6 +177,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     c.integrity->after_unclean_end([&c](const DatabaseCheck::Done& done) {
       c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
         if (recovered) begin_after(*c.runner, *recovered, c.log);
+        c.leases_changed({});
         done(recovered ? Ok() : Status(recovered.error()));
       });
     });
@@ -161,9 +185,10 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     const auto recovered = c.database->call(recover);
     if (!recovered) return recovered.error();
     begin_after(*c.runner, *recovered, c.log);
+    c.leases_changed({});
   }
   c.refresh_counts();
-  c.look_at_bed_regularly();
+  c.look_regularly();
   return cell;
 }
 
@@ -200,12 +225,32 @@ void Cell::refresh_counts() {
       });
 }
 
-void Cell::look_at_bed_regularly() {
+void Cell::look_regularly() {
   look_timer_.expires_after(std::chrono::milliseconds(500));
   look_timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (cancelled) return;
     runner->look_again();
-    look_at_bed_regularly();
+    end_leases();
+    look_regularly();
+  });
+}
+
+void Cell::leases_changed(const std::vector<PanelId>& touched) {
+  for (const PanelId& panel : touched) hub.broadcast({{"type", "panel"}, {"panel", panel.value}});
+  database->async([](Repositories& r) { return r.leases.next_end(); },
+                  [this](const Result<std::string>& next) {
+                    if (next) lease_end_ = *next;
+                  });
+}
+
+// The clock is asked again and again, because it may have been set meanwhile; the database only once it is time.
+void Cell::end_leases() {
+  if (lease_end_.empty() || utc_timestamp() < lease_end_) return;
+  lease_end_ = utc_timestamp(std::chrono::minutes(1));  // until it is known better: if it fails, then again
+  database->async(expire_leases, [this](const Result<EndedLeases>& ended) {
+    if (!ended) return log->warn("leases that are over could not be ended: {}", ended.error().message);
+    for (const std::string& sentence : ended->sentences) log->info("{}", sentence);
+    leases_changed(ended->panels);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "base/log.h"
@@ -80,6 +81,8 @@ class Cell {
   int panels = 0;
   std::optional<Calibration> calibration;
   void refresh_counts();
+  // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
+  void leases_changed(const std::vector<PanelId>& touched);
 
   // Last, so that they finish their work before what it uses is gone.
   std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
@@ -87,12 +90,14 @@ class Cell {
 
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
-  void look_at_bed_regularly();
+  void look_regularly();
+  void end_leases();
   void follow_laser();
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
+  std::string lease_end_;  // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;
 };
 

@@ -109,6 +109,17 @@ Status check_histories(SQLite::Database& connection, const std::string& file) {
   return is_damaged(file, fmt::format("{} allocations are not in the state that their history ends with", wrong));
 }
 
+// Wood is leased while its lease lasts, and no longer.
+Status check_leases(SQLite::Database& connection, const std::string& file) {
+  const int wrong = connection
+                        .execAndGet(
+                            "SELECT count(*) FROM allocations AS a JOIN leases AS e ON e.id = a.lease WHERE (a.state = "
+                            "'leased') <> (e.ended IS NULL)")
+                        .getInt();
+  if (wrong == 0) return Ok();
+  return is_damaged(file, fmt::format("{} leased allocations do not follow their lease", wrong));
+}
+
 // A number that was handed out is never handed out again, and of a table that keeps all its rows the last is there.
 Status check_numbers(SQLite::Database& connection, const std::string& file) {
   for (const auto& table :
@@ -172,6 +183,7 @@ Status check_all(SQLite::Database& connection, const std::string& file) {
     if (Status rows = check_rows(connection, table, file); !rows.ok()) return rows;
   if (Status boxes = check_boxes(connection, file); !boxes.ok()) return boxes;
   if (Status histories = check_histories(connection, file); !histories.ok()) return histories;
+  if (Status leases = check_leases(connection, file); !leases.ok()) return leases;
   return check_numbers(connection, file);
 }
 

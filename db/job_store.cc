@@ -1,10 +1,10 @@
 #include "db/job_store.h"
 
 #include <fmt/format.h>
-#include <sqlite3.h>
 
 #include "db/audit_chain.h"
 #include "db/job_sql.h"
+#include "db/lease_sql.h"
 #include "db/ledger_sql.h"
 #include "db/plan_sql.h"
 #include "db/request_sql.h"
@@ -124,6 +124,7 @@ Status move_one(Database& database, PieceId piece, AllocationState from, Allocat
 
 // One allocation for each placement of the job's plan; the first piece whose wood is taken is named (kConflict).
 Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::string& at) {
+  end_expired(connection, at);
   SQLite::Statement placed(connection,
                            "SELECT p.id, t.mark, l.id, l.panel, l.area_um FROM placements AS l JOIN patches AS t ON "
                            "t.id = l.patch JOIN pieces AS p ON p.patch = t.id AND p.job = ? WHERE l.plan = ? "
@@ -133,42 +134,30 @@ Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::
                            "INSERT INTO allocations (panel, job, piece, placement, state, area_um, reason, changed_at) "
                            "VALUES (?, ?, ?, ?, 'reserved', ?, '', ?)");
   while (placed.executeStep()) {
-    const std::string panel = text(placed.getColumn(3));
+    const Wanted wanted{text(placed.getColumn(1)), {text(placed.getColumn(3))}, text(placed.getColumn(4)), plan};
     insert.reset();
-    SQLite::bind(insert, panel, job.value, placed.getColumn(0).getInt64(), placed.getColumn(2).getInt64(),
-                 text(placed.getColumn(4)), at);
-    try {
-      insert.exec();
-    } catch (const SQLite::Exception& thrown) {
-      if (thrown.getExtendedErrorCode() != SQLITE_CONSTRAINT_TRIGGER) throw;
-      return Error{ErrorCode::kConflict,
-                   fmt::format("piece {} cannot have its wood on panel {} ({}): plan again with the free wood",
-                               text(placed.getColumn(1)), panel, thrown.what())};
-    }
+    SQLite::bind(insert, wanted.panel.value, job.value, placed.getColumn(0).getInt64(), placed.getColumn(2).getInt64(),
+                 wanted.area, at);
+    if (Status booked = book(connection, insert, wanted); !booked.ok()) return booked;
   }
   return Ok();
 }
 
 Result<JobId> make_job(SQLite::Database& connection, PlanId plan, const std::string& at,
                        const std::optional<KeyedRequest>& request) {
-  if (Status same = check_masks(connection, plan); !same.ok()) return same.error();
-  SQLite::Statement redone(connection, "SELECT job FROM redos WHERE plan = ?");
-  redone.bind(1, plan.value);
-  if (redone.executeStep())
-    return Error{ErrorCode::kConflict, fmt::format("plan {} makes pieces of job {} again and no job of its own: plan "
-                                                   "the whole picture",
-                                                   plan.value, redone.getColumn(0).getInt64())};
+  if (Status whole = may_have_wood(connection, plan); !whole.ok()) return whole.error();
   SQLite::Statement insert(connection,
                            "INSERT INTO jobs (name, plan, state, created_at, changed_at) "
                            "SELECT name, id, 'planned', ?, ? FROM plans WHERE id = ?");
   SQLite::bind(insert, at, at, plan.value);
-  if (insert.exec() == 0)
-    return Error{ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
+  if (insert.exec() == 0) return no_such_plan(plan);
   const JobId job{connection.getLastInsertRowid()};
   SQLite::Statement pieces(connection,
                            "INSERT INTO pieces (job, patch) SELECT ?, id FROM patches WHERE plan = ? ORDER BY ordinal");
   SQLite::bind(pieces, job.value, plan.value);
   pieces.exec();
+  // What the plan leased is free for nobody else in between; it may even be past its time.
+  end_lease(connection, plan, LeaseEnd::kTaken, at);
   if (Status reserved = reserve(connection, job, plan, at); !reserved.ok()) return reserved.error();
   if (request)
     if (Status noted = write_result(connection, *request, fmt::format("{{\"job\":{}}}", job.value)); !noted.ok())

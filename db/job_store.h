@@ -124,10 +124,10 @@ class JobStore {
  public:
   explicit JobStore(Database& database) : database_(&database) {}
 
-  // Makes a job of the plan: its pieces and their wood enter in one transaction, or nothing does. kConflict names the
-  // piece and panel whose wood is taken, or the panel that was scanned again since the plan was made. `request` is the
-  // request that asked for the job, begun before (db/request_keys.h): it gets {"job":N} as its result in the same
-  // transaction, so that it can never make two.
+  // Makes a job of the plan: its pieces and their wood enter in one transaction, or nothing does; what the plan leases
+  // becomes the job's. kConflict names the piece and panel whose wood is taken, or the panel that was scanned again
+  // since the plan was made. `request` is the request that asked for the job, begun before (db/request_keys.h): it gets
+  // {"job":N} as its result in the same transaction, so that it can never make two.
   Result<JobId> create(PlanId plan, const std::string& at, const std::optional<KeyedRequest>& request = {});
   // The same with a plan that is stored in the same transaction: when there is no job, there is no plan either.
   Result<JobId> create(const NewPlan& plan, const std::string& at, const std::optional<KeyedRequest>& request = {});

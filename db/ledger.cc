@@ -1,10 +1,12 @@
 #include "db/ledger.h"
 
 #include <fmt/format.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "db/lease_sql.h"
 #include "db/ledger_sql.h"
 #include "db/panel_sql.h"
 #include "db/shapes.h"
@@ -18,8 +20,9 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
   return guarded(database, [&](SQLite::Database& connection) -> Result<std::vector<AllocationRecord>> {
     SQLite::Statement rows(connection,
                            fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, '[]'), "
-                                       "a.area_um, a.reason, a.changed_at FROM allocations AS a LEFT JOIN placements "
-                                       "AS l ON l.id = a.placement WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
+                                       "a.area_um, a.reason, a.changed_at, e.plan FROM allocations AS a LEFT JOIN "
+                                       "placements AS l ON l.id = a.placement LEFT JOIN leases AS e ON e.id = a.lease "
+                                       "WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
                                        which));
     SQLite::bind(rows, panel.value, limit);
     std::vector<AllocationRecord> out;
@@ -35,7 +38,8 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
                      from_micro<PanelFrame>(*outline),
                      Region<PanelFrame>(*area),
                      text(rows.getColumn(6)),
-                     text(rows.getColumn(7))});
+                     text(rows.getColumn(7)),
+                     {rows.getColumn(8).getInt64()}});
     }
     return out;
   });
@@ -53,14 +57,16 @@ void enter_scrap(SQLite::Database& connection, const PanelId& panel, const Regio
 }  // namespace
 
 AllocationState allocation_state_of(const std::string& name) {
-  for (const auto state : {AllocationState::kReserved, AllocationState::kCutting, AllocationState::kCut,
-                           AllocationState::kSuspect, AllocationState::kScrap})
+  for (const auto state : {AllocationState::kLeased, AllocationState::kReserved, AllocationState::kCutting,
+                           AllocationState::kCut, AllocationState::kSuspect, AllocationState::kScrap})
     if (name == to_string(state)) return state;
-  return AllocationState::kReleased;  // the schema allows no seventh
+  return AllocationState::kReleased;  // the schema allows no eighth
 }
 
 const char* to_string(AllocationState state) {
   switch (state) {
+    case AllocationState::kLeased:
+      return "leased";
     case AllocationState::kReserved:
       return "reserved";
     case AllocationState::kCutting:
@@ -93,10 +99,37 @@ void move_all(SQLite::Database& connection, JobId job, AllocationState from, All
   update.exec();
 }
 
+Status book(SQLite::Database& connection, SQLite::Statement& insert, const Wanted& wanted) {
+  try {
+    insert.exec();
+    return Ok();
+  } catch (const SQLite::Exception& thrown) {
+    if (thrown.getExtendedErrorCode() != SQLITE_CONSTRAINT_TRIGGER) throw;
+    SQLite::Statement lease(connection,
+                            "SELECT e.plan, e.until FROM panels AS p JOIN allocation_boxes AS b ON b.min_panel = "
+                            "p.number AND b.min_x < veneer_box(?2, 1) AND b.max_x > veneer_box(?2, 0) AND b.min_y < "
+                            "veneer_box(?2, 3) AND b.max_y > veneer_box(?2, 2) JOIN allocations AS a ON a.id = b.id "
+                            "JOIN leases AS e ON e.id = a.lease WHERE p.id = ?1 AND e.plan <> ?3 AND "
+                            "veneer_areas_overlap(a.area_um, ?2) LIMIT 1");
+    SQLite::bind(lease, wanted.panel.value, wanted.area, wanted.plan.value);
+    if (lease.executeStep())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("piece {} cannot have its wood on panel {}, which plan {} leases until {}: plan again "
+                               "with the free wood, or release that with `veneerctl job release {}`",
+                               wanted.mark, wanted.panel.value, lease.getColumn(0).getInt64(), text(lease.getColumn(1)),
+                               lease.getColumn(0).getInt64())};
+    return Error{ErrorCode::kConflict,
+                 fmt::format("piece {} cannot have its wood on panel {} ({}): plan again with the free wood",
+                             wanted.mark, wanted.panel.value, thrown.what())};
+  }
+}
+
 SquareMillimetres write_off_free(SQLite::Database& connection, const PanelId& panel, const Region<PanelFrame>& area,
                                  const std::string& reason, const std::string& at) {
   // Where the two would share a slanted border, rounding to the grid lets them overlap by less than this.
   constexpr Millimetres kRounding{0.003};
+  end_expired(connection, at);
+  end_spoilt(connection, panel, area, at);
   SQLite::Statement rows(connection, "SELECT area_um FROM allocations WHERE panel = ? AND state <> 'released'");
   rows.bind(1, panel.value);
   std::vector<Region<PanelFrame>> booked;
@@ -114,6 +147,7 @@ Status Ledger::write_off(const PanelId& panel, const Region<PanelFrame>& area, c
                          const std::string& at) {
   if (area.empty()) return Error{ErrorCode::kInvalidArgument, "there is no wood to write off"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    end_expired(connection, at);
     enter_scrap(connection, panel, area, reason, at);
     return Ok();
   });

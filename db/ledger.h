@@ -3,13 +3,14 @@
 //   reserved -> cutting | released        cutting -> cut | suspect
 //   suspect -> cut | scrap | released     cut -> scrap
 //   reserved, cut -> suspect              when a beam may have strayed onto them (JobStore::abort_run)
+//   leased -> released                    when the lease ends (db/leases.h)
 //
 // Live allocations (all but `released`) of one panel never overlap; touching is allowed. The database itself refuses
 // them: a trigger asks an R*Tree for neighbours and the SQL function veneer_areas_overlap (base/polygon_ops.h, on whole
 // micrometres) for the truth; a connection without the function cannot insert. The wood of an allocation never changes,
 // the state moves only as above, and no row is ever deleted.
 //
-// Wood is reserved by making a job of a plan (JobStore::create), and moved by running it.
+// Wood is reserved by making a job of a plan (JobStore::create), and moved by running it; a plan may lease it before.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -24,24 +25,26 @@
 #include "base/polygon_ops.h"
 #include "base/result.h"
 #include "db/database.h"
+#include "db/plans.h"
 
 namespace veneer::db {
 
 using AllocationId = NumericId<struct AllocationIdTag>;
 
-enum class AllocationState { kReserved, kCutting, kCut, kSuspect, kScrap, kReleased };
+enum class AllocationState { kLeased, kReserved, kCutting, kCut, kSuspect, kScrap, kReleased };
 const char* to_string(AllocationState state);
 
 struct AllocationRecord {
   AllocationId id;
   PanelId panel;
-  JobId job;      // 0 for wood written off
-  PieceId piece;  // 0 for wood written off
+  JobId job;      // 0 for wood leased or written off
+  PieceId piece;  // 0 for wood leased or written off
   AllocationState state = AllocationState::kReserved;
-  Ring<PanelFrame> outline;  // of the piece, without kerf; empty for wood written off
+  Ring<PanelFrame> outline;  // of the piece, without kerf; empty for wood leased or written off
   Region<PanelFrame> area;   // what nobody else may use
   std::string reason;        // of wood written off; else empty
   std::string changed_at;    // when it entered this state
+  PlanId leased_to;          // 0 for all other wood
 };
 
 class Ledger {

@@ -7,6 +7,7 @@
 #include <set>
 #include <string_view>
 
+#include "db/lease_sql.h"
 #include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
@@ -271,6 +272,16 @@ Status Panels::retire(const PanelId& panel, const std::string& reason, const std
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     if (is_retired(connection, panel))
       return Error{ErrorCode::kConflict, fmt::format("panel {} is retired already", panel.value)};
+    end_expired(connection, at);
+    SQLite::Statement leased(connection,
+                             "SELECT e.plan, e.until FROM allocations AS a JOIN leases AS e ON e.id = a.lease WHERE "
+                             "a.panel = ? AND a.state = 'leased' ORDER BY e.id LIMIT 1");
+    leased.bind(1, panel.value);
+    if (leased.executeStep())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("plan {0} leases wood of panel {1} until {2}: release it first with `veneerctl job "
+                               "release {0}`",
+                               leased.getColumn(0).getInt64(), panel.value, text(leased.getColumn(1)))};
     SQLite::Statement open(connection,
                            "SELECT job, state, count(*) FROM allocations WHERE panel = ? AND state IN ('reserved', "
                            "'cutting', 'suspect') GROUP BY job, state ORDER BY job, state LIMIT 1");

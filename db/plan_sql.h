@@ -18,5 +18,10 @@ Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPla
 // kConflict names the first of its panels that was scanned again since, kRefused one whose surface was treated since
 // (StockFacts::check_surface).
 Status check_masks(SQLite::Database& connection, PlanId plan);
+// The same, and kConflict of a plan that makes pieces of a job again: it is no whole picture that could have wood of
+// its own.
+Status may_have_wood(SQLite::Database& connection, PlanId plan);
+bool plan_exists(SQLite::Database& connection, PlanId plan);
+Error no_such_plan(PlanId plan);
 
 }  // namespace veneer::db

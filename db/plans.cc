@@ -7,6 +7,7 @@
 
 #include "base/hash.h"
 #include "db/job_sql.h"
+#include "db/lease_sql.h"
 #include "db/plan_files.h"
 #include "db/plan_sql.h"
 #include "db/shapes.h"
@@ -20,10 +21,6 @@ constexpr const char* kPlanColumns =
     "SELECT id, name, parent, who, created_at, target_file, preview_file, options_json, report_json, (SELECT count(*) "
     "FROM patches WHERE plan = coalesce((SELECT j.plan FROM redos AS d JOIN jobs AS j ON j.id = d.job WHERE d.plan = "
     "plans.id), plans.id)), (SELECT count(*) FROM placements WHERE plan = plans.id) FROM plans ";
-
-Error no_such_plan(PlanId plan) {
-  return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
-}
 
 // The wood that the piece itself needs must be among what it books, or its neighbours would be cut into.
 bool area_holds_outline(const PlannedPatch& patch) {
@@ -139,6 +136,7 @@ PlanRecord read_plan(SQLite::Database& connection, SQLite::Statement& row) {
                          "SELECT id FROM jobs WHERE plan = ?1 UNION SELECT job FROM redos WHERE plan = ?1 ORDER BY 1");
   jobs.bind(1, plan.id.value);
   while (jobs.executeStep()) plan.jobs.push_back({jobs.getColumn(0).getInt64()});
+  plan.lease = lease_of(connection, plan.id);
   return plan;
 }
 
@@ -171,6 +169,16 @@ void remove_unnamed(Database& database, const std::string& sha256) {
 }
 
 }  // namespace
+
+Error no_such_plan(PlanId plan) {
+  return {ErrorCode::kNotFound, fmt::format("there is no plan {}: see `veneerctl job plans`", plan.value)};
+}
+
+bool plan_exists(SQLite::Database& connection, PlanId plan) {
+  SQLite::Statement row(connection, "SELECT 1 FROM plans WHERE id = ?");
+  row.bind(1, plan.value);
+  return row.executeStep();
+}
 
 void forget_refused(Database& database, const NewPlan& plan, const Error& refused) {
   // Of a disk that failed nobody knows what it holds: the plan may be there after the next start.
@@ -226,6 +234,16 @@ Status check_masks(SQLite::Database& connection, PlanId plan) {
                            text(outdated.getColumn(0)))};
 }
 
+Status may_have_wood(SQLite::Database& connection, PlanId plan) {
+  if (Status same = check_masks(connection, plan); !same.ok()) return same;
+  SQLite::Statement redone(connection, "SELECT job FROM redos WHERE plan = ?");
+  redone.bind(1, plan.value);
+  if (!redone.executeStep()) return Ok();
+  return Error{ErrorCode::kConflict, fmt::format("plan {} makes pieces of job {} again and no job of its own: plan "
+                                                 "the whole picture",
+                                                 plan.value, redone.getColumn(0).getInt64())};
+}
+
 Result<PlanId> Plans::add(const NewPlan& plan, const std::string& at) {
   auto added =
       in_transaction(*database_, [&](SQLite::Database& connection) { return insert_plan(connection, plan, at); });
@@ -249,6 +267,10 @@ Status Plans::remove(PlanId plan) {
     if (!held.getColumn(1).isNull())
       return Error{ErrorCode::kConflict, fmt::format("plan {} came from plan {}: remove that first",
                                                      held.getColumn(1).getInt64(), plan.value)};
+    if (const auto lease = lease_of(connection, plan))
+      return Error{ErrorCode::kConflict, fmt::format("plan {0} leases its wood until {1}: release it first with "
+                                                     "`veneerctl job release {0}`",
+                                                     plan.value, lease->until)};
     sha256 = text(held.getColumn(2));
     for (const char* rows :
          {"placements WHERE plan", "patches WHERE plan", "plan_panels WHERE plan", "plans WHERE id"}) {
@@ -330,7 +352,8 @@ Result<std::vector<std::string>> Plans::taken(PlanId plan) {
                            "allocations AS a ON a.id = b.id WHERE b.min_panel = p.number AND b.min_x < "
                            "veneer_box(l.area_um, 1) AND b.max_x > veneer_box(l.area_um, 0) AND b.min_y < "
                            "veneer_box(l.area_um, 3) AND b.max_y > veneer_box(l.area_um, 2) AND "
-                           "veneer_areas_overlap(a.area_um, l.area_um)) ORDER BY t.ordinal");
+                           "veneer_areas_overlap(a.area_um, l.area_um) AND coalesce((SELECT e.plan FROM leases AS e "
+                           "WHERE e.id = a.lease), 0) <> l.plan) ORDER BY t.ordinal");
     rows.bind(1, plan.value);
     std::vector<std::string> out;
     while (rows.executeStep()) out.push_back(text(rows.getColumn(0)));

@@ -1,8 +1,8 @@
 // Plans: each is one answer to the question which wood makes a picture. A plan is stored, looked at and compared; a job
-// is made of it (JobStore::create), and only that reserves wood. A plan never changes: other options, or wood that is
-// forbidden, make another plan that names the one it came from as its parent. A plan by which lost pieces of a job are
-// made again (JobStore::redo) has no patches of its own: it places some of those of the job's plan. What it says in
-// full, `plan_json`, is a file beside the database, `plans/<SHA-256>.json`.
+// is made of it (JobStore::create), and only that reserves wood; until then the plan may lease it. A plan never
+// changes: other options, or wood that is forbidden, make another plan that names the one it came from as its parent. A
+// plan by which lost pieces of a job are made again (JobStore::redo) has no patches of its own: it places some of those
+// of the job's plan. What it says in full, `plan_json`, is a file beside the database, `plans/<SHA-256>.json`.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -53,6 +53,12 @@ struct NewPlan {
   std::vector<PlannedPanel> planned_on;  // every panel that pieces are taken from
 };
 
+// Who has the plan's wood held for it, since when it was made or renewed last, and until when (db/leases.h).
+struct PlanLease {
+  std::string who, at, until;
+  friend bool operator==(const PlanLease&, const PlanLease&) = default;
+};
+
 struct PlanRecord {
   PlanId id;
   std::string name;
@@ -61,8 +67,9 @@ struct PlanRecord {
   std::string target_file, preview_file, options_json, report_json;  // the plan itself: plan_json()
   int patches = 0, placed = 0;  // placed: those that found wood, or were made again
   std::vector<PlannedPanel> panels;
-  std::vector<PanelId> outdated;  // of these: scanned again since, so that no job can be made of the plan
-  std::vector<JobId> jobs;        // made of it, or made again by it
+  std::vector<PanelId> outdated;   // of these: scanned again since, so that no job can be made of the plan
+  std::vector<JobId> jobs;         // made of it, or made again by it
+  std::optional<PlanLease> lease;  // one that nobody has ended yet, though its time may have come
 };
 
 class Plans {
@@ -71,7 +78,7 @@ class Plans {
 
   // kInvalidArgument when a patch contradicts itself or its panel is not named.
   Result<PlanId> add(const NewPlan& plan, const std::string& at);
-  // kConflict when a job was made of it or another plan came from it.
+  // kConflict when a job was made of it, another plan came from it, or it leases its wood.
   Status remove(PlanId plan);
 
   Result<PlanRecord> find(PlanId plan);    // kNotFound
@@ -86,7 +93,7 @@ class Plans {
   Result<std::vector<PlannedPatch>> patches(PlanId plan);  // in the order of the plan; what it places, of a redo
   // At most `limit` of them, without the first `skipped`.
   Result<std::vector<PlannedPatch>> patches(PlanId plan, std::int64_t skipped, int limit);
-  // Marks of the patches whose wood is held for another piece by now; a job can be made while there are none.
+  // Marks of the patches whose wood is held for another piece or plan by now; a job can be made while there are none.
   Result<std::vector<std::string>> taken(PlanId plan);
 
  private:

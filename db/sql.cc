@@ -142,7 +142,7 @@ Error to_error(const SQLite::Exception& thrown, const std::string& file) {
                           file)};
     case SQLITE_CONSTRAINT:
       if (std::string_view(thrown.what()).find("this wood is already allocated") != std::string_view::npos)
-        return {ErrorCode::kConflict, "this wood is held for another piece by now, or written off: plan again"};
+        return {ErrorCode::kConflict, "this wood is held for another piece or plan by now, or written off: plan again"};
       return {ErrorCode::kConflict, fmt::format("the database refuses it ({})", thrown.what())};
     default:
       break;

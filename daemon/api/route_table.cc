@@ -56,6 +56,8 @@ constexpr std::array kOperations = {
     ApiOperation{"getPlanPreview", "GET", "/api/v1/plans/{id}/preview.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPlanFile", "GET", "/api/v1/plans/{id}/plan.json", Role::kViewer},
     ApiOperation{"changePlan", "POST", "/api/v1/plans/{id}/changes", Role::kOperator, Takes::kJson},
+    ApiOperation{"leasePlan", "POST", "/api/v1/plans/{id}/lease", Role::kOperator, Takes::kJson},
+    ApiOperation{"releasePlan", "DELETE", "/api/v1/plans/{id}/lease", Role::kOperator},
     ApiOperation{"removePlan", "DELETE", "/api/v1/plans/{id}", Role::kOperator},
     ApiOperation{"newJob", "POST", "/api/v1/jobs", Role::kOperator, Takes::kPictureAndQuery},
     ApiOperation{"listJobs", "GET", "/api/v1/jobs", Role::kViewer, Takes::kQuery},

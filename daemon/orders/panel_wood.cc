@@ -28,6 +28,11 @@ std::vector<std::vector<cv::Point>> to_pixels(const Region<PanelFrame>& region, 
 
 constexpr int kShift = 6;  // 1/64 pixel
 
+// For a plan, or for a piece that is still to be cut.
+bool is_held(db::AllocationState state) {
+  return state == db::AllocationState::kReserved || state == db::AllocationState::kLeased;
+}
+
 }  // namespace
 
 SquareMillimetres wood_area(const Raster<PanelFrame>& mask) {
@@ -77,13 +82,13 @@ cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std
     const auto rings = to_pixels(allocation.area, small, kShift);
     if (rings.empty()) continue;
     const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = allocation.state == db::AllocationState::kReserved;
+    const bool reserved = is_held(allocation.state);
     cv::fillPoly(tint, rings, gone ? white : reserved ? blue : orange, cv::LINE_AA, kShift);
   }
   cv::addWeighted(tint, 0.62, small.pixels, 0.38, 0, small.pixels);
   for (const auto& allocation : live) {
     const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-    const bool reserved = allocation.state == db::AllocationState::kReserved;
+    const bool reserved = is_held(allocation.state);
     cv::polylines(small.pixels, to_pixels(allocation.area, small, kShift), true,
                   gone       ? grey
                   : reserved ? blue

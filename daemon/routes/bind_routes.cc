@@ -30,21 +30,23 @@ void bind_routes(Router& router, Cell& cell) {
   bind_calibration_routes(router,
                           {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                            c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }});
-  const JobServices jobs{*c.plans,
-                         *c.planner_worker,
-                         c.config.planner_threads,
-                         c.tasks,
-                         *c.runner,
-                         *c.database,
-                         *c.queries,
-                         *c.pictures,
-                         c.panel_library,
-                         [&c, on_reactor](JobId job) {
-                           on_reactor([&c, job] {
-                             c.runner->job_changed(job);
-                             c.hub.broadcast({{"type", "job"}, {"job", job.value}});
-                           });
-                         }};
+  const JobServices jobs{
+      *c.plans,
+      *c.planner_worker,
+      c.config.planner_threads,
+      c.tasks,
+      *c.runner,
+      *c.database,
+      *c.queries,
+      *c.pictures,
+      c.panel_library,
+      [&c, on_reactor](JobId job) {
+        on_reactor([&c, job] {
+          c.runner->job_changed(job);
+          c.hub.broadcast({{"type", "job"}, {"job", job.value}});
+        });
+      },
+      [&c, on_reactor](const std::vector<PanelId>& panels) { on_reactor([&c, panels] { c.leases_changed(panels); }); }};
   bind_job_routes(router, jobs);
   bind_plan_routes(router, jobs);
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});

@@ -1,5 +1,7 @@
 #include "daemon/routes/cell_json.h"
 
+#include "base/clock.h"
+
 namespace veneer::daemon {
 
 using nlohmann::json;
@@ -86,6 +88,7 @@ json to_json(const db::AllocationRecord& a, const std::string& mark) {
   for (const auto& ring : a.area.rings()) rings.push_back(points_json(ring));
   return {{"piece", a.piece.value},
           {"job", a.job.value},
+          {"plan", a.leased_to.value != 0 ? json(a.leased_to.value) : json()},
           {"mark", mark},
           {"state", db::to_string(a.state)},
           {"area_mm2", a.area.area().count()},
@@ -214,7 +217,10 @@ json to_json(const db::PlanRecord& plan) {
               {"placed", plan.placed},
               {"panels", json::array()},
               {"outdated_panels", json::array()},
-              {"jobs", json::array()}};
+              {"jobs", json::array()},
+              {"lease", nullptr}};
+  if (plan.lease && plan.lease->until > utc_timestamp())
+    out["lease"] = {{"who", plan.lease->who}, {"since", plan.lease->at}, {"until", plan.lease->until}};
   for (const auto& panel : plan.panels)
     out["panels"].push_back({{"panel", panel.panel.value}, {"mask_version", panel.mask_version}});
   for (const auto& panel : plan.outdated) out["outdated_panels"].push_back(panel.value);

@@ -84,9 +84,10 @@ struct JobServices {
   QueryPool& pictures;
   const PanelLibrary& panel_library;
   std::function<void(JobId)> on_job_changed;
+  std::function<void(const std::vector<PanelId>& panels)> on_leases_changed;  // and whose wood with them
 };
 void bind_job_routes(Router& router, const JobServices& services);
-// Plans that no wood is reserved for: make, look, change, compare, and then a job of one.
+// Plans that no wood is reserved for: make, look, change, compare, lease their wood, and then a job of one.
 void bind_plan_routes(Router& router, const JobServices& services);
 
 // What a piece tells of its life, and what was made of a place.

@@ -12,8 +12,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
-#include "daemon/services/known_backs.h"
-#include "daemon/services/plan_web.h"
+#include "daemon/services/plan_wood.h"
 
 namespace veneer::daemon {
 namespace {
@@ -36,14 +35,9 @@ Result<json> made_before(Repositories& r, const std::optional<db::KeyedRequest>&
 }
 
 Result<JobId> reserve_plan(Repositories& r, db::PlanId id, const std::optional<db::KeyedRequest>& keyed) {
-  const auto plan = r.plans.find(id);
-  if (!plan) return plan.error();
-  const auto pieces = r.plans.patches(id);
-  if (!pieces) return pieces.error();
-  if (const Status apart = keeps_web(r, plan->options_json, *pieces); !apart) return apart.error();
-  // A plan may have been stored before this was asked for.
-  if (const Status findable = backs_are_known(r, plan->panels); !findable) return findable.error();
-  return r.jobs.create(id, utc_timestamp(), keyed);
+  const std::string now = utc_timestamp();
+  if (const Status may = may_have_wood(r, id, now); !may) return may.error();
+  return r.jobs.create(id, now, keyed);
 }
 
 // A job of a plan that was made before: its wood is reserved, nothing is planned.
@@ -72,7 +66,10 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
             {"job", job->value}, {"plan", id.value}, {"pieces", to_json(*made)["pieces"]}, {"warnings", json::array()}};
       },
       [s, task](Result<json> made) {
-        if (made && !made->contains("repeated")) s.on_job_changed(JobId{(*made)["job"].get<std::int64_t>()});
+        if (made && !made->contains("repeated")) {
+          s.on_leases_changed({});
+          s.on_job_changed(JobId{(*made)["job"].get<std::int64_t>()});
+        }
         task.finish(std::move(made));
       });
 }

@@ -8,6 +8,7 @@
 #include "daemon/routes/picture_reply.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/services/plan_wood.h"
 
 namespace veneer::daemon {
 namespace {
@@ -138,6 +139,38 @@ Result<json> plan_pieces_json(Repositories& r, db::PlanId id, const Page& page) 
   return out;
 }
 
+// Changes the plan named in the path, and tells what it is then.
+template <class F>
+void change_lease(const JobServices& s, db::PlanId plan, const Reply& reply, F work) {
+  s.database.async(
+      [plan, work = std::move(work)](Repositories& r) -> Result<db::PlanRecord> {
+        if (const Status done = work(r); !done) return done.error();
+        return r.plans.find(plan);
+      },
+      [s, reply](const Result<db::PlanRecord>& changed) {
+        if (!changed) return reply(ApiReply::error(changed.error()));
+        std::vector<PanelId> panels;
+        for (const db::PlannedPanel& planned : changed->panels) panels.push_back(planned.panel);
+        s.on_leases_changed(panels);
+        reply(ApiReply::json(to_json(*changed)));
+      });
+}
+
+void lease_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  constexpr std::int64_t kUsualDays = 7;
+  const auto id = request.path_number("id");
+  if (!id) return reply(ApiReply::error(id.error()));
+  auto body = RequestReader::body_of(request);
+  const std::chrono::hours life{24 * body.whole("days", ranges::kLeaseDays).value_or(kUsualDays)};
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_lease(s, {*id}, reply, [plan = db::PlanId{*id}, life, who = request.caller.who](Repositories& r) -> Status {
+    const std::string now = utc_timestamp();
+    if (Status may = may_have_wood(r, plan, now); !may) return may;
+    const auto leased = r.leases.take(plan, who, now, utc_timestamp(life));
+    return leased ? Ok() : Status(leased.error());
+  });
+}
+
 }  // namespace
 
 void bind_plan_routes(Router& router, const JobServices& s) {
@@ -171,13 +204,24 @@ void bind_plan_routes(Router& router, const JobServices& s) {
   });
   router.bind("getPlanPreview",
               [s](const ApiRequest& request, const Reply& reply) { reply_plan_preview(s, request, reply); });
+  router.bind("leasePlan", [s](const ApiRequest& request, const Reply& reply) { lease_plan(s, request, reply); });
+  router.bind("releasePlan", [s](const ApiRequest& request, const Reply& reply) {
+    const auto id = request.path_number("id");
+    if (!id) return reply(ApiReply::error(id.error()));
+    change_lease(s, {*id}, reply,
+                 [plan = db::PlanId{*id}](Repositories& r) { return r.leases.release(plan, utc_timestamp()); });
+  });
   router.bind("removePlan", [s](const ApiRequest& request, const Reply& reply) {
     auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
-    s.database.async([plan = db::PlanId{*id}](Repositories& r) { return r.plans.remove(plan); },
-                     [reply, id = *id](const Status& removed) {
-                       reply(removed ? ApiReply::json({{"removed", id}}) : ApiReply::error(removed.error()));
-                     });
+    s.database.async(
+        [plan = db::PlanId{*id}](Repositories& r) -> Status {
+          if (const auto ended = r.leases.expire(utc_timestamp()); !ended) return ended.error();
+          return r.plans.remove(plan);
+        },
+        [reply, id = *id](const Status& removed) {
+          reply(removed ? ApiReply::json({{"removed", id}}) : ApiReply::error(removed.error()));
+        });
   });
 }
 

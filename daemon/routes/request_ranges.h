@@ -20,6 +20,7 @@ inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is l
 inline constexpr NumberRange kPasses{1, 20};
 inline constexpr NumberRange kThickness{0.001, 100};  // mm, of veneer and substrate
 inline constexpr NumberRange kZone{1, 1000};
+inline constexpr NumberRange kLeaseDays{1, 90};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};
 inline constexpr std::ptrdiff_t kLongestReason = 500;  // characters
 inline constexpr NumberRange kPointsOfStroke{2, 500'000};

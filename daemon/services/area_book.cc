@@ -69,6 +69,7 @@ void enter(AreaBook& book, const BookedWood& wood, db::AllocationState state) {
   switch (state) {
     case db::AllocationState::kReleased:
       return;
+    case db::AllocationState::kLeased:
     case db::AllocationState::kReserved:
     case db::AllocationState::kCutting:
       book.reserved += wood.whole;

@@ -13,7 +13,7 @@ namespace veneer::daemon {
 struct AreaBook {
   SquareMillimetres panel{0};     // width times height
   SquareMillimetres free{0};      // usable, and nothing is booked on it
-  SquareMillimetres reserved{0};  // held for pieces that are not cut yet, or are being cut: kerf included
+  SquareMillimetres reserved{0};  // leased, or for pieces that are not cut yet or are being cut: kerf included
   SquareMillimetres cut{0};       // became pieces
   SquareMillimetres kerf{0};      // burnt around those
   SquareMillimetres suspect{0};   // somebody has to look: kerf included

@@ -58,7 +58,8 @@ Result<SetupInput> setup_input(Repositories& r, const PanelId& id, const std::ve
   if (!live) return live.error();
   std::vector<Region<PanelFrame>> gone;
   for (const auto& allocation : *live)
-    if (allocation.state != db::AllocationState::kReserved) gone.push_back(allocation.area);
+    if (allocation.state != db::AllocationState::kReserved && allocation.state != db::AllocationState::kLeased)
+      gone.push_back(allocation.area);
   for (const auto& piece : pieces)
     for (const auto& allocation : *live)
       if (allocation.id == piece.allocation && !allocation.area.empty())

@@ -66,14 +66,16 @@ struct Stock {
 };
 
 // Nothing when its back was never scanned: it lies on the bed back up, where nobody would find it.
-Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelRecord& panel,
-                                            const PanelLibrary& library) {
+// What the plan `own` leases counts as free.
+Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelRecord& panel, const PanelLibrary& library,
+                                            std::optional<db::PlanId> own) {
   HeldPanel out;
   out.id = panel.id;
   out.map = library.path_of(panel.map_file).string(), out.mask = library.path_of(panel.mask_file).string();
   const auto live = r.ledger.live_allocations(panel.id);
   if (!live) return live.error();
-  for (const auto& allocation : *live) out.live.push_back(allocation.area);
+  for (const auto& allocation : *live)
+    if (!own || allocation.leased_to != *own) out.live.push_back(allocation.area);
   auto zones = r.materials.zones(panel.id);
   if (!zones) return zones.error();
   out.zones = std::move(*zones);
@@ -84,7 +86,8 @@ Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelReco
   return std::optional(std::move(out));
 }
 
-Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, const PanelLibrary& library) {
+Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, const PanelLibrary& library,
+                         std::optional<db::PlanId> own) {
   const auto panels = r.panels.list();
   if (!panels) return panels.error();
   for (const auto& id : wanted) {
@@ -103,7 +106,7 @@ Result<Stock> read_stock(Repositories& r, const std::vector<PanelId>& wanted, co
       out.not_used.insert(panel.id);
       continue;
     }
-    auto held = read_panel(r, panel, library);
+    auto held = read_panel(r, panel, library, own);
     if (!held) return held.error();
     const Status surface = r.facts.check_surface(panel.id);
     if (!surface && surface.error().code != ErrorCode::kRefused) return surface.error();
@@ -293,6 +296,9 @@ PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, 
 Result<PlanService::Made> PlanService::make(const JobRequest& request, const std::optional<Earlier>& earlier,
                                             const TaskProgress& progress, const std::stop_token& stop) {
   progress(0, "reading the picture");
+  // Wood whose lease is over is free; where the database may not be written it stays out of the plan.
+  const auto ended = database_.call([](Repositories& r) { return r.leases.expire(utc_timestamp()); });
+  if (!ended) log_->warn("leases that are over could not be ended: {}", ended.error().message);
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
   auto calibration = load_calibration((*reader)->repositories(), utc_timestamp());
@@ -300,7 +306,8 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   if (!calibration->kerf)
     return Error{ErrorCode::kRefused,
                  "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  auto stock = read_stock((*reader)->repositories(), request.panels, library_);
+  auto stock = read_stock((*reader)->repositories(), request.panels, library_,
+                          earlier ? std::optional(earlier->plan) : std::nullopt);
   if (!stock) return stock.error();
   if (earlier && earlier->made) {
     const auto job = (*reader)->repositories().jobs.find(*earlier->made);

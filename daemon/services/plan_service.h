@@ -55,7 +55,8 @@ class PlanService {
   // The same without a job: the plan is stored, and no wood is reserved.
   Result<JobOutcome> make_plan(const JobRequest& request, const std::string& who, const TaskProgress& progress,
                                const std::stop_token& stop);
-  // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given.
+  // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given. The
+  // wood that the plan leases is free for the other, which gets it once that lease is released.
   // kNotFound: there is no such plan, or no such piece in it.
   struct Change {
     db::PlanId plan;

@@ -25,11 +25,12 @@ Box<PanelFrame> box_of(const Region<PanelFrame>& area) {
   return box;
 }
 
-Result<std::vector<Allocated>> allocated_on(Repositories& repositories, const PanelId& panel) {
+Result<std::vector<Allocated>> allocated_on(Repositories& repositories, const PanelId& panel, db::PlanId plan) {
   const auto live = repositories.ledger.live_allocations(panel);
   if (!live) return live.error();
   std::vector<Allocated> out;
-  for (const auto& allocation : *live) out.push_back({allocation.area, box_of(allocation.area)});
+  for (const auto& allocation : *live)
+    if (plan.value == 0 || allocation.leased_to != plan) out.push_back({allocation.area, box_of(allocation.area)});
   return out;
 }
 
@@ -40,7 +41,7 @@ bool apart(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
 }  // namespace
 
 Status keeps_web(Repositories& repositories, const std::string& options_json,
-                 const std::vector<db::PlannedPatch>& pieces) {
+                 const std::vector<db::PlannedPatch>& pieces, db::PlanId plan) {
   const auto options = nlohmann::json::parse(options_json, nullptr, false);
   const auto asked = options.find("web_mm");
   if (asked == options.end() || !asked->is_number()) return Ok();
@@ -51,7 +52,7 @@ Status keeps_web(Repositories& repositories, const std::string& options_json,
     if (!piece.panel) continue;
     auto known = on_panels.find(*piece.panel);
     if (known == on_panels.end()) {
-      auto allocated = allocated_on(repositories, *piece.panel);
+      auto allocated = allocated_on(repositories, *piece.panel, plan);
       if (!allocated) return allocated.error();
       known = on_panels.emplace(*piece.panel, std::move(*allocated)).first;
     }

@@ -12,8 +12,9 @@
 namespace veneer::daemon {
 
 // kConflict names the first piece that is nearer to allocated wood than the web. `options_json` is the plan's; a plan
-// without a web may touch what it likes. On the database's thread, in the same call as the reservation.
+// without a web may touch what it likes. What `plan` leases itself does not count. On the database's thread, in the
+// same call as the reservation.
 Status keeps_web(Repositories& repositories, const std::string& options_json,
-                 const std::vector<db::PlannedPatch>& pieces);
+                 const std::vector<db::PlannedPatch>& pieces, db::PlanId plan = {});
 
 }  // namespace veneer::daemon

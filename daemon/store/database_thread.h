@@ -19,6 +19,7 @@
 #include "db/database.h"
 #include "db/differences.h"
 #include "db/job_store.h"
+#include "db/leases.h"
 #include "db/ledger.h"
 #include "db/materials.h"
 #include "db/panels.h"
@@ -44,6 +45,7 @@ struct Repositories {
         audit(database),
         request_keys(database),
         plans(database),
+        leases(database),
         differences(database),
         facts(database) {}
   db::Panels panels;
@@ -54,6 +56,7 @@ struct Repositories {
   db::Audit audit;
   db::RequestKeys request_keys;
   db::Plans plans;
+  db::Leases leases;
   db::Differences differences;
   db::StockFacts facts;
   CellDevices devices;

@@ -41,6 +41,11 @@ Status write_off_under(Repositories& repositories, const ProvenPose& pose, const
   auto live = repositories.ledger.live_allocations(pose.panel);
   if (!live) return live.error();
   for (const auto& allocation : *live) {
+    if (allocation.state == db::AllocationState::kLeased && overlaps(allocation.area, *marked))
+      return Error{ErrorCode::kRefused,
+                   fmt::format("with power the frame would mark the wood that plan {0} leases: trace it dark, or "
+                               "release that with veneerctl job release {0}",
+                               allocation.leased_to.value)};
     const bool whole =
         allocation.state == db::AllocationState::kReserved || allocation.state == db::AllocationState::kSuspect;
     if (!whole || std::find(own.begin(), own.end(), allocation.piece) != own.end()) continue;

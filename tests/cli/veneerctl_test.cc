@@ -216,6 +216,30 @@ TEST(Veneerctl, ANewJobPassesEveryOptionOn) {
   EXPECT_EQ(query, expected);
 }
 
+TEST(Veneerctl, APlanLeasesItsWoodAndGivesItBack) {
+  std::vector<std::string> asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"leasePlan", "releasePlan"})
+      router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.method + " " + request.path + " " + request.body.text());
+        json plan = {{"id", 5}, {"name", "darker"}, {"pieces", 4}, {"placed", 4}, {"lease", nullptr}};
+        if (request.method == "POST")
+          plan["lease"] = {{"who", "uid 1000"}, {"since", ""}, {"until", "2026-05-08T07:30:00.123Z"}};
+        reply(ApiReply::json(plan));
+      });
+  });
+  EXPECT_NE(ask(server, {"job", "lease", "5"}).out.find("kept until 2026-05-08 07:30:00 UTC for uid 1000"),
+            std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "14"}).status, 0);
+  EXPECT_EQ(ask(server, {"job", "release", "5"}).out.find("kept until"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "91"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "0"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "release"}).status, 2);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{R"(POST /api/v1/plans/5/lease {"days":7})",
+                                      R"(POST /api/v1/plans/5/lease {"days":14})", "DELETE /api/v1/plans/5/lease "}));
+}
+
 TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
   std::vector<std::string> asked;
   ApiServer* running = nullptr;
@@ -227,10 +251,15 @@ TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
         work.done({{std::string(operation) == "newJob" ? "job" : "plan", 5}, {"pieces", 4}});
         reply(ApiReply::task(work.id()));
       });
-    const json plan = {{"id", 5},     {"name", "darker"},
-                       {"parent", 3}, {"pieces", 4},
-                       {"placed", 4}, {"report", {{"cost_per_pixel", 0.0125}}},
-                       {"jobs", {7}}, {"outdated_panels", {"P-0001"}}};
+    const json plan = {{"id", 5},
+                       {"name", "darker"},
+                       {"parent", 3},
+                       {"pieces", 4},
+                       {"placed", 4},
+                       {"report", {{"cost_per_pixel", 0.0125}}},
+                       {"jobs", {7}},
+                       {"outdated_panels", {"P-0001"}},
+                       {"lease", {{"until", "2026-05-08T07:30:00.123Z"}}}};
     router.bind("listPlans", [plan](const ApiRequest&, const Reply& reply) {
       reply(ApiReply::json({{"plans", {plan}}, {"next", nullptr}}));
     });
@@ -245,8 +274,8 @@ TEST(Veneerctl, APlanIsKeptChangedAndBecomesAJob) {
   EXPECT_EQ(ask(server, {"job", "change", "5", "--swap", "A1-1,A1-2", "--take", "A2-1=2"}).status, 0);
   EXPECT_NE(ask(server, {"job", "new", "--plan", "5"}).out.find("Job 5 (4 pieces)"), std::string::npos);
   EXPECT_EQ(ask(server, {"job", "plans"}).out,
-            "PLAN  NAME    OF  PIECES  PLACED     COST  JOBS  CREATED\n"
-            "   5  darker   3       4       4  0.01250  7\n");
+            "PLAN  NAME    OF  PIECES  PLACED     COST  JOBS  LEASED UNTIL             CREATED\n"
+            "   5  darker   3       4       4  0.01250  7     2026-05-08 07:30:00 UTC\n");
   const Outcome one = ask(server, {"job", "plans", "5", "--preview", preview});
   EXPECT_NE(one.out.find("P-0001: scanned again since"), std::string::npos) << one.out;
   EXPECT_TRUE(std::ifstream(preview).good());

@@ -10,6 +10,7 @@
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/differences.h"
+#include "db/leases.h"
 #include "db/materials.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
@@ -199,6 +200,27 @@ inline std::vector<Step> a_day() {
   add("panel described", [=](Database& db) {
     return StockFacts(db).set_panel(oak, {"A3", 0.6_mm, 1.5_mm, "test", kLater},
                                     {{TreatmentKind::kFinish, "shellac", "2026-05-01", "", ""}});
+  });
+  // Plans 7 and 8; the first one's wood becomes that of job 5.
+  const auto leased = [&](int plan, const std::string& until) {
+    add("leased", [=](Database& db) { return Leases(db).take({plan}, "local:1000", kNow, until); });
+  };
+  const std::string next_week = "2026-05-08T07:30:00.000Z";
+  add("plan", [=](Database& db) {
+    return Plans(db).add(job_of({square_piece("F1", elm, 10, 10, 14), square_piece("F2", elm, 30, 10, 14)}), kNow);
+  });
+  leased(7, kLater);
+  leased(7, next_week);  // renewed
+  add("released", [](Database& db) { return Leases(db).release({7}, kLater); });
+  leased(7, kLater);
+  add("expired", [](Database& db) { return Leases(db).expire(kLater); });
+  leased(7, next_week);
+  jobs("job of a leased plan", [](JobStore store) { return store.create(PlanId{7}, kLater); });
+  add("plan", [=](Database& db) { return Plans(db).add(job_of({square_piece("G1", elm, 100, 10, 14)}), kLater); });
+  leased(8, next_week);
+  add("difference", [=](Database& db) { return Differences(db).found(elm, {difference(true, 102, 12)}, kLater); });
+  add("leased wood written off", [=](Database& db) {
+    return Differences(db).decide(elm, {4}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
   });
   add("restored from a backup", [](Database& db) { return Panels(db).note_restoration(kNow, "test", kLater); });
   add("audit", [](Database& db) { return Audit(db).append({0, kLater, "test", "day.end", ""}); });

@@ -4,6 +4,7 @@
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/differences.h"
+#include "db/leases.h"
 #include "db/materials.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
@@ -72,6 +73,11 @@ inline void fill(CellDatabase& cell) {
   NewPlan only_looked_at = job_of({square_piece("C1", oak, 20, 150, 14)});
   only_looked_at.parent = PlanId{1};
   must(plans.add(only_looked_at, kLater));
+  Leases leases(cell.database());
+  const PlanId leased = must(plans.add(job_of({square_piece("D1", oak, 60, 150, 14)}), kLater));
+  must(leases.take(leased, "local:1000", kNow, kLater));
+  must(leases.expire(kLater));
+  must(leases.take(leased, "local:1000", kLater, "2026-05-08T08:30:00.000Z"));
   const PanelId split = cell.new_panel();
   VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow));
   VENEER_ASSERT_OK(cell.panels().restore(split, "glued", kLater));

@@ -44,7 +44,7 @@ class GuardTest : public ::testing::Test {
 };
 
 TEST_F(GuardTest, EveryTableHasRows) {
-  ASSERT_EQ(tables().size(), 31U);
+  ASSERT_EQ(tables().size(), 32U);
   for (const auto& table : tables()) EXPECT_GT(rows(table), 0) << table;
 }
 
@@ -175,7 +175,9 @@ TEST_F(GuardTest, PlansWithoutJobsCanGoOthersStay) {
   EXPECT_EQ(plans.remove({2}).error().code, ErrorCode::kConflict) << "by which a piece was made again";
   VENEER_EXPECT_OK(plans.remove({4}));
   EXPECT_EQ(plans.remove({4}).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(rows("plans"), 3);
+  EXPECT_EQ(plans.remove({5}).error().code, ErrorCode::kConflict) << "which leases its wood";
+  EXPECT_FALSE(execute(cell.database(), "DELETE FROM placements WHERE plan = 5").ok());
+  EXPECT_EQ(rows("plans"), 4);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// A process that reserves, cuts, books and settles wood, killed at any moment (kill -9): of what it acknowledged
-// nothing is lost, of what it was at nothing is half done, and no wood is held twice. `./dev soak ledger` kills it more
-// often (VENEER_SEED, VENEER_KILLS).
+// A process that reserves, leases, cuts, books and settles wood, killed at any moment (kill -9): of what it
+// acknowledged nothing is lost, of what it was at nothing is half done, and no wood is held twice. `./dev soak ledger`
+// kills it more often (VENEER_SEED, VENEER_KILLS).
 //
 // What a process does is drawn from a seed and from what the database says. So a copy of the database, on which the
 // same is done and nobody is killed, says what must be in the killed one, row by row.
@@ -15,6 +15,7 @@
 #include <optional>
 #include <random>
 
+#include "db/leases.h"
 #include "tests/db/cell_database.h"
 #include "tests/db/everything.h"
 #include "tests/support/campaign_size.h"
@@ -65,11 +66,33 @@ class BusyProcess {
     const PanelId panel{below(2) == 0 ? "P-0001" : "P-0002"};
     return square_piece(mark, panel, 2 + 16.0 * below(26), 2 + 16.0 * below(17), 14);
   }
-  Status reserve() {
+  NewPlan some_plan() {
     std::vector<PlannedPatch> pieces;
     for (unsigned i = 0, n = 1 + below(5); i < n; ++i) pieces.push_back(somewhere(fmt::format("A{}", i)));
-    const auto made = jobs_.create(job_of(pieces), kNow);
+    return job_of(pieces);
+  }
+  Status reserve() {
+    const auto made = jobs_.create(some_plan(), kNow);
     return made.ok() ? Ok() : Status(made.error());
+  }
+  // A plan is kept, leases its wood, and gives it back, to a job of its own or to nobody.
+  Status lease() {
+    Leases leases(database_);
+    if (const auto leased = row("SELECT plan FROM leases WHERE ended IS NULL"); leased && below(2) == 0) {
+      if (below(3) == 0) return leases.release({*leased}, kLater);
+      if (below(2) == 0) return leases.expire(kLater).ok() ? Ok() : failed("expiry");
+      const auto made = jobs_.create(PlanId{*leased}, kNow);
+      return made.ok() ? Ok() : Status(made.error());
+    }
+    const auto kept = row(
+        "SELECT id FROM plans WHERE id NOT IN (SELECT plan FROM jobs) AND id NOT IN (SELECT plan FROM redos) AND id "
+        "NOT IN (SELECT plan FROM leases WHERE ended IS NULL)");
+    if (!kept || below(3) == 0) {
+      const auto stored = Plans(database_).add(some_plan(), kNow);
+      return stored.ok() ? Ok() : Status(stored.error());
+    }
+    const auto taken = leases.take({*kept}, "local:1000", kNow, below(2) == 0 ? kLater : "2026-05-08T07:30:00.000Z");
+    return taken.ok() ? Ok() : Status(taken.error());
   }
   Status redo() {
     const auto piece = row(
@@ -81,7 +104,8 @@ class BusyProcess {
     return made.ok() ? Ok() : Status(made.error());
   }
   Status prepare() {
-    const unsigned what = below(10);
+    const unsigned what = below(13);
+    if (what >= 10) return lease();
     if (what < 2) return reserve();
     if (what == 2) return redo();
     if (what == 3)

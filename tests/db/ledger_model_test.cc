@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "db/differences.h"
+#include "db/leases.h"
 #include "tests/db/cell_database.h"
 
 namespace veneer::db {
@@ -22,6 +23,10 @@ constexpr int kGrid = 8;         // cells per side of a panel
 constexpr double kCell = 12.5;   // mm
 constexpr double kInset = 1.25;  // mm from an area's edge to its piece's outline
 using Cell = std::pair<int, int>;
+
+const std::string kBetween = "2026-05-01T08:00:00.000Z", kMuchLater = "2026-06-01T00:00:00.000Z";
+// As a time: every lease that nobody has ended counts, and none does.
+const std::string kEver, kNever = "~";
 
 struct ModelPiece {
   PieceId id;
@@ -47,6 +52,14 @@ struct ModelPlan {
   std::vector<ModelPiece> pieces;
   std::array<int, 2> masks{};  // of the panels, when it was made
   bool has_job = false;
+  std::optional<std::string> lease;  // until when; until somebody ends it
+
+  bool leases(int panel, const std::set<Cell>& cells, const std::string& at) const {
+    return lease && *lease > at && std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) {
+             return piece.panel == panel &&
+                    std::any_of(cells.begin(), cells.end(), [&](const Cell& c) { return piece.cells.contains(c); });
+           });
+  }
 };
 struct ModelDifference {
   DifferenceId id;
@@ -84,7 +97,7 @@ class ModelledCell {
   ModelledCell() : panels_{cell_.new_panel(), cell_.new_panel()} {}
 
   void step() {
-    switch (*rc::gen::inRange(0, 26)) {
+    switch (*rc::gen::inRange(0, 33)) {
       case 0:
         return create();
       case 1:
@@ -127,6 +140,16 @@ class ModelledCell {
         return stray_beam();
       case 24:
         return end_between_panels();
+      case 26:
+      case 27:
+      case 28:
+        return lease();
+      case 29:
+        return release();
+      case 30:
+        return let_time_pass();
+      case 31:
+        return create_from_plan();
       default:
         return die_and_recover();
     }
@@ -153,8 +176,9 @@ class ModelledCell {
       const PlanRecord found = must(Plans(cell_.database()).find(plan.id));
       RC_ASSERT(found.placed == static_cast<int>(plan.pieces.size()));
       RC_ASSERT(found.jobs.empty() == !plan.has_job);
+      RC_ASSERT((found.lease ? std::optional(found.lease->until) : std::nullopt) == plan.lease);
       const bool free = must(Plans(cell_.database()).taken(plan.id)).empty();
-      if (can_be_made(plan)) RC_ASSERT(free && found.outdated.empty());
+      if (can_be_made(plan, kEver)) RC_ASSERT(free && found.outdated.empty());
     }
     for (const int panel : {0, 1}) {
       compare_wood(panel);
@@ -180,6 +204,9 @@ class ModelledCell {
     for (const ModelJob& job : jobs_)
       for (const ModelPiece& piece : job.pieces)
         if (piece.panel == panel && piece.state != AllocationState::kReleased) cells += piece.cells.size();
+    for (const ModelPlan& plan : plans_)
+      for (const ModelPiece& piece : plan.pieces)
+        if (plan.lease && piece.panel == panel) cells += piece.cells.size();
     for (const ModelPiece& gone : ruined_)
       if (gone.panel == panel) cells += gone.cells.size();
     constexpr double kWrittenOff = (kCell - 2 * kInset) * (kCell - 2 * kInset);
@@ -196,7 +223,11 @@ class ModelledCell {
     return out;
   }
 
-  bool taken(int panel, const std::set<Cell>& cells, const ModelJob& asking) const {
+  // By another piece, or under the lease of another plan than `own` that is not over `at` this time.
+  bool taken(int panel, const std::set<Cell>& cells, const ModelJob& asking, const std::string& at,
+             const ModelPlan* own = nullptr) const {
+    for (const ModelPlan& plan : plans_)
+      if (&plan != own && plan.leases(panel, cells, at)) return true;
     const auto clash = [&](const ModelJob& job) {
       return std::any_of(job.pieces.begin(), job.pieces.end(), [&](const ModelPiece& other) {
         return other.panel == panel && other.state != AllocationState::kReleased &&
@@ -232,18 +263,18 @@ class ModelledCell {
     for (PlannedPanel& panel : out.planned_on) panel.mask_version = plan.masks[panel.panel == panels_[0] ? 0 : 1];
     return out;
   }
-  bool can_be_made(const ModelPlan& plan) const {
+  bool can_be_made(const ModelPlan& plan, const std::string& at) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
       if (plan.masks[piece.panel] != masks_[piece.panel] || retired_[piece.panel] ||
-          taken(piece.panel, piece.cells, job))
+          taken(piece.panel, piece.cells, job, at, &plan))
         return false;
       job.pieces.push_back(piece);
     }
     return true;
   }
   void made(ModelPlan& plan, const Result<JobId>& created) {
-    RC_ASSERT(created.ok() == can_be_made(plan));
+    RC_ASSERT(created.ok() == can_be_made(plan, kNow));
     if (!created.ok()) return RC_ASSERT(created.error().code == ErrorCode::kConflict);
     ModelJob job;
     job.id = *created;
@@ -252,6 +283,38 @@ class ModelledCell {
     for (std::size_t i = 0; i < records.size(); ++i) job.pieces[i].id = records[i].id;
     jobs_.push_back(job);
     plan.has_job = true;
+    plan.lease.reset();
+    expire(kNow);
+  }
+  // Leases whose time has come end with whatever is done next.
+  std::size_t expire(const std::string& at) {
+    std::size_t count = 0;
+    for (ModelPlan& plan : plans_)
+      if (plan.lease && *plan.lease <= at) plan.lease.reset(), ++count;
+    return count;
+  }
+  void lease() {
+    if (plans_.empty()) return store_plan();
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    const std::string at = *rc::gen::element(kNow, kLater), until = *rc::gen::element(kBetween, kMuchLater);
+    const bool renewed = plan.lease && *plan.lease > at;
+    const bool allowed = until > at && (renewed || can_be_made(plan, at));
+    const auto leased = Leases(cell_.database()).take(plan.id, "local:1000", at, until);
+    RC_ASSERT(leased.ok() == allowed);
+    if (!allowed)
+      return RC_ASSERT(leased.error().code == (until > at ? ErrorCode::kConflict : ErrorCode::kInvalidArgument));
+    expire(at);
+    plan.lease = until;
+  }
+  void release() {
+    if (plans_.empty()) return;
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater).ok() == plan.lease.has_value());
+    plan.lease.reset();
+  }
+  void let_time_pass() {
+    const std::string at = *rc::gen::element(kNow, kBetween, kLater, kMuchLater);
+    RC_ASSERT(must(Leases(cell_.database()).expire(at)).size() == expire(at));
   }
 
   void create() {
@@ -271,8 +334,9 @@ class ModelledCell {
   void remove_plan() {
     if (plans_.empty()) return;
     const std::size_t index = *rc::gen::inRange<std::size_t>(0, plans_.size());
-    RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == !plans_[index].has_job);
-    if (!plans_[index].has_job) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
+    const bool allowed = !plans_[index].has_job && !plans_[index].lease;
+    RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == allowed);
+    if (allowed) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
   }
   // Pieces that are lost, or cut and lost since, get other wood.
   void redo() {
@@ -292,10 +356,11 @@ class ModelledCell {
     ModelJob nobody;
     const ModelPiece& wanted = plan.pieces.front();
     const bool allowed = job.state != JobState::kRunning && lost && !retired_[wanted.panel] &&
-                         !taken(wanted.panel, wanted.cells, nobody);
+                         !taken(wanted.panel, wanted.cells, nobody, kLater);
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
     if (!allowed) return RC_ASSERT(redone.error().code == ErrorCode::kConflict);
+    expire(kLater);
     if (piece.state != AllocationState::kReleased)
       ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
     piece.panel = plan.pieces.front().panel;
@@ -321,11 +386,12 @@ class ModelledCell {
     wood.panel = *rc::gen::inRange(0, 2);
     wood.cells = random_cells();
     wood.state = AllocationState::kScrap;
-    const bool allowed = !retired_[wood.panel] && !taken(wood.panel, wood.cells, {});
+    const bool allowed = !retired_[wood.panel] && !taken(wood.panel, wood.cells, {}, kNow);
     const Status done = cell_.ledger().write_off(panels_[wood.panel], area_of(wood.cells), "a knot", kNow);
     RC_ASSERT(done.ok() == allowed);
     if (!allowed) return RC_ASSERT(done.error().code == ErrorCode::kConflict);
     ruined_.push_back(wood);
+    expire(kNow);
   }
   void retire_or_restore() {
     const int panel = *rc::gen::inRange(0, 2);
@@ -340,9 +406,13 @@ class ModelledCell {
         held = held || (piece.panel == panel &&
                         (piece.state == AllocationState::kReserved || piece.state == AllocationState::kCutting ||
                          piece.state == AllocationState::kSuspect));
+    for (const ModelPlan& plan : plans_)
+      for (const ModelPiece& piece : plan.pieces)
+        held = held || (piece.panel == panel && plan.leases(panel, piece.cells, kLater));
     const bool allowed = !retired_[panel] && !held;
     RC_ASSERT(cell_.panels().retire(panels_[panel], "split", kLater).ok() == allowed);
     retired_[panel] = retired_[panel] || allowed;
+    if (allowed) expire(kLater);
   }
 
   Differences differences_store() { return Differences(cell_.database()); }
@@ -380,7 +450,7 @@ class ModelledCell {
     box.panel = known.panel;
     box.cells = {known.cell};
     box.state = AllocationState::kScrap;
-    const bool adds = off && !taken(box.panel, box.cells, {});
+    const bool adds = off && !taken(box.panel, box.cells, {}, kNever);
     const bool allowed = known.open && (!off || (known.gone && !run_)) && !(adds && retired_[known.panel]);
     const auto done = differences_store().decide(panels_[known.panel], known.id,
                                                  off ? DifferenceVerdict::kWrittenOff : DifferenceVerdict::kAccepted,
@@ -398,6 +468,10 @@ class ModelledCell {
     RC_ASSERT(done->size() == over.size());
     doubt(over);
     if (adds) written_off_.push_back(box);
+    if (!off) return;
+    expire(kLater);
+    for (ModelPlan& plan : plans_)  // the picture cannot be made of what is left
+      if (plan.leases(box.panel, box.cells, kEver)) plan.lease.reset();
   }
 
   // While a panel's frame is traced or a cut repeated.
@@ -421,7 +495,8 @@ class ModelledCell {
     const char* statement = *rc::gen::elementOf(std::vector<const char*>{
         "DELETE FROM allocations", "DELETE FROM allocation_boxes", "UPDATE allocations SET state = 'released'",
         "DELETE FROM jobs", "INSERT OR REPLACE INTO audit (id, at, who, what, detail) VALUES (1, '', '', '', '')",
-        "UPDATE runs SET ended_at = NULL", "DELETE FROM masks", "DROP TRIGGER allocations_are_kept"});
+        "UPDATE runs SET ended_at = NULL", "DELETE FROM masks", "UPDATE leases SET ended = 'expired', ended_at = 't'",
+        "DROP TRIGGER allocations_are_kept"});
     bool refused = false;
     try {
       cell_.database().connection().exec(statement);

@@ -10,6 +10,7 @@
 
 #include "db/audit.h"
 #include "db/certificates.h"
+#include "db/leases.h"
 #include "db/materials.h"
 #include "db/migrations.h"
 #include "tests/db/cell_database.h"
@@ -127,6 +128,14 @@ TEST_P(OldSchema, KeepsItsRows) {
   VENEER_EXPECT_OK(jobs.settle({14}, AllocationState::kReleased, kNow));
   VENEER_EXPECT_OK(jobs.cancel({7}, kNow));
   EXPECT_EQ(must(jobs.create(job_of({square_piece("B1", {"P-0001"}, 45, 20, 14)}), kNow)).value, 8);
+  const auto wood = must(Ledger(database).allocations({"P-0001"}, {0}, 10));
+  ASSERT_EQ(wood.size(), 4U);
+  EXPECT_EQ(wood[0].id.value, 21);
+  EXPECT_EQ(wood[3].id.value, 25) << "no number is handed out again";
+  // Wood is leased that was booked before there were leases, and given back.
+  const PlanId kept = must(Plans(database).add(job_of({square_piece("C1", {"P-0001"}, 40, 0, 9)}), kNow));
+  VENEER_EXPECT_OK(Leases(database).take(kept, "local:1000", kNow, kLater));
+  EXPECT_FALSE(jobs.create(job_of({square_piece("D1", {"P-0001"}, 42, 2, 5)}), kNow).ok());
   VENEER_EXPECT_OK(database.check_integrity());
 }
 

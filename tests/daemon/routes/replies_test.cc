@@ -116,7 +116,9 @@ class Replies : public testing::RoutedCell {
     patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.27_mm);
     patch.lead_in = point<PanelFrame>(19, 19);
     changed.planned_on = {{PanelId{"P-0003"}, 1}};
-    if (auto plan = r.plans.add(changed, kAt); !plan) return plan.error();
+    const auto plan = r.plans.add(changed, kAt);
+    if (!plan) return plan.error();
+    if (auto leased = r.leases.take(*plan, "uid 1000", kAt, "2999-01-01T00:00:00.000Z"); !leased) return leased.error();
 
     db::CertificateRecord certificate;
     certificate.kind = db::CertificateKind::kScanner;
@@ -155,7 +157,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listPanels", "/panels"},
                                                         {"getPanel", "/panels/P-0003"},
                                                         {"getPanelRegistration", "/panels/P-0003/registration"},
-                                                        {"getPanelLedger", "/panels/P-0001/ledger"},
+                                                        {"getPanelLedger", "/panels/P-0003/ledger"},
                                                         {"getPanelFacts", "/panels/P-0003/facts"},
                                                         {"listMaterials", "/materials"},
                                                         {"getMaterial", "/materials/walnut"},
@@ -232,6 +234,8 @@ TEST_F(Replies, WhatIsToldOfOneThingNamesIt) {
               HasSubstr("A3, 0.60 mm of veneer, 1.50 mm of substrate, noted 2026-05-01 by uid 1000"));
   EXPECT_THAT(cli::render_material(get("/materials/walnut")), HasSubstr("Juglans regia, France, appendix III, Miller"));
   EXPECT_THAT(cli::render_job(get("/jobs/1")), HasSubstr("1 of 5 pieces"));
+  EXPECT_THAT(cli::render_plan(get("/plans/2")), HasSubstr("kept until 2999-01-01 00:00:00 UTC for uid 1000"));
+  EXPECT_THAT(cli::render_place(get("/panels/P-0003/place?x=26&y=22")), HasSubstr("Leased to plan 2 since"));
   EXPECT_THAT(cli::render_task(get("/tasks/2")), HasSubstr("there is no wood"));
 }
 

@@ -12,8 +12,11 @@ namespace {
 
 using db::AllocationState;
 
-constexpr AllocationState kLive[] = {AllocationState::kReserved, AllocationState::kCutting, AllocationState::kCut,
-                                     AllocationState::kSuspect, AllocationState::kScrap};
+constexpr AllocationState kLive[] = {AllocationState::kLeased, AllocationState::kReserved, AllocationState::kCutting,
+                                     AllocationState::kCut,    AllocationState::kSuspect,  AllocationState::kScrap};
+bool is_held(AllocationState state) {
+  return state == AllocationState::kLeased || state == AllocationState::kReserved || state == AllocationState::kCutting;
+}
 
 Ring<PanelFrame> rectangle(double x, double y, double width, double height) {
   return {point<PanelFrame>(x, y), point<PanelFrame>(x + width, y), point<PanelFrame>(x + width, y + height),
@@ -105,7 +108,7 @@ TEST(AreaBook, APieceMovesFromClassToClass) {
     EXPECT_NEAR(book.panel.count(), all, 1e-9);
     EXPECT_NEAR(book.free.count(), 10 * 14.8 - 2.5 * 5, 1e-9);
     EXPECT_NEAR(book.unusable.count(), 9.9 * 14.8 - 2.5 * 5, 1e-9);
-    const bool held = state == AllocationState::kReserved || state == AllocationState::kCutting;
+    const bool held = is_held(state);
     EXPECT_NEAR(book.reserved.count(), held ? 25 : 0, 1e-9);
     EXPECT_NEAR(book.cut.count(), state == AllocationState::kCut ? 16 : 0, 1e-9);
     EXPECT_NEAR(book.kerf.count(), state == AllocationState::kCut ? 9 : 0, 1e-9);
@@ -134,7 +137,7 @@ RC_GTEST_PROP(AreaBook, EachClassIsWhatItsPolygonsSay, ()) {
   for (const auto& a : scene.wood) {
     const Region<PanelFrame> outline(a.outline);
     all.push_back(a.area);
-    if (a.state == AllocationState::kReserved || a.state == AllocationState::kCutting) held.push_back(a.area);
+    if (is_held(a.state)) held.push_back(a.area);
     if (a.state == AllocationState::kCut) cut.push_back(intersect(outline, a.area));
     if (a.state == AllocationState::kCut) kerf.push_back(subtract(a.area, outline));
     if (a.state == AllocationState::kSuspect) suspect.push_back(a.area);

@@ -461,6 +461,42 @@ TEST_F(PlanServiceTest, APlanIsNoJobWhenOtherWoodCameNearerThanItsWeb) {
   EXPECT_THAT(keeps().error().message, ::testing::HasSubstr("less than 0.2 mm of wood"));
 }
 
+TEST_F(PlanServiceTest, WoodThatAPlanLeasesIsForItsOwnChangesAlone) {
+  add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
+  const auto first = stored_plan(small_job());
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  const auto lease = [&](const std::string& until) {
+    return database_->call(
+        [&](Repositories& r) { return r.leases.take(first->plan, "uid 1000", "2026-01-01T00:00:00.000Z", until); });
+  };
+  ASSERT_TRUE(lease("2999-01-01T00:00:00.000Z").ok());
+  const auto leased = pieces_of(first->plan);
+  const auto overlap = [&](db::PlanId plan) {
+    int count = 0;
+    for (const auto& [mark, piece] : pieces_of(plan))
+      for (const auto& [other, own] : leased)
+        if (piece.panel && overlaps(piece.allocation, own.allocation)) ++count;
+    return count;
+  };
+  const auto second = stored_plan(small_job());
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  EXPECT_EQ(overlap(second->plan), 0);
+
+  PlanService::Change change;
+  change.plan = first->plan;
+  change.edits.replanned = {"A1-1"};
+  const auto third = changed(change);
+  ASSERT_TRUE(third.ok()) << third.error().message;
+  for (const auto& [mark, piece] : pieces_of(third->plan))
+    EXPECT_TRUE(mark == "A1-1" || piece.panel_outline == leased.at(mark).panel_outline) << mark;
+
+  // A lease that is over ends when somebody plans.
+  ASSERT_TRUE(lease("2026-01-02T00:00:00.000Z").ok());
+  const auto fourth = stored_plan(small_job());
+  ASSERT_TRUE(fourth.ok()) << fourth.error().message;
+  EXPECT_GT(overlap(fourth->plan), 0);
+}
+
 TEST_F(PlanServiceTest, ARefinedPlanIsChangedWithItsWeb) {
   add_panel("P-0001", 255, planner::test::wood_picture(400, 400, 7));
   const auto stored = stored_plan(refined_job());
