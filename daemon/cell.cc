@@ -244,7 +244,10 @@ json Cell::status() const {
   out["load"] = nullptr;
   if (view.load) out["load"] = load_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;
-  out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
+  out["recut"] =
+      view.can_recut > 0
+          ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}
+          : json();
   out["confirm"] = runner->options().confirm;
   for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
   const auto word = [this, now = utc_timestamp()](db::CertificateKind kind) {

@@ -183,9 +183,10 @@ void recut(const JobServices& s, const ApiRequest& request, const Reply& reply) 
   auto pieces = body.texts("pieces"), confirmed = body.texts("confirmed");
   body.require("pieces");
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  const auto& job = s.unit.view().job;
-  if (!job || job->id.value != *id)
-    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("job {} is not the one on the bed", *id)}));
+  if (s.unit.view().can_recut > 0 && s.unit.view().recut_job.value != *id)
+    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("the panel that was cut last was cut for job {}, "
+                                                                    "and only its pieces can be cut again",
+                                                                    s.unit.view().recut_job.value)}));
   s.unit.recut(std::move(*pieces), std::move(confirmed).value_or(std::vector<std::string>()), request.caller.who,
                [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
 }

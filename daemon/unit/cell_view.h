@@ -38,6 +38,8 @@ struct CellView {
   bool framing = false;  // the frame is being traced: the head moves while Suspended
   int can_recut = 0;     // pieces that were cut in the pose the camera last proved
   PanelId recut_panel;   // on which
+  JobId recut_job;       // of which job
+  bool recutting = false;
 };
 
 }  // namespace veneer::daemon

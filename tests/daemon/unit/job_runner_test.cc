@@ -100,7 +100,7 @@ TEST_F(JobRunnerTest, ARunRemembersWhoGaveTheWordAndOnWhatItStood) {
   const auto facts = database_->call([](Repositories& r) { return r.jobs.facts(r.jobs.runs(JobId{1})->front().id); });
   ASSERT_TRUE(facts.ok()) << facts.error().message;
   EXPECT_EQ(facts->who, "test");
-  EXPECT_THAT(facts->certificates, ElementsAre(CertificateId{1}));
+  EXPECT_THAT(facts->certificates, ElementsAre(CertificateId{1}, CertificateId{2}, CertificateId{3}));
   EXPECT_EQ(facts->recipes_json, R"([{"material": null}])");
 }
 
