@@ -41,6 +41,7 @@ JobRunner::~JobRunner() {
 void JobRunner::begin(const db::Recovery& recovery) {
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
+  if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
   const std::size_t suspect = recovery.suspects.size();
   const std::string pieces = suspect == 0   ? "no piece is suspect"
                              : suspect == 1 ? "one piece is suspect"

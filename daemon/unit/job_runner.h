@@ -140,6 +140,7 @@ class JobRunner : private ActivityHost {
   void end_overrides();
   void forget_cuts();
   void refresh_job(std::function<void()> then);
+  void refresh_rest(JobId job);
 
   // job_runner_laser.cc: what the laser says
   void on_laser(const LaserEvent& event);

@@ -98,6 +98,7 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
 }
 
 void JobRunner::recount() {
+  view_.can_recut = kept_.count();
   refresh_job([this] { on_change_(); });
 }
 
@@ -264,7 +265,18 @@ void JobRunner::write_end(BrokenRun run, std::function<void(Result<int>)> then) 
 }
 
 void JobRunner::job_changed(JobId job) {
-  if (view_.job && view_.job->id == job && activity_ == nullptr) refresh_job([this] { on_change_(); });
+  if (view_.job && view_.job->id == job && activity_ == nullptr) return refresh_job([this] { on_change_(); });
+  if (view_.rest && view_.rest->id == job) refresh_rest(job);
+}
+
+// Whatever goes on.
+void JobRunner::refresh_rest(JobId job) {
+  parts().database.async([job](Repositories& r) { return r.jobs.find(job); },
+                         [this, alive = std::weak_ptr<int>(alive_)](const Result<db::JobRecord>& record) {
+                           if (alive.expired() || !record) return;
+                           view_.rest = rest_of(*record);
+                           on_change_();
+                         });
 }
 
 void JobRunner::refresh_job(std::function<void()> then) {
@@ -273,11 +285,10 @@ void JobRunner::refresh_job(std::function<void()> then) {
                          while_current([this, then = std::move(then)](const Result<db::JobRecord>& record) {
                            if (record && view_.job) {
                              JobView& job = *view_.job;
-                             job.pieces = 0;
-                             for (const auto& [state, count] : record->pieces)
-                               if (state != db::PieceState::kUnfilled) job.pieces += count;
-                             job.cut = record->count(db::PieceState::kCut);
-                             job.suspect = record->count(db::PieceState::kSuspect);
+                             view_.rest = rest_of(*record);
+                             job.pieces = view_.rest->pieces;
+                             job.cut = view_.rest->cut;
+                             job.suspect = view_.rest->suspect;
                              job.current_piece.clear();
                              job.eta_seconds = 0;
                            }
