@@ -149,11 +149,10 @@ TEST_F(JobRoutes, SaysWhatIsToBeDoneNextForAJob) {
   reactor.poll();
   const json job = body_of(ask("GET", "/api/v1/jobs/1"));
   EXPECT_EQ(job["state"], "aborted");
-  EXPECT_EQ(
-      job["next"],
-      "0 of 2 pieces of job 1 are cut, 1 is suspect and 1 is still to be cut: Clear, Reset, look at the "
-      "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
-      "start 1)");
+  EXPECT_EQ(job["next"],
+            "0 of 2 pieces of job 1 are cut, 1 is suspect and 1 is still to be cut: Clear, Reset, look at the "
+            "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
+            "start 1)");
   EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs"))["jobs"][0]["next"], job["next"]);
   EXPECT_EQ(body_of(ask("GET", "/api/v1/status"))["next"], job["next"]);
   const json settled = body_of(ask("POST", "/api/v1/jobs/1/pieces/A1/settle", {{"verdict", "cut"}}));

@@ -331,11 +331,10 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
   EXPECT_THAT(runner_->view().reason, HasSubstr("one piece is suspect"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
   settle();
-  EXPECT_EQ(
-      next_words(runner_->view()),
-      "0 of 3 pieces of job 1 are cut, 1 is suspect and 2 are still to be cut: Clear, then Reset, then look at the "
-      "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
-      "start 1)");
+  EXPECT_EQ(next_words(runner_->view()),
+            "0 of 3 pieces of job 1 are cut, 1 is suspect and 2 are still to be cut: Clear, Reset, look at the "
+            "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
+            "start 1)");
   ASSERT_TRUE(
       database_->call([](Repositories& r) { return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, kThen); })
           .ok());
