@@ -122,7 +122,7 @@ class Export {
 
   Status history() {
     if (!csv_) {
-      const auto jobs = client_.get_all("/jobs", "jobs");
+      const auto jobs = client_.get_all("/jobs?archived=true", "jobs");
       if (!jobs) return jobs.error();
       begin("\"jobs\":" + text(member(*jobs, "jobs")) + ",\"pieces\":[", {});
     } else {

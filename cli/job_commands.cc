@@ -1,5 +1,5 @@
-// job list|show|start|pieces|recut|redo|settle|cancel and the commands to the cell under its name; task
-// list|show|cancel.
+// job list|show|start|pieces|recut|redo|settle|cancel|archive|unarchive and the commands to the cell under its name;
+// task list|show|cancel.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "cli/command_context.h"
+#include "cli/json_read.h"
 #include "cli/new_job.h"
 #include "cli/render.h"
+#include "cli/render_words.h"
 
 namespace veneer::cli {
 namespace {
@@ -86,6 +88,41 @@ void add_afterwards(CLI::App& job, CommandContext& context) {
       });
 }
 
+// Each of them; the jobs as they are then, or the first refusal.
+Result<json> archive_each(const CommandContext& context, const std::vector<std::int64_t>& jobs, const char* how) {
+  json out = {{"jobs", json::array()}};
+  for (const std::int64_t id : jobs) {
+    auto done = context.client().post(fmt::format("/jobs/{}/{}", id, how));
+    if (!done) return done.error();
+    out["jobs"].push_back(std::move(*done));
+  }
+  return out;
+}
+
+void add_archive(CLI::App& job, CommandContext& context) {
+  const auto jobs = std::make_shared<std::vector<std::int64_t>>();
+  const auto done = std::make_shared<bool>(false);
+  CLI::App* archive = job.add_subcommand("archive", "Take jobs that are over out of the list; nothing is removed");
+  archive->add_option("JOB", *jobs, "Their numbers")->check(CLI::PositiveNumber);
+  archive->add_flag("--all-done", *done, "All that are complete or cancelled, with no piece missing or suspect");
+  archive->callback([jobs, done, &context] {
+    if (*done == !jobs->empty())
+      return context.finish(Error{ErrorCode::kInvalidArgument, "say which jobs to archive: numbers, or --all-done"},
+                            render_jobs);
+    if (!*done) return context.finish(archive_each(context, *jobs, "archive"), render_jobs);
+    context.finish(context.client().post("/jobs/archive-done"), [](const json& reply) {
+      const auto& archived = member(reply, "jobs");
+      return archived.empty()
+                 ? std::string("No job is done that is still in the list.\n")
+                 : fmt::format("Archived: {}. `veneerctl job list --all` shows them.\n", names_of(archived));
+    });
+  });
+  const auto back = std::make_shared<std::vector<std::int64_t>>();
+  CLI::App* unarchive = job.add_subcommand("unarchive", "Put archived jobs back into the list");
+  unarchive->add_option("JOB", *back, "Their numbers")->required()->check(CLI::PositiveNumber);
+  unarchive->callback([back, &context] { context.finish(archive_each(context, *back, "unarchive"), render_jobs); });
+}
+
 void add_task_commands(CLI::App& app, CommandContext& context) {
   CLI::App* task = app.add_subcommand("task", "Long work");
   task->require_subcommand(1);
@@ -109,8 +146,11 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   job->require_subcommand(1);
   add_new_job(*job, context);
   add_plans(*job, context);
-  job->add_subcommand("list", "All jobs")->callback([&context] {
-    context.finish(context.client().get_all("/jobs", "jobs"), render_jobs);
+  const auto all = std::make_shared<bool>(false);
+  CLI::App* list = job->add_subcommand("list", "The jobs");
+  list->add_flag("--all", *all, "Those that are archived too");
+  list->callback([all, &context] {
+    context.finish(context.client().get_all(*all ? "/jobs?archived=true" : "/jobs", "jobs"), render_jobs);
   });
   add_job_show(*job, context);
   const auto id = std::make_shared<std::int64_t>(0);
@@ -125,6 +165,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
   add_unit_commands(*job, context);
   add_job_stop(*job, context);
   add_afterwards(*job, context);
+  add_archive(*job, context);
   add_task_commands(app, context);
 }
 

@@ -52,9 +52,9 @@ std::string laser_words(const json& laser) {
 std::string job_words(const json& job) {
   const auto pieces = whole_or(job, "pieces", 0);
   const auto cut = whole_or(job, "cut", 0);
-  std::vector<std::string> parts = {
-      fmt::format("{} \"{}\" ({})", whole_or(job, "id", 0), text_or(job, "name", ""), text_or(job, "state", "")),
-      fmt::format("{} of {} pieces cut", cut, pieces)};
+  std::vector<std::string> parts = {fmt::format("{} \"{}\" ({})", whole_or(job, "id", 0), text_or(job, "name", ""),
+                                                text_or(job, "now", text_or(job, "state", ""))),
+                                    fmt::format("{} of {} pieces cut", cut, pieces)};
   if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0)
     parts.push_back(fmt::format("{} SUSPECT", suspect));
   if (const std::string piece = text_or(job, "current_piece", ""); !piece.empty()) parts.push_back("now " + piece);
@@ -175,6 +175,7 @@ std::string render_status(const json& status) {
   if (const auto pieces = whole_or(job, "pieces", 0); pieces > 0) {
     text += line("", progress_line(static_cast<double>(whole_or(job, "cut", 0)) / static_cast<double>(pieces), "", 40));
   }
+  text += line("Next", text_or(status, "next", ""));
   const json& load = member(status, "load");
   if (load.is_object())
     text += line("On the bed", load_words(load)) + before_motion_words(load, member(status, "confirm"));
@@ -383,7 +384,8 @@ std::string render_jobs(const json& reply) {
   if (!jobs.is_array() || jobs.empty()) return "No jobs yet. Plan one with `veneerctl job new PICTURE`.\n";
   TextTable table({">JOB", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
   for (const json& job : jobs) {
-    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""), text_or(job, "state", ""),
+    table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""),
+               text_or(job, "now", text_or(job, "state", "")) + (flag_or(job, "archived", false) ? ", archived" : ""),
                std::to_string(whole_or(job, "pieces", 0)), std::to_string(whole_or(job, "cut", 0)),
                std::to_string(whole_or(job, "suspect", 0)), text_or(job, "created", "")});
   }
@@ -415,7 +417,8 @@ std::string render_job(const json& job) {
   const auto pieces = whole_or(job, "pieces", 0);
   const auto cut = whole_or(job, "cut", 0);
   std::string text = fmt::format("Job {} \"{}\"\n", whole_or(job, "id", 0), text_or(job, "name", ""));
-  text += line("State", text_or(job, "state", ""));
+  text += line("State", text_or(job, "state", "") + (flag_or(job, "archived", false) ? ", archived" : ""));
+  text += line("Now", text_or(job, "now", ""));
   if (pieces > 0) {
     text += line("Cut", progress_line(static_cast<double>(cut) / static_cast<double>(pieces),
                                       fmt::format("{} of {} pieces", cut, pieces), 80));
@@ -426,6 +429,7 @@ std::string render_job(const json& job) {
   if (const auto missing = whole_or(job, "missing", 0); missing > 0)
     text += line("Missing", fmt::format("{0} piece{1}: `veneerctl job redo {2}` finds other wood for {3}", missing,
                                         missing == 1 ? "" : "s", whole_or(job, "id", 0), missing == 1 ? "it" : "them"));
+  text += line("Next", text_or(job, "next", ""));
   const json& options = member(job, "options");
   text += line(
       "Picture",

@@ -1,6 +1,8 @@
 // What a piece tells of its life.
 #include <fmt/format.h>
 
+#include <set>
+
 #include "cli/json_read.h"
 #include "cli/render.h"
 #include "cli/render_words.h"
@@ -19,6 +21,13 @@ std::string burn_words(const json& burn) {
                      flag_or(burn, "air", false) ? ", with air" : "");
 }
 
+std::string certificate_line(const json& certificate) {
+  return line(
+      "Certificate",
+      fmt::format("{} {}, issued {}, {:.3f} mm", whole_or(certificate, "id", 0), text_or(certificate, "kind", "?"),
+                  moment_words(text_or(certificate, "issued", "")), number_or(certificate, "rms_mm", 0)));
+}
+
 std::string wood_lines(const json& wood, const json& run) {
   if (!wood.is_object()) return line("Wood", "none was found for it");
   const std::string material = text_or(member(run, "recipe"), "material", "");
@@ -34,6 +43,12 @@ std::string wood_lines(const json& wood, const json& run) {
   for (const json& scan : member(wood, "scans"))
     text += line("", fmt::format("scan {} of the {} face, {}, {}", whole_or(scan, "id", 0), text_or(scan, "face", "?"),
                                  moment_words(text_or(scan, "taken", "")), text_or(scan, "sha256", "").substr(0, 12)));
+  // Of all those scans it is mostly the same.
+  std::set<std::int64_t> told;
+  for (const json& scan : member(wood, "scans"))
+    if (const json& known = member(scan, "certificate");
+        known.is_object() && told.insert(whole_or(known, "id", 0)).second)
+      text += certificate_line(known);
   return text;
 }
 
@@ -47,11 +62,7 @@ std::string run_lines(const json& run) {
   const json& recipe = member(run, "recipe");
   text += line("Burnt with", burn_words(member(recipe, "cut")));
   text += line("Mark with", burn_words(member(recipe, "engrave")));
-  for (const json& certificate : member(run, "certificates"))
-    text += line(
-        "Certificate",
-        fmt::format("{} {}, issued {}, {:.3f} mm", whole_or(certificate, "id", 0), text_or(certificate, "kind", "?"),
-                    moment_words(text_or(certificate, "issued", "")), number_or(certificate, "rms_mm", 0)));
+  for (const json& certificate : member(run, "certificates")) text += certificate_line(certificate);
   return text;
 }
 

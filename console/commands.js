@@ -78,6 +78,7 @@ function showCommands() {
   start.textContent = job ? `Start “${job.name}”` : "Start";
   start.disabled = !operator || cell.state !== "Idle" || !job || !databaseSound();
   start.classList.toggle("next", !start.disabled && next === "start");
+  for (const button of document.querySelectorAll("[data-changes]")) button.disabled = !operator || !databaseSound();
   $("frame").hidden = cell.state !== "Suspended";
   const percent = framePercent();
   $("do-frame").disabled = !operator || !found || !databaseSound() || (percent > 0 && !allConfirmed());

@@ -55,6 +55,7 @@ function show() {
   showRecut();
   showSuspects();
   showMissing();
+  showLost();
   showTasks();
   showFacts();
   showCommands();
@@ -70,7 +71,7 @@ function tick() {
   const dead = !cell || age > kStaleMs;
   document.body.classList.toggle("not-live", dead);
   // Nobody operates on what may be no longer true; STOP is not among these.
-  if (dead) for (const button of document.querySelectorAll("main button")) button.disabled = true;
+  if (dead) for (const button of document.querySelectorAll("main button, .shelf button")) button.disabled = true;
   $("live").classList.toggle("off", dead);
   $("live").textContent = !cell ? "connecting" : dead ? "▲ SCREEN NOT LIVE" : `live, data ${age < 1500 ? "now" : `${(age / 1000).toFixed(0)} s old`}`;
   $("dead").hidden = !dead || performance.now() < kStaleMs;
@@ -92,6 +93,12 @@ $("do-frame").addEventListener("click", () => command("/api/v1/commands/frame",
     framePercent() > 0 ? {power: framePercent() / 100, confirmed: confirmedNames()} : {}, 120000));
 $("frame-percent").addEventListener("input", () => { if (cell) showCommands(); });
 $("do-recut").addEventListener("click", recutChosen);
+$("lost-card").addEventListener("toggle", loadLost);
+$("lost-job").addEventListener("change", loadLost);
+$("lost-mark").addEventListener("change", showLost);
+$("do-lost").addEventListener("click", nameLost);
+$("archive-done").addEventListener("click", archiveDone);
+$("show-archived").addEventListener("change", loadJobs);
 enter().then(() => {
   poll();
   listen();

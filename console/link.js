@@ -60,7 +60,7 @@ async function ask(method, path, timeoutMs = 5000, body = null) {
 async function askAll(path, list) {
   const all = [];
   for (let cursor = 0; cursor !== null && cursor !== undefined;) {
-    const page = await ask("GET", `${path}?limit=1000&cursor=${cursor}`);
+    const page = await ask("GET", `${path}${path.includes("?") ? "&" : "?"}limit=1000&cursor=${cursor}`);
     all.push(...(page[list] || []));
     cursor = page.next;
   }

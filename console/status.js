@@ -63,6 +63,7 @@ function showJob() {
   $("job-name").textContent = job ? job.name : "No job under way";
   $("job-count").textContent = "";
   $("job-now").textContent = "";
+  $("job-next").textContent = asSentence(cell.next || "");
   if (!job) return;
   const share = (count) => `${job.pieces > 0 ? (100 * count) / job.pieces : 0}%`;
   $("job-cut").style.width = share(job.cut);
@@ -70,7 +71,7 @@ function showJob() {
   const suspect = job.suspect > 0 ? `, ▲ ${job.suspect} suspect: look at them before use` : "";
   $("job-count").textContent = `${job.cut} of ${job.pieces} pieces cut${suspect}`;
   const now = [];
-  if (job.current_piece) now.push(`piece ${job.current_piece}`);
+  if (job.now) now.push(job.now);
   if (typeof job.eta_s === "number") now.push(`about ${minutes(job.eta_s)} left`);
   $("job-now").textContent = now.join(", ");
 }

@@ -38,21 +38,79 @@ function showPanels() {
       const differences = document.createElement("div");
       differences.className = "differences";
       const places = panel.open_differences === 1 ? "1 place" : `${panel.open_differences} places`;
-      differences.textContent = `⚠ Wood and ledger disagree in ${places}: “veneerctl panel differences ${panel.id}”`;
-      card.append(differences);
+      differences.textContent = `⚠ Wood and ledger disagree in ${places}:`;
+      card.append(differences, differencesOf(panel));
     }
     return card;
   }));
 }
 
+// ---- what scan and ledger disagree about ----------------------------------------------------------------------------
+
+const knownDifferences = new Map();  // by panel: {count, list}
+const kDifferences = {gone_not_booked: "wood is gone that is not booked as cut", booked_not_gone: "booked as cut, and still in the panel"};
+
+function differencesOf(panel) {
+  const list = document.createElement("ul");
+  list.className = "suspects";
+  const known = knownDifferences.get(panel.id);
+  if (known && known.count === panel.open_differences) list.append(...known.list.map((one) => differenceRow(panel.id, one)));
+  else loadDifferences(panel);
+  return list;
+}
+
+async function loadDifferences(panel) {
+  let told = {};
+  try { told = await ask("GET", `/api/v1/panels/${encodeURIComponent(panel.id)}/differences`); } catch (fault) { return; }
+  const open = (told.differences || []).filter((one) => !one.decided);
+  knownDifferences.set(panel.id, {count: panel.open_differences, list: open});
+  showPanels();
+}
+
+function differenceRow(panel, difference) {
+  const item = document.createElement("li");
+  const words = document.createElement("span");
+  const [x, y] = difference.place_mm;
+  const pieces = (difference.pieces || []).map((piece) => `piece ${piece.mark} of job ${piece.job}`);
+  words.textContent = [`at ${x.toFixed(1)} / ${y.toFixed(1)} mm`, kDifferences[difference.kind] || difference.kind, `${difference.area_mm2.toFixed(0)} mm²`, ...pieces].join(", ");
+  item.append(words, decideButton(panel, difference, "written_off", "Write it off"), decideButton(panel, difference, "accepted", "Leave it as it is"));
+  return item;
+}
+
+function decideButton(panel, difference, verdict, label) {
+  const button = document.createElement("button");
+  button.textContent = label;
+  button.dataset.changes = "";
+  button.disabled = role === "viewer" || !databaseSound();
+  button.onclick = async () => {
+    button.disabled = true;
+    if (await command(`/api/v1/panels/${encodeURIComponent(panel)}/differences/${difference.id}/decide`, {verdict})) {
+      knownDifferences.delete(panel);
+      loadPanels();
+      loadJobs();
+    } else button.disabled = false;
+  };
+  return button;
+}
+
+// ---- jobs -----------------------------------------------------------------------------------------------------------
+
 async function loadJobs() {
-  try { jobs = await askAll("/api/v1/jobs", "jobs"); } catch (fault) { return; }
+  const all = $("show-archived").checked;
+  try { jobs = await askAll(all ? "/api/v1/jobs?archived=true" : "/api/v1/jobs", "jobs"); } catch (fault) { return; }
   showJobs();
   loadSuspects();
-  if (cell) { showMissing(); showCommands(); }
+  if (cell) { showMissing(); showLost(); showCommands(); }
+}
+
+async function archiveDone() {
+  if (await command("/api/v1/jobs/archive-done")) loadJobs();
 }
 
 function showJobs() {
+  const done = jobs.filter((job) => !job.archived && !job.suspect && ["complete", "cancelled"].includes(job.state)).length;
+  $("archive-done").textContent = done === 1 ? "Archive the one that is done" : `Archive the ${done} that are done`;
+  $("archive-done").hidden = done === 0;
   if (!jobs.length) {
     $("jobs").textContent = "None yet: “veneerctl job new PICTURE” plans one.";
     return;
@@ -87,8 +145,10 @@ function showJobs() {
 
 function jobWords(job) {
   // Of the job under way the status is newer than the list: one page tells one number.
-  const {cut, suspect} = cell && cell.job && cell.job.id === job.id ? cell.job : job;
-  return `job ${job.id}, ${job.state}, ${cut} of ${job.pieces} cut` + (suspect ? `, ▲ ${suspect} suspect` : "") + (job.state === "incomplete" ? `, ▲ ${job.missing} missing` : "");
+  const current = cell && cell.job && cell.job.id === job.id;
+  const {cut, suspect} = current ? cell.job : job;
+  const state = (current ? cell.job.now : job.now) || job.state;
+  return `job ${job.id}${job.archived ? ", archived" : ""}, ${state}, ${cut} of ${job.pieces} cut` + (suspect ? `, ▲ ${suspect} suspect` : "") + (job.state === "incomplete" ? `, ▲ ${job.missing} missing` : "");
 }
 
 function recountJobs() {

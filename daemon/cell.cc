@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 #include "daemon/workers/worker_processes.h"
 
@@ -278,18 +279,25 @@ json Cell::status() const {
     out["job"] = {{"id", job.id.value},
                   {"name", job.name},
                   {"state", to_string(view.state)},
+                  {"now", nullptr},
                   {"pieces", job.pieces},
                   {"cut", job.cut},
                   {"suspect", job.suspect},
                   {"current_piece", job.current_piece.empty() ? json() : json(job.current_piece)},
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
+  if (const std::string now = view.job ? now_words(view, view.job->id) : ""; !now.empty()) out["job"]["now"] = now;
+  const std::string next = next_words(view);
+  out["next"] = next.empty() ? json() : json(next);
   if (integrity->state() != DatabaseCheck::State::kGood && view.reason.empty()) out["reason"] = integrity->sentence();
   out["database"] = integrity->to_json();
   out["load"] = nullptr;
   if (view.load) out["load"] = load_json(*view.load, runner->options(), config.sim.time_scale);
   out["framing"] = view.framing;
-  out["recut"] = view.can_recut > 0 ? json{{"panel", view.recut_panel.value}, {"pieces", view.can_recut}} : json();
+  out["recut"] =
+      view.can_recut > 0
+          ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}
+          : json();
   out["confirm"] = runner->options().confirm;
   for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
   const auto word = [this, now = utc_timestamp()](db::CertificateKind kind) {

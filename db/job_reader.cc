@@ -11,7 +11,8 @@ namespace veneer::db {
 namespace {
 
 constexpr const char* kJobColumns =
-    "SELECT j.id, j.name, j.state, j.created_at, q.target_file, n.preview_file, q.options_json, j.plan, n.id FROM jobs "
+    "SELECT j.id, j.name, j.state, j.created_at, q.target_file, n.preview_file, q.options_json, j.plan, n.id, "
+    "coalesce((SELECT archived FROM archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), 0) AS archived FROM jobs "
     "AS j JOIN plans AS q ON q.id = j.plan JOIN plans AS n ON n.id = coalesce((SELECT plan FROM redos WHERE job = j.id "
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
@@ -39,6 +40,7 @@ JobRecord read_job(SQLite::Database& connection, SQLite::Statement& row) {
   job.options_json = text(row.getColumn(6));
   job.plan = {row.getColumn(7).getInt64()};
   job.newest = {row.getColumn(8).getInt64()};
+  job.archived = row.getColumn(9).getInt() != 0;
   SQLite::Statement counts(connection, "SELECT state, count(*) FROM piece_states WHERE job = ? GROUP BY state");
   counts.bind(1, job.id.value);
   while (counts.executeStep()) job.pieces[piece_state_of(text(counts.getColumn(0)))] = counts.getColumn(1).getInt();
@@ -141,10 +143,11 @@ Result<JobRecord> JobStore::find(JobId job) {
 
 Result<std::vector<JobRecord>> JobStore::list() { return list({0}, -1); }
 
-Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit) {
+Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit, bool archived) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
-    SQLite::Statement rows(connection, std::string(kJobColumns) + "WHERE j.id > ? ORDER BY j.id LIMIT ?");
-    SQLite::bind(rows, after.value, limit);
+    SQLite::Statement rows(connection,
+                           std::string(kJobColumns) + "WHERE j.id > ? AND (? OR archived = 0) ORDER BY j.id LIMIT ?");
+    SQLite::bind(rows, after.value, archived ? 1 : 0, limit);
     std::vector<JobRecord> out;
     while (rows.executeStep()) out.push_back(read_job(connection, rows));
     return out;

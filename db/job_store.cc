@@ -180,6 +180,18 @@ Status give_up(SQLite::Database& connection, JobId job, const std::string& mark,
   return Error{ErrorCode::kConflict, fmt::format("piece {} of job {} is {}: {}", mark, job.value, state, remedy)};
 }
 
+bool is_archived(SQLite::Database& connection, JobId job) {
+  SQLite::Statement row(connection, "SELECT archived FROM archivings WHERE job = ? ORDER BY id DESC LIMIT 1");
+  row.bind(1, job.value);
+  return row.executeStep() && row.getColumn(0).getInt() != 0;
+}
+
+void note_archived(SQLite::Database& connection, JobId job, bool archived, const std::string& at) {
+  SQLite::Statement insert(connection, "INSERT INTO archivings (job, archived, at) VALUES (?, ?, ?)");
+  SQLite::bind(insert, job.value, archived ? 1 : 0, at);
+  insert.exec();
+}
+
 // What a beam may have hit by mistake.
 void doubt(SQLite::Database& connection, std::span<const PieceId> pieces, const std::string& at) {
   for (const PieceId piece : pieces)
@@ -354,6 +366,40 @@ Result<PlanId> JobStore::redo(JobId job, const NewPlan& plan, const std::string&
   });
   if (!made) forget_refused(*database_, plan, made.error());
   return made;
+}
+
+Status JobStore::archive(JobId job, bool archived, const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    const auto state = state_of(connection, job);
+    if (!state.ok()) return state.error();
+    const bool over = *state == JobState::kComplete || *state == JobState::kCancelled;
+    if (archived && !over)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("job {0} is {1}, and only a job that is over is archived: cut it to "
+                               "its end, or give it up with veneerctl job cancel {0}",
+                               job.value, to_string(*state))};
+    if (archived && open_pieces(connection, job) > 0)
+      return Error{ErrorCode::kConflict, fmt::format("job {0} has suspect pieces: say what became of them with "
+                                                     "veneerctl job settle {0}, then archive it",
+                                                     job.value)};
+    if (is_archived(connection, job) != archived) note_archived(connection, job, archived, at);
+    return Ok();
+  });
+}
+
+Result<std::vector<JobId>> JobStore::archive_done(const std::string& at) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobId>> {
+    SQLite::Statement rows(
+        connection,
+        "SELECT j.id FROM jobs AS j WHERE j.state IN ('complete', 'cancelled') AND coalesce((SELECT archived FROM "
+        "archivings WHERE job = j.id ORDER BY id DESC LIMIT 1), 0) = 0 AND NOT EXISTS (SELECT 1 FROM piece_states AS s "
+        "WHERE s.job = j.id AND (s.state IN ('reserved', 'cutting', 'suspect') OR (j.state = 'complete' AND s.state IN "
+        "('unfilled', 'scrap', 'released')))) ORDER BY j.id");
+    std::vector<JobId> out;
+    while (rows.executeStep()) out.push_back({rows.getColumn(0).getInt64()});
+    for (const JobId job : out) note_archived(connection, job, true, at);
+    return out;
+  });
 }
 
 Result<Recovery> JobStore::recover(const std::string& at) {

@@ -66,6 +66,7 @@ struct JobRecord {
   PlanId newest;                          // by which pieces were made again last; else its plan
   std::string preview_file;               // of the newest
   std::map<PieceState, int> pieces;       // how many pieces are in each state; absent = 0
+  bool archived = false;                  // out of sight
   int count(PieceState wanted) const;
   // Pieces without wood: lost, given back, or never placed. redo() gives them some.
   int missing() const;
@@ -164,14 +165,21 @@ class JobStore {
   // panel was scanned again since. kNotFound, kInvalidArgument: a piece is not the job's.
   Result<PlanId> redo(JobId job, const NewPlan& plan, const std::string& at);
 
+  // Out of sight, or back. kConflict unless it is complete or cancelled, with no suspect piece. It comes back by itself
+  // when it goes on (redo), or when a piece of it becomes suspect.
+  Status archive(JobId job, bool archived, const std::string& at);
+  // All of which nothing is left to do: complete with no piece missing, or cancelled, and none suspect. Gives those
+  // that were in sight.
+  Result<std::vector<JobId>> archive_done(const std::string& at);
+
   // Start-up, before anything else: pieces found cutting -> suspect, open runs end, running jobs -> aborted (or
   // complete), in one transaction.
   Result<Recovery> recover(const std::string& at);
 
   Result<JobRecord> find(JobId job);      // kNotFound
   Result<std::vector<JobRecord>> list();  // in order of id
-  // At most `limit` of them, behind `after`.
-  Result<std::vector<JobRecord>> list(JobId after, int limit);
+  // At most `limit` of them, behind `after`; `archived`: those too.
+  Result<std::vector<JobRecord>> list(JobId after, int limit, bool archived = true);
   Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.

@@ -1,6 +1,7 @@
 #include "daemon/routes/cell_json.h"
 
 #include "base/clock.h"
+#include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {
 
@@ -112,9 +113,21 @@ json to_json(const db::JobRecord& job) {
               {"cut", job.count(db::PieceState::kCut)},
               {"suspect", job.count(db::PieceState::kSuspect)},
               {"missing", job.missing()},
+              {"archived", job.archived},
               {"created", job.created_at}};
   const json options = json::parse(job.options_json, nullptr, false);
   if (options.is_object()) out["options"] = options;
+  return out;
+}
+
+json to_json(const db::JobRecord& job, const CellView& view) {
+  json out = to_json(job);
+  const std::string now = now_words(view, job.id);
+  const bool begun = job.state == db::JobState::kRunning || job.state == db::JobState::kStopped ||
+                     job.state == db::JobState::kAborted || (view.rest && view.rest->id == job.id);
+  const std::string next = next_words(view, rest_of(job), begun);
+  out["now"] = now.empty() ? json() : json(now);
+  out["next"] = next.empty() ? json() : json(next);
   return out;
 }
 

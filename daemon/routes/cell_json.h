@@ -29,6 +29,8 @@ nlohmann::json to_json(const Remnant& remnant);
 nlohmann::json to_json(const std::vector<db::ZoneRecord>& zones);
 nlohmann::json to_json(const db::AllocationRecord& allocation, const std::string& mark);
 nlohmann::json to_json(const db::JobRecord& job);
+// With what the unit does with it, and what is to be done next for it.
+nlohmann::json to_json(const db::JobRecord& job, const CellView& view);
 nlohmann::json to_json(const db::DifferenceRecord& difference);
 nlohmann::json to_json(const db::PlanRecord& plan);
 nlohmann::json to_json(const db::PlannedPatch& piece);

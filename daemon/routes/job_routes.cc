@@ -13,6 +13,7 @@
 #include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/services/plan_wood.h"
+#include "daemon/unit/job_words.h"
 
 namespace veneer::daemon {
 namespace {
@@ -104,14 +105,14 @@ json refined_json(const std::string& report_json) {
           {"rounds", out["rounds"].size()}};
 }
 
-Result<json> job_json(Repositories& r, JobId id) {
+Result<json> job_json(Repositories& r, JobId id, const CellView& view) {
   auto job = r.jobs.find(id);
   if (!job) return job.error();
   auto pieces = r.jobs.pieces(id);
   if (!pieces) return pieces.error();
   auto runs = r.jobs.runs(id);
   if (!runs) return runs.error();
-  json out = to_json(*job);
+  json out = to_json(*job, view);
   std::map<std::string, std::pair<int, int>> panels;
   Box<ArtworkFrame> box;
   for (const auto& piece : *pieces) {
@@ -156,7 +157,8 @@ void change_job(const JobServices& s, const ApiRequest& request, const Reply& re
                      if (!changed) return reply(ApiReply::error(changed.error()));
                      s.on_job_changed(job);
                      reply_from_query(
-                         s.queries, request, [job](Repositories& r) { return job_json(r, job); }, reply);
+                         s.queries, request,
+                         [job, view = s.unit.view()](Repositories& r) { return job_json(r, job, view); }, reply);
                    });
 }
 
@@ -180,9 +182,10 @@ void recut(const JobServices& s, const ApiRequest& request, const Reply& reply) 
   auto pieces = body.texts("pieces"), confirmed = body.texts("confirmed");
   body.require("pieces");
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  const auto& job = s.unit.view().job;
-  if (!job || job->id.value != *id)
-    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("job {} is not the one on the bed", *id)}));
+  if (s.unit.view().can_recut > 0 && s.unit.view().recut_job.value != *id)
+    return reply(ApiReply::error({ErrorCode::kConflict, fmt::format("the panel that was cut last was cut for job {}, "
+                                                                    "and only its pieces can be cut again",
+                                                                    s.unit.view().recut_job.value)}));
   s.unit.recut(std::move(*pieces), std::move(confirmed).value_or(std::vector<std::string>()), request.caller.who,
                [s, reply](const Status& begun) { reply(state_reply(s, begun)); });
 }
@@ -220,12 +223,25 @@ void settle(const JobServices& s, const ApiRequest& request, const Reply& reply)
   });
 }
 
-Result<json> jobs_json(Repositories& r, const Page& page) {
-  auto list = r.jobs.list({page.after}, page.limit + 1);
+void archive_done(const JobServices& s, const Reply& reply) {
+  s.database.async([](Repositories& r) { return r.jobs.archive_done(utc_timestamp()); },
+                   [s, reply](const Result<std::vector<JobId>>& done) {
+                     if (!done) return reply(ApiReply::error(done.error()));
+                     json out = {{"jobs", json::array()}};
+                     for (const JobId job : *done) {
+                       out["jobs"].push_back(job.value);
+                       s.on_job_changed(job);
+                     }
+                     reply(ApiReply::json(out));
+                   });
+}
+
+Result<json> jobs_json(Repositories& r, const Page& page, bool archived, const CellView& view) {
+  auto list = r.jobs.list({page.after}, page.limit + 1, archived);
   if (!list) return list.error();
   json out = {{"jobs", json::array()}};
   out["next"] = cut_to_page(*list, page, [](const db::JobRecord& job) { return job.id.value; });
-  for (const auto& job : *list) out["jobs"].push_back(to_json(job));
+  for (const auto& job : *list) out["jobs"].push_back(to_json(job, view));
   return out;
 }
 
@@ -246,12 +262,15 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("listJobs", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
+    const bool archived = query.flag("archived").value_or(false);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [page](Repositories& r) { return jobs_json(r, page); }, reply);
+        s.queries, request,
+        [page, archived, view = s.unit.view()](Repositories& r) { return jobs_json(r, page, archived, view); }, reply);
   });
   router.bind("getJob", [s](const ApiRequest& request, const Reply& reply) {
-    about_job(s, request, reply, [](Repositories& r, JobId id) { return reply_of(job_json(r, id)); });
+    about_job(s, request, reply,
+              [view = s.unit.view()](Repositories& r, JobId id) { return reply_of(job_json(r, id, view)); });
   });
   router.bind("getJobPieces", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
@@ -277,12 +296,16 @@ void bind_job_routes(Router& router, const JobServices& s) {
   router.bind("redo", [s](const ApiRequest& request, const Reply& reply) { redo(s, request, reply); });
   router.bind("settlePiece", [s](const ApiRequest& request, const Reply& reply) { settle(s, request, reply); });
   router.bind("cancelJob", [s](const ApiRequest& request, const Reply& reply) {
-    const CellView& view = s.unit.view();
-    if (view.job && std::to_string(view.job->id.value) == request.path_param("id") &&
-        view.state != CellState::kStopped && view.state != CellState::kAborted && view.state != CellState::kComplete)
+    if (const auto id = request.path_number("id"); id && is_under_way(s.unit.view(), JobId{*id}))
       return reply(ApiReply::error({ErrorCode::kConflict, "the job is under way: stop it first"}));
     change_job(s, request, reply, [](Repositories& r, JobId id) { return r.jobs.cancel(id, utc_timestamp()); });
   });
+  for (const bool archived : {true, false})
+    router.bind(archived ? "archiveJob" : "unarchiveJob", [s, archived](const ApiRequest& request, const Reply& reply) {
+      change_job(s, request, reply,
+                 [archived](Repositories& r, JobId id) { return r.jobs.archive(id, archived, utc_timestamp()); });
+    });
+  router.bind("archiveDoneJobs", [s](const ApiRequest&, const Reply& reply) { archive_done(s, reply); });
 }
 
 }  // namespace veneer::daemon

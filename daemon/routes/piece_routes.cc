@@ -30,6 +30,13 @@ json recipe_of(const db::RunFacts& facts, const std::string& mark) {
   return nullptr;
 }
 
+json short_json(const db::CertificateRecord& certificate) {
+  return {{"id", certificate.id.value},
+          {"kind", db::to_string(certificate.kind)},
+          {"issued", certificate.issued_at},
+          {"rms_mm", certificate.rms.count()}};
+}
+
 Result<json> run_json(Repositories& r, const db::PieceRecord& piece, db::RunId id) {
   const auto runs = r.jobs.runs(piece.job);
   if (!runs) return runs.error();
@@ -45,10 +52,7 @@ Result<json> run_json(Repositories& r, const db::PieceRecord& piece, db::RunId i
   out["certificates"] = json::array();
   for (const auto& certificate : *issued)
     if (std::find(facts->certificates.begin(), facts->certificates.end(), certificate.id) != facts->certificates.end())
-      out["certificates"].push_back({{"id", certificate.id.value},
-                                     {"kind", db::to_string(certificate.kind)},
-                                     {"issued", certificate.issued_at},
-                                     {"rms_mm", certificate.rms.count()}});
+      out["certificates"].push_back(short_json(certificate));
   return out;
 }
 
@@ -62,6 +66,15 @@ Result<std::optional<db::MaskRecord>> seen_as(Repositories& r, const db::PieceRe
     for (const auto& mask : *masks)
       if (on.panel == *piece.panel && on.mask_version == mask.version) return std::optional(mask);
   return std::optional<db::MaskRecord>();
+}
+
+// The scanner's that was in force when the scan was taken: the one issued last before it. Nothing is scanned without.
+json certificate_of(const db::ScanRecord& scan, const std::vector<db::CertificateRecord>& issued) {
+  const db::CertificateRecord* found = nullptr;
+  for (const auto& one : issued)
+    if (one.kind == db::CertificateKind::kScanner && one.issued_at <= scan.taken_at)
+      if (found == nullptr || found->issued_at <= one.issued_at) found = &one;
+  return found == nullptr ? json() : short_json(*found);
 }
 
 Result<json> wood_json(Repositories& r, const db::PieceRecord& piece) {
@@ -80,6 +93,8 @@ Result<json> wood_json(Repositories& r, const db::PieceRecord& piece) {
               {"mask_version", *mask ? json((**mask).version) : json()},
               {"map_sha256", *mask ? json((**mask).map_hash) : json()},
               {"scans", json::array()}};
+  const auto issued = r.certificates.list();
+  if (!issued) return issued.error();
   // Those that the map was made from, or that were there when it was.
   for (const auto& scan : *scans)
     if (!*mask || scan.taken_at <= (**mask).made_at)
@@ -87,7 +102,8 @@ Result<json> wood_json(Repositories& r, const db::PieceRecord& piece) {
                               {"face", to_string(scan.face)},
                               {"device", scan.device},
                               {"taken", scan.taken_at},
-                              {"sha256", scan.sha256}});
+                              {"sha256", scan.sha256},
+                              {"certificate", certificate_of(scan, *issued)}});
   return out;
 }
 

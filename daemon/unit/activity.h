@@ -85,8 +85,10 @@ class ActivityHost {
   virtual void refused(const Error& error) = 0;
 
   // For people: what is being burnt ("" = nothing), and that a piece is booked.
-  virtual void show_piece(const std::string& mark, double eta_seconds) = 0;
+  virtual void show_piece(JobId job, const std::string& mark, double eta_seconds) = 0;
   virtual void piece_booked(const PieceBurn& burn) = 0;
+  // The states of the job's pieces changed otherwise.
+  virtual void recount() = 0;
 
   // Wraps a continuation so that it is dropped when the activity is over meanwhile.
   template <class F>
@@ -128,6 +130,8 @@ class Activity {
   virtual void look(Reply reply) = 0;
   // Does look() prove where a panel lies? Then it is repeated now and then, with the head out of the picture.
   virtual bool proves_pose() const { return false; }
+  // Is something burnt since the last look that has to be proven by another one before the end?
+  virtual bool ends_unproven() const { return false; }
   // All that has to be ready before the first stroke; the bed is as it must be.
   virtual void prepare(const Reply& ready) { ready(Ok()); }
 

@@ -51,9 +51,11 @@ Result<int> write_down(Repositories& r, const BrokenRun& run, const std::string&
   std::erase_if(*neighbours, [&](PieceId piece) {
     return std::find(run.suspects.begin(), run.suspects.end(), piece) != run.suspects.end();
   });
+  const int beside = static_cast<int>(neighbours->size());
+  neighbours->insert(neighbours->end(), run.unproven.begin(), run.unproven.end());
   if (const Status ended = r.jobs.abort_run(*run.id, run.suspects, run.reason, at, *neighbours); !ended)
     return ended.error();
-  return static_cast<int>(neighbours->size());
+  return beside;
 }
 
 bool is_written(const Result<int>& written) { return written.ok() || has_settled(written.error().code); }

@@ -23,13 +23,15 @@ struct BrokenRun {
   ProvenPose pose;                    // of the panel under the head
   std::vector<PieceId> suspects;      // begun and not verified, as the laser tells
   std::optional<PieceId> verified;    // burnt and proven, but perhaps not booked
+  std::vector<PieceId> unproven;      // booked, and nobody knows whether the panel lay under them
   Polyline<MachineFrame> stray_path;  // where the beam may have been off its path, and how far from this line
   Millimetres stray_reach{0};
   std::string reason;
 };
 
-// In the database's thread, one piece of work: books what was proven, ends the run, and makes suspect what was begun
-// and every neighbour, reserved or cut, within reach of the stray path; without a run all within reach are neighbours.
+// In the database's thread, one piece of work: books what was proven, ends the run, and makes suspect what was begun,
+// what is unproven and every neighbour, reserved or cut, within reach of the stray path; without a run all within reach
+// are neighbours.
 // Gives how many neighbours. Doing it twice changes nothing.
 Result<int> write_down(Repositories& repositories, const BrokenRun& run, const std::string& at);
 

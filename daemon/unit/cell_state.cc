@@ -121,8 +121,9 @@ std::optional<CellState> after(CellState state, CellCommand command) {
     case C::kClear:
       return state == S::kAborted ? std::optional(S::kClearing) : std::nullopt;
     case C::kRecut:
-      return state == S::kSuspended || state == S::kComplete || state == S::kStopped ? std::optional(S::kUnsuspending)
-                                                                                     : std::nullopt;
+      return state == S::kSuspended || state == S::kComplete || state == S::kStopped || state == S::kIdle
+                 ? std::optional(S::kUnsuspending)
+                 : std::nullopt;
   }
   return std::nullopt;
 }

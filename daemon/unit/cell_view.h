@@ -8,6 +8,7 @@
 #include "base/units.h"
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/run_planner.h"
+#include "db/job_store.h"
 
 namespace veneer::daemon {
 
@@ -30,6 +31,17 @@ struct JobView {
   double eta_seconds = 0;     // of the run that is on, device time
 };
 
+// What a job comes to: how many of its pieces are in each case.
+struct JobRest {
+  JobId id;
+  std::string name;
+  int pieces = 0;  // all that have or had wood
+  int cut = 0, suspect = 0;
+  int open = 0;     // to be cut
+  int missing = 0;  // without wood
+};
+JobRest rest_of(const db::JobRecord& job);
+
 struct CellView {
   CellState state = CellState::kStopped;
   std::string reason;  // why it is in this state, when that needs saying
@@ -38,6 +50,9 @@ struct CellView {
   bool framing = false;  // the frame is being traced: the head moves while Suspended
   int can_recut = 0;     // pieces that were cut in the pose the camera last proved
   PanelId recut_panel;   // on which
+  JobId recut_job;       // of which job
+  bool recutting = false;
+  std::optional<JobRest> rest;  // of the job the unit had to do with last
 };
 
 }  // namespace veneer::daemon

@@ -45,7 +45,7 @@ void FrameTrace::burnt(const std::string&) { host_.ended(Afterwards::kBack, "the
 
 std::optional<BrokenRun> FrameTrace::broken_off(std::string&) {
   if (!burns_) return std::nullopt;
-  return BrokenRun{{}, {}, pose_, {}, {}, {}, Millimetres(0), {}};
+  return BrokenRun{{}, {}, pose_, {}, {}, {}, {}, Millimetres(0), {}};
 }
 
 }  // namespace veneer::daemon

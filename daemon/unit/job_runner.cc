@@ -41,6 +41,7 @@ JobRunner::~JobRunner() {
 void JobRunner::begin(const db::Recovery& recovery) {
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
+  if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
   const std::size_t suspect = recovery.suspects.size();
   const std::string pieces = suspect == 0   ? "no piece is suspect"
                              : suspect == 1 ? "one piece is suspect"
@@ -142,7 +143,6 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
 void JobRunner::reset(Reply reply) {
   enter(CellState::kResetting, "homing the laser");
   view_.job.reset();
-  forget_cuts();
   pending_ = {std::move(reply)};
   if (laser_connected_)
     parts().laser.home();
@@ -213,6 +213,7 @@ void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
     return Loaded{std::move(*record), std::move(*pieces)};
   };
   const auto give_up = [this](const Error& error) {
+    view_.job.reset();
     enter(CellState::kIdle);
     answer(error);
   };
@@ -364,10 +365,11 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
 
 void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who,
                       Reply reply) {
-  if (!after(view_.state, CellCommand::kRecut) || view_.framing) return reply(refuse(CellCommand::kRecut));
+  if (!after(view_.state, CellCommand::kRecut) || view_.framing || check_reply_)
+    return reply(refuse(CellCommand::kRecut));
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
-                       "nothing can be cut again but pieces of the last panel, until it moves or the cell is reset"});
+                       "nothing can be cut again but pieces of the last panel that was cut since this program began"});
   std::vector<PieceBurn> burns;
   for (const auto& mark : marks) {
     const PieceBurn* cut = kept_.find(mark);
@@ -382,9 +384,10 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
   audit(who, "job.recut", fmt::format("{}; confirmed: {}", fmt::join(marks, ", "), fmt::join(confirmed, ", ")));
   from_ = view_.state;
   reason_from_ = view_.reason;
+  view_.recutting = true;
   enter(CellState::kUnsuspending, "proving that the panel has not moved");
-  undertake(std::make_unique<Recut>(host(), kept_.pose(), std::move(burns)), "cutting again what was not through",
-            std::move(reply));
+  undertake(std::make_unique<Recut>(host(), kept_.pose(), kept_.basis(), std::move(burns)),
+            "cutting again what was not through", std::move(reply));
 }
 
 void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply,
@@ -479,6 +482,7 @@ void JobRunner::forget_cuts() {
   kept_.forget();
   view_.can_recut = 0;
   view_.recut_panel = {};
+  view_.recut_job = {};
 }
 
 }  // namespace veneer::daemon

@@ -11,6 +11,8 @@
 // last RunnerOptions::look_every pieces. Hold is a state, so that it is remembered whatever the laser, the database or
 // the camera do meanwhile; Unhold proves the bed anew.
 //
+// Before a run ends the camera looks once more, so that every booked piece stands between two proofs.
+//
 // Threading: bound to the reactor. Replies come on the reactor, perhaps before the call returns.
 #pragma once
 
@@ -60,8 +62,8 @@ class JobRunner : private ActivityHost {
   // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
   // again.
   void frame(PowerFraction power, const std::string& who, Reply reply, const std::vector<std::string>& confirmed = {});
-  // Cuts these pieces again (marks), their cut strokes only, after proving that the panel has not moved since they were
-  // cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
+  // Cuts these pieces again (marks of view().recut_job), their cut strokes only, after proving that the panel has not
+  // moved since they were cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);
   // Lets the controller read these strokes without moving; only when Idle. The reply comes when it has read them.
   void check_pattern(LaserJob&& strokes, const std::string& who, Reply reply);
@@ -128,8 +130,9 @@ class JobRunner : private ActivityHost {
   std::unique_ptr<Activity> retire();
   void bury(std::unique_ptr<Activity> activity);
   Status check(std::span<const PieceBurn> burns) const override;
-  void show_piece(const std::string& mark, double eta_seconds) override;
+  void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
   void piece_booked(const PieceBurn& burn) override;
+  void recount() override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
@@ -137,6 +140,7 @@ class JobRunner : private ActivityHost {
   void end_overrides();
   void forget_cuts();
   void refresh_job(std::function<void()> then);
+  void refresh_rest(JobId job);
 
   // job_runner_laser.cc: what the laser says
   void on_laser(const LaserEvent& event);

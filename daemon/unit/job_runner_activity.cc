@@ -39,6 +39,8 @@ void JobRunner::next() {
   if (activity_->next_start()) {
     if (proof_.lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
     if (proof_.is_due(*activity_)) return prove_again();
+  } else if (options_.look_every > 0 && activity_->ends_unproven() && !proof_.lid_was_opened()) {
+    return prove_again();
   }
   activity_->go_on();
 }
@@ -58,12 +60,14 @@ void JobRunner::rest(const std::string& reason) {
 
 void JobRunner::prove(Reply then) { proof_.begin(*activity_, !at_laser_, std::move(then)); }
 
-// Every now and then, while a run goes on: a panel creeps, or is bumped into.
+// Every now and then while a run goes on, and before its end: a panel creeps, is bumped into, or is lifted.
 void JobRunner::prove_again() {
   view_.reason = "looking whether the panel lies as it did";
   on_change_();
   prove([this](const Status& proven) {
-    if (!proven) return rest(proven.error().message);
+    // Hands that come for what is cut end a run that has nothing left to burn.
+    const bool hands_are_in = !activity_->next_start() && proof_.lid_was_opened();
+    if (!proven && !hands_are_in) return rest(proven.error().message);
     view_.reason.clear();
     on_change_();
     next();
@@ -76,8 +80,8 @@ Status JobRunner::check(std::span<const PieceBurn> burns) const {
   return check_strokes(burns, limits_, options_.keep_out, laser.position);
 }
 
-void JobRunner::show_piece(const std::string& mark, double eta_seconds) {
-  if (!view_.job) return;
+void JobRunner::show_piece(JobId job, const std::string& mark, double eta_seconds) {
+  if (!view_.job || view_.job->id != job) return;
   view_.job->current_piece = mark;
   view_.job->eta_seconds = eta_seconds;
   on_change_();
@@ -87,9 +91,15 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
   wait_.piece_done(burn.piece);
   view_.can_recut = kept_.count();
   view_.recut_panel = kept_.pose().panel;
+  view_.recut_job = kept_.basis().job;
   ++view_.job->cut;
   view_.job->current_piece.clear();
   on_change_();
+}
+
+void JobRunner::recount() {
+  view_.can_recut = kept_.count();
+  refresh_job([this] { on_change_(); });
 }
 
 // ---- The end -----------------------------------------------------------------------------------------------------
@@ -162,6 +172,7 @@ void JobRunner::go_back(const std::string& reason) {
 // From here on nothing that was meant for it arrives.
 std::unique_ptr<Activity> JobRunner::retire() {
   end_epoch();
+  view_.recutting = false;
   at_laser_ = laser_held_ = false;
   proof_.give_up();
   return std::move(activity_);
@@ -198,7 +209,6 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);
   view_.framing = false;
-  forget_cuts();
   const auto finish = [this, reason = why_aborted](int neighbours) {
     refresh_job([this, reason, neighbours] {
       std::string words = reason;
@@ -255,7 +265,18 @@ void JobRunner::write_end(BrokenRun run, std::function<void(Result<int>)> then) 
 }
 
 void JobRunner::job_changed(JobId job) {
-  if (view_.job && view_.job->id == job && activity_ == nullptr) refresh_job([this] { on_change_(); });
+  if (view_.job && view_.job->id == job && activity_ == nullptr) return refresh_job([this] { on_change_(); });
+  if (view_.rest && view_.rest->id == job) refresh_rest(job);
+}
+
+// Whatever goes on.
+void JobRunner::refresh_rest(JobId job) {
+  parts().database.async([job](Repositories& r) { return r.jobs.find(job); },
+                         [this, alive = std::weak_ptr<int>(alive_)](const Result<db::JobRecord>& record) {
+                           if (alive.expired() || !record) return;
+                           view_.rest = rest_of(*record);
+                           on_change_();
+                         });
 }
 
 void JobRunner::refresh_job(std::function<void()> then) {
@@ -264,11 +285,10 @@ void JobRunner::refresh_job(std::function<void()> then) {
                          while_current([this, then = std::move(then)](const Result<db::JobRecord>& record) {
                            if (record && view_.job) {
                              JobView& job = *view_.job;
-                             job.pieces = 0;
-                             for (const auto& [state, count] : record->pieces)
-                               if (state != db::PieceState::kUnfilled) job.pieces += count;
-                             job.cut = record->count(db::PieceState::kCut);
-                             job.suspect = record->count(db::PieceState::kSuspect);
+                             view_.rest = rest_of(*record);
+                             job.pieces = view_.rest->pieces;
+                             job.cut = view_.rest->cut;
+                             job.suspect = view_.rest->suspect;
                              job.current_piece.clear();
                              job.eta_seconds = 0;
                            }

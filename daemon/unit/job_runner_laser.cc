@@ -11,6 +11,7 @@ void JobRunner::on_laser(const LaserEvent& event) {
   if (const auto* connected = std::get_if<Connected>(&event)) {
     laser_connected_ = true;
     limits_ = connected->limits;
+    if (!kept_.empty() && kept_.basis().laser != limits_.identity) forget_cuts();
     // A file that stands for a machine is none.
     if (limits_.burns)
       parts().database.async(

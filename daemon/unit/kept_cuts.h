@@ -1,11 +1,14 @@
-// The cuts that were burnt and verified in one pose: while the panel lies as it did, they can be met again.
+// The cuts that were burnt and verified in one pose: while the panel lies as it did, and machine and camera tell places
+// as they did, they can be met again. Homing the laser anew changes neither.
 #pragma once
 
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/ids.h"
 #include "daemon/unit/piece_burn.h"
 #include "daemon/unit/proven_pose.h"
 
@@ -13,7 +16,13 @@ namespace veneer::daemon {
 
 class KeptCuts {
  public:
-  void begin(const ProvenPose& pose) { pose_ = pose, cuts_.clear(); }
+  // On what a run stood.
+  struct Basis {
+    JobId job;
+    std::vector<CertificateId> certificates;
+    std::string laser;  // LaserLimits::identity
+  };
+  void begin(const ProvenPose& pose, Basis basis) { pose_ = pose, basis_ = std::move(basis), cuts_.clear(); }
   // Keeps the cut strokes only: engraving is not repeated.
   void add(const PieceBurn& burn) {
     PieceBurn& kept = cuts_.emplace_back(burn);
@@ -23,7 +32,8 @@ class KeptCuts {
 
   bool empty() const { return cuts_.empty(); }
   int count() const { return static_cast<int>(cuts_.size()); }
-  const ProvenPose& pose() const { return *pose_; }  // not when empty()
+  const ProvenPose& pose() const { return *pose_; }  // not when empty(), nor the basis
+  const Basis& basis() const { return basis_; }
   const PieceBurn* find(const std::string& mark) const {
     const auto cut = std::find_if(cuts_.begin(), cuts_.end(), [&](const auto& c) { return c.mark == mark; });
     return cut == cuts_.end() ? nullptr : &*cut;
@@ -31,6 +41,7 @@ class KeptCuts {
 
  private:
   std::optional<ProvenPose> pose_;
+  Basis basis_;
   std::vector<PieceBurn> cuts_;
 };
 

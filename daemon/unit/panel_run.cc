@@ -13,6 +13,8 @@ namespace {
 
 // Since the strokes were drawn for it: what is cut next must fit what is cut.
 constexpr Millimetres kMovedSinceBegun{0.15};
+constexpr const char* kLayItBack = ": lay it back as it was and Unhold, or Stop, Reset and Start";
+constexpr std::size_t kNamedMost = 6;  // marks in one sentence
 
 }  // namespace
 
@@ -27,18 +29,60 @@ PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenP
       kept_(kept) {}
 
 void PanelRun::look(Reply reply) {
-  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](Result<ProvenPose> look) {
-    if (run_) {
-      const Status unmoved = require_unmoved(look, pose_, kMovedSinceBegun, "since its first piece was begun");
-      if (unmoved) return reply(Ok());
-      return reply(Error{unmoved.error().code,
-                         unmoved.error().message + ": lay it back as it was and Unhold, or Stop, Reset and Start"});
-    }
+  const int openings = host_.parts().laser.status().lid_openings;  // before the picture is taken
+  host_.parts().bed.look(host_.while_current([this, openings, reply = std::move(reply)](Result<ProvenPose> look) {
+    if (run_) return judge(look, openings, reply);
     if (Status unmoved = require_unmoved(look, pose_, kMovedSinceShown, "since it was shown"); !unmoved)
       return reply(Error{unmoved.error().code, unmoved.error().message + ": check it and press Unsuspend"});
     pose_ = *look;
+    lid_at_proof_ = openings;
     reply(Ok());
   }));
+}
+
+// In the middle of the run, or at its end.
+void PanelRun::judge(const Result<ProvenPose>& look, int lid_openings, const Reply& reply) {
+  const Status unmoved = require_unmoved(look, pose_, kMovedSinceBegun, "since its first piece was begun");
+  if (unmoved) {
+    since_proof_.clear();
+    look_failed_ = false;
+    lid_at_proof_ = lid_openings;
+    return reply(Ok());
+  }
+  const Error& why = unmoved.error();
+  // Hands came through the lid after the last piece was burnt, for none is begun behind an opened lid: what was burnt
+  // before was burnt where the panel lay.
+  const bool hands_explain_it = host_.parts().laser.status().lid_openings != lid_at_proof_;
+  if (!hands_explain_it) look_failed_ = true;
+  // A camera that does not answer, or an old picture, says nothing of the panel; an empty bed does.
+  const bool seen_elsewhere = look.ok() || look.error().code == ErrorCode::kNotFound;
+  if (hands_explain_it || !seen_elsewhere || since_proof_.empty())
+    return reply(Error{why.code, why.message + kLayItBack});
+  doubt(why, reply);
+}
+
+void PanelRun::doubt(const Error& why, const Reply& reply) {
+  std::vector<std::string> marks;
+  for (const PieceBurn* burn : std::exchange(since_proof_, {})) {
+    marks.push_back(burn->mark);
+    doubted_.push_back(burn->piece);
+  }
+  const std::string who = marks.size() > kNamedMost ? fmt::format("{} pieces were", marks.size())
+                          : marks.size() == 1       ? fmt::format("piece {} was", marks.front())
+                                                    : fmt::format("pieces {} were", fmt::join(marks, ", "));
+  const std::string told =
+      fmt::format("{}; {} cut since it was last seen there, perhaps into the bare bed, and {} suspect{}", why.message,
+                  who, marks.size() == 1 ? "is" : "are", kLayItBack);
+  host_.commit([pieces = doubted_](Repositories& r) { return r.jobs.make_suspect(pieces, utc_timestamp()); },
+               [this, code = why.code, told, reply](const Status& written) {
+                 // Told with the end of the run instead, which is tried again until the disk takes it.
+                 if (!written)
+                   return host_.abort(fmt::format("{} (not written yet: {})", told, written.error().message));
+                 suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
+                 kept_.begin(pose_, basis_);  // what lies elsewhere is not met again
+                 host_.recount();
+                 reply(Error{code, told});
+               });
 }
 
 void PanelRun::prepare(const Reply& ready) {
@@ -48,6 +92,7 @@ void PanelRun::prepare(const Reply& ready) {
                                   if (const Status checked = host_.check(run->burns); !checked) return ready(checked);
                                   burns_ = std::move(run->burns);
                                   run->facts.who = who_;
+                                  basis_ = {job_, run->facts.certificates, host_.limits().identity};
                                   start_run(std::move(run->facts), ready);
                                 }));
 }
@@ -77,7 +122,7 @@ void PanelRun::start_run(db::RunFacts facts, Reply ready) {
         }
         if (!run) return ready(run.error());
         run_ = *run;
-        kept_.begin(pose_);
+        kept_.begin(pose_, basis_);
         ready(Ok());
       });
 }
@@ -92,7 +137,7 @@ void PanelRun::go_on() {
     const PieceBurn& burn = burns_[next_++];
     noted_ = Noted::kNo;
     at_laser_ = true;
-    host_.show_piece(burn.mark, seconds_left() + burn.seconds);
+    host_.show_piece(job_, burn.mark, seconds_left() + burn.seconds);
     return host_.burn(burn.strokes);
   }
   ends() ? end() : note();
@@ -122,6 +167,7 @@ void PanelRun::burnt(const std::string&) {
                  if (!booked)
                    return host_.abort(fmt::format("a cut piece could not be booked: {}", booked.error().message));
                  unbooked_.reset();
+                 since_proof_.push_back(&burn);
                  kept_.add(burn);
                  host_.piece_booked(burn);
                  host_.next();
@@ -139,22 +185,37 @@ bool PanelRun::end_early(bool at_rest) {
   // A piece that is noted cannot be given back: it is burnt, or it is in doubt.
   if (!run_ || (at_rest && noted_ != Noted::kNo)) return false;
   stop_ = true;
+  ends_as_it_is_ = at_rest;
   return true;
 }
 
 void PanelRun::end() {
-  const bool stopped = stop_ && next_ < burns_.size();
+  // The camera was asked and could not say that they were cut where the panel lay, and nobody waits for its word.
+  if (look_failed_)
+    for (const PieceBurn* burn : std::exchange(since_proof_, {})) doubted_.push_back(burn->piece);
+  const bool is_left = next_ < burns_.size() || !doubted_.empty() || (ends_as_it_is_ && (more_ || suspects_ > 0));
+  const bool stopped = stop_ && is_left;
   const Afterwards afterwards = stopped ? Afterwards::kStopped : more_ ? Afterwards::kNextPanel : Afterwards::kComplete;
   host_.ending(afterwards);
   const bool goes_on = afterwards == Afterwards::kNextPanel;
-  host_.commit([run = *run_, goes_on](Repositories& r) { return r.jobs.finish_run(run, goes_on, utc_timestamp()); },
-               [this, afterwards](const Status& finished) {
-                 if (!finished)
-                   return host_.abort(fmt::format("the run could not be closed: {}", finished.error().message));
-                 host_.ended(afterwards, afterwards == Afterwards::kStopped
-                                             ? "stopped after a piece; Reset, then Start goes on with the rest"
-                                             : fmt::format("job {} is cut", job_.value));
-               });
+  const auto write = [run = *run_, goes_on, doubted = doubted_](Repositories& r) -> Status {
+    const std::string at = utc_timestamp();
+    if (const Status told = doubted.empty() ? Ok() : r.jobs.make_suspect(doubted, at); !told) return told;
+    return r.jobs.finish_run(run, goes_on, at);
+  };
+  host_.commit(write, [this, afterwards](const Status& finished) {
+    if (!finished) return host_.abort(fmt::format("the run could not be closed: {}", finished.error().message));
+    suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
+    const std::string cut = afterwards == Afterwards::kStopped
+                                ? "stopped after a piece; Reset, then Start goes on with the rest"
+                                : fmt::format("job {} is cut", job_.value);
+    const std::string but = suspects_ == 0
+                                ? ""
+                                : fmt::format("; {} suspect, for nobody knows whether the panel lay under {}",
+                                              suspects_ == 1 ? "one piece is" : fmt::format("{} pieces are", suspects_),
+                                              suspects_ == 1 ? "it" : "them");
+    host_.ended(afterwards, cut + but);
+  });
 }
 
 // The piece that is `cutting` in the database, or may be: none other becomes suspect of itself.
@@ -166,7 +227,10 @@ const PieceBurn* PanelRun::begun() const {
 std::optional<BrokenRun> PanelRun::broken_off(std::string& remark) {
   if (!run_) return std::nullopt;
   if (const PieceBurn* burn = begun()) remark = fmt::format("; piece {} is suspect", burn->mark);
-  return BrokenRun{*run_, {}, pose_, {}, unbooked_, {}, Millimetres(0), {}};
+  BrokenRun broken{*run_, {}, pose_, {}, unbooked_, doubted_, {}, Millimetres(0), {}};
+  if (look_failed_)
+    for (const PieceBurn* burn : since_proof_) broken.unproven.push_back(burn->piece);
+  return broken;
 }
 
 double PanelRun::seconds_left() const {

@@ -4,6 +4,9 @@
 // ends dark, drains and compares its own position with the expected one; only then the piece is booked `cut`. A kill at
 // any moment therefore leaves at most one piece in doubt, and recovery calls that one suspect. One piece is one
 // LaserJob, so nothing of the next piece can be burning while this one is in doubt.
+//
+// A verified piece says what the head did, not what lay under it. That is said by the next look that proves the pose;
+// when it sees the panel gone or moved, the pieces since the look before are suspect.
 #pragma once
 
 #include <string>
@@ -28,12 +31,15 @@ class PanelRun final : public Activity {
   void go_on() override;
   void burnt(const std::string& remark) override;
   bool not_begun() override;
+  bool ends_unproven() const override { return !since_proof_.empty() && !ends_as_it_is_; }
   bool end_early(bool at_rest) override;
   std::optional<BrokenRun> broken_off(std::string& remark) override;
 
  private:
   enum class Noted { kNo, kUnderWay, kYes };
 
+  void judge(const Result<ProvenPose>& look, int lid_openings, const Reply& reply);
+  void doubt(const Error& why, const Reply& reply);
   void start_run(db::RunFacts facts, Reply ready);
   void note();
   void end();
@@ -48,13 +54,21 @@ class PanelRun final : public Activity {
   std::vector<db::PieceRecord> pieces_;
   const bool more_;
   KeptCuts& kept_;
+  KeptCuts::Basis basis_;
   std::optional<db::RunId> run_;  // in the database
   std::vector<PieceBurn> burns_;
   std::size_t next_ = 0;             // index of the piece to burn next
   Noted noted_ = Noted::kNo;         // is it `cutting` in the database? No stroke of it was sent yet
   bool at_laser_ = false;            // the piece before `next_`
   std::optional<PieceId> unbooked_;  // burnt and proven, not booked yet
-  bool stop_ = false;                // asked by the operator: end after the piece under way
+  // Booked since the pose was proven last, and what the camera said since.
+  std::vector<const PieceBurn*> since_proof_;
+  std::vector<PieceId> doubted_;  // of them, and not written yet
+  int suspects_ = 0;              // written
+  bool look_failed_ = false;      // since then
+  int lid_at_proof_ = 0;          // LaserStatus::lid_openings
+  bool ends_as_it_is_ = false;    // the operator ends it without another look
+  bool stop_ = false;             // asked by the operator: end after the piece under way
 };
 
 }  // namespace veneer::daemon

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
+
+#include "base/clock.h"
+#include "daemon/store/calibration.h"
 
 namespace veneer::daemon {
 namespace {
@@ -10,13 +14,51 @@ namespace {
 // A second cut must meet the first one's kerf.
 constexpr Millimetres kMovedSinceCut{0.15};
 
+// The camera tells places as it did, the machine goes to them as it did, and the pieces are still the ones that were
+// cut there: since then one may have been given up, and its wood kept for another.
+Status still_stands(Repositories& r, const KeptCuts::Basis& basis, const ProvenPose& pose,
+                    const std::vector<PieceId>& pieces) {
+  const std::string now = utc_timestamp();
+  const auto calibration = load_calibration(r, now);
+  if (!calibration) return calibration.error();
+  for (const auto kind : {db::CertificateKind::kCamera, db::CertificateKind::kAxes}) {
+    const auto standing = calibration->standing.find(kind);
+    const bool in_force =
+        standing != calibration->standing.end() && standing->second.at(now) == CertificateState::kValid;
+    const auto& known = basis.certificates;
+    if (!in_force || std::find(known.begin(), known.end(), standing->second.certificate) == known.end())
+      return Error{ErrorCode::kRefused,
+                   fmt::format("the {} certificate is another than when panel {} was cut, so its cuts cannot be met "
+                               "again: make its pieces again with veneerctl job redo {}",
+                               db::to_string(kind), pose.panel.value, basis.job.value)};
+  }
+  for (const PieceId id : pieces) {
+    const auto piece = r.jobs.find_piece(id);
+    if (!piece) return piece.error();
+    if (piece->state != db::PieceState::kCut || piece->panel != pose.panel)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("piece {} is {} and no longer booked as cut from panel {}, so it is not cut again",
+                               piece->mark, db::to_string(piece->state), pose.panel.value)};
+  }
+  return Ok();
+}
+
 }  // namespace
 
-Recut::Recut(ActivityHost& host, const ProvenPose& pose, std::vector<PieceBurn> burns)
-    : host_(host), pose_(pose), burns_(std::move(burns)) {}
+Recut::Recut(ActivityHost& host, const ProvenPose& pose, KeptCuts::Basis basis, std::vector<PieceBurn> burns)
+    : host_(host), pose_(pose), basis_(std::move(basis)), burns_(std::move(burns)) {}
 
 void Recut::look(Reply reply) {
-  host_.parts().bed.look(host_.while_current([this, reply = std::move(reply)](const Result<ProvenPose>& look) {
+  std::vector<PieceId> pieces;
+  for (const PieceBurn& burn : burns_) pieces.push_back(burn.piece);
+  host_.parts().database.async(
+      [basis = basis_, pose = pose_, pieces](Repositories& r) { return still_stands(r, basis, pose, pieces); },
+      host_.while_current(
+          [this, reply = std::move(reply)](const Status& stands) { stands ? look_at_bed(reply) : reply(stands); }));
+}
+
+void Recut::look_at_bed(const Reply& reply) {
+  host_.parts().bed.look(host_.while_current([this, reply](const Result<ProvenPose>& look) {
     const Status unmoved = require_unmoved(look, pose_, kMovedSinceCut, "since it was cut");
     if (unmoved) return reply(Ok());
     reply(Error{unmoved.error().code, unmoved.error().message + ": its cuts cannot be met again"});
@@ -30,11 +72,11 @@ std::optional<Point<MachineFrame>> Recut::next_start() const {
 
 void Recut::go_on() {
   if (next_ == burns_.size()) {
-    host_.show_piece({}, 0);
+    host_.show_piece(basis_.job, {}, 0);
     return host_.ended(Afterwards::kBack, {});
   }
   const PieceBurn& burn = burns_[next_++];
-  host_.show_piece(burn.mark, 0);
+  host_.show_piece(basis_.job, burn.mark, 0);
   host_.burn(burn.strokes);
 }
 
@@ -45,7 +87,7 @@ bool Recut::not_begun() {
 
 std::optional<BrokenRun> Recut::broken_off(std::string& remark) {
   if (next_ > 0) remark = fmt::format("; piece {} was being cut again: look at it", burns_[next_ - 1].mark);
-  return BrokenRun{{}, {}, pose_, {}, {}, {}, Millimetres(0), {}};
+  return BrokenRun{{}, {}, pose_, {}, {}, {}, {}, Millimetres(0), {}};
 }
 
 }  // namespace veneer::daemon

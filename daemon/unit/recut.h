@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "daemon/unit/activity.h"
+#include "daemon/unit/kept_cuts.h"
 
 namespace veneer::daemon {
 
 class Recut final : public Activity {
  public:
-  // `burns`, not empty, were cut in `pose`.
-  Recut(ActivityHost& host, const ProvenPose& pose, std::vector<PieceBurn> burns);
+  // `burns`, not empty, were cut in `pose`, on `basis`.
+  Recut(ActivityHost& host, const ProvenPose& pose, KeptCuts::Basis basis, std::vector<PieceBurn> burns);
 
   bool needs_look() const override { return true; }
   void look(Reply reply) override;
@@ -24,8 +25,11 @@ class Recut final : public Activity {
   std::optional<BrokenRun> broken_off(std::string& remark) override;
 
  private:
+  void look_at_bed(const Reply& reply);
+
   ActivityHost& host_;
   ProvenPose pose_;
+  KeptCuts::Basis basis_;
   std::vector<PieceBurn> burns_;
   std::size_t next_ = 0;
 };

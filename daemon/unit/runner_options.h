@@ -15,7 +15,7 @@ struct RunnerOptions {
   Millimetres thickness{0};             // of a panel: where the focus belongs
   MmPerSecond frame_speed{100};         // of the frame, and of the head on its way out of the picture
   PowerFraction frame_max_power{0.03};  // that an operator may ask for
-  int look_every = 25;                  // pieces, until the camera looks again; 0 = never
+  int look_every = 25;                  // pieces, until the camera looks again; 0 = never, nor before the end
   std::string stock_refusal;            // why no wood from stock may be cut; "" = it may
 };
 

@@ -214,6 +214,23 @@ TEST(Render, AJobShowsItsPanelsAndWarnsOfSuspects) {
             "  P-2        100    0\n");
 }
 
+// What the ledger says of a job follows with the first piece: what the cell does is newer.
+TEST(Render, AJobThatWaitsForItsPanelIsNotCalledAborted) {
+  const json job = {{"id", 3},      {"name", "Grace"}, {"state", "aborted"},
+                    {"pieces", 10}, {"cut", 4},        {"now", "waits for panel P-0002"}};
+  const std::string list = render_jobs({{"jobs", {job}}});
+  EXPECT_NE(list.find("waits for panel P-0002"), std::string::npos) << list;
+  EXPECT_EQ(list.find("aborted"), std::string::npos) << list;
+  EXPECT_NE(render_job(job).find("Now          waits for panel P-0002\n"), std::string::npos);
+  EXPECT_NE(render_status({{"state", "Suspended"}, {"job", job}}).find("3 \"Grace\" (waits for panel P-0002)"),
+            std::string::npos);
+}
+
+TEST(Render, WhatIsLeftOfAJobIsSaidWithTheStatus) {
+  const std::string text = render_status({{"state", "Aborted"}, {"next", "4 of 10 pieces are cut: Clear, then Reset"}});
+  EXPECT_NE(text.find("Next         4 of 10 pieces are cut: Clear, then Reset\n"), std::string::npos) << text;
+}
+
 TEST(Render, WhatHasToBeKnownAndConfirmedBeforeMotion) {
   const std::string text = render_status({{"state", "Suspended"},
                                           {"load",

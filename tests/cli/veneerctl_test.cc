@@ -419,7 +419,8 @@ TEST(Veneerctl, CtrlCCancelsTheTask) {
 TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {
-    for (const char* operation : {"command", "recut", "settlePiece", "cancelJob"})
+    for (const char* operation :
+         {"command", "recut", "settlePiece", "cancelJob", "archiveJob", "unarchiveJob", "archiveDoneJobs"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
         asked.push_back(request.path + " " + request.body.text());
         reply(ApiReply::json({{"state", "Execute"}}));
@@ -435,6 +436,11 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
   EXPECT_EQ(run({"job", "recut", "3", "A1-1", "A3-12", "--confirm", "exhaust"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "scrap"}), 0);
   EXPECT_EQ(run({"job", "cancel", "3"}), 0);
+  EXPECT_EQ(run({"job", "archive", "3", "4"}), 0);
+  EXPECT_EQ(run({"job", "archive", "--all-done"}), 0);
+  EXPECT_EQ(run({"job", "unarchive", "4"}), 0);
+  EXPECT_NE(run({"job", "archive"}), 0) << "which?";
+  EXPECT_NE(run({"job", "archive", "3", "--all-done"}), 0);
   EXPECT_EQ(run({"job", "settle", "3", "A1-1", "fine"}), 2);
   EXPECT_EQ(run({"job", "recut", "3"}), 2);
   EXPECT_EQ(run({"frame", "--power", "200%"}), 2);
@@ -445,7 +451,11 @@ TEST(Veneerctl, TellsWhatIsConfirmedFramedCutAgainAndSettled) {
       R"(/api/v1/commands/frame {"power":0.02})",
       R"(/api/v1/jobs/3/recut {"confirmed":["exhaust"],"pieces":["A1-1","A3-12"]})",
       R"(/api/v1/jobs/3/pieces/A1-1/settle {"verdict":"scrap"})",
-      R"(/api/v1/jobs/3/cancel {})"};
+      R"(/api/v1/jobs/3/cancel {})",
+      R"(/api/v1/jobs/3/archive {})",
+      R"(/api/v1/jobs/4/archive {})",
+      R"(/api/v1/jobs/archive-done {})",
+      R"(/api/v1/jobs/4/unarchive {})"};
   EXPECT_EQ(server.on_reactor([&] { return asked; }), expected);
 }
 

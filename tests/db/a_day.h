@@ -190,6 +190,7 @@ inline std::vector<Step> a_day() {
   add("panel", [=](Database& db) { return Panels(db).add(sheet(elm), {}, {}); });
   add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
   add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
+  add("archived", [](Database& db) { return JobStore(db).archive_done(kNow); });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
   add("key forgotten", [=](Database& db) { return RequestKeys(db).forget(forgotten); });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });

@@ -437,6 +437,53 @@ TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
   EXPECT_THAT(twice.error().message, HasSubstr("is cancelled and cannot become cancelled"));
 }
 
+TEST_F(JobStoreTest, OnlyAJobThatIsOverIsArchivedAndNothingOfItIsRemoved) {
+  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("is planned, and only a job that is over"));
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  EXPECT_FALSE(jobs.archive(job, true, kLater).ok());
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));  // twice is once
+  EXPECT_TRUE(must(jobs.find(job)).archived);
+  EXPECT_EQ(must(jobs.list()).size(), 1U);
+  EXPECT_TRUE(must(jobs.list({0}, 10, false)).empty());
+  EXPECT_EQ(must(jobs.pieces(job)).size(), 5U);
+  EXPECT_FALSE(jobs.archive(JobId{99}, true, kLater).ok());
+
+  VENEER_ASSERT_OK(jobs.archive(job, false, kLater));
+  EXPECT_EQ(must(jobs.list({0}, 10, false)).size(), 1U);
+}
+
+TEST_F(JobStoreTest, AnArchivedJobComesBackWhenSomethingIsToBeDoneForIt) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
+  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));  // another job's beam strayed
+  EXPECT_FALSE(must(jobs.find(job)).archived);
+  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("has suspect pieces"));
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty());
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  EXPECT_THAT(must(jobs.archive_done(kLater)), ElementsAre(job));
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "none was left in sight";
+  must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
+  EXPECT_FALSE(must(jobs.find(job)).archived);
+}
+
+// Somebody still has to find wood for it.
+TEST_F(JobStoreTest, AnIncompleteJobIsNotArchivedWithThoseThatAreDone) {
+  const RunId run = start(panel);
+  cut(0), cut(1), cut(2);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  cut_on_other();
+  ASSERT_EQ(state(), JobState::kComplete);
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "A5 has no wood";
+  VENEER_EXPECT_OK(jobs.archive(job, true, kLater));
+}
+
 TEST_F(JobStoreTest, UnknownThingsAreNamed) {
   const auto missing = jobs.find({77});
   ASSERT_FALSE(missing.ok());

@@ -88,11 +88,18 @@ TEST_F(Operator, PiecesThatAreNotThroughAreCutAgainAndBookedOnce) {
   ASSERT_EQ(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1", "A3-2"}}}), "");
   wait_state("Complete");
   const double twice = before["through_mm"].get<double>() + 2 * 48.0;
-  const json after = burnt_through(twice);
-  EXPECT_GE(after["through_mm"].get<double>(), twice);
-  EXPECT_EQ(after["engraved_mm"], before["engraved_mm"]);
+  EXPECT_GE(burnt_through(twice)["through_mm"].get<double>(), twice);
   EXPECT_EQ(get(fmt::format("/panels/{}/ledger", kPanel)), ledger);
   EXPECT_EQ(get("/status")["job"]["cut"], 16);
+  // After a Reset as well: the machine finds its home again, and the panel was not touched.
+  ASSERT_EQ(post("/commands/reset"), "");
+  const json idle = wait_state("Idle");
+  EXPECT_EQ(idle["recut"], json({{"job", kJob}, {"panel", kPanel}, {"pieces", 16}}));
+  ASSERT_EQ(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A2-2"}}}), "");
+  wait_state("Idle");
+  const json after = burnt_through(twice + 48.0);
+  EXPECT_GE(after["through_mm"].get<double>(), twice + 48.0);
+  EXPECT_EQ(after["engraved_mm"], before["engraved_mm"]);
   // Once it has been touched, its cuts cannot be met again.
   lift();
   EXPECT_NE(post(fmt::format("/jobs/{}/recut", kJob), {{"pieces", {"A1-1"}}}), "");
@@ -101,6 +108,22 @@ TEST_F(Operator, PiecesThatAreNotThroughAreCutAgainAndBookedOnce) {
   EXPECT_EQ(burnt(), after);
   lift();
   EXPECT_THAT(red(), IsEmpty()) << story_->report().dump(2);
+}
+
+// Nobody opened a lid, and the job is too small for a look on its way: the one before its end sees the bare bed.
+TEST_F(OperatorInTheMiddle, APanelThatIsLiftedInMidCutLeavesNoPieceBookedAsCutThatIsNot) {
+  cut_some();
+  lift();
+  const json held = wait_state("Held");
+  EXPECT_THAT(held["reason"].get<std::string>(), HasSubstr("perhaps into the bare bed"));
+  EXPECT_EQ(held["job"]["cut"], 0);
+  EXPECT_EQ(held["job"]["suspect"], 16);
+  ASSERT_EQ(post("/commands/stop"), "");
+  const json stopped = wait_state("Stopped");
+  EXPECT_THAT(stopped["next"].get<std::string>(), HasSubstr("16 are suspect: look at the suspect pieces"));
+  const json job = get(fmt::format("/jobs/{}", kJob));
+  EXPECT_EQ(job["cut"], 0);
+  EXPECT_EQ(job["state"], "stopped");
 }
 
 // It fell into the exhaust. The panel has been scanned since: where its pieces were, it has holes.

@@ -98,6 +98,69 @@ TEST_F(JobRoutes, ListsComeInPages) {
   EXPECT_TRUE(body_of(ask("GET", "/api/v1/jobs?limit=5"))["next"].is_null()) << "a full page may be the last";
 }
 
+TEST_F(JobRoutes, ArchivedJobsAreListedOnlyWhenAskedFor) {
+  for (int i = 0; i < 3; ++i) plan_for("uid 1000", fmt::format("key-{}", i));
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/1/archive").status, 409) << "it is planned";
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/1/cancel").status, 200);
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/2/cancel").status, 200);
+  EXPECT_EQ(body_of(ask("POST", "/api/v1/jobs/1/archive"))["archived"], true);
+  EXPECT_EQ(jobs(), 2U);
+  EXPECT_EQ(body_of(ask("POST", "/api/v1/jobs/archive-done"))["jobs"], json::array({2}));
+  EXPECT_EQ(jobs(), 1U);
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs?archived=true"))["jobs"].size(), 3U);
+  EXPECT_EQ(body_of(ask("POST", "/api/v1/jobs/2/unarchive"))["archived"], false);
+  EXPECT_EQ(jobs(), 2U);
+  EXPECT_EQ(ask("POST", "/api/v1/jobs/9/archive").status, 404);
+}
+
+// What is left to do for a job is told with it, and in the status for the one that a crash broke off.
+TEST_F(JobRoutes, SaysWhatIsToBeDoneNextForAJob) {
+  const Status made = cell->database->call([](Repositories& r) -> Status {
+    const std::string at = "2026-05-01T07:30:00.000Z";
+    db::PanelRecord panel;
+    panel.id = PanelId{"P-0001"}, panel.name = "oak", panel.created_at = at;
+    panel.width = panel.height = Millimetres(100);
+    if (Status added = r.panels.add(panel, {}, {}); !added) return added;
+    db::NewPlan plan;
+    plan.name = "Grace", plan.plan_json = plan.options_json = "{}";
+    for (const double x : {10.0, 30.0}) {
+      db::PlannedPatch& piece = plan.pieces.emplace_back();
+      piece.mark = x < 20 ? "A1" : "A2";
+      piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(9, 0), point<ArtworkFrame>(9, 9)};
+      piece.panel = panel.id;
+      piece.panel_outline = {point<PanelFrame>(x, 5), point<PanelFrame>(x + 9, 5), point<PanelFrame>(x + 9, 14)};
+      piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(0.3));
+    }
+    plan.planned_on = {{panel.id, 1}};
+    const auto job = r.jobs.create(plan, at);
+    if (!job) return job.error();
+    const auto run = r.jobs.start_run(*job, panel.id, {}, Millimetres(0), at);
+    if (!run) return run.error();
+    return r.jobs.mark_cutting(PieceId{1}, at);
+  });
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_TRUE(body_of(ask("GET", "/api/v1/jobs/1"))["now"].is_null());
+  const auto recovered =
+      cell->database->call([](Repositories& r) { return r.jobs.recover("2026-05-01T07:31:00.000Z"); });
+  ASSERT_TRUE(recovered.ok());
+  cell->runner->begin(*recovered);
+  cell->database->call([](Repositories&) { return 0; });
+  reactor.restart();
+  reactor.poll();
+  const json job = body_of(ask("GET", "/api/v1/jobs/1"));
+  EXPECT_EQ(job["state"], "aborted");
+  EXPECT_EQ(job["next"],
+            "0 of 2 pieces of job 1 are cut, 1 is suspect and 1 is still to be cut: Clear, Reset, look at the "
+            "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
+            "start 1)");
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/jobs"))["jobs"][0]["next"], job["next"]);
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/status"))["next"], job["next"]);
+  const json settled = body_of(ask("POST", "/api/v1/jobs/1/pieces/A1/settle", {{"verdict", "cut"}}));
+  EXPECT_EQ(settled["next"],
+            "1 of 2 pieces of job 1 is cut and 1 is still to be cut: Clear, Reset, then Start cuts the rest "
+            "(veneerctl job start 1)");
+}
+
 TEST_F(JobRoutes, EveryChangeIsInTheAuditLogWithWhoAskedForIt) {
   plan_for("uid 1000", "key-1");
   EXPECT_EQ(ask("POST", "/api/v1/jobs/1/cancel").status, 200);

@@ -42,7 +42,14 @@ class PieceRoutes : public testing::RoutedCell {
       if (!made) return made.error();
       const auto kerf = r.certificates.issue(
           {{}, db::CertificateKind::kKerf, kPlannedAt, "2027-01-01T00:00:00.000Z", 0.011_mm, "{}"});
-      return kerf ? Ok() : Status(kerf.error());
+      if (!kerf) return kerf.error();
+      // The scanner was calibrated before the scan, and once more after it.
+      for (const char* at : {"2026-01-01T00:00:00.000Z", "2026-12-01T00:00:00.000Z"}) {
+        const auto scanner =
+            r.certificates.issue({{}, db::CertificateKind::kScanner, at, "2027-01-01T00:00:00.000Z", 0.021_mm, "{}"});
+        if (!scanner) return scanner.error();
+      }
+      return Ok();
     });
   }
 
@@ -104,6 +111,8 @@ TEST_F(PieceRoutes, APieceTellsWhereItComesFromAndHowItWasMade) {
   EXPECT_EQ(piece["wood"]["panel"], "P-0001");
   EXPECT_EQ(piece["wood"]["mask_version"], 1);
   EXPECT_EQ(piece["wood"]["scans"][0]["sha256"], "ab12");
+  EXPECT_EQ(piece["wood"]["scans"][0]["certificate"]["kind"], "scanner");
+  EXPECT_EQ(piece["wood"]["scans"][0]["certificate"]["issued"], "2026-01-01T00:00:00.000Z") << "not the later one";
   EXPECT_NEAR(piece["wood"]["rotation_deg"].get<double>(), 90, 1e-9);
   EXPECT_EQ(piece["run"]["who"], "uid 1000");
   EXPECT_EQ(piece["run"]["recipe"]["cut"]["passes"], 2);
@@ -115,6 +124,7 @@ TEST_F(PieceRoutes, APieceTellsWhereItComesFromAndHowItWasMade) {
   const std::string told = cli::render_passport(piece);
   EXPECT_THAT(told, HasSubstr("Piece A1 of job 1, cut\n"));
   EXPECT_THAT(told, HasSubstr("Wood         panel P-0001, walnut\n"));
+  EXPECT_THAT(told, HasSubstr("Certificate  2 scanner, issued 2026-01-01 00:00:00 UTC, 0.021 mm\n"));
   EXPECT_THAT(told, HasSubstr("Burnt with   12.5 mm/s, 80 % power, 2 passes, with air\n"));
   EXPECT_THAT(told, HasSubstr("History      2026-05-01 07:30:00 UTC  reserved on panel P-0001\n"));
   EXPECT_THAT(told, HasSubstr("started by uid 1000, 2026-05-01 08:00:00 UTC\n"));

@@ -301,7 +301,7 @@ TEST_F(JobRunnerTest, OnlyTheCutOfAPieceIsRepeatedAndItIsBookedOnce) {
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
 }
 
-TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainUntilReset) {
+TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainAlsoAfterReset) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   bed_.lay("P-0002");
@@ -313,7 +313,58 @@ TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainUntilReset) {
   EXPECT_EQ(state(), CellState::kComplete);
   EXPECT_EQ(job_state(), db::JobState::kComplete);
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  EXPECT_FALSE(recut({"A1-3"}).ok());
+  EXPECT_EQ(runner_->view().recut_job, JobId{1});
+  laser_.jobs.clear();
+  ASSERT_TRUE(recut({"A1-3"}).ok());
+  EXPECT_EQ(state(), CellState::kIdle);
+  EXPECT_EQ(laser_.jobs.size(), 1U);
+  bed_.lay("P-0002", true, 300.2);
+  EXPECT_THAT(recut({"A1-3"}).error().message, HasSubstr("moved by 0.20 mm since it was cut"));
+  EXPECT_EQ(state(), CellState::kIdle);
+  EXPECT_EQ(laser_.jobs.size(), 1U);
+}
+
+TEST_F(JobRunnerTest, NothingIsCutAgainOnceTheAxesWereMeasuredAnew) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  const Status measured = database_->call([](Repositories& r) -> Status {
+    const auto issued = r.certificates.list();
+    db::CertificateRecord axes;
+    for (const auto& known : *issued)
+      if (known.kind == db::CertificateKind::kAxes) axes = known;
+    axes.id = {};
+    auto anew = r.certificates.issue(axes);
+    return anew ? Ok() : Status(anew.error());
+  });
+  ASSERT_TRUE(measured.ok());
+  laser_.jobs.clear();
+  EXPECT_THAT(recut({"A1-1"}).error().message, HasSubstr("the axes certificate is another"));
+  EXPECT_TRUE(laser_.jobs.empty());
+}
+
+TEST_F(JobRunnerTest, NothingIsCutAgainOnAnotherLaser) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.say(laser_event::Fault{{ErrorCode::kDisconnected, "unplugged"}, false});
+  settle();
+  ASSERT_EQ(state(), CellState::kAborted);
+  EXPECT_EQ(runner_->view().can_recut, 2);
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  laser_.identity = "another";
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_EQ(runner_->view().can_recut, 0);
+  EXPECT_FALSE(recut({"A1-1"}).ok());
+}
+
+// Its wood may be kept for another piece by now.
+TEST_F(JobRunnerTest, APieceThatIsNoLongerBookedAsCutIsNotCutAgain) {
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_TRUE(database_->call([](Repositories& r) { return r.jobs.make_suspect({{PieceId{2}}}, kThen); }).ok());
+  laser_.jobs.clear();
+  EXPECT_THAT(recut({"A1-2"}).error().message, HasSubstr("piece A1-2 is suspect"));
+  EXPECT_TRUE(laser_.jobs.empty());
+  EXPECT_TRUE(recut({"A1-1"}).ok());
 }
 
 TEST_F(JobRunnerTest, APanelThatMovedIsNotCutAgain) {
@@ -363,7 +414,12 @@ TEST_F(JobRunnerTest, ARecutThatIsBrokenOffNamesThePiece) {
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(runner_->view().reason, HasSubstr("piece A1-2 was being cut again: look at it"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
-  EXPECT_EQ(runner_->view().can_recut, 0);
+  EXPECT_EQ(runner_->view().can_recut, 2);
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.burn_at_once = true;
+  EXPECT_TRUE(recut({"A1-2"}).ok());
+  EXPECT_EQ(state(), CellState::kIdle);
 }
 
 TEST_F(JobRunnerTest, ALidOpenedBetweenTwoRecutsHoldsThem) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/unit/job_words.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
@@ -210,9 +211,100 @@ TEST_F(LookEveryPiece, APanelThatCreptHoldsTheRunBeforeItsNextPiece) {
   laser_.finish();
   settle();
   EXPECT_EQ(state(), CellState::kHeld);
-  EXPECT_THAT(reason(), HasSubstr("moved by 0.50 mm"));
+  EXPECT_THAT(reason(), AllOf(HasSubstr("moved by 0.50 mm"), HasSubstr("piece A1-1 was cut since")));
   EXPECT_EQ(starts(), 1);
-  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kReserved, P::kReserved));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved)) << "before it crept, or after?";
+}
+
+// What was proven by a look is not put in doubt by a later one.
+TEST_F(LookEveryPiece, OnlyPiecesSinceTheLastProofAreInDoubt) {
+  begin();
+  laser_.finish();
+  settle();
+  bed_.seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kSuspect, P::kReserved));
+}
+
+// ---- Before the end ----------------------------------------------------------------------------------------------
+
+// A job of fewer pieces than RunnerOptions::look_every.
+TEST_F(ProofTest, APanelThatWasLiftedInMidCutLeavesItsPiecesSuspect) {
+  begin();
+  bed_.seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(reason(), AllOf(HasSubstr("no panel is on the bed"), HasSubstr("pieces A1-1, A1-2 were cut since"),
+                              HasSubstr("bare bed")));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+  EXPECT_EQ(runner_->view().job->suspect, 2);
+  EXPECT_EQ(runner_->view().job->cut, 0);
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_EQ(state(), CellState::kStopped);
+  EXPECT_EQ(job_state(), db::JobState::kStopped);
+  EXPECT_THAT(next_words(runner_->view()),
+              "0 of 3 pieces of job 1 are cut, 2 are suspect and 1 is still to be cut: Reset, look at the suspect "
+              "pieces and say what became of each (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
+              "start 1)");
+}
+
+TEST_F(ProofTest, HandsThatComeThroughTheLidForTheLastPieceMakeNothingSuspect) {
+  begin();
+  laser_.finish();
+  settle();
+  laser_.finish();
+  laser_.open_lid();
+  bed_.seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
+  settle();
+  EXPECT_EQ(state(), CellState::kSuspended) << "for the second panel";
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(ProofTest, ACameraThatDoesNotAnswerAtTheEndIsWaitedForUntilTheOperatorEndsIt) {
+  begin();
+  bed_.seen = Error{ErrorCode::kUnavailable, "the camera is gone"};
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+  EXPECT_FALSE(command(CellCommand::kUnhold).ok());
+  ASSERT_TRUE(command(CellCommand::kStop).ok());
+  EXPECT_EQ(state(), CellState::kStopped);
+  EXPECT_THAT(reason(), HasSubstr("2 pieces are suspect"));
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
+}
+
+TEST_F(ProofTest, ACameraThatIsBackProvesWhatWasCut) {
+  begin();
+  bed_.seen = Error{ErrorCode::kUnavailable, "the camera is gone"};
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  ASSERT_EQ(state(), CellState::kHeld);
+  bed_.lay("P-0001");
+  ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_EQ(state(), CellState::kSuspended);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kCut, P::kReserved));
+}
+
+TEST_F(ProofTest, StopInsteadOfALookThatIsOwedLeavesThePiecesSuspect) {
+  begin();
+  bed_.seen = Error{ErrorCode::kUnavailable, "the camera is gone"};
+  laser_.finish();
+  settle();
+  laser_.finish();
+  settle();
+  ASSERT_TRUE(command(CellCommand::kAbort).ok());
+  EXPECT_EQ(state(), CellState::kAborted);
+  EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kSuspect, P::kReserved));
 }
 
 TEST_F(LookEveryPiece, HoldWhileTheCameraLooksHolds) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/unit/job_words.h"
 #include "tests/daemon/unit/job_runner_fixture.h"
 
 namespace veneer::daemon {
@@ -100,7 +101,7 @@ TEST_F(JobRunnerTest, ARunRemembersWhoGaveTheWordAndOnWhatItStood) {
   const auto facts = database_->call([](Repositories& r) { return r.jobs.facts(r.jobs.runs(JobId{1})->front().id); });
   ASSERT_TRUE(facts.ok()) << facts.error().message;
   EXPECT_EQ(facts->who, "test");
-  EXPECT_THAT(facts->certificates, ElementsAre(CertificateId{1}));
+  EXPECT_THAT(facts->certificates, ElementsAre(CertificateId{1}, CertificateId{2}, CertificateId{3}));
   EXPECT_EQ(facts->recipes_json, R"([{"material": null}])");
 }
 
@@ -329,6 +330,43 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
   EXPECT_EQ(state(), CellState::kAborted);
   EXPECT_THAT(runner_->view().reason, HasSubstr("one piece is suspect"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
+  settle();
+  EXPECT_EQ(next_words(runner_->view()),
+            "0 of 3 pieces of job 1 are cut, 1 is suspect and 2 are still to be cut: Clear, Reset, look at the "
+            "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
+            "start 1)");
+  ASSERT_TRUE(
+      database_->call([](Repositories& r) { return r.jobs.settle(PieceId{1}, db::AllocationState::kCut, kThen); })
+          .ok());
+  runner_->job_changed(JobId{1});
+  settle();
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_EQ(next_words(runner_->view()),
+            "1 of 3 pieces of job 1 is cut and 2 are still to be cut: Start cuts the rest (veneerctl job start 1)");
+  laser_.burn_at_once = true;
+  ASSERT_TRUE(start().ok());
+  EXPECT_EQ(next_words(runner_->view()), "");
+}
+
+TEST_F(JobRunnerTest, TellsWhatItDoesWithAJob) {
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "");
+  laser_.burn_at_once = false;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  ASSERT_TRUE(start().ok());
+  EXPECT_EQ(job_state(), db::JobState::kPlanned) << "as no run has begun";
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "waits for panel P-0001");
+  EXPECT_EQ(now_words(runner_->view(), JobId{2}), "");
+  bed_.lay("P-0001");
+  look();
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "waits for an operator's Unsuspend, with panel P-0001 found");
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "is cutting piece A1-1");
+  ASSERT_TRUE(command(CellCommand::kHold).ok());
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "is held");
+  runner_->abort("STOP");
+  settle();
+  EXPECT_EQ(now_words(runner_->view(), JobId{1}), "");
 }
 
 }  // namespace

@@ -1,0 +1,24 @@
+// What the unit does with a job now, and what is to be done next for a job, in words for people. Pure.
+#pragma once
+
+#include <string>
+
+#include "daemon/unit/cell_view.h"
+
+namespace veneer::daemon {
+
+// Has the unit begun with this job and not ended with it? Its stored state may still be that of its last run.
+bool is_under_way(const CellView& view, JobId job);
+
+// "waits for panel P-0001", "is cutting piece A1-2": what the unit does with the job; "" when it is not under way.
+std::string now_words(const CellView& view, JobId job);
+
+// One sentence: what is cut, suspect, open and missing of a job that was broken off, stopped or has lost pieces, and
+// the steps from here to a whole picture. "" when nothing is to be done, and while the job is under way. A job of which
+// nothing was ever begun has none either, unless the unit had to do with it last (`begun`).
+std::string next_words(const CellView& view, const JobRest& rest, bool begun);
+
+// The same of the job the unit had to do with last.
+std::string next_words(const CellView& view);
+
+}  // namespace veneer::daemon
