@@ -17,9 +17,10 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
                                                        const std::string& which, int limit = -1) {
   return guarded(database, [&](SQLite::Database& connection) -> Result<std::vector<AllocationRecord>> {
     SQLite::Statement rows(connection,
-                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, '[]'), "
-                                       "a.area_um, a.reason, a.changed_at FROM allocations AS a LEFT JOIN placements "
-                                       "AS l ON l.id = a.placement WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
+                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, "
+                                       "c.outline_um, '[]'), a.area_um, a.reason, a.changed_at FROM allocations AS a "
+                                       "LEFT JOIN placements AS l ON l.id = a.placement LEFT JOIN carried AS c ON "
+                                       "c.allocation = a.id WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
                                        which));
     SQLite::bind(rows, panel.value, limit);
     std::vector<AllocationRecord> out;
