@@ -36,6 +36,7 @@ struct NewJob {
   std::vector<std::string> panels, woods, wood_weights, forbidden;
   std::optional<double> size_mm;
   std::optional<std::uint32_t> max_panels;
+  std::optional<bool> remnants_first;
   std::map<std::string, std::string> options;  // of the planner, those that are given
 
   std::string query() const {
@@ -50,6 +51,7 @@ struct NewJob {
     add_list("forbid", forbidden, ";");
     if (size_mm) text += fmt::format("&size_mm={}", *size_mm);
     if (max_panels) text += fmt::format("&max_panels={}", *max_panels);
+    if (remnants_first) text += fmt::format("&remnants_first={}", *remnants_first ? 1 : 0);
     for (const auto& [key, value] : options) text += fmt::format("&{}={}", key, url_encode(value));
     return text;
   }
@@ -70,7 +72,9 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   command.add_option("--size-mm", wanted.size_mm, "Shorter side of the picture");
   command.add_option("--panels", wanted.panels, "Only these panels, separated by commas")->delimiter(',');
   command.add_option("--max-panels", wanted.max_panels,
-                     "Use no more than this many panels: those with the most free wood");
+                     "Use no more than this many panels: those with the most free wood, remnants before fresh ones");
+  command.add_flag("--remnants-first,!--no-remnants-first", wanted.remnants_first,
+                   "With --max-panels: remnants before fresh panels, unless they have too little wood [on]");
   command.add_option("--material,--wood", wanted.woods, "Use only zones of this material (repeatable)");
   command.add_option(
       "--material-weight,--wood-weight", wanted.wood_weights,

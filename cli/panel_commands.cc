@@ -1,4 +1,4 @@
-// panel scan|list|show|label|registration|ledger|scans|revert|retire|restore|differences|decide, calibrate,
+// panel scan|list|show|label|registration|ledger|scans|revert|retire|restore|split|differences|decide, calibrate,
 // certificates.
 #include <fmt/format.h>
 
@@ -20,17 +20,20 @@ using nlohmann::json;
 void add_scan(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string face = "show";
-    std::string panel;
+    std::string panel, part_of;
     bool more = false;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* scan = panel.add_subcommand("scan", "Scan what lies on the glass");
   scan->add_option("--face", options->face, "The face that lies on the glass")->check(CLI::IsMember({"show", "back"}));
   scan->add_option("--panel", options->panel, "A known panel: adds its other face, or compares it with the ledger");
+  scan->add_option("--part-of", options->part_of,
+                   "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
   scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
   scan->callback([options, &context] {
     json body = {{"face", options->face}, {"more", options->more}};
     if (!options->panel.empty()) body["panel"] = options->panel;
+    if (!options->part_of.empty()) body["part_of"] = options->part_of;
     context.finish(context.run_task(context.client().post("/scans", body)), render_scan_result);
   });
 }
@@ -161,8 +164,12 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
   retire->add_option("--reason", of_retire->reason, "Why, as in \"the wrong face was scanned\"")->required();
   const auto [restore, of_restore] = command("restore", "Put a retired panel back into stock");
   restore->add_option("--reason", of_restore->reason, "Why");
+  const auto [split, of_split] =
+      command("split", "It was sawn apart: scan each part that is to be stock, and it becomes a panel of its own");
+  split->add_option("--reason", of_split->reason, "Why [sawn apart]");
   for (const auto& [added, options, what] :
-       {std::tuple(retire, of_retire, "retire"), std::tuple(restore, of_restore, "restore")})
+       {std::tuple(retire, of_retire, "retire"), std::tuple(restore, of_restore, "restore"),
+        std::tuple(split, of_split, "split")})
     added->callback([options = options, what = what, target, &context] {
       json body = json::object();
       if (!options->reason.empty()) body["reason"] = options->reason;

@@ -243,6 +243,7 @@ std::string render_panel(const json& panel) {
   text += line("Faces", names_of(member(panel, "faces")));
   text += line("Fit", millimetres(panel, "rms_mm", 3));
   text += line("Remnant of", text_or(panel, "parent", ""));
+  text += line("Parts", names_of(member(panel, "parts")));
   text += line("Since", text_or(panel, "created", ""));
   if (const json& why = member(panel, "retired"); why.is_object())
     text += line("Retired", text_or(why, "reason", "?") + ", " + text_or(why, "at", ""));
@@ -273,6 +274,8 @@ std::string render_reverted(const json& reply) {
 
 std::string render_retired(const json& reply) {
   const std::string panel = text_or(reply, "panel", "?");
+  if (member(reply, "sawn") == json(true))
+    return fmt::format("Panel {} is out of stock. Scan each of its parts: `veneerctl panel scan`.\n", panel);
   if (member(reply, "retired") == json(true))
     return fmt::format("Panel {} is out of stock. `veneerctl panel restore {}` puts it back.\n", panel, panel);
   return fmt::format("Panel {} is in stock.\n", panel);
@@ -328,6 +331,9 @@ std::string render_scan_result(const json& result) {
   if (panel.empty())
     return "Scanned. Lay the next part on the glass and scan again; leave --more out for the last one.\n";
   text += "Panel " + panel + "\n";
+  if (const std::string parent = text_or(result, "part_of", ""); !parent.empty())
+    text += line("Part of",
+                 fmt::format("{}, with {} places where its wood was gone", parent, whole_or(result, "carried", 0)));
   const json& registration = member(result, "registration");
   if (registration.is_object() && member(registration, "rms_mm").is_number()) text += render_registration(registration);
   const json& differences = member(result, "differences");

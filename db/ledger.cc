@@ -19,9 +19,10 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
                                                        const std::string& which, int limit = -1) {
   return guarded(database, [&](SQLite::Database& connection) -> Result<std::vector<AllocationRecord>> {
     SQLite::Statement rows(connection,
-                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, '[]'), "
-                                       "a.area_um, a.reason, a.changed_at, e.plan FROM allocations AS a LEFT JOIN "
-                                       "placements AS l ON l.id = a.placement LEFT JOIN leases AS e ON e.id = a.lease "
+                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, "
+                                       "c.outline_um, '[]'), a.area_um, a.reason, a.changed_at, e.plan FROM "
+                                       "allocations AS a LEFT JOIN placements AS l ON l.id = a.placement LEFT JOIN "
+                                       "carried AS c ON c.allocation = a.id LEFT JOIN leases AS e ON e.id = a.lease "
                                        "WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
                                        which));
     SQLite::bind(rows, panel.value, limit);

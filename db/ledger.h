@@ -37,12 +37,12 @@ const char* to_string(AllocationState state);
 struct AllocationRecord {
   AllocationId id;
   PanelId panel;
-  JobId job;      // 0 for wood leased or written off
-  PieceId piece;  // 0 for wood leased or written off
+  JobId job;      // 0 for wood leased or written off, or gone before its panel was sawn off another
+  PieceId piece;  // the same
   AllocationState state = AllocationState::kReserved;
   Ring<PanelFrame> outline;  // of the piece, without kerf; empty for wood leased or written off
   Region<PanelFrame> area;   // what nobody else may use
-  std::string reason;        // of wood written off; else empty
+  std::string reason;        // of wood without a piece; else empty
   std::string changed_at;    // when it entered this state
   PlanId leased_to;          // 0 for all other wood
 };

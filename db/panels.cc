@@ -9,6 +9,7 @@
 
 #include "db/lease_sql.h"
 #include "db/panel_sql.h"
+#include "db/part_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 #include "db/surface_sql.h"
@@ -18,10 +19,11 @@ namespace {
 
 constexpr const char* kPanelColumns =
     "SELECT p.id, p.name, p.width_um, p.height_um, m.map_file, m.mask_file, m.map_hash, p.created_at, p.parent, "
-    "p.root, m.version, a.usable_um2, r.retired, r.reason, r.at FROM panels AS p JOIN masks AS m ON m.panel = p.id AND "
+    "p.root, m.version, a.usable_um2, r.retired, r.reason, r.at, s.retirement FROM panels AS p JOIN masks AS m ON "
+    "m.panel = p.id AND "
     "m.version = (SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel "
     "AND a.version = m.version LEFT JOIN retirements AS r ON r.id = (SELECT max(id) FROM retirements WHERE panel = "
-    "p.id) ";
+    "p.id) LEFT JOIN splits AS s ON s.retirement = r.id ";
 // Of the panel `p`.
 constexpr const char* kIsInStock =
     "coalesce((SELECT retired FROM retirements WHERE panel = p.id ORDER BY id DESC LIMIT 1), 0) = 0";
@@ -50,7 +52,7 @@ PanelRecord read_panel(SQLite::Statement& row) {
   panel.mask_version = row.getColumn(10).getInt();
   panel.usable = area_or_null(row.getColumn(11));
   if (!row.getColumn(12).isNull() && row.getColumn(12).getInt() == 1)
-    panel.retired = Retirement{text(row.getColumn(13)), text(row.getColumn(14))};
+    panel.retired = Retirement{text(row.getColumn(13)), text(row.getColumn(14)), !row.getColumn(15).isNull()};
   return panel;
 }
 
@@ -144,6 +146,96 @@ Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
   return Ok();
 }
 
+Status enter_panel(SQLite::Database& connection, const PanelRecord& panel, const std::vector<ScanRecord>& scans,
+                   const std::vector<FiducialRecord>& fiducials) {
+  const std::int64_t number = number_of(panel.id);
+  if (number <= 0)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("'{}' is no panel id: they look like P-0001", panel.id.value)};
+  if (panel_exists(connection, panel.id))
+    return Error{ErrorCode::kConflict, fmt::format("panel {} exists already", panel.id.value)};
+  for (const auto& relative : {panel.parent.value_or(PanelId{}), panel.root})
+    if (!relative.value.empty() && relative != panel.id && !panel_exists(connection, relative))
+      return no_such_panel(relative);
+  for (const auto& scan : scans)
+    if (scan.panel != panel.id)
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
+  SQLite::Statement same(connection,
+                         fmt::format("SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE "
+                                     "f.kind = 'tag' AND f.number = ? AND {} LIMIT 1",
+                                     kIsInStock));
+  for (const auto& fiducial : fiducials) {
+    if (fiducial.kind != FiducialKind::kTag) continue;
+    same.reset();
+    same.bind(1, fiducial.tag_id);
+    if (same.executeStep())
+      return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock and carries tag {}: scan the sheet again",
+                                                     text(same.getColumn(0)), fiducial.tag_id)};
+  }
+  SQLite::Statement insert(connection,
+                           "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
+                           "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, number, panel.id.value, panel.name, to_um(panel.width), to_um(panel.height), panel.created_at);
+  panel.parent ? insert.bind(7, panel.parent->value) : insert.bind(7);
+  insert.bind(8, panel.root.value.empty() ? panel.id.value : panel.root.value);
+  insert.exec();
+  insert_mask(connection, panel.id,
+              {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at, panel.usable});
+  insert_scans(connection, scans);
+  return insert_fiducials(connection, panel.id, fiducials);
+}
+
+// A panel that the sheet does not come from, under whose name wood of it was booked. A part's wood of before is that of
+// the panels it comes from, which are told with the part.
+std::optional<std::string> booked_under(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement cut(
+      connection,
+      "WITH RECURSIVE older (id) AS (SELECT parent FROM panels WHERE id = ?1 UNION SELECT p.parent FROM panels AS p "
+      "JOIN older AS o ON p.id = o.id) SELECT f.panel FROM fiducials AS mine JOIN fiducials AS f ON f.kind = 'tag' AND "
+      "f.number = mine.number AND f.panel <> mine.panel JOIN allocations AS a ON a.panel = f.panel AND a.state <> "
+      "'released' LEFT JOIN carried AS c ON c.allocation = a.id WHERE mine.panel = ?1 AND mine.kind = 'tag' AND "
+      "c.allocation IS NULL AND f.panel NOT IN (SELECT id FROM older WHERE id IS NOT NULL) LIMIT 1");
+  cut.bind(1, panel.value);
+  if (!cut.executeStep()) return std::nullopt;
+  return text(cut.getColumn(0));
+}
+
+Status leave_stock(SQLite::Database& connection, const PanelId& panel, const std::string& reason,
+                   const std::string& at) {
+  if (!panel_exists(connection, panel)) return no_such_panel(panel);
+  if (is_retired(connection, panel))
+    return Error{ErrorCode::kConflict, fmt::format("panel {} is retired already", panel.value)};
+  end_expired(connection, at);
+  SQLite::Statement leased(connection,
+                           "SELECT e.plan, e.until FROM allocations AS a JOIN leases AS e ON e.id = a.lease WHERE "
+                           "a.panel = ? AND a.state = 'leased' ORDER BY e.id LIMIT 1");
+  leased.bind(1, panel.value);
+  if (leased.executeStep())
+    return Error{ErrorCode::kConflict,
+                 fmt::format("plan {0} leases wood of panel {1} until {2}: release it first with `veneerctl job "
+                             "release {0}`",
+                             leased.getColumn(0).getInt64(), panel.value, text(leased.getColumn(1)))};
+  SQLite::Statement open(connection,
+                         "SELECT job, state, count(*) FROM allocations WHERE panel = ? AND state IN ('reserved', "
+                         "'cutting', 'suspect') GROUP BY job, state ORDER BY job, state LIMIT 1");
+  open.bind(1, panel.value);
+  if (open.executeStep()) {
+    const int count = open.getColumn(2).getInt();
+    const bool one = count == 1;
+    const std::string_view what = text(open.getColumn(1)) == "suspect"
+                                      ? (one ? "suspect piece" : "suspect pieces")
+                                      : (one ? "piece that is not cut yet" : "pieces that are not cut yet");
+    const std::string_view remedy = text(open.getColumn(1)) == "suspect"
+                                        ? (one ? "settle what became of it" : "settle what became of them")
+                                        : (one ? "cut it, or cancel the job," : "cut them, or cancel the job,");
+    return Error{ErrorCode::kConflict, fmt::format("panel {} holds {} {} of job {}: {} first", panel.value, count, what,
+                                                   open.getColumn(0).getInt64(), remedy)};
+  }
+  insert_retirement(connection, panel, true, reason, at);
+  return Ok();
+}
+
 }  // namespace
 
 const char* to_string(FiducialKind kind) { return kind == FiducialKind::kTag ? "tag" : "hole"; }
@@ -159,43 +251,56 @@ Result<PanelId> Panels::next_panel_id() {
 
 Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials) {
-  const std::int64_t number = number_of(panel.id);
-  if (number <= 0)
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("'{}' is no panel id: they look like P-0001", panel.id.value)};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (panel_exists(connection, panel.id))
-      return Error{ErrorCode::kConflict, fmt::format("panel {} exists already", panel.id.value)};
-    for (const auto& relative : {panel.parent.value_or(PanelId{}), panel.root})
-      if (!relative.value.empty() && relative != panel.id && !panel_exists(connection, relative))
-        return no_such_panel(relative);
-    for (const auto& scan : scans)
-      if (scan.panel != panel.id)
-        return Error{ErrorCode::kInvalidArgument,
-                     fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
-    SQLite::Statement same(connection,
-                           fmt::format("SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE "
-                                       "f.kind = 'tag' AND f.number = ? AND {} LIMIT 1",
-                                       kIsInStock));
-    for (const auto& fiducial : fiducials) {
-      if (fiducial.kind != FiducialKind::kTag) continue;
-      same.reset();
-      same.bind(1, fiducial.tag_id);
-      if (same.executeStep())
-        return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock and carries tag {}: scan the sheet again",
-                                                       text(same.getColumn(0)), fiducial.tag_id)};
-    }
-    SQLite::Statement insert(connection,
-                             "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
-                             "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-    SQLite::bind(insert, number, panel.id.value, panel.name, to_um(panel.width), to_um(panel.height), panel.created_at);
-    panel.parent ? insert.bind(7, panel.parent->value) : insert.bind(7);
-    insert.bind(8, panel.root.value.empty() ? panel.id.value : panel.root.value);
-    insert.exec();
-    insert_mask(connection, panel.id,
-                {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at, panel.usable});
-    insert_scans(connection, scans);
-    return insert_fiducials(connection, panel.id, fiducials);
+    return enter_panel(connection, panel, scans, fiducials);
+  });
+}
+
+Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
+                        const std::vector<FiducialRecord>& fiducials, const PartRecord& part) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement parent(connection, std::string(kPanelColumns) + "WHERE p.id = ?");
+    parent.bind(1, panel.parent.value_or(PanelId{}).value);
+    if (!parent.executeStep()) return no_such_panel(panel.parent.value_or(PanelId{}));
+    const PanelRecord from = read_panel(parent);
+    if (!from.retired || !from.retired->sawn)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("panel {0} was put back into stock meanwhile: run `veneerctl panel split {0}` if it was "
+                               "sawn apart, and scan the part again",
+                               from.id.value)};
+    PanelRecord entered = panel;
+    entered.root = from.root;
+    if (Status in = enter_panel(connection, entered, scans, fiducials); !in.ok()) return in;
+    if (const auto other = booked_under(connection, panel.id))
+      return Error{ErrorCode::kConflict,
+                   fmt::format("wood of this part was booked under panel {0}: run `veneerctl panel restore {0}` and "
+                               "scan it again",
+                               *other)};
+    carry_over(connection, entered, part, panel.created_at);
+    return Ok();
+  });
+}
+
+Result<std::optional<PartRecord>> Panels::part(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<PartRecord>> {
+    SQLite::Statement row(
+        connection, "SELECT angle_rad, shift_x_mm, shift_y_mm, improper, fiducials, rms_mm FROM parts WHERE panel = ?");
+    row.bind(1, panel.value);
+    if (!row.executeStep()) return std::optional<PartRecord>();
+    return std::optional(PartRecord{read_isometry<PanelFrame, PanelFrame>(row, 0), row.getColumn(4).getInt(),
+                                    Millimetres(row.getColumn(5).getDouble())});
+  });
+}
+
+Result<std::vector<PanelId>> Panels::parts_of(const PanelId& parent) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PanelId>> {
+    SQLite::Statement rows(connection,
+                           "SELECT p.id FROM parts AS t JOIN panels AS p ON p.id = t.panel WHERE p.parent = ? ORDER BY "
+                           "p.number");
+    rows.bind(1, parent.value);
+    std::vector<PanelId> out;
+    while (rows.executeStep()) out.push_back({text(rows.getColumn(0))});
+    return out;
   });
 }
 
@@ -268,38 +373,33 @@ Result<int> Panels::revert_mask(const PanelId& panel, int version, const std::st
 }
 
 Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at) {
+  return in_transaction(
+      *database_, [&](SQLite::Database& connection) -> Status { return leave_stock(connection, panel, reason, at); });
+}
+
+Status Panels::split(const PanelId& panel, const std::string& who, const std::string& reason, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    if (is_retired(connection, panel))
-      return Error{ErrorCode::kConflict, fmt::format("panel {} is retired already", panel.value)};
-    end_expired(connection, at);
-    SQLite::Statement leased(connection,
-                             "SELECT e.plan, e.until FROM allocations AS a JOIN leases AS e ON e.id = a.lease WHERE "
-                             "a.panel = ? AND a.state = 'leased' ORDER BY e.id LIMIT 1");
-    leased.bind(1, panel.value);
-    if (leased.executeStep())
-      return Error{ErrorCode::kConflict,
-                   fmt::format("plan {0} leases wood of panel {1} until {2}: release it first with `veneerctl job "
-                               "release {0}`",
-                               leased.getColumn(0).getInt64(), panel.value, text(leased.getColumn(1)))};
-    SQLite::Statement open(connection,
-                           "SELECT job, state, count(*) FROM allocations WHERE panel = ? AND state IN ('reserved', "
-                           "'cutting', 'suspect') GROUP BY job, state ORDER BY job, state LIMIT 1");
-    open.bind(1, panel.value);
-    if (open.executeStep()) {
-      const int count = open.getColumn(2).getInt();
-      const bool one = count == 1;
-      const std::string_view what = text(open.getColumn(1)) == "suspect"
-                                        ? (one ? "suspect piece" : "suspect pieces")
-                                        : (one ? "piece that is not cut yet" : "pieces that are not cut yet");
-      const std::string_view remedy = text(open.getColumn(1)) == "suspect"
-                                          ? (one ? "settle what became of it" : "settle what became of them")
-                                          : (one ? "cut it, or cancel the job," : "cut them, or cancel the job,");
-      return Error{ErrorCode::kConflict, fmt::format("panel {} holds {} {} of job {}: {} first", panel.value, count,
-                                                     what, open.getColumn(0).getInt64(), remedy)};
-    }
-    insert_retirement(connection, panel, true, reason, at);
+    SQLite::Statement run(connection, "SELECT job FROM runs WHERE panel = ? AND ended_at IS NULL");
+    run.bind(1, panel.value);
+    if (run.executeStep())
+      return Error{ErrorCode::kConflict, fmt::format("job {} is being cut from panel {}: wait until the run is over",
+                                                     run.getColumn(0).getInt64(), panel.value)};
+    if (Status left = leave_stock(connection, panel, reason, at); !left.ok()) return left;
+    SQLite::Statement insert(connection, "INSERT INTO splits (retirement, who) VALUES (?, ?)");
+    SQLite::bind(insert, connection.getLastInsertRowid(), who);
+    insert.exec();
     return Ok();
+  });
+}
+
+Result<std::vector<PanelId>> Panels::sawn() {
+  return guarded(*database_, [](SQLite::Database& connection) -> Result<std::vector<PanelId>> {
+    SQLite::Statement rows(connection,
+                           "SELECT r.panel FROM splits AS s JOIN retirements AS r ON r.id = s.retirement WHERE r.id = "
+                           "(SELECT max(id) FROM retirements WHERE panel = r.panel) ORDER BY r.id DESC");
+    std::vector<PanelId> out;
+    while (rows.executeStep()) out.push_back({text(rows.getColumn(0))});
+    return out;
   });
 }
 
@@ -325,6 +425,13 @@ Status Panels::restore(const PanelId& panel, const std::string& reason, const st
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     if (!is_retired(connection, panel))
       return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock", panel.value)};
+    SQLite::Statement part(
+        connection, "SELECT t.panel FROM parts AS t JOIN panels AS p ON p.id = t.panel WHERE p.parent = ? LIMIT 1");
+    part.bind(1, panel.value);
+    if (part.executeStep())
+      return Error{ErrorCode::kConflict,
+                   fmt::format("panel {} was sawn apart, and its wood is that of its parts, as of panel {}: use those",
+                               panel.value, text(part.getColumn(0)))};
     SQLite::Statement other(
         connection, fmt::format("SELECT p.id, f.number FROM fiducials AS mine JOIN fiducials AS f ON f.kind = "
                                 "'tag' AND f.number = mine.number AND f.panel <> mine.panel JOIN panels AS p ON "
@@ -336,18 +443,12 @@ Status Panels::restore(const PanelId& panel, const std::string& reason, const st
                    fmt::format("panel {} carries tag {} of panel {} and is in stock: retire it first",
                                text(other.getColumn(0)), other.getColumn(1).getInt(), panel.value)};
     // The same sheet under another name: what was cut from it there is free in no ledger of this one.
-    SQLite::Statement cut(
-        connection,
-        "SELECT f.panel FROM fiducials AS mine JOIN fiducials AS f ON f.kind = 'tag' AND f.number = "
-        "mine.number AND f.panel <> mine.panel JOIN allocations AS a ON a.panel = f.panel AND a.state "
-        "<> 'released' WHERE mine.panel = ? AND mine.kind = 'tag' LIMIT 1");
-    cut.bind(1, panel.value);
-    if (cut.executeStep())
+    if (const auto cut = booked_under(connection, panel))
       return Error{
           ErrorCode::kConflict,
           fmt::format("wood of this sheet was booked under panel {}, which panel {} knows nothing of: restore {} "
                       "instead, or scan the sheet anew",
-                      text(cut.getColumn(0)), panel.value, text(cut.getColumn(0)))};
+                      *cut, panel.value, *cut)};
     insert_retirement(connection, panel, false, reason, at);
     return Ok();
   });

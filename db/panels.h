@@ -1,4 +1,5 @@
-// Panels, their scans and their fiducials. The records hold base types only; pictures are files, named by their hash.
+// Panels, their scans, their fiducials and the parts they are sawn into. The records hold base types only; pictures are
+// files, named by their hash.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "base/face.h"
+#include "base/frames.h"
 #include "base/geometry.h"
 #include "base/ids.h"
 #include "base/result.h"
@@ -23,6 +25,14 @@ const char* to_string(FiducialKind kind);
 struct Retirement {
   std::string reason;
   std::string at;
+  bool sawn = false;  // its parts are panels of their own, or become such when they are scanned
+};
+
+// Where a part lay in the panel that it was sawn from.
+struct PartRecord {
+  Isometry2<PanelFrame, PanelFrame> part_from_parent;  // proper
+  int fiducials = 0;                                   // tags and holes of the parent that it was measured on
+  Millimetres rms{0};                                  // of their places
 };
 
 // One physical sheet, or what is left of it. Width and height are those of the veneer map's bounding box.
@@ -80,6 +90,15 @@ class Panels {
   // kConflict when a panel in stock carries one of the tags: it is the same sheet.
   Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
              const std::vector<FiducialRecord>& fiducials);
+  // The same of a part of `panel.parent`, which was sawn apart; its root is the parent's. All wood of it that was cut
+  // or written off while it was the parent's enters as such, in its frame, within its width and height.
+  // kConflict too when the parent is not sawn any more, or when wood of the part was booked under a name that it does
+  // not come from.
+  Status add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
+                  const std::vector<FiducialRecord>& fiducials, const PartRecord& part);
+  // Nothing of a panel that is no part.
+  Result<std::optional<PartRecord>> part(const PanelId& panel);
+  Result<std::vector<PanelId>> parts_of(const PanelId& parent);  // in order of id
   // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has, or when
   // the panel is retired).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
@@ -95,8 +114,12 @@ class Panels {
   // The panel leaves the stock: it is neither planned from nor looked for any more; what was cut from it stays known.
   // kConflict while pieces of it are reserved, being cut or suspect.
   Status retire(const PanelId& panel, const std::string& reason, const std::string& at);
-  // And comes back; kConflict when a panel in stock carries one of its tags, or when wood of a panel that carries one
-  // was ever booked: it is the same sheet.
+  // The same, because it was sawn apart: sheets with its tags are parts of it from now on. Also kConflict while a run
+  // of it is on.
+  Status split(const PanelId& panel, const std::string& who, const std::string& reason, const std::string& at);
+  Result<std::vector<PanelId>> sawn();  // the one that was sawn last first
+  // And comes back; kConflict when a panel in stock carries one of its tags, when wood of a panel that carries one
+  // was ever booked, which is the same sheet, or when a part of it was entered.
   Status restore(const PanelId& panel, const std::string& reason, const std::string& at);
 
   // That a backup of the time `made_at` takes the place of a database: each panel counts as unseen until it is scanned.

@@ -34,6 +34,7 @@ constexpr std::array kOperations = {
     ApiOperation{"decideDifference", "POST", "/api/v1/panels/{id}/differences/{number}/decide", Role::kOperator,
                  Takes::kJson},
     ApiOperation{"retirePanel", "POST", "/api/v1/panels/{id}/retire", Role::kOperator, Takes::kJson},
+    ApiOperation{"splitPanel", "POST", "/api/v1/panels/{id}/split", Role::kOperator, Takes::kJson},
     ApiOperation{"restorePanel", "POST", "/api/v1/panels/{id}/restore", Role::kOperator, Takes::kJson},
     ApiOperation{"listRecipes", "GET", "/api/v1/recipes", Role::kViewer},
     ApiOperation{"setRecipe", "POST", "/api/v1/recipes/{material}/{operation}", Role::kOperator, Takes::kJson},

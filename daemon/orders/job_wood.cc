@@ -66,13 +66,43 @@ Result<Raster<PanelFrame>> open_wood(const HeldPanel& panel, const Raster<PanelF
   return out;
 }
 
+// As many as are allowed. Places whose remnants leave too little wood to choose from go to the fullest panels.
+std::vector<planner::StockPanel> chosen_panels(std::vector<planner::StockPanel> stock, const JobWood& wood,
+                                               SquareMillimetres picture) {
+  struct Offer {
+    std::size_t index;
+    SquareMillimetres free;
+    bool first;
+  };
+  std::vector<Offer> offers;
+  for (std::size_t i = 0; i < stock.size(); ++i)
+    offers.push_back({i, wood_area(stock[i].free), wood.remnants_first && wood.panels[i].remnant});
+  std::stable_sort(offers.begin(), offers.end(),
+                   [](const Offer& a, const Offer& b) { return a.first != b.first ? a.first : a.free > b.free; });
+  const auto rest = offers.begin() + static_cast<std::ptrdiff_t>(*wood.max_panels);
+  const auto offered = [&] {
+    SquareMillimetres sum(0);
+    for (auto it = offers.begin(); it != rest; ++it) sum += it->free;
+    return sum;
+  };
+  // Fresh panels come last and are the fullest of their kind; before them the smallest remnant that was chosen.
+  for (auto place = rest; place != offers.begin() && offered() < picture * kEnoughWood;) {
+    const auto fullest =
+        std::max_element(rest, offers.end(), [](const Offer& a, const Offer& b) { return a.free < b.free; });
+    if ((--place)->free < fullest->free) std::iter_swap(place, fullest);
+  }
+  std::vector<planner::StockPanel> out;
+  for (auto it = offers.begin(); it != rest; ++it) out.push_back(std::move(stock[it->index]));
+  return out;
+}
+
 void drop_index(const std::string& index_dir, const PanelId& panel) {
   if (auto cache = planner::IndexCache::open(index_dir)) cache->drop(panel.value);
 }
 
 }  // namespace
 
-Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood) {
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture) {
   if (const Status known = check_woods(wood.panels, wood.woods); !known) return known.error();
   std::vector<planner::StockPanel> stock;  // without pictures until it is known which panels are used
   for (const HeldPanel& h : wood.panels) {
@@ -91,11 +121,7 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood) {
     if (!open) return open.error();
     stock[i].open = std::move(*open);
   }
-  if (wood.max_panels && *wood.max_panels < stock.size()) {
-    std::stable_sort(stock.begin(), stock.end(),
-                     [](const auto& a, const auto& b) { return wood_area(a.free) > wood_area(b.free); });
-    stock.resize(*wood.max_panels);
-  }
+  if (wood.max_panels && *wood.max_panels < stock.size()) stock = chosen_panels(std::move(stock), wood, picture);
   for (planner::StockPanel& panel : stock) {
     const auto of =
         std::find_if(wood.panels.begin(), wood.panels.end(), [&](const HeldPanel& h) { return h.id == panel.id; });

@@ -31,7 +31,11 @@ struct HeldPanel {
   std::string mask_now;
   std::vector<Region<PanelFrame>> own;
   bool closed = false;
+  bool remnant = false;  // wood was cut from it, or it is a part of another panel
 };
+
+// How many times the picture's area the chosen panels offer, where remnants alone could.
+inline constexpr double kEnoughWood = 2;
 
 struct JobWood {
   std::vector<HeldPanel> panels;
@@ -39,20 +43,26 @@ struct JobWood {
   std::vector<std::string> woods;                            // materials of zones; empty: all wood
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
   std::vector<planner::ForbiddenWood> forbidden;
-  std::optional<std::size_t> max_panels;  // no more: those with the most free wood of the kinds asked for
-  std::string index_dir;                  // where the planner keeps what it measured of panels
+  // No more panels: those with the most free wood of the kinds asked for, remnants before fresh panels if that is
+  // wanted. While the remnants among them offer less than kEnoughWood times the picture, panels with more wood take the
+  // place of the smallest.
+  std::optional<std::size_t> max_panels;
+  bool remnants_first = true;
+  std::string index_dir;  // where the planner keeps what it measured of panels
 };
 
 // Mask minus live allocations grown by `margin`. With `woods` a panel offers its zones of these materials only, and
 // none of the wood that another zone may reach into; its species is the one material it offers, "" when there are
 // several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped. A panel with
 // `mask_now` offers its free wood as the job found it (StockPanel::free), and what is left of it (StockPanel::open).
+// `picture`: the area of the artwork.
 //
 // Blocks on files. kNotFound: wood is forbidden on a panel that is not among these. kInvalidArgument: no panel has a
 // wood that is asked for or weighed; forbidden wood lies beside its panel. kStorage: a panel's pictures cannot be read.
-Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood);
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture);
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, index_dir)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed, remnant)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, remnants_first,
+                                   index_dir)
 
 }  // namespace veneer::daemon

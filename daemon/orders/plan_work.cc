@@ -131,7 +131,8 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   auto picture = planner::decode_picture(bytes, order.name);
   if (!picture) return picture.error();
   progress(0.02, "reading the stock");
-  const auto stock = load_job_wood(order.wood);
+  const auto size = planner::artwork_size(*picture, order.size);
+  const auto stock = load_job_wood(order.wood, size.width * size.height);
   if (!stock) return stock.error();
   const auto earlier = earlier_of(order);
   if (!earlier) return earlier.error();
@@ -141,7 +142,6 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   planner::Artwork artwork;
   artwork.name = order.name;
   artwork.letter = planner::artwork_letter(0);
-  const auto size = planner::artwork_size(*picture, order.size);
   artwork.picture = std::move(*picture);
   artwork.width = size.width;
   artwork.height = size.height;

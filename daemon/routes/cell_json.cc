@@ -10,22 +10,25 @@ using nlohmann::json;
 json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures) {
   json faces = json::array({"show"});
   if (figures.back_known) faces.push_back("back");
-  return {{"id", panel.id.value},
-          {"name", panel.name},
-          {"width_mm", panel.width.count()},
-          {"height_mm", panel.height.count()},
-          {"usable_mm2", figures.usable},
-          {"free_mm2", figures.free},
-          {"reserved_mm2", figures.reserved},
-          {"cut_mm2", figures.cut},
-          {"faces", faces},
-          {"parent", panel.parent ? json(panel.parent->value) : json()},
-          {"root", panel.root.value},
-          {"rms_mm", figures.rms ? json(figures.rms->count()) : json()},
-          {"created", panel.created_at},
-          {"pieces", figures.pieces},
-          {"open_differences", figures.open_differences},
-          {"retired", panel.retired ? json{{"reason", panel.retired->reason}, {"at", panel.retired->at}} : json()}};
+  return {
+      {"id", panel.id.value},
+      {"name", panel.name},
+      {"width_mm", panel.width.count()},
+      {"height_mm", panel.height.count()},
+      {"usable_mm2", figures.usable},
+      {"free_mm2", figures.free},
+      {"reserved_mm2", figures.reserved},
+      {"cut_mm2", figures.cut},
+      {"faces", faces},
+      {"parent", panel.parent ? json(panel.parent->value) : json()},
+      {"root", panel.root.value},
+      {"rms_mm", figures.rms ? json(figures.rms->count()) : json()},
+      {"created", panel.created_at},
+      {"pieces", figures.pieces},
+      {"open_differences", figures.open_differences},
+      {"retired",
+       panel.retired ? json{{"reason", panel.retired->reason}, {"at", panel.retired->at}, {"sawn", panel.retired->sawn}}
+                     : json()}};
 }
 
 namespace {
@@ -174,11 +177,20 @@ json to_json(const JudgedCertificate& certificate) {
   return out;
 }
 
+json to_json(const db::PartRecord& part) {
+  const auto& map = part.part_from_parent;
+  return {{"angle_rad", map.angle().count()},
+          {"shift_mm", {map.shift().x.count(), map.shift().y.count()}},
+          {"fiducials", part.fiducials},
+          {"rms_mm", part.rms.count()}};
+}
+
 json to_json(const ScanOutcome& o) {
   json out = {{"tiles", o.tiles}, {"face", to_string(o.face)}};
   if (!o.panel) return out;
   out["panel"] = o.panel->value;
   out["new"] = o.is_new;
+  if (o.part_of) out["part_of"] = o.part_of->value, out["carried"] = o.carried;
   out["registration"] = {{"rms_mm", o.rms ? json(o.rms->count()) : json()},
                          {"max_mm", o.max ? json(o.max->count()) : json()}};
   if (o.face == Face::kShow) {

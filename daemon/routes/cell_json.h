@@ -37,6 +37,8 @@ nlohmann::json to_json(const db::PlannedPatch& piece);
 nlohmann::json to_json(const db::PieceRecord& piece);
 nlohmann::json to_json(const db::RunRecord& run);
 nlohmann::json to_json(const JudgedCertificate& certificate);
+// Where a part lay in its parent.
+nlohmann::json to_json(const db::PartRecord& part);
 nlohmann::json to_json(const ScanOutcome& outcome);
 nlohmann::json to_json(const JobOutcome& outcome);
 nlohmann::json to_json(const CalibrationOutcome& outcome);

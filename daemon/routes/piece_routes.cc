@@ -175,8 +175,8 @@ Result<json> place_json(Repositories& r, const PanelId& panel, const Point<Panel
       mark = piece->mark;
     }
     json entry = to_json(allocation, mark);
-    const bool in_kerf = allocation.outline.empty() || !Region<PanelFrame>(allocation.outline).contains(place);
-    entry["kerf"] = allocation.piece.value != 0 && in_kerf;
+    // Wood that was written off has no outline.
+    entry["kerf"] = !allocation.outline.empty() && !Region<PanelFrame>(allocation.outline).contains(place);
     entry["reason"] = allocation.reason;
     entry["since"] = allocation.changed_at;
     out["allocations"].push_back(std::move(entry));

@@ -33,6 +33,13 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
   auto remnant = s.remnants.of(r, *panel);
   if (!remnant) return remnant.error();
   out["remnant"] = *remnant ? to_json(**remnant) : json();
+  const auto part = r.panels.part(id);
+  if (!part) return part.error();
+  out["part"] = *part ? to_json(**part) : json();
+  const auto parts = r.panels.parts_of(id);
+  if (!parts) return parts.error();
+  out["parts"] = json::array();
+  for (const PanelId& of : *parts) out["parts"].push_back(of.value);
   auto fiducials = r.panels.fiducials(id);
   if (!fiducials) return fiducials.error();
   auto zones = r.materials.zones(id);
@@ -164,6 +171,7 @@ void scan(const StockServices& s, const ApiRequest& request, const Reply& reply)
   ScanRequest wanted;
   wanted.face = body.word("face", {"show", "back"}).value_or("show") == "show" ? Face::kShow : Face::kBack;
   if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
+  if (const auto parent = body.text("part_of")) wanted.part_of = PanelId{*parent};
   wanted.more = body.flag("more").value_or(false);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
@@ -257,6 +265,21 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
                });
 }
 
+// It was sawn apart: its parts are looked for from now on, and not the panel.
+void split_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto reason = body.text("reason");
+  if (reason) limit_text(body, "reason", *reason, 1);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_panel(s, request, reply,
+               [s, reason = reason.value_or("sawn apart"), who = request.caller.who](
+                   Repositories& r, const PanelId& id) -> Result<json> {
+                 if (const Status done = r.panels.split(id, who, reason, utc_timestamp()); !done) return done.error();
+                 s.panel_library.drop_index(id);
+                 return json{{"panel", id.value}, {"retired", true}, {"sawn", true}};
+               });
+}
+
 Result<json> differences_json(Repositories& r, const PanelId& id) {
   const auto differences = r.differences.of(id);
   if (!differences) return differences.error();
@@ -334,6 +357,7 @@ void bind_stock_routes(Router& router, const StockServices& s) {
   router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
   router.bind("retirePanel",
               [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, true); });
+  router.bind("splitPanel", [s](const ApiRequest& request, const Reply& reply) { split_panel(s, request, reply); });
   router.bind("restorePanel",
               [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, false); });
   router.bind("getPanelMap",

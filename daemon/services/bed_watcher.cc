@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include "base/clock.h"
 #include "daemon/orders/have_done.h"
@@ -44,15 +45,21 @@ Result<Shelf> read_shelf(Repositories& r) {
   return shelf;
 }
 
-// Whose tag is it? A retired panel is wood all the same: nothing is burnt into it by mistake.
+// Whose tag is it? A retired panel is wood all the same: nothing is burnt into it by mistake. A tag of one in stock is
+// that one's, as of a part of a panel that was sawn apart.
 Result<std::map<int, PanelId>> read_tags(Repositories& r) {
   std::map<int, PanelId> panel_of_tag;
+  std::set<int> in_stock;
   const auto panels = r.panels.list();
   if (!panels) return panels.error();
   for (const auto& panel : *panels) {
     const auto fiducials = r.panels.fiducials(panel.id);
     if (!fiducials) return fiducials.error();
-    for (const auto& tag : to_calib(*fiducials).tags) panel_of_tag[tag.id] = panel.id;
+    for (const auto& tag : to_calib(*fiducials).tags)
+      if (!panel.retired || !in_stock.contains(tag.id)) {
+        panel_of_tag[tag.id] = panel.id;
+        if (!panel.retired) in_stock.insert(tag.id);
+      }
   }
   return panel_of_tag;
 }

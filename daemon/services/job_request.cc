@@ -63,6 +63,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
   for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
+  job.remnants_first = query.flag("remnants_first").value_or(true);
   job.woods = parts_of(query.text("wood").value_or(""));
   read_wood_weights(query, job);
   read_forbidden(query, job);
@@ -95,7 +96,7 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole : {"size_mm", "max_panels"})
+  for (const char* whole : {"size_mm", "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -129,6 +130,7 @@ json options_json(const JobRequest& request) {
   out["panels"] = json::array();
   for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);
   out["max_panels"] = request.max_panels ? json(*request.max_panels) : json();
+  out["remnants_first"] = request.remnants_first;
   out["wood"] = request.woods;
   out["wood_weight"] = json::object();
   for (const auto& [wood, weight] : request.wood_weights) out["wood_weight"][wood] = weight;

@@ -28,8 +28,9 @@ struct JobRequest {
   std::vector<planner::ForbiddenWood> forbidden;
   // When the request has a key: it makes one job at most, also when it is sent again after a restart.
   std::optional<db::KeyedRequest> keyed;
-  // No more panels than this: those with the most free wood of the kinds asked for.
+  // No more panels than this: those with the most free wood of the kinds asked for, remnants before fresh ones.
   std::optional<std::size_t> max_panels;
+  bool remnants_first = true;
 };
 
 // kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, or the planner refuses

@@ -74,8 +74,11 @@ Result<std::optional<HeldPanel>> read_panel(Repositories& r, const db::PanelReco
   out.map = library.path_of(panel.map_file).string(), out.mask = library.path_of(panel.mask_file).string();
   const auto live = r.ledger.live_allocations(panel.id);
   if (!live) return live.error();
-  for (const auto& allocation : *live)
+  out.remnant = panel.parent.has_value();
+  for (const auto& allocation : *live) {
     if (!own || allocation.leased_to != *own) out.live.push_back(allocation.area);
+    out.remnant |= allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
+  }
   auto zones = r.materials.zones(panel.id);
   if (!zones) return zones.error();
   out.zones = std::move(*zones);
@@ -271,8 +274,8 @@ MakePlan order_of(const JobRequest& request, Stock& stock, const Config& config,
   out.threads = request.options.threads;
   out.preview_dpi = kPreviewDpi;
   out.wood = {
-      std::move(stock.held), config.panel.position_margin, request.woods, request.wood_weights, request.forbidden,
-      request.max_panels,    library.index_dir().string()};
+      std::move(stock.held), config.panel.position_margin, request.woods,          request.wood_weights,
+      request.forbidden,     request.max_panels,           request.remnants_first, library.index_dir().string()};
   // What was forbidden on a panel that is out of the question now needs no saying.
   std::erase_if(out.wood.forbidden, [&](const auto& wood) { return stock.not_used.contains(wood.panel); });
   out.recipe = config.recipe;

@@ -92,6 +92,20 @@ Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId&
   return out;
 }
 
+// A part's zones are of the material of the parent's zone that most of each lay in.
+std::vector<db::ZoneRecord> with_materials(std::vector<db::ZoneRecord> zones, const std::vector<db::ZoneRecord>& before,
+                                           const Isometry2<PanelFrame, PanelFrame>& part_from_parent) {
+  for (db::ZoneRecord& zone : zones) {
+    const Region<PanelFrame> here(zone.outline);
+    SquareMillimetres most = here.area() / 2;
+    for (const db::ZoneRecord& old : before) {
+      const auto shared = intersect(here, Region<PanelFrame>(part_from_parent * old.outline)).area();
+      if (shared > most) most = shared, zone.material = old.material;
+    }
+  }
+  return zones;
+}
+
 std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences) {
   std::vector<db::DifferenceRecord> out;
   for (const FoundDifference& difference : differences) {
@@ -162,36 +176,69 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
   return finish(request, progress, stop);
 }
 
-Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
-  struct Stock {
-    std::vector<db::PanelRecord> panels;
-    std::map<PanelId, calib::PanelFiducials> fiducials;
-  };
-  auto stock = database_.call([](Repositories& r) -> Result<Stock> {
-    // A retired panel is not looked for: its sheet can be scanned anew, as another one.
+Result<ScanService::Stock> ScanService::read_stock() {
+  return database_.call([](Repositories& r) -> Result<Stock> {
+    // A retired panel is not looked for: its sheet can be scanned anew, as another one, or is a part of it.
     auto panels = r.panels.in_stock();
     if (!panels) return panels.error();
-    Stock out{std::move(*panels), {}};
-    for (const auto& panel : out.panels) {
-      auto fiducials = r.panels.fiducials(panel.id);
+    auto sawn = r.panels.sawn();
+    if (!sawn) return sawn.error();
+    Stock out{std::move(*panels), std::move(*sawn), {}};
+    std::vector<PanelId> all = out.sawn;
+    for (const auto& panel : out.panels) all.push_back(panel.id);
+    for (const PanelId& panel : all) {
+      auto fiducials = r.panels.fiducials(panel);
       if (!fiducials) return fiducials.error();
-      out.fiducials[panel.id] = to_calib(*fiducials);
+      out.fiducials[panel] = to_calib(*fiducials);
     }
     return out;
   });
+}
+
+// How many tags on the glass each face of these panels has.
+std::map<std::pair<PanelId, Face>, int> ScanService::count_tags(const Stock& stock,
+                                                                const std::vector<PanelId>& panels) const {
+  std::map<std::pair<PanelId, Face>, int> votes;
+  for (const auto& tile : tiles_)
+    for (const auto& tag : tile.view.tags)
+      for (const PanelId& id : panels)
+        if (const auto* t = stock.fiducials.at(id).tag(tag.id)) ++votes[{id, t->face}];
+  return votes;
+}
+
+// Of a sheet that is none in stock. A part of a part carries tags of both: it comes from the one that was sawn last.
+Result<std::optional<PanelId>> ScanService::parent_of(const ScanRequest& request, const Stock& stock) const {
+  if (request.part_of) {
+    if (std::ranges::count(stock.sawn, *request.part_of) > 0) return request.part_of;
+    return Error{ErrorCode::kNotFound, fmt::format("no panel {0} was sawn apart: run veneerctl panel split {0} first",
+                                                   request.part_of->value)};
+  }
+  const auto votes = count_tags(stock, stock.sawn);
+  std::optional<PanelId> parent;
+  int most = 0;
+  for (const PanelId& id : stock.sawn)
+    if (const auto counted = votes.find({id, Face::kShow}); counted != votes.end() && counted->second > most)
+      most = counted->second, parent = id;
+  if (!parent && !votes.empty())
+    return Error{ErrorCode::kRefused,
+                 fmt::format("these are tags of the back of panel {}, which was sawn apart: scan the show face of each "
+                             "part first",
+                             votes.begin()->first.first.value)};
+  return parent;
+}
+
+Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
+  auto stock = read_stock();
   if (!stock) return stock.error();
 
   Known known;
   known.face = request.face;
+  std::vector<PanelId> in_stock;
+  for (const auto& panel : stock->panels) in_stock.push_back(panel.id);
   // The tags say which panel and which face this is, where they are known.
-  std::map<std::pair<PanelId, Face>, int> votes;
-  for (const auto& tile : tiles_)
-    for (const auto& tag : tile.view.tags)
-      for (const auto& [id, fiducials] : stock->fiducials)
-        if (const auto* t = fiducials.tag(tag.id)) ++votes[{id, t->face}];
   std::optional<PanelId> wanted = request.panel;
   int most = 0;
-  for (const auto& [where, count] : votes)
+  for (const auto& [where, count] : count_tags(*stock, in_stock))
     if (count > most) {
       most = count;
       if (!request.panel) wanted = where.first;
@@ -205,17 +252,28 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
         fmt::format("there is no panel {} in stock: see veneerctl panel list --all, and veneerctl panel restore "
                     "for one that was retired",
                     wanted->value)};
+  if (known.panel && request.part_of)
+    return Error{ErrorCode::kConflict, fmt::format("the tags are those of panel {}, which is in stock: scan it without "
+                                                   "saying of which panel it is a part",
+                                                   known.panel->id.value)};
   if (!known.panel && request.face == Face::kBack)
     return Error{
         ErrorCode::kInvalidArgument,
         "these back tags are new: name the panel they belong to, as in veneerctl panel scan --face back --panel "
         "P-0001"};
-  if (known.panel) known.fiducials = stock->fiducials[known.panel->id];
+  if (known.panel) {
+    known.fiducials = stock->fiducials[known.panel->id];
+  } else {
+    auto parent = parent_of(request, *stock);
+    if (!parent) return parent.error();
+    known.parent = std::move(*parent);
+    if (known.parent) known.parent_fiducials = stock->fiducials[*known.parent];
+  }
   const calib::AprilGrid grid;
   for (int i = 0; i < grid.tags(); ++i) known.foreign_tags.insert(grid.first_id + i);
-  for (const auto& [id, fiducials] : stock->fiducials)
+  for (const PanelId& id : in_stock)
     if (!known.panel || id != known.panel->id)
-      for (const auto& tag : fiducials.tags) known.foreign_tags.insert(tag.id);
+      for (const auto& tag : stock->fiducials[id].tags) known.foreign_tags.insert(tag.id);
   return known;
 }
 
@@ -270,7 +328,7 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   if (!can_be(*read, tiles_.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "entering stock");
-  if (!known->panel) return add_panel(*read, *folder);
+  if (!known->panel) return add_panel(*known, *read, *folder);
   if (known->face == Face::kBack) return add_back(*known, *read);
   return scan_again(*known, *read, *folder);
 }
@@ -296,7 +354,15 @@ Result<std::vector<db::ScanRecord>> ScanService::store_scans(const PanelId& pane
   return records;
 }
 
-Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFolder& folder) {
+Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& read, const WorkFolder& folder) {
+  std::optional<db::PartRecord> part;
+  if (known.parent) {
+    const auto related = calib::relate_part(read.fiducials, known.parent_fiducials, read.sheet);
+    if (!related)
+      return Error{related.error().code,
+                   fmt::format("this is a part of panel {}, and {}", known.parent->value, related.error().message)};
+    part = db::PartRecord{related->part_from_parent, related->fiducials, related->rms};
+  }
   auto id = database_.call([](Repositories& r) { return r.panels.next_panel_id(); });
   if (!id) return id.error();
   auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + id->value, "map");
@@ -315,16 +381,29 @@ Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFold
   panel.map_hash = map_file->sha256;
   panel.usable = read.usable;
   panel.created_at = utc_timestamp();
+  panel.parent = known.parent;
   const auto fiducials = to_records(read.fiducials, Face::kShow);
+  std::size_t carried = 0;
   const Status added = database_.call([&](Repositories& r) -> Status {
-    if (Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
-    return r.materials.add_zones(panel.id, read.zones);
+    if (!part) {
+      if (Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
+      return r.materials.add_zones(panel.id, read.zones);
+    }
+    if (Status entered = r.panels.add_part(panel, *scans, fiducials, *part); !entered) return entered;
+    const auto live = r.ledger.live_states(panel.id);
+    if (!live) return live.error();
+    carried = live->size();
+    const auto before = r.materials.zones(*panel.parent);
+    if (!before) return before.error();
+    return r.materials.add_zones(panel.id, with_materials(read.zones, *before, part->part_from_parent));
   });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = *id;
   outcome.is_new = true;
+  outcome.part_of = known.parent;
+  outcome.carried = carried;
   outcome.rms = read.rms;
   outcome.max = read.max;
   outcome.usable = read.usable;
@@ -332,6 +411,10 @@ Result<ScanOutcome> ScanService::add_panel(const PanelRead& read, const WorkFold
   outcome.warnings = read.warnings;
   log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id->value, panel.width.count(),
              panel.height.count(), outcome.zones);
+  if (part)
+    log_->info(
+        "panel {} is a part of panel {}: {} tags and holes in common, rms {:.3f} mm; {} allocations carried over",
+        id->value, known.parent->value, part->fiducials, part->rms.count(), carried);
   for (const std::string& warning : outcome.warnings) log_->warn("panel {}: {}", id->value, warning);
   return outcome;
 }

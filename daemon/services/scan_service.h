@@ -1,19 +1,23 @@
 // From what lies on the scanner's glass to a panel in stock: capture, register, stitch, mask; or, for a panel that is
-// known already, its other face, or a comparison of its wood with the ledger.
+// known already, its other face, or a comparison of its wood with the ledger. A new sheet that carries tags of a panel
+// that was sawn apart is a part of that: what was gone from its wood before is booked in it.
 //
 // Pictures are looked at by worker processes (daemon/orders/scan_work.h). Tiles of one face are collected until one
 // comes without `more`. Threading: add_tile() blocks and is called on the scanner's worker only.
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/log.h"
 #include "base/result.h"
+#include "calib/part_relation.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
 #include "daemon/config.h"
@@ -29,8 +33,9 @@ namespace veneer::daemon {
 
 struct ScanRequest {
   Face face = Face::kShow;
-  std::optional<PanelId> panel;  // needed for the first look at a panel's back
-  bool more = false;             // further tiles follow
+  std::optional<PanelId> panel;    // needed for the first look at a panel's back
+  std::optional<PanelId> part_of;  // a sawn panel, where the tags do not say so
+  bool more = false;               // further tiles follow
 };
 
 // What wood and ledger disagree about, and the pieces whose wood it is: cut ones that still hang there, reserved ones
@@ -49,6 +54,8 @@ struct ScanOutcome {
   std::size_t tiles = 0;         // collected so far
   std::optional<PanelId> panel;  // none while further tiles follow
   bool is_new = false;
+  std::optional<PanelId> part_of;  // of a new panel: the one that it was sawn from
+  std::size_t carried = 0;         // pieces and scrap of that one that lay in its wood
   Face face = Face::kShow;
   std::optional<Millimetres> rms, max;  // of the registration
   SquareMillimetres usable{0};          // of a show face
@@ -78,12 +85,24 @@ class ScanService {
     std::set<int> foreign_tags;
     Face face = Face::kShow;
     bool later_map = false;  // its first map is lost: the scan is compared with a later one
+    // Of a sheet that is new: the sawn panel that it is a part of.
+    std::optional<PanelId> parent;
+    calib::PanelFiducials parent_fiducials;
+  };
+  // Panels in stock and sawn ones, the one that was sawn last first.
+  struct Stock {
+    std::vector<db::PanelRecord> panels;
+    std::vector<PanelId> sawn;
+    std::map<PanelId, calib::PanelFiducials> fiducials;
   };
 
   Result<ScanOutcome> finish(const ScanRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+  Result<Stock> read_stock();
   Result<Known> identify(const ScanRequest& request);
+  Result<std::optional<PanelId>> parent_of(const ScanRequest& request, const Stock& stock) const;
+  std::map<std::pair<PanelId, Face>, int> count_tags(const Stock& stock, const std::vector<PanelId>& panels) const;
   Result<std::vector<db::ScanRecord>> store_scans(const PanelId& panel, Face face, const PanelRead& read);
-  Result<ScanOutcome> add_panel(const PanelRead& read, const WorkFolder& folder);
+  Result<ScanOutcome> add_panel(const Known& known, const PanelRead& read, const WorkFolder& folder);
   Result<ScanOutcome> add_back(const Known& known, const PanelRead& read);
   Result<ScanOutcome> scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder);
   WorkOrder order(const char* kind, const char* what, const WorkFolder& folder) const;

@@ -144,6 +144,11 @@ TEST(Render, AScanSaysWhatItLeavesOut) {
   EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning: a strip is left out: it looks like the board\n");
 }
 
+TEST(Render, APartSaysWhatItTookOver) {
+  const json result = {{"panel", "P-3"}, {"new", true}, {"part_of", "P-1"}, {"carried", 7}};
+  EXPECT_THAT(render_scan_result(result), HasSubstr("P-1, with 7 places where its wood was gone"));
+}
+
 TEST(Render, AShelfOfRetiredPanelsSaysSo) {
   EXPECT_THAT(render_panels({{"panels", json::array()}, {"retired_left_out", 2}}), HasSubstr("panel list --all"));
 }
@@ -152,6 +157,8 @@ TEST(Render, APanelThatLeavesTheStockSaysHowItComesBack) {
   EXPECT_EQ(render_retired({{"panel", "P-0002"}, {"retired", true}}),
             "Panel P-0002 is out of stock. `veneerctl panel restore P-0002` puts it back.\n");
   EXPECT_EQ(render_retired({{"panel", "P-0002"}, {"retired", false}}), "Panel P-0002 is in stock.\n");
+  EXPECT_EQ(render_retired({{"panel", "P-0002"}, {"retired", true}, {"sawn", true}}),
+            "Panel P-0002 is out of stock. Scan each of its parts: `veneerctl panel scan`.\n");
 }
 
 TEST(Render, AnEmptyShelfTellsWhatToDo) {

@@ -196,14 +196,14 @@ TEST(Veneerctl, ANewJobPassesEveryOptionOn) {
   running = &server;
   const std::string picture = (server.folder() / "p.png").string();
   std::ofstream(picture) << "a picture";
-  std::vector<std::string> arguments = {"job",         "new",           picture, "--panels", "P-1,P-2",     "--panels",
-                                        "P-3",         "--max-panels",  "2",     "--wood",   "oak",         "--wood",
-                                        "ash",         "--wood-weight", "oak=2", "--forbid", "P-1,1,2,3,4", "--forbid",
-                                        "P-2,5,6,7,8", "--size-mm",     "100"};
+  std::vector<std::string> arguments = {
+      "job",         "new",      picture,       "--panels",  "P-1,P-2", "--panels",           "P-3",   "--max-panels",
+      "2",           "--wood",   "oak",         "--wood",    "ash",     "--wood-weight",      "oak=2", "--forbid",
+      "P-1,1,2,3,4", "--forbid", "P-2,5,6,7,8", "--size-mm", "100",     "--no-remnants-first"};
   std::map<std::string, std::string> expected = {
       {"name", "p"},       {"panels", "P-1,P-2,P-3"}, {"max_panels", "2"},
       {"wood", "oak,ash"}, {"wood_weight", "oak=2"},  {"forbid", "P-1,1,2,3,4;P-2,5,6,7,8"},
-      {"size_mm", "100"}};
+      {"size_mm", "100"},  {"remnants_first", "0"}};
   for (const planner::NamedOption& option : planner::kNamedOptions) {
     std::string flag = "--" + std::string(option.name);
     std::replace(flag.begin(), flag.end(), '_', '-');

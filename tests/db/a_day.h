@@ -191,6 +191,15 @@ inline std::vector<Step> a_day() {
   add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
   add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
   add("archived", [](Database& db) { return JobStore(db).archive_done(kNow); });
+  add("written off", [=](Database& db) {
+    return Ledger(db).write_off(elm, Region<PanelFrame>(square(30, 20, 20)), "burnt pattern", kNow);
+  });
+  add("sawn apart", [=](Database& db) { return Panels(db).split(elm, "test", "sawn apart", kLater); });
+  add("part", [=](Database& db) {
+    PanelRecord part = sheet({"P-0004"});
+    part.parent = elm;
+    return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm});
+  });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
   add("key forgotten", [=](Database& db) { return RequestKeys(db).forget(forgotten); });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });

@@ -81,6 +81,13 @@ inline void fill(CellDatabase& cell) {
   const PanelId split = cell.new_panel();
   VENEER_ASSERT_OK(cell.panels().retire(split, "split in two", kNow));
   VENEER_ASSERT_OK(cell.panels().restore(split, "glued", kLater));
+  const PanelId sawn = cell.new_panel();
+  VENEER_ASSERT_OK(cell.ledger().write_off(sawn, Region<PanelFrame>(square(60, 50, 20)), "burnt pattern", kNow));
+  VENEER_ASSERT_OK(cell.panels().split(sawn, "local:1000", "sawn apart", kLater));
+  PanelRecord part = sheet(must(cell.panels().next_panel_id()));
+  part.parent = sawn;
+  const Isometry2<PanelFrame, PanelFrame> part_from_parent(degrees(3), point<PanelFrame>(-20, 4));
+  VENEER_ASSERT_OK(cell.panels().add_part(part, {}, {}, {part_from_parent, 3, 0.02_mm}));
   Differences differences(cell.database());
   DifferenceRecord gone, there;
   gone.gone = true, gone.place = point<PanelFrame>(352, 12), gone.area = SquareMillimetres(9.5);

@@ -102,6 +102,37 @@ TEST_F(PanelRoutes, ARetiredPanelIsOutOfStockUntilItIsRestored) {
   EXPECT_THAT(cli::render_panels(get("/panels")), Not(HasSubstr("retired")));
 }
 
+TEST_F(PanelRoutes, APanelThatWasSawnApartTellsOfItsParts) {
+  EXPECT_EQ(post("/panels/P-0009/split").status, 404);
+  EXPECT_EQ(post("/panels/P-0002/split", {{"reason", ""}}).status, 400);
+  const ApiReply split = post("/panels/P-0002/split");
+  ASSERT_EQ(split.status, 200) << split.body;
+  EXPECT_THAT(cli::render_retired(body_of(split)), HasSubstr("Scan each of its parts"));
+  EXPECT_EQ(post("/panels/P-0002/split").status, 409);
+  const json parent = get("/panels/P-0002");
+  EXPECT_EQ(parent["retired"]["reason"], "sawn apart");
+  EXPECT_EQ(parent["retired"]["sawn"], true);
+  EXPECT_TRUE(parent["part"].is_null());
+  EXPECT_TRUE(parent["parts"].empty());
+
+  change([&](Repositories& r) -> Status {
+    auto part = r.panels.find({"P-0002"});
+    if (!part) return part.error();
+    part->id = {"P-0003"}, part->parent = PanelId{"P-0002"};
+    return r.panels.add_part(*part, {}, {}, {Isometry2<PanelFrame, PanelFrame>(Radians(0.5), {}), 4, 0.02_mm});
+  });
+  EXPECT_EQ(get("/panels/P-0002")["parts"], json{"P-0003"});
+  const json part = get("/panels/P-0003");
+  EXPECT_EQ(part["parent"], "P-0002");
+  EXPECT_EQ(part["root"], "P-0002");
+  EXPECT_EQ(part["part"]["fiducials"], 4);
+  EXPECT_EQ(part["part"]["angle_rad"], 0.5);
+  EXPECT_THAT(cli::render_panel(get("/panels/P-0002")), HasSubstr("P-0003"));
+  const ApiReply back = post("/panels/P-0002/restore");
+  EXPECT_EQ(back.status, 409);
+  EXPECT_THAT(back.body, HasSubstr("its wood is that of its parts"));
+}
+
 // What people note is kept change by change, and nothing is planned from a surface that nobody has scanned.
 TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_EQ(ask("GET", "/api/v1/materials/walnut").status, 404);

@@ -100,6 +100,7 @@ TEST(JobRequest, DescribedLimitsAreThoseThatHold) {
 TEST(JobRequest, ListsAreSeparatedByCommas) {
   const auto job = read({{"panels", "P-0001,P-0003"},
                          {"max_panels", "1"},
+                         {"remnants_first", "0"},
                          {"wood", "oak,black walnut"},
                          {"wood_weight", "oak=2,black walnut=0.5"},
                          {"forbid", "P-0001,10,20,5.5,6;P-0003,1,2,3,4"},
@@ -107,6 +108,7 @@ TEST(JobRequest, ListsAreSeparatedByCommas) {
   ASSERT_TRUE(job.ok()) << job.error().message;
   EXPECT_EQ(job->panels, (std::vector<PanelId>{{"P-0001"}, {"P-0003"}}));
   EXPECT_EQ(job->max_panels, std::optional<std::size_t>(1));
+  EXPECT_FALSE(job->remnants_first);
   EXPECT_EQ(job->woods, (std::vector<std::string>{"oak", "black walnut"}));
   EXPECT_EQ(job->wood_weights, (std::vector<std::pair<std::string, double>>{{"oak", 2}, {"black walnut", 0.5}}));
   EXPECT_EQ(job->size.count(), 190.5);

@@ -528,6 +528,35 @@ TEST_F(PlanServiceTest, NoMorePanelsThanAllowedAreThoseWithTheMostFreeWood) {
   EXPECT_THAT(one->panels, ::testing::ElementsAre(std::pair(PanelId{"P-0002"}, std::size_t{4})));
 }
 
+TEST_F(PlanServiceTest, RemnantsComeBeforeFreshPanelsUnlessTheyHaveTooLittleWood) {
+  add_panel("P-0001", 255, cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(200)));
+  add_panel("P-0002", 255, cv::Mat(180, 180, CV_8UC3, cv::Scalar::all(200)));
+  add_panel("P-0003", 255, cv::Mat(180, 180, CV_8UC3, cv::Scalar::all(200)));
+  const auto write_off = [&](const char* panel, Millimetres height) {
+    const Ring<PanelFrame> strip{{0_mm, 0_mm}, {17_mm, 0_mm}, {17_mm, height}, {0_mm, height}};
+    return database_->call([&](Repositories& r) {
+      return r.ledger.write_off(PanelId{panel}, Region<PanelFrame>(strip), "test", "2026-01-01T00:00:00.000Z");
+    });
+  };
+  ASSERT_TRUE(write_off("P-0002", 2_mm).ok());
+  ASSERT_TRUE(write_off("P-0003", 13_mm).ok());
+  JobRequest request = small_job();
+  request.max_panels = 1;
+  const auto panels_of = [&] {
+    const auto job = plan(request);
+    EXPECT_TRUE(job.ok()) << job.error().message;
+    std::vector<PanelId> out;
+    for (const auto& [panel, pieces] : job->panels) out.push_back(panel);
+    return out;
+  };
+  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0002"})) << "of remnants the fullest";
+  request.remnants_first = false;
+  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"}));
+  request.remnants_first = true;
+  request.panels = {PanelId{"P-0001"}, PanelId{"P-0003"}};
+  EXPECT_THAT(panels_of(), ::testing::ElementsAre(PanelId{"P-0001"})) << "the strip that is left is too little wood";
+}
+
 TEST_F(PlanServiceTest, OnlyTheWoodThatIsAskedForIsUsedZoneByZone) {
   cv::Mat wood(240, 240, CV_8UC3, cv::Scalar::all(200));
   wood(cv::Rect(0, 0, 120, 240)).setTo(cv::Scalar::all(50));
