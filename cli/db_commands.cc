@@ -34,7 +34,7 @@ void tell_missing(const json& backup) {
   if (missing.empty()) return;
   fail({ErrorCode::kStorage,
         fmt::format("{} that the database names {} missing or damaged in the data folder, the first is {}: put {} back "
-                    "from an older backup, none of which is removed until then",
+                    "from an older backup; the newest that still has one of them is kept until then",
                     missing.size() == 1 ? "a picture" : fmt::format("{} pictures", missing.size()),
                     missing.size() == 1 ? "is" : "are", missing[0].get<std::string>(),
                     missing.size() == 1 ? "it" : "them")});
@@ -93,7 +93,7 @@ Result<json> export_cell(const CommandContext& context, const std::string& file)
     return Error{
         ErrorCode::kNotFound,
         fmt::format("the backup was made, but {} cannot be read from here: export on the cell's own machine as "
-                    "somebody who may, as in sudo -u veneerd veneerctl db export ...",
+                    "somebody who may, as in sudo -u veneer veneerctl db export ...",
                     folder)};
   if (const Status packed = pack_folder(folder, file, [](double) {}); !packed) return packed.error();
   std::error_code none;

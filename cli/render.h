@@ -16,7 +16,6 @@ std::string render_facts(const nlohmann::json& panel);        // {"facts": {...}
 std::string render_panel_facts(const nlohmann::json& reply);  // of GET /panels/{id}/facts
 std::string render_materials(const nlohmann::json& reply);    // {"materials": [...]}
 std::string render_material(const nlohmann::json& material);
-std::string render_masks(const nlohmann::json& masks);  // of GET /panels/{id}/masks
 std::string render_reverted(const nlohmann::json& reply);
 std::string render_retired(const nlohmann::json& reply);
 std::string render_differences(const nlohmann::json& reply);  // of GET /panels/{id}/differences

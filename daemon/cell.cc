@@ -120,6 +120,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
             }),
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
+      stock_memory(config.store.data_dir / "stock-memory.json"),
       look_timer_(io) {}
 
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,

@@ -69,8 +69,9 @@ class Cell {
   std::unique_ptr<DatabaseThread> database;  // writes, and what the unit and the services read
   std::unique_ptr<DatabaseCheck> integrity;
   std::unique_ptr<BackupService> backups;
-  PanelFigures panel_figures{panel_library};
-  Remnants remnants{panel_library};
+  StockMemory stock_memory;
+  PanelFigures panel_figures{panel_library, stock_memory};
+  Remnants remnants{panel_library, stock_memory};
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;

@@ -10,7 +10,7 @@
 namespace veneer::db {
 namespace {
 
-constexpr std::string_view kBoxes = "allocation_boxes";
+constexpr std::string_view kBoxes = "allocation_boxes", kSums = "table_sums";
 
 // Those that change nothing but their own answer.
 bool may_have_argument(std::string_view pragma) {
@@ -24,7 +24,7 @@ bool may_write(const Guard& guard, std::string_view table, bool in_trigger) {
   // SQLite asks for this when it makes a table of its own for a pragma; nobody writes there (DEFENSIVE).
   if (table == "sqlite_master") return true;
   if (table.starts_with("sqlite_")) return false;
-  if (table == kBoxes) return in_trigger;
+  if (table == kBoxes || table == kSums) return in_trigger;
   // The R*Tree's own tables: SQLite writes them itself, and refuses everybody else (SQLITE_DBCONFIG_DEFENSIVE).
   if (table.starts_with(kBoxes)) return true;
   return guard.writing;

@@ -11,6 +11,7 @@
 #include "db/audit_chain.h"
 #include "db/migrations.h"
 #include "db/sql.h"
+#include "db/table_sums.h"
 
 namespace veneer::db {
 namespace {
@@ -54,13 +55,6 @@ std::string first_difference(const std::vector<std::string>& found, const std::v
   const auto [f, w] = std::mismatch(found.begin(), found.end(), wanted.begin(), wanted.end());
   const std::string& entry = f != found.end() && (w == wanted.end() || *f < *w) ? *f : *w;
   return entry.substr(0, entry.find(' ', entry.find(' ') + 1));
-}
-
-std::vector<std::string> tables_with_checksums(SQLite::Database& connection) {
-  return texts_of(
-      connection,
-      "SELECT t.name FROM sqlite_schema AS t JOIN pragma_table_xinfo(t.name) AS c WHERE t.type = 'table' AND "
-      "c.name = 'checksum' ORDER BY t.name");
 }
 
 // Rows whose checksum is not that of their columns.
@@ -184,7 +178,10 @@ Status check_all(SQLite::Database& connection, const std::string& file) {
   if (Status boxes = check_boxes(connection, file); !boxes.ok()) return boxes;
   if (Status histories = check_histories(connection, file); !histories.ok()) return histories;
   if (Status leases = check_leases(connection, file); !leases.ok()) return leases;
-  return check_numbers(connection, file);
+  if (Status numbers = check_numbers(connection, file); !numbers.ok()) return numbers;
+  // Last, since the others say more.
+  if (const std::string wrong = first_wrong_sum(connection); !wrong.empty()) return is_damaged(file, wrong);
+  return Ok();
 }
 
 }  // namespace veneer::db

@@ -15,8 +15,8 @@ namespace veneer::db {
 Status check_schema(SQLite::Database& connection, const std::string& file);
 
 // Everything: SQLite's own check of pages and indices, foreign keys, the schema, the chain of the audit log, the
-// checksum of every row, the index of wood against the wood, and that no number can be handed out twice. Reads the
-// whole file.
+// checksum of every row, the index of wood against the wood, that no number can be handed out twice, and that each
+// table has all its rows. Reads the whole file.
 Status check_all(SQLite::Database& connection, const std::string& file);
 
 // What can be asked of an older schema before it is brought up to date: pages, indices and foreign keys.

@@ -162,10 +162,19 @@ Result<SquareMillimetres> Ledger::write_off_free(const PanelId& panel, const Reg
   });
 }
 
+Result<std::string> Ledger::mark_of_step(std::int64_t step) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
+    SQLite::Statement row(connection, "SELECT checksum FROM allocation_history WHERE id = ?");
+    row.bind(1, step);
+    return row.executeStep() ? text(row.getColumn(0)) : std::string();
+  });
+}
+
 Result<Ledger::Changes> Ledger::changes_after(std::int64_t after) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<Changes> {
     Changes out;
-    out.newest = connection.execAndGet("SELECT coalesce(max(id), 0) FROM allocation_history").getInt64();
+    SQLite::Statement newest(connection, "SELECT id, checksum FROM allocation_history ORDER BY id DESC LIMIT 1");
+    if (newest.executeStep()) out.newest = newest.getColumn(0).getInt64(), out.mark = text(newest.getColumn(1));
     if (after < 0 || after >= out.newest) return out;
     SQLite::Statement rows(connection,
                            "SELECT DISTINCT a.panel FROM allocation_history AS h JOIN allocations AS a ON a.id = "

@@ -63,9 +63,13 @@ class Ledger {
   // somebody counted of other panels still holds. After a step below 0 the newest alone is told.
   struct Changes {
     std::int64_t newest = 0;
+    std::string mark;  // of the newest
     std::vector<PanelId> panels;
   };
   Result<Changes> changes_after(std::int64_t after);
+  // By which a step is known again where a history may be another one, as after a backup was put back; empty when
+  // there is no such step.
+  Result<std::string> mark_of_step(std::int64_t step);
 
   // Live allocations, oldest first; free wood is the panel's mask minus the union of their areas.
   Result<std::vector<AllocationRecord>> live_allocations(const PanelId& panel);

@@ -16,7 +16,7 @@ Status check(const RecipeRecord& recipe) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the recipe to {} {} {}", to_string(recipe.operation), recipe.material, what)};
   };
-  if (recipe.material.empty() || recipe.material.size() > 60)
+  if (!names_a_material(recipe.material))
     return Error{ErrorCode::kInvalidArgument, "a recipe needs the name of a material, at most 60 characters long"};
   if (!(recipe.speed.count() > 0 && recipe.speed.count() <= 1000))
     return wrong("has an impossible speed: use more than 0 and at most 1000 mm/s");
@@ -121,7 +121,7 @@ Result<std::vector<ZoneRecord>> Materials::zones(const PanelId& panel) {
 }
 
 Status Materials::set_material(const PanelId& panel, std::optional<int> zone, const std::string& material) {
-  if (material.empty() || material.size() > 60)
+  if (!names_a_material(material))
     return Error{ErrorCode::kInvalidArgument, "a material needs a name of at most 60 characters"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);

@@ -4,6 +4,7 @@
 #include "db/migrations.h"
 #include "db/plan_files.h"
 #include "db/sql.h"
+#include "db/table_sums.h"
 
 namespace veneer::db {
 
@@ -48,6 +49,8 @@ Status migrate(SQLite::Database& connection, std::span<const Migration> steps) {
       step_name = step.name;
       SQLite::Transaction transaction(connection, SQLite::TransactionBehavior::IMMEDIATE);
       connection.exec(step.sql);
+      // A step may have made tables, or made some anew, which loses their triggers.
+      if (step.version == last) keep_sums(connection);
       SQLite::Statement lost(connection, "PRAGMA foreign_key_check");
       if (lost.executeStep())
         throw SQLite::Exception("table " + text(lost.getColumn(0)) + " points to a row that is not there",

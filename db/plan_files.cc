@@ -1,10 +1,7 @@
 #include "db/plan_files.h"
 
-#include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
-#include <sqlite3.h>
 
-#include <exception>
 #include <fstream>
 #include <iterator>
 #include <span>
@@ -12,6 +9,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "db/sql.h"
 
 namespace veneer::db {
 namespace {
@@ -24,20 +22,15 @@ fs::path place_of(const fs::path& database, const std::string& sha256) {
   return database.parent_path() / plan_file_name(sha256);
 }
 
-// SQLite is C: nothing may be thrown through it.
 void keep_plan_function(sqlite3_context* context, int, sqlite3_value** arguments) {
-  try {
-    const auto* bytes = static_cast<const char*>(sqlite3_value_blob(arguments[0]));
-    const auto size = static_cast<std::size_t>(sqlite3_value_bytes(arguments[0]));
-    const auto& database = *static_cast<const fs::path*>(sqlite3_user_data(context));
-    const auto kept = keep_plan_file(database, bytes == nullptr ? std::string() : std::string(bytes, size));
-    if (kept)
-      sqlite3_result_text(context, kept->sha256.data(), static_cast<int>(kept->sha256.size()), SQLITE_TRANSIENT);
-    else
-      sqlite3_result_error(context, kept.error().message.c_str(), -1);
-  } catch (const std::exception& thrown) {
-    sqlite3_result_error(context, thrown.what(), -1);
-  }
+  const auto* bytes = static_cast<const char*>(sqlite3_value_blob(arguments[0]));
+  const auto size = static_cast<std::size_t>(sqlite3_value_bytes(arguments[0]));
+  const auto& database = *static_cast<const fs::path*>(sqlite3_user_data(context));
+  const auto kept = keep_plan_file(database, bytes == nullptr ? std::string() : std::string(bytes, size));
+  if (kept)
+    sqlite3_result_text(context, kept->sha256.data(), static_cast<int>(kept->sha256.size()), SQLITE_TRANSIENT);
+  else
+    sqlite3_result_error(context, kept.error().message.c_str(), -1);
 }
 
 }  // namespace
@@ -74,7 +67,7 @@ Status remove_plan_file(const fs::path& database, const std::string& sha256) {
 KeepPlanFunction::KeepPlanFunction(SQLite::Database& connection)
     : connection_(connection), file_(connection.getFilename()) {
   if (sqlite3_create_function(connection_.getHandle(), kKeepPlan, 1, SQLITE_UTF8 | SQLITE_DIRECTONLY, &file_,
-                              &keep_plan_function, nullptr, nullptr) != SQLITE_OK)
+                              &without_exceptions<keep_plan_function>, nullptr, nullptr) != SQLITE_OK)
     throw SQLite::Exception(connection_.getHandle());
 }
 

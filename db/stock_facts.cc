@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
 #include <string_view>
 
 #include "db/panel_sql.h"
@@ -29,11 +30,23 @@ Status check_thickness(const char* name, const std::optional<Millimetres>& fact)
   return cannot_be(fmt::format("the thickness of the {} cannot be: use 0.001 to {:.0f} mm", name, kThickest.count()));
 }
 
+// One that there was or will be: no 31st of February.
 bool is_day(std::string_view text) {
   constexpr std::string_view kForm = "dddd-dd-dd";
-  return text.size() == kForm.size() && std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
-           return form == 'd' ? std::isdigit(static_cast<unsigned char>(c)) != 0 : c == form;
-         });
+  const bool formed =
+      text.size() == kForm.size() && std::equal(text.begin(), text.end(), kForm.begin(), [](char c, char form) {
+        return form == 'd' ? std::isdigit(static_cast<unsigned char>(c)) != 0 : c == form;
+      });
+  if (!formed) return false;
+  const auto number = [&](std::size_t at, std::size_t digits) {
+    int out = 0;
+    for (const char digit : text.substr(at, digits)) out = 10 * out + (digit - '0');
+    return out;
+  };
+  return std::chrono::year_month_day(std::chrono::year(number(0, 4)),
+                                     std::chrono::month(static_cast<unsigned>(number(5, 2))),
+                                     std::chrono::day(static_cast<unsigned>(number(8, 2))))
+      .ok();
 }
 
 // The day, or the time of noting it.
@@ -152,8 +165,7 @@ Status check_surface(SQLite::Database& connection, const PanelId& panel) {
 }
 
 Status StockFacts::set_material(const MaterialFacts& change) {
-  if (change.material.empty() || change.material.size() > 60)
-    return cannot_be("a material needs a name of at most 60 characters");
+  if (!names_a_material(change.material)) return cannot_be("a material needs a name of at most 60 characters");
   for (const auto& [name, fact] : {std::pair("botanical name", &change.botanical_name),
                                    {"origin", &change.origin},
                                    {"supplier", &change.supplier}})
@@ -161,6 +173,10 @@ Status StockFacts::set_material(const MaterialFacts& change) {
   constexpr std::string_view kCites[] = {"", "not_listed", "I", "II", "III"};
   if (change.cites && std::ranges::count(kCites, *change.cites) == 0)
     return cannot_be("the CITES status must be not_listed, I, II or III");
+  // A row is there for ever: none of a name that was mistyped.
+  if (!change.botanical_name && !change.origin && !change.supplier && !change.cites)
+    return cannot_be(
+        "nothing is said of this material: give a botanical name, an origin, a supplier or a CITES status");
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement newest(connection, std::string(kMaterialColumns) + "WHERE material = ? ORDER BY id DESC LIMIT 1");
     newest.bind(1, change.material);

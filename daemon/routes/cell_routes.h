@@ -52,6 +52,7 @@ struct StockServices {
   DatabaseThread& database;
   QueryPool& pictures;
   const PanelLibrary& panel_library;
+  StockMemory& memory;
   PanelFigures& figures;
   Remnants& remnants;
   std::function<void(const std::optional<PanelId>& panel)> on_changed;

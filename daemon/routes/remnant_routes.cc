@@ -42,10 +42,13 @@ std::optional<PanelSearch> read_search(RequestReader& query) {
 
 // What it has of the wanted wood; nothing when that is too little, or it is out of stock.
 Result<std::optional<SquareMillimetres>> found_in(Repositories& r, const StockServices& s, const db::PanelRecord& panel,
-                                                  const PanelSearch& search, double free) {
+                                                  const PanelSearch& search) {
   const std::optional<SquareMillimetres> none;
   // No picture is looked at for what cannot be.
-  if (panel.retired || free <= 0 || free < search.least.count()) return none;
+  if (panel.retired) return none;
+  const auto free = s.figures.free(r, panel);
+  if (!free) return free.error();
+  if (*free <= 0 || *free < search.least.count()) return none;
   const auto area = s.remnants.fitting(r, panel, search.wood);
   if (!area) return area.error();
   return area->count() > 0 && *area >= search.least ? std::optional(*area) : none;
@@ -63,17 +66,20 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
       out["next"] = at;
       break;
     }
+    std::optional<SquareMillimetres> fitting;
+    if (search) {
+      const auto found = found_in(r, s, panel, *search);
+      if (!found) return found.error();
+      if (!*found) continue;
+      fitting = *found;
+    }
     auto figures = s.figures.of(r, panel);
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
-    if (search) {
-      const auto found = found_in(r, s, panel, *search, figures->free);
-      if (!found) return found.error();
-      if (!*found) continue;
-      told["fitting_mm2"] = (*found)->count();
-    }
+    if (fitting) told["fitting_mm2"] = fitting->count();
     out["panels"].push_back(std::move(told));
   }
+  s.memory.save();
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <span>
 
 #include "base/clock.h"
@@ -68,6 +69,34 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
                                 {"corners_mm", points_json(f.corners)}});
   }
   return out;
+}
+
+// What is known of a panel is told at once. What must be counted in its mask waits with the pictures, or a client that
+// asks for all panels would keep the others from what takes milliseconds.
+void reply_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const PanelId id{request.path_param("id")};
+  const auto unknown = std::make_shared<bool>(false);
+  const auto tell = [s, id](Repositories& r) {
+    const auto told = panel_json(r, s, id);
+    s.memory.save();
+    return reply_of(told);
+  };
+  s.queries.ask(
+      request,
+      [s, request, reply, unknown, tell](ApiReply told) {
+        if (*unknown) return s.pictures.ask(request, reply, tell);
+        reply(std::move(told));
+      },
+      [s, id, unknown, tell](Repositories& r) {
+        const auto panel = r.panels.find(id);
+        if (!panel) return ApiReply::error(panel.error());
+        const auto figures = s.figures.knows(r, *panel);
+        if (!figures) return ApiReply::error(figures.error());
+        const auto remnant = s.remnants.knows(r, *panel);
+        if (!remnant) return ApiReply::error(remnant.error());
+        *unknown = !*figures || !*remnant;
+        return *unknown ? ApiReply() : tell(r);
+      });
 }
 
 Result<json> registration_json(Repositories& r, const PanelId& id, const Page& page) {
@@ -328,11 +357,7 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         s.queries, request,
         [id = PanelId{request.path_param("id")}, page](Repositories& r) { return ledger_json(r, id, page); }, reply);
   });
-  router.bind("getPanel", [s](const ApiRequest& request, const Reply& reply) {
-    reply_from_query(
-        s.queries, request,
-        [s, id = PanelId{request.path_param("id")}](Repositories& r) { return panel_json(r, s, id); }, reply);
-  });
+  router.bind("getPanel", [s](const ApiRequest& request, const Reply& reply) { reply_panel(s, request, reply); });
   router.bind("getPanelRegistration", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);

@@ -9,6 +9,12 @@
 #include "daemon/orders/panel_wood.h"
 
 namespace veneer::daemon {
+namespace {
+
+// The areas of so many allocations are kept, some 5 MB; and what each takes, some 100 KB a panel, of so many panels.
+constexpr std::size_t kKeptAreas = 100'000, kKeptBooks = 32;
+
+}  // namespace
 
 Result<double> PanelFigures::area_of(Repositories& r, db::AllocationId allocation) {
   {
@@ -18,16 +24,13 @@ Result<double> PanelFigures::area_of(Repositories& r, db::AllocationId allocatio
   const auto area = r.ledger.area_of(allocation);
   if (!area) return area.error();
   const std::lock_guard lock(mutex_);
+  if (areas_.size() >= kKeptAreas) areas_.clear();
   return areas_[allocation.value] = area->count();
 }
 
 Result<std::optional<double>> PanelFigures::free_of(Repositories& r, const db::PanelRecord& panel,
-                                                    const std::string& live) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto known = free_.find(panel.id); known != free_.end() && known->second.of == live)
-      return std::optional(known->second.area);
-  }
+                                                    const std::string& state) {
+  if (const auto known = memory_.find(panel.id, "free", state)) return std::optional(known->at(0));
   const auto allocations = r.ledger.live_allocations(panel.id);
   if (!allocations) return allocations.error();
   // No plan can use a panel whose mask cannot be read; the others are listed all the same.
@@ -37,58 +40,43 @@ Result<std::optional<double>> PanelFigures::free_of(Repositories& r, const db::P
   areas.reserve(allocations->size());
   for (const auto& allocation : *allocations) areas.push_back(allocation.area);
   const double area = wood_area(free_wood(*mask, areas, Millimetres(0))).count();
-  const std::lock_guard lock(mutex_);
-  free_[panel.id] = {live, area};
+  memory_.keep_for_long(panel.id, "free", state, {area});
   return std::optional(area);
 }
 
-// The newest step that `r` sees. Each reader may see another one: what is counted now is as old as this.
-Result<std::int64_t> PanelFigures::note_changes(Repositories& r) {
-  std::int64_t seen = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    seen = seen_;
-  }
-  const auto changes = r.ledger.changes_after(seen);
-  if (!changes) return changes.error();
-  const std::lock_guard lock(mutex_);
-  seen_ = std::max(seen_, changes->newest);
-  for (const PanelId& panel : changes->panels) changed_[panel] = std::max(changed_[panel], changes->newest);
-  return changes->newest;
-}
-
 Result<PanelFigures::Wood> PanelFigures::wood_of(Repositories& r, const db::PanelRecord& panel) {
-  const auto newest = note_changes(r);
-  if (!newest) return newest.error();
-  {
-    const std::lock_guard lock(mutex_);
-    const auto known = wood_.find(panel.id);
-    if (known != wood_.end() && known->second.mask_file == panel.mask_file &&
-        known->second.counted_at >= changed_[panel.id])
-      return known->second;
-  }
+  const auto state = memory_.state_of(r, panel);
+  if (!state) return state.error();
+  if (const auto known = memory_.find(panel.id, "booked", state->booked))
+    return Wood{known->at(0), known->at(1), known->at(2), static_cast<int>(known->at(3))};
   Wood wood;
-  wood.mask_file = panel.mask_file;
-  wood.counted_at = *newest;
   const auto live = r.ledger.live_states(panel.id);
   if (!live) return live.error();
-  std::string booked = panel.mask_file;
-  for (const auto& [allocation, state] : *live) {
+  for (const auto& [allocation, state_now] : *live) {
     const auto area = area_of(r, allocation);
     if (!area) return area.error();
-    const bool gone = state == db::AllocationState::kCut || state == db::AllocationState::kScrap;
+    const bool gone = state_now == db::AllocationState::kCut || state_now == db::AllocationState::kScrap;
     (gone ? wood.cut : wood.reserved) += *area;
     ++wood.pieces;
-    booked += fmt::format(" {}", allocation.value);
   }
   if (!live->empty()) {
-    const auto free = free_of(r, panel, booked);
+    const auto free = free_of(r, panel, state->wood);
     if (!free) return free.error();
     if (!*free) return wood;
     wood.free = **free;
   }
-  const std::lock_guard lock(mutex_);
-  return wood_[panel.id] = wood;
+  memory_.keep(panel.id, "booked", state->booked,
+               {wood.free, wood.reserved, wood.cut, static_cast<double>(wood.pieces)});
+  return wood;
+}
+
+Result<double> PanelFigures::free(Repositories& r, const db::PanelRecord& panel) {
+  const auto wood = wood_of(r, panel);
+  if (!wood) return wood.error();
+  if (wood->pieces > 0) return wood->free;
+  const auto usable = library_.usable_area(panel);
+  if (!usable) return usable.error();
+  return usable->count();
 }
 
 Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelRecord& panel) {
@@ -113,15 +101,38 @@ Result<PanelFigures::Figures> PanelFigures::of(Repositories& r, const db::PanelR
   return figures;
 }
 
+// The one that was kept for this mask; else one without a mask.
+PanelFigures::Booked PanelFigures::booked_on(const db::PanelRecord& panel) {
+  const std::lock_guard lock(mutex_);
+  const auto known =
+      std::find_if(booked_.begin(), booked_.end(), [&](const auto& entry) { return entry.first == panel.id; });
+  if (known == booked_.end() || known->second.mask_file != panel.mask_file) return {};
+  booked_.splice(booked_.begin(), booked_, known);
+  return known->second;
+}
+
+void PanelFigures::keep_booked(const PanelId& panel, const Booked& booked) {
+  const std::lock_guard lock(mutex_);
+  booked_.remove_if([&](const auto& entry) { return entry.first == panel; });
+  booked_.emplace_front(panel, booked);
+  if (booked_.size() > kKeptBooks) booked_.pop_back();
+}
+
+Result<bool> PanelFigures::knows(Repositories& r, const db::PanelRecord& panel) {
+  const auto state = memory_.state_of(r, panel);
+  if (!state) return state.error();
+  const auto live = r.ledger.live_states(panel.id);
+  if (!live) return live.error();
+  const Booked booked = booked_on(panel);
+  const auto known = [&](const auto& entry) { return booked.wood.contains(entry.first.value); };
+  return !booked.mask_file.empty() && std::all_of(live->begin(), live->end(), known) &&
+         (live->empty() || memory_.find(panel.id, "free", state->wood).has_value());
+}
+
 Result<std::optional<AreaBook>> PanelFigures::book(Repositories& r, const db::PanelRecord& panel) {
   const auto live = r.ledger.live_states(panel.id);
   if (!live) return live.error();
-  Booked booked;
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto known = booked_.find(panel.id); known != booked_.end() && known->second.mask_file == panel.mask_file)
-      booked = known->second;
-  }
+  Booked booked = booked_on(panel);
   const auto whole = whole_panel(panel.width, panel.height);
   const auto unknown = [&](const auto& entry) { return !booked.wood.contains(entry.first.value); };
   if (booked.mask_file.empty() || std::any_of(live->begin(), live->end(), unknown)) {
@@ -134,8 +145,7 @@ Result<std::optional<AreaBook>> PanelFigures::book(Repositories& r, const db::Pa
     for (const auto& allocation : *allocations)
       if (!booked.wood.contains(allocation.id.value))
         booked.wood.emplace(allocation.id.value, booked_wood(allocation, *mask, whole));
-    const std::lock_guard lock(mutex_);
-    booked_[panel.id] = booked;
+    keep_booked(panel.id, booked);
   }
   AreaBook book = opened(whole, booked.usable);
   for (const auto& [allocation, state] : *live) {

@@ -18,24 +18,22 @@ constexpr double kCirclePixels = 4e6;
 constexpr int kTonePixels = 2048;
 // And is that of so much of it together: streaks of its grain do not count.
 constexpr Millimetres kGrain(3);
-// So many searches are kept for a panel.
-constexpr std::size_t kKeptSearches = 64;
 
 struct PanelState {
   std::vector<db::ZoneRecord> zones;
   std::string now;
 };
 
-Result<PanelState> read_state(Repositories& r, const db::PanelRecord& panel) {
+Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel, bool zones) {
   PanelState out;
-  const auto live = r.ledger.live_states(panel.id);
-  if (!live) return live.error();
-  auto zones = r.materials.zones(panel.id);
-  if (!zones) return zones.error();
-  out.zones = std::move(*zones);
-  out.now = panel.mask_file;
-  for (const auto& [allocation, state] : *live) out.now += fmt::format(" {}", allocation.value);
-  for (const auto& zone : out.zones) out.now += fmt::format("\n{} {}", zone.number, zone.material);
+  const auto state = memory.state_of(r, panel);
+  if (!state) return state.error();
+  out.now = state->wood;
+  if (!zones) return out;
+  auto all = r.materials.zones(panel.id);
+  if (!all) return all.error();
+  out.zones = std::move(*all);
+  for (const auto& zone : out.zones) out.now += fmt::format(",{} {}", zone.number, zone.material);
   return out;
 }
 
@@ -95,35 +93,35 @@ std::string name_of(const WoodWanted& wanted) {
 
 }  // namespace
 
-Remnants::Kept& Remnants::kept(const PanelId& panel, const std::string& now) {
-  Kept& kept = kept_[panel];
-  if (kept.of != now) kept = {now, {}, {}};
-  return kept;
+std::optional<Remnant> Remnants::kept(const PanelId& panel, const std::string& of) {
+  const std::lock_guard lock(mutex_);
+  const auto known = kept_.find(panel);
+  return known != kept_.end() && known->second.of == of ? std::optional(known->second.remnant) : std::nullopt;
+}
+
+Result<bool> Remnants::knows(Repositories& r, const db::PanelRecord& panel) {
+  const auto state = read_state(r, memory_, panel, true);
+  if (!state) return state.error();
+  return kept(panel.id, state->now).has_value();
 }
 
 Result<std::optional<Remnant>> Remnants::of(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = read_state(r, panel);
+  const auto state = read_state(r, memory_, panel, true);
   if (!state) return state.error();
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto& known = kept(panel.id, state->now).remnant) return known;
-  }
+  if (auto known = kept(panel.id, state->now)) return known;
   const auto free = free_now(r, library_, panel);
   if (!free) return std::optional<Remnant>();
   Remnant remnant = remnant_of(*free, state->zones);
   const std::lock_guard lock(mutex_);
-  return kept(panel.id, state->now).remnant = std::move(remnant);
+  kept_[panel.id] = {state->now, remnant};
+  return std::optional(std::move(remnant));
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
-  const auto state = read_state(r, panel);
+  const auto state = read_state(r, memory_, panel, wanted.material.has_value());
   if (!state) return state.error();
-  const std::string name = name_of(wanted);
-  {
-    const std::lock_guard lock(mutex_);
-    const auto& known = kept(panel.id, state->now).fitting;
-    if (const auto found = known.find(name); found != known.end()) return found->second;
-  }
+  const std::string name = name_of(wanted), of = state->now + "," + panel.map_file;
+  if (const auto known = memory_.find(panel.id, name, of)) return SquareMillimetres(known->at(0));
   const auto free = free_now(r, library_, panel);
   if (!free) return SquareMillimetres(0);
   const auto map = wanted.tone ? library_.load_small(panel.map_file, kTonePixels) : PanelLibrary::SmallPicture();
@@ -133,10 +131,8 @@ Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelReco
     if (wanted.tone) keep_tone(corners, side_px, *map, *wanted.tone);
   });
   const SquareMillimetres area = wood_area(covered);
-  const std::lock_guard lock(mutex_);
-  auto& searches = kept(panel.id, state->now).fitting;
-  if (searches.size() >= kKeptSearches) searches.clear();
-  return searches[name] = area;
+  memory_.keep_for_long(panel.id, name, of, {area.count()});
+  return area;
 }
 
 cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,

@@ -1,6 +1,6 @@
 // What is left of a panel: how much free wood of each kind, what fits into it, and where it lies. Asked for again and
 // again: what is counted is kept until the mask, what is booked or the zones' materials change, so that a run that ends
-// books its remnant by booking its pieces.
+// books its remnant by booking its pieces; what a search found, in the stock's memory.
 //
 // Thread-safe; reads through the connection it is given, and files: on a thread that may wait for the disk.
 #pragma once
@@ -15,6 +15,7 @@
 #include "base/result.h"
 #include "daemon/services/inscribed.h"
 #include "daemon/services/panel_library.h"
+#include "daemon/services/stock_memory.h"
 #include "daemon/store/database_thread.h"
 
 namespace veneer::daemon {
@@ -45,24 +46,25 @@ struct WoodWanted {
 
 class Remnants {
  public:
-  // `library` outlives this.
-  explicit Remnants(const PanelLibrary& library) : library_(library) {}
+  // `library` and `memory` outlive this.
+  Remnants(const PanelLibrary& library, StockMemory& memory) : library_(library), memory_(memory) {}
 
   // Nothing when the panel's mask cannot be read.
   Result<std::optional<Remnant>> of(Repositories& r, const db::PanelRecord& panel);
+  // Whether that is told without a look at the mask, which takes long.
+  Result<bool> knows(Repositories& r, const db::PanelRecord& panel);
   // How much of the wanted wood it has; none when its pictures cannot be read.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
 
  private:
   struct Kept {
     std::string of;  // mask, live allocations and materials that it was counted for
-    std::optional<Remnant> remnant;
-    std::map<std::string, SquareMillimetres> fitting;  // by what was wanted
+    Remnant remnant;
   };
-  // Of this panel as it is now, emptied when it has changed.
-  Kept& kept(const PanelId& panel, const std::string& now);
+  std::optional<Remnant> kept(const PanelId& panel, const std::string& of);
 
   const PanelLibrary& library_;
+  StockMemory& memory_;
   std::mutex mutex_;
   std::map<PanelId, Kept> kept_;  // guarded by mutex_
 };

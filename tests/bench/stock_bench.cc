@@ -1,23 +1,30 @@
 // The memory of a cell after years of work: 1,000 panels, from each of which 1,000 pieces were cut (VENEER_BENCH_PANELS
-// makes fewer panels). The database is made once, in a temporary folder on the disk, which takes some minutes; with
-// VENEER_BENCH_STOCK it is made in that folder, and used again by the next run.
+// makes fewer panels, VENEER_BENCH_PIECES fewer pieces). They share one map and one mask, which the daemon reads for
+// each of them all the same. The database is made once, in a temporary folder on the disk, which takes some minutes;
+// with VENEER_BENCH_STOCK it is made in that folder, and used again by the next run.
 //
-// Targets: a plan of 500 pieces reserved in 200 ms, a panel's wood read in 50 ms, all panels listed in 100 ms, the
-// daemon ready in 2 s, 1 KB of database a piece of a grid and 3 KB a curved one without plan files, an answer to one of
-// 16 raw writers in 50 ms (p99).
+// Targets: a plan of 500 pieces reserved in 200 ms, a panel's wood read in 50 ms, all panels listed or searched in 100
+// ms, also by a daemon that was killed and started again, a panel's picture in 50 ms, the daemon ready in 2 s, killed
+// or not, 1 KB of database a piece of a grid and 3 KB a curved one without plan files, an answer to one of 16 raw
+// writers in 50 ms (p99).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <random>
+#include <span>
 #include <thread>
 
+#include "base/files.h"
 #include "db/job_store.h"
 #include "db/panels.h"
 #include "db/sql.h"
+#include "planner/pictures/png_codec.h"
 #include "tests/db/raw_writer.h"
 #include "tests/support/campaign_size.h"
 #include "tests/support/lone_daemon.h"
@@ -28,7 +35,8 @@ namespace {
 
 namespace fs = std::filesystem;
 const std::string kThen = "2026-05-01T07:30:00.000Z";
-constexpr int kColumns = 41, kCutFromEach = 1000;  // of 41 x 27 places on a panel
+constexpr int kColumns = 41;  // of 41 x 27 places on a panel
+const int kCutFromEach = static_cast<int>(testing::number_from("VENEER_BENCH_PIECES", 1000));
 
 template <class T>
 T sure(Result<T> result) {
@@ -51,7 +59,7 @@ PanelRecord a_panel(int number) {
   panel.width = 420_mm;
   panel.height = 280_mm;
   panel.usable = SquareMillimetres(110'000);
-  panel.map_file = panel.mask_file = "maps/" + panel.id.value + ".png";
+  panel.map_file = "maps/map.png", panel.mask_file = "maps/mask.png";
   panel.created_at = kThen;
   return panel;
 }
@@ -118,6 +126,7 @@ class Stock {
       panels_ = static_cast<int>(sure(Panels(database()).list()).size());
       return;
     }
+    make_pictures();
     std::vector<PlannedPatch> pieces;
     for (int i = 0; i < kCutFromEach; ++i) pieces.push_back(a_piece(i));
     for (int number = 1; number <= panels_; ++number) {
@@ -128,6 +137,22 @@ class Stock {
     }
   }
   fs::path file() const { return folder_ / "veneerd.db"; }
+  // 420 x 280 mm at 300 dpi: light wood on the left, dark on the right, with the noise of a scan.
+  void make_pictures() const {
+    constexpr int kWidth = 4961, kHeight = 3307;
+    cv::Mat map(kHeight, kWidth, CV_8UC3, cv::Scalar(150, 190, 220)), noise(kHeight, kWidth, CV_8UC3);
+    map.colRange(kWidth / 2, kWidth) = cv::Scalar(40, 60, 80);
+    cv::theRNG().state = 1;
+    cv::randn(noise, cv::Scalar::all(20), cv::Scalar::all(6));
+    map += noise;
+    cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(0));
+    mask(cv::Rect(20, 20, kWidth - 40, kHeight - 40)) = 255;
+    for (const auto& [picture, name] : {std::pair(map, "map.png"), std::pair(mask, "mask.png")}) {
+      const auto png = planner::encode_png(picture);
+      if (!png) std::abort();
+      sure(write_whole(folder_ / "maps" / name, std::as_bytes(std::span(*png))));
+    }
+  }
 
   int panels_ = static_cast<int>(testing::number_from("VENEER_BENCH_PANELS", 1000));
   std::optional<testing::TempDirectory> temporary_;
@@ -210,19 +235,63 @@ void BM_stock_daemon_starts(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_daemon_starts)->Unit(benchmark::kMillisecond)->Iterations(5)->UseRealTime();
 
-// What the daemon answers: all panels with their figures, the first time and then as it knows them.
-// There are no masks here, so that it counts what is free on each panel anew every time.
-void BM_stock_panels_asked_for(benchmark::State& state) {
-  tests::LoneDaemon daemon;
-  start_on(daemon, Stock::get().folder());
-  const auto ask = [&] { benchmark::DoNotOptimize(sure(daemon.api().get("/panels?limit=1000"))); };
-  const auto began = std::chrono::steady_clock::now();
-  ask();
-  state.counters["first_ms"] =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
-  for (auto _ : state) ask();
+std::string state_of_database(const tests::LoneDaemon& daemon) {
+  const auto status = daemon.api().get("/status");
+  return status ? (*status)["database"].value("state", "") : "";
 }
+
+// The same after it was killed, so that the file is checked beside it.
+void BM_stock_daemon_starts_after_a_kill(benchmark::State& state) {
+  const fs::path folder = Stock::get().folder();
+  tests::LoneDaemon daemon;
+  start_on(daemon, folder);
+  for (auto _ : state) sure(daemon.kill_and_start_again());
+  // In order, for the next one.
+  sure(daemon.wait_for([&] { return state_of_database(daemon) == "good"; }) ? Ok()
+                                                                            : Error{ErrorCode::kTimeout, "no check"});
+}
+BENCHMARK(BM_stock_daemon_starts_after_a_kill)->Unit(benchmark::kMillisecond)->Iterations(3)->UseRealTime();
+
+// Of its memory, what is there; in MB.
+double resident_mb(const tests::LoneDaemon& daemon) {
+  std::ifstream statm(fmt::format("/proc/{}/statm", daemon.pid()));
+  double size = 0, resident = 0;
+  statm >> size >> resident;
+  return resident * 4096 / 1e6;
+}
+
+// What a client waits for; in milliseconds.
+double asked(tests::LoneDaemon& daemon, const std::string& target) {
+  const auto began = std::chrono::steady_clock::now();
+  // What has to be counted first may take longer than a client waits; it is counted all the same.
+  while (!daemon.api().get_bytes(target).ok()) {
+  }
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+}
+
+// What the daemon answers: the first time ever, the first time after it was killed, and then as it knows it.
+void ask_again_and_again(benchmark::State& state, const std::string& target) {
+  tests::LoneDaemon daemon;
+  const fs::path folder = Stock::get().folder();
+  fs::remove(folder / "stock-memory.json");
+  start_on(daemon, folder);
+  state.counters["first_ms"] = asked(daemon, target);
+  sure(daemon.kill_and_start_again());
+  state.counters["after_kill_ms"] = asked(daemon, target);
+  for (auto _ : state) benchmark::DoNotOptimize(sure(daemon.api().get_bytes(target)));
+  state.counters["rss_mb"] = resident_mb(daemon);
+}
+// All panels with their figures.
+void BM_stock_panels_asked_for(benchmark::State& state) { ask_again_and_again(state, "/panels?limit=1000"); }
 BENCHMARK(BM_stock_panels_asked_for)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
+void BM_stock_searched_for_wood(benchmark::State& state) {
+  ask_again_and_again(state, "/panels?limit=1000&tone=dark&patch_mm=14&min_free_mm2=20000");
+}
+BENCHMARK(BM_stock_searched_for_wood)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
+
+void BM_stock_picture_of_a_panel(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/stock.png"); }
+BENCHMARK(BM_stock_picture_of_a_panel)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
 // Cut pieces with `corners` each, their history included.
 void BM_stock_bytes_a_piece(benchmark::State& state) {

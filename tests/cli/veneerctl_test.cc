@@ -355,7 +355,8 @@ TEST(Veneerctl, ABackupThatLacksPicturesFailsSoThatSomebodyLooks) {
   EXPECT_THAT(outcome.out, HasSubstr("was made and checked"));
   EXPECT_EQ(outcome.err,
             "veneerctl: 2 pictures that the database names are missing or damaged in the data folder, the first is "
-            "panels/P-0001/map-1.png: put them back from an older backup, none of which is removed until then\n");
+            "panels/P-0001/map-1.png: put them back from an older backup; the newest that still has one of "
+            "them is kept until then\n");
 }
 
 TEST(Veneerctl, BackupsAreListed) {

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <random>
 #include <sstream>
 
@@ -210,6 +211,32 @@ TEST_F(BitFlipTest, NoDamagedPageIsTaken) {
   }
   for (int kind = 0; kind < kKinds; ++kind)
     std::printf("%-18s %4d refused, %3d changed nothing\n", kNames[kind], refused[kind], harmless[kind]);
+}
+
+// A page without rows, as many a table had once, over the only page of a table: each row that is left is as it was.
+TEST_F(BitFlipTest, AnEmptyPageOverASmallTableIsNotTaken) {
+  std::map<std::string, std::size_t> roots;
+  write_file(file_, bytes_);
+  {
+    SQLite::Database reading(file_.string(), SQLite::OPEN_READONLY);
+    SQLite::Statement all(reading, "SELECT name, rootpage FROM sqlite_schema WHERE type = 'table' AND rootpage > 0");
+    while (all.executeStep()) roots[all.getColumn(0).getString()] = static_cast<std::size_t>(all.getColumn(1).getInt());
+  }
+  int emptied = 0;
+  for (const auto& [table, root] : roots) {
+    const std::size_t at = (root - 1) * kPage;
+    const char kind = bytes_[at];
+    if (kind != 0x0D && kind != 0x0A) continue;                // it has several pages
+    if (bytes_[at + 3] == 0 && bytes_[at + 4] == 0) continue;  // it has no row
+    std::string changed = bytes_;
+    changed.replace(at, kPage, kPage, '\0');
+    changed[at] = kind;
+    changed[at + 5] = static_cast<char>(kPage >> 8);  // where the cells begin: at its end
+    for (const bool marked : {true, false})
+      EXPECT_EQ(open_changed(changed, marked), Outcome::kRefused) << table << (marked ? ", marked" : "");
+    ++emptied;
+  }
+  EXPECT_GT(emptied, 15);
 }
 
 // A disk that acknowledged a write and kept the page as it was before: whole, with rows that are all sound. What tells

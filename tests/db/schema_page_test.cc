@@ -2,6 +2,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -96,6 +97,61 @@ TEST_F(SchemaPage, DrawsEveryTableAndEveryReference) {
 TEST_F(SchemaPage, DrawsTheMovesOfAJobAndOfWood) {
   EXPECT_EQ(moves_with("planned"), pairs("SELECT from_state, to_state FROM job_moves"));
   EXPECT_EQ(moves_with("reserved"), pairs("SELECT from_state, to_state FROM allocation_moves"));
+}
+
+TEST_F(SchemaPage, DrawsWhatBecomesOfADifference) {
+  const auto sql = pairs("SELECT name, sql FROM sqlite_schema WHERE name = 'difference_verdicts'").begin()->second;
+  // verdict IN ('written_off', ...)
+  const auto from = sql.find("verdict IN (");
+  ASSERT_NE(from, std::string::npos);
+  std::istringstream listed(sql.substr(from, sql.find(')', from) - from));
+  Arrows wanted;
+  std::string word;
+  for (bool quoted = false; std::getline(listed, word, '\''); quoted = !quoted)
+    if (quoted) wanted.insert({"open", word});
+  EXPECT_EQ(wanted.size(), 4U);
+  EXPECT_EQ(moves_with("written_off"), wanted);
+}
+
+TEST_F(SchemaPage, DrawsRunsAndRetirementsAsTheStoresMoveThem) {
+  const Arrows runs = {{"on", "done"}, {"on", "stopped"}, {"on", "broken_off"}};
+  EXPECT_EQ(moves_with("broken_off"), runs);
+  const Arrows stock = {{"in_stock", "retired"}, {"retired", "in_stock"}};
+  EXPECT_EQ(moves_with("in_stock"), stock);
+  const PanelId panel = cell_.new_panel();
+  VENEER_ASSERT_OK(cell_.panels().retire(panel, "split", kNow));
+  EXPECT_FALSE(cell_.panels().retire(panel, "split", kNow).ok());
+  VENEER_ASSERT_OK(cell_.panels().restore(panel, "glued", kLater));
+  EXPECT_FALSE(cell_.panels().restore(panel, "glued", kLater).ok());
+  // Each way that a run ends.
+  for (const char* end : {"done", "stopped", "broken_off"}) {
+    const std::string name = end;
+    const double x = name == "done" ? 10 : name == "stopped" ? 60 : 110;
+    const JobId job = must(cell_.jobs().create(
+        job_of({square_piece("A1", panel, x, 10, 14), square_piece("A2", panel, x + 20, 10, 14)}), kNow));
+    const RunId run = must(cell_.jobs().start_run(job, panel, {}, 0.05_mm, kNow));
+    const auto pieces = must(cell_.jobs().pieces(job));
+    for (const PieceRecord& piece : pieces) {
+      if (name != "done") continue;
+      VENEER_ASSERT_OK(cell_.jobs().mark_cutting(piece.id, kNow));
+      VENEER_ASSERT_OK(cell_.jobs().book_piece(piece.id, kNow));
+    }
+    if (name == "broken_off")
+      VENEER_ASSERT_OK(cell_.jobs().abort_run(run, {}, "the lid was opened", kLater));
+    else
+      VENEER_ASSERT_OK(cell_.jobs().finish_run(run, false, kLater));
+    EXPECT_EQ(must(cell_.jobs().runs(job)).at(0).result, name == "broken_off" ? "the lid was opened" : name);
+  }
+}
+
+TEST_F(SchemaPage, DrawsRulesThatAreThere) {
+  const auto all = diagrams();
+  const auto rules = std::find_if(all.begin(), all.end(),
+                                  [](const Diagram& d) { return d.names.contains("allocations_never_overlap"); });
+  ASSERT_NE(rules, all.end());
+  EXPECT_GT(rules->arrows.size(), 10U);
+  const Arrows triggers = pairs("SELECT tbl_name, name FROM sqlite_schema WHERE type = 'trigger'");
+  for (const auto& rule : rules->arrows) EXPECT_TRUE(triggers.contains(rule)) << rule.first << ": " << rule.second;
 }
 
 }  // namespace

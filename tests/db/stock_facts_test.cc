@@ -74,11 +74,15 @@ TEST_F(StockFactsTest, EveryChangeOfAPanelIsKept) {
 }
 
 TEST_F(StockFactsTest, WhatCannotBeIsRefused) {
+  EXPECT_THAT(facts.set_material({"walnit", {}, {}, {}, {}, "uid 1000", kNow}).error().message,
+              HasSubstr("nothing is said of this material"));
   EXPECT_EQ(facts.set_panel({"P-0009"}, noted_at(kNow), {}).error().code, ErrorCode::kNotFound);
   PanelFacts thick = noted_at(kNow);
   thick.veneer = 101_mm;
   EXPECT_THAT(facts.set_panel(panel, thick, {}).error().message, HasSubstr("thickness of the veneer"));
   EXPECT_THAT(treat(TreatmentKind::kSanding, "yesterday", kNow).error().message, HasSubstr("write it as 2026-05-01"));
+  for (const char* never : {"2026-02-31", "2025-02-29", "2026-00-10", "2026-04-00"})
+    EXPECT_THAT(treat(TreatmentKind::kSanding, never, kNow).error().message, HasSubstr("is no day")) << never;
   EXPECT_THAT(treat(TreatmentKind::kSanding, "2026-05-02", kNow).error().message, HasSubstr("still to come"));
   EXPECT_FALSE(facts.set_panel(panel, noted_at(kNow), {{TreatmentKind::kSanding, "", "", "", ""}}));
   EXPECT_THAT(facts.set_material({"walnut", {}, {}, {}, "IV", "uid 1000", kNow}).error().message, HasSubstr("CITES"));
@@ -86,6 +90,11 @@ TEST_F(StockFactsTest, WhatCannotBeIsRefused) {
   EXPECT_FALSE(facts.set_material({"walnut", std::string(201, 'x'), {}, {}, {}, "uid 1000", kNow}));
   EXPECT_THAT(must(facts.treatments(panel)), IsEmpty());
   EXPECT_THAT(must(facts.materials()), IsEmpty());
+  // Characters count, not bytes.
+  std::string umlauts;
+  for (int i = 0; i < 60; ++i) umlauts += "\xC3\xBC";
+  VENEER_EXPECT_OK(facts.set_material({umlauts, "Acer", {}, {}, {}, "uid 1000", kNow}));
+  EXPECT_FALSE(facts.set_material({umlauts + "u", "Acer", {}, {}, {}, "uid 1000", kNow}).ok());
 }
 
 TEST_F(StockFactsTest, ASurfaceTreatedAfterTheScanThatCountsIsToBeScannedAgain) {

@@ -14,7 +14,8 @@
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
 #                transaction, 4000 single bits flipped and 1000 files and 1000 logs damaged, 100000 writes of 16 programs,
-#                the daemon killed 1000 times in a simulated job (some hours)
+#                60 panels used up by 2000 jobs, 1000 sequences of the area book, the daemon killed 1000 times in a
+#                simulated job (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by cracks in near-black wood and strips on birch plywood
 #   properties   every test that draws its inputs, with 2000 cases per property
@@ -96,6 +97,12 @@ show_table=1 campaign "ledger/corruption" "$seed" env VENEER_SEED="$seed" VENEER
 seed=$(fresh_seed)
 campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
   "$build/tests/db_tests" db/raw_writers_test.cc
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/stock-life" "$seed" env VENEER_SEED="$seed" VENEER_STOCK_PANELS=60 VENEER_STOCK_JOBS=2000 \
+  "$build/tests/daemon_services_tests" daemon/services/stock_life_test.cc
+seed=$(fresh_seed)
+campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
+  "$build/tests/daemon_services_tests" daemon/services/area_life_test.cc
 
 # A cell has wood for some 25 kills; each begins with a copy of the same one.
 if [[ ledger/daemon-kills == "$name"* || $name == ledger/daemon-kills* ]]; then

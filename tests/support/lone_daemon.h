@@ -33,6 +33,7 @@ class LoneDaemon {
   Status start(const std::filesystem::path& bin_dir, const std::string& laser, const LoneDaemonOptions& options = {});
   void end();
   void kill() { process_->kill(); }  // SIGKILL; returns when it is gone
+  pid_t pid() const { return process_->pid(); }
   // SIGKILL, and the same daemon again.
   Status kill_and_start_again();
 

@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <future>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 #include "base/polygon_ops.h"
 #include "cli/render.h"
@@ -361,6 +364,30 @@ TEST_F(PanelRoutes, FindsThePanelsThatHaveTheWoodOneLooksFor) {
   EXPECT_TRUE(get("/panels?min_free_mm2=1&limit=1&cursor=2")["panels"].empty());
   ASSERT_EQ(post("/panels/P-0002/retire", {{"reason", "sold"}}).status, 200);
   EXPECT_EQ(found("min_free_mm2=1"), "") << "out of stock";
+}
+
+// Whoever asks for all panels, whose masks have to be looked at, keeps nobody from what is known.
+TEST_F(PanelRoutes, AMaskIsLookedAtAmongThePicturesAndWhatIsKnownIsToldAtOnce) {
+  const json known = get("/panels/P-0001");
+  EXPECT_TRUE(known["area_book_mm2"].is_object()) << known;
+  ApiRequest question;
+  question.caller = {Role::kAdmin, "uid 1000", TransportKind::kUnix};
+  std::promise<void> looked;
+  cell->pictures->ask(
+      question, [](const ApiReply&) {},
+      [seen = looked.get_future().share()](Repositories&) {
+        seen.wait();
+        return ApiReply();
+      });
+  EXPECT_EQ(get("/panels/P-0001"), known);
+  const std::jthread eye([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    looked.set_value();
+  });
+  const auto asked = std::chrono::steady_clock::now();
+  EXPECT_TRUE(get("/panels/P-0002")["remnant"].is_object());
+  EXPECT_GE(std::chrono::steady_clock::now() - asked, std::chrono::milliseconds(200)) << "it did not wait its turn";
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009").status, 404);
 }
 
 // One file that is lost must not hide the whole stock.

@@ -1,0 +1,72 @@
+// What was counted of panels' pictures, kept until their wood changes: a search over a thousand panels must not decode
+// a thousand masks again, nor after a restart. Numbers only; they are in a file of the data folder, which may be lost:
+// then they are counted again.
+//
+// Every number is kept with a word that says what it was counted of, so that a number of other wood is never told.
+// The words are cheap to ask for: the ledger's history says on which panels wood moved since they were made.
+//
+// Thread-safe; reads through the connection it is given.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "daemon/store/database_thread.h"
+
+namespace veneer::daemon {
+
+class StockMemory {
+ public:
+  // The file need not be there, and need not be writable.
+  explicit StockMemory(std::filesystem::path file) : file_(std::move(file)) {}
+
+  struct State {
+    std::string wood;  // another one when the mask is another one or something else is booked: what is free may differ
+    std::string booked;  // also when what is booked is in another state
+  };
+  Result<State> state_of(Repositories& r, const db::PanelRecord& panel);
+
+  // What was kept of a panel under a name, when it was counted of the same.
+  std::optional<std::vector<double>> find(const PanelId& panel, const std::string& name, const std::string& of);
+  void keep(const PanelId& panel, const std::string& name, const std::string& of, std::vector<double> numbers);
+  // The same for what took long: the file is to be written.
+  void keep_for_long(const PanelId& panel, const std::string& name, const std::string& of, std::vector<double> numbers);
+  // Writes the file, if something was kept for long since the last time. What cannot be written does no harm.
+  void save();
+
+ private:
+  struct Numbers {
+    std::string of;
+    std::vector<double> values;
+  };
+  struct Kept {
+    std::string mask_file;
+    State state;
+    std::int64_t counted_at = -1;  // step of the ledger's history: what came after it is not in `state`
+    std::map<std::string, Numbers> numbers;
+  };
+  struct Step {
+    std::int64_t number = -1;
+    std::string mark;
+  };
+  Result<std::int64_t> note_changes(Repositories& r);
+  void load(Repositories& r);
+  std::optional<std::string> to_be_saved();
+
+  const std::filesystem::path file_;
+  std::mutex saving_;  // one at a time; locked before mutex_
+  std::mutex mutex_;
+  bool loaded_ = false;                      // guarded by mutex_, as all below
+  bool to_save_ = false;                     // something was kept for long
+  Step seen_;                                // the newest step of the ledger's history that was looked at
+  std::map<PanelId, std::int64_t> changed_;  // wood of the panel moved until this step
+  std::map<PanelId, Kept> panels_;
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,136 @@
+// What is kept of a thousand panels: told as long as their wood is the same, after a restart too, and never of other
+// wood.
+#include "daemon/services/stock_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "daemon/services/panel_figures.h"
+#include "daemon/services/remnants.h"
+#include "tests/support/panel_shapes.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::panel_square;
+
+constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
+constexpr int kMaskColumns = 360, kMaskRows = 240;
+constexpr double kWholeMask = kMaskColumns * kMaskRows / (kMapResolution.px_per_mm * kMapResolution.px_per_mm);
+
+class StockMemoryTest : public ::testing::Test {
+ protected:
+  // A daemon's life: what it keeps in memory, and the connection it reads with.
+  struct Life {
+    explicit Life(const fs::path& data)
+        : database(must(db::Database::open(data / "veneerd.db"))),
+          library(data),
+          memory(data / "memory.json"),
+          figures(library, memory),
+          remnants(library, memory) {}
+    double free() { return must(figures.free(r, panel())); }
+    double found(double patch_mm) {
+      const WoodWanted wanted{{}, Tone::kLight, Millimetres(patch_mm)};
+      return must(remnants.fitting(r, panel(), wanted)).count();
+    }
+    db::PanelRecord panel() { return must(r.panels.find({"P-0001"})); }
+    void write_off(double x) {
+      if (!r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(x, 5, 6)), "burnt", kThen).ok())
+        throw std::runtime_error("not written off");
+    }
+
+    db::Database database;
+    Repositories r{database};
+    PanelLibrary library;
+    StockMemory memory;
+    PanelFigures figures;
+    Remnants remnants;
+  };
+  template <class T>
+  static T must(Result<T> result) {
+    if (!result) throw std::runtime_error(result.error().message);
+    return std::move(*result);
+  }
+
+  StockMemoryTest() {
+    Life life(data());
+    db::PanelRecord panel;
+    panel.id = {"P-0001"}, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
+    const auto picture =
+        must(life.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+    panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
+    panel.usable = SquareMillimetres(kWholeMask);
+    if (!life.r.panels.add(panel, {}, {}).ok()) throw std::runtime_error("not added");
+    life.write_off(5);
+    picture_ = data() / picture.file;
+  }
+  fs::path data() const { return directory_ / "data"; }
+  void lose_pictures() { fs::rename(picture_, directory_ / "lost"); }
+  void find_pictures() { fs::rename(directory_ / "lost", picture_); }
+
+  testing::TempDirectory directory_;
+  fs::path picture_;
+};
+
+TEST_F(StockMemoryTest, IsCountedOnceAlthoughTheDaemonDies) {
+  double free = 0, found = 0;
+  {
+    Life life(data());
+    free = life.free(), found = life.found(8);
+    EXPECT_NEAR(free, kWholeMask - 36, 3);
+    EXPECT_GT(found, 200);
+    life.memory.save();
+    lose_pictures();
+    EXPECT_EQ(life.found(8), found) << "asked for again";
+  }
+  Life next(data());
+  EXPECT_EQ(next.free(), free);
+  EXPECT_EQ(next.found(8), found);
+  EXPECT_EQ(next.found(9), 0) << "nobody looked for these";
+}
+
+TEST_F(StockMemoryTest, IsCountedAgainWhenItsWoodHasChanged) {
+  {
+    Life life(data());
+    life.found(8), life.free();
+    life.memory.save();
+    life.write_off(20);
+    EXPECT_NEAR(life.free(), kWholeMask - 72, 5);
+    const double now = life.found(8);
+    life.write_off(12);
+    EXPECT_LT(life.found(8), now);
+    // This daemon dies before it saves again.
+  }
+  Life next(data());
+  EXPECT_NEAR(next.free(), kWholeMask - 108, 9);
+  lose_pictures();
+  EXPECT_EQ(next.found(7), 0);
+  find_pictures();
+  EXPECT_GT(next.found(7), 0) << "what could not be counted is counted later";
+}
+
+// Whose history has steps of the same numbers.
+TEST_F(StockMemoryTest, OfAnotherHistoryIsNotTold) {
+  fs::copy_file(data() / "veneerd.db", directory_ / "backup.db");
+  {
+    Life life(data());
+    life.write_off(20);
+    life.free();
+    life.memory.save();
+  }
+  for (const char* rest : {"", "-wal", "-shm"}) fs::remove(data() / (std::string("veneerd.db") + rest));
+  fs::copy_file(directory_ / "backup.db", data() / "veneerd.db");
+  EXPECT_NEAR(Life(data()).free(), kWholeMask - 36, 3);
+  for (const char* damaged : {"[1, 2", R"({"format":1,"step":1,"mark":3})", ""}) {
+    std::ofstream(data() / "memory.json") << damaged;
+    EXPECT_NEAR(Life(data()).free(), kWholeMask - 36, 3) << damaged;
+  }
+}
+
+}  // namespace
+}  // namespace veneer::daemon
