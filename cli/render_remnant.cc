@@ -28,9 +28,9 @@ std::string render_remnant(const json& panel) {
     for (const json& wood : list)
       woods.push_back(text_or(wood, "material", "wood nobody has named") + " " + square_cm(wood, "free_mm2"));
   return line("Free wood", joined(woods, ", ")) +
-         line("Fits in", joined({shape_words(member(remnant, "square"), "side_mm", "a square"),
-                                 shape_words(member(remnant, "circle"), "diameter_mm", "a circle")},
-                                ", "));
+         line("Has room for", joined({shape_words(member(remnant, "square"), "side_mm", "a square"),
+                                      shape_words(member(remnant, "circle"), "diameter_mm", "a circle")},
+                                     ", "));
 }
 
 std::string render_found(const json& reply) {

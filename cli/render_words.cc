@@ -59,4 +59,11 @@ std::string names_of(const json& list) {
   return text;
 }
 
+std::string warning_lines(const json& result) {
+  std::string text;
+  for (const json& warning : member(result, "warnings"))
+    if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
+  return text;
+}
+
 }  // namespace veneer::cli

@@ -21,5 +21,7 @@ std::string moment_words(std::string at);
 // Those that are not empty.
 std::string joined(const std::vector<std::string>& parts, const char* between);
 std::string names_of(const nlohmann::json& list);
+// What the cell warns of ("warnings"), a line each.
+std::string warning_lines(const nlohmann::json& result);
 
 }  // namespace veneer::cli

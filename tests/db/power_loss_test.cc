@@ -88,7 +88,9 @@ TEST(PowerLoss, LeavesTheDatabaseTrueAtEveryStepOfTheDisk) {
   std::printf("%d steps of the disk; images: %d with all dropped, %d torn, %d reordered\n", total, looked_at[0],
               looked_at[1], looked_at[2]);
   // What a soak promises.
-  if (stride == 1) EXPECT_GE(looked_at[0] + looked_at[1] + looked_at[2], 2000);
+  if (stride == 1) {
+    EXPECT_GE(looked_at[0] + looked_at[1] + looked_at[2], 2000);
+  }
 }
 
 }  // namespace

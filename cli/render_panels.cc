@@ -1,0 +1,205 @@
+#include "cli/render.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "cli/json_read.h"
+#include "cli/render_words.h"
+#include "cli/text_table.h"
+
+namespace veneer::cli {
+
+using nlohmann::json;
+
+namespace {
+
+std::string kind_words(const std::string& kind) {
+  if (kind == "gone_not_booked") return "wood is gone that is not booked as cut";
+  if (kind == "booked_not_gone") return "booked as cut, and still in the panel";
+  return kind;
+}
+
+std::string difference_words(const json& difference) {
+  const json& place = member(difference, "place_mm");
+  std::string where;
+  if (place.is_array() && place.size() == 2 && place[0].is_number() && place[1].is_number()) {
+    where = fmt::format("at {:.1f}, {:.1f} mm", place[0].get<double>(), place[1].get<double>());
+  }
+  std::vector<std::string> words = {kind_words(text_or(difference, "kind", "?")), where,
+                                    fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))};
+  if (const json& pieces = member(difference, "pieces"); pieces.is_array())
+    for (const json& piece : pieces)
+      words.push_back(fmt::format("piece {} of job {:.0f}, {}", text_or(piece, "mark", "?"), number_or(piece, "job", 0),
+                                  text_or(piece, "state", "?")));
+  return joined(words, ", ");
+}
+
+// A line for what nobody has decided on yet; "" when there is nothing.
+std::string open_differences_words(const json& panel) {
+  const auto open = whole_or(panel, "open_differences", 0);
+  if (open == 0) return "";
+  const std::string id = text_or(panel, "id", "?");
+  return fmt::format("{}: wood and ledger disagree in {}: `veneerctl panel differences {}`\n", id,
+                     open == 1 ? "1 place" : fmt::format("{} places", open), id);
+}
+
+}  // namespace
+
+std::string render_panels(const json& reply) {
+  const json& panels = member(reply, "panels");
+  if (!panels.is_array() || panels.empty())
+    return whole_or(reply, "retired_left_out", 0) > 0
+               ? "No panels in stock: all were retired. `veneerctl panel list --all` shows them.\n"
+               : "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
+  TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
+  std::string retired;
+  for (const json& panel : panels) {
+    table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
+               square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
+               millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
+    if (const json& why = member(panel, "retired"); why.is_object())
+      retired += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
+    retired += open_differences_words(panel);
+  }
+  return table.str() + retired;
+}
+
+std::string render_panel(const json& panel) {
+  std::string text = "Panel " + text_or(panel, "id", "?") + "\n";
+  text += line("Name", text_or(panel, "name", ""));
+  text += line("Size", size_of(panel));
+  if (const json& book = member(panel, "area_book_mm2"); book.is_object()) {
+    text += line("Area", square_cm(book, "panel"));
+    text += line("Free", square_cm(book, "free"));
+    text += line("Reserved", square_cm(book, "reserved"));
+    text += line("Cut", square_cm(book, "cut"));
+    text += line("Kerf", square_cm(book, "kerf"));
+    text += line("Suspect", square_cm(book, "suspect"));
+    text += line("Scrap", square_cm(book, "scrap"));
+    text += line("Unusable", square_cm(book, "unusable"));
+  } else {
+    text += line("Usable", square_cm(panel, "usable_mm2"));
+    text += line("Free", square_cm(panel, "free_mm2"));
+    text += line("Reserved", square_cm(panel, "reserved_mm2"));
+    text += line("Cut", square_cm(panel, "cut_mm2"));
+  }
+  text += render_remnant(panel);
+  text += line("Faces", names_of(member(panel, "faces")));
+  text += line("Fit", millimetres(panel, "rms_mm", 3));
+  text += line("Remnant of", text_or(panel, "parent", ""));
+  text += line("Parts", names_of(member(panel, "parts")));
+  text += line("Since", text_or(panel, "created", ""));
+  if (const json& why = member(panel, "retired"); why.is_object())
+    text += line("Retired", text_or(why, "reason", "?") + ", " + text_or(why, "at", ""));
+  return text + render_facts(panel) + open_differences_words(panel) + render_zones(panel);
+}
+
+std::string render_masks(const json& masks) {
+  TextTable table({">VERSION", "MADE", ">USABLE", "WHAT"});
+  const json& versions = member(masks, "versions");
+  if (!versions.is_array()) return "";
+  for (const json& version : versions) {
+    const json& same = member(version, "same_as");
+    table.add({std::to_string(version.value("version", 0)), text_or(version, "made", ""),
+               square_cm(version, "usable_mm2"),
+               joined({&version == &versions.front() ? "counts" : "",
+                       same.is_number() ? fmt::format("version {} again", same.get<int>()) : ""},
+                      ", ")});
+  }
+  return table.str();
+}
+
+std::string render_reverted(const json& reply) {
+  return fmt::format(
+      "Panel {}: version {} counts now, with {} of usable wood. `veneerctl panel scans {}` lists them.\n",
+      text_or(reply, "panel", "?"), reply.value("version", 0), square_cm(reply, "usable_mm2"),
+      text_or(reply, "panel", "?"));
+}
+
+std::string render_retired(const json& reply) {
+  const std::string panel = text_or(reply, "panel", "?");
+  if (member(reply, "sawn") == json(true))
+    return fmt::format("Panel {} is out of stock. Scan each of its parts: `veneerctl panel scan`.\n", panel);
+  if (member(reply, "retired") == json(true))
+    return fmt::format("Panel {} is out of stock. `veneerctl panel restore {}` puts it back.\n", panel, panel);
+  return fmt::format("Panel {} is in stock.\n", panel);
+}
+
+std::string render_differences(const json& reply) {
+  const json& differences = member(reply, "differences");
+  const std::string panel = text_or(reply, "panel", "?");
+  std::string open, decided;
+  int accepted = 0;
+  if (!differences.is_array()) return "";
+  for (const json& difference : differences) {
+    const std::string words = fmt::format("{:>4}  {}", whole_or(difference, "id", 0), difference_words(difference));
+    const json& decision = member(difference, "decided");
+    if (!decision.is_object()) {
+      open += words + "\n";
+      continue;
+    }
+    std::string verdict = text_or(decision, "verdict", "?");
+    accepted += verdict == "accepted" ? 1 : 0;
+    std::replace(verdict.begin(), verdict.end(), '_', ' ');
+    decided += fmt::format("{}: {}\n", words,
+                           joined({verdict, text_or(decision, "who", ""), text_or(decision, "note", "")}, ", "));
+  }
+  // Only a decision answers so: pieces that were to be cut from wood that was just written off.
+  const json& suspect = member(reply, "suspect");
+  if (suspect.is_array())
+    for (const json& piece : suspect) {
+      const std::string named = fmt::format("{} {}", whole_or(piece, "job", 0), text_or(piece, "mark", "?"));
+      decided += fmt::format(
+          "The wood of piece {0} of job {1} lies there: it is suspect. Say that it is lost with `veneerctl job settle "
+          "{2} scrap`, then `veneerctl job redo {2}` finds other wood.\n",
+          text_or(piece, "mark", "?"), whole_or(piece, "job", 0), named);
+    }
+  if (open.empty() && accepted > 0)
+    return decided + fmt::format("Nothing is open on {}; {} accepted.\n", panel, accepted);
+  if (open.empty()) return decided + fmt::format("Nothing is open: the ledger agrees with the wood of {}.\n", panel);
+  return decided + fmt::format(
+                       "Open:\n{}`veneerctl panel decide {} NUMBER written-off` books wood that is gone as scrap, "
+                       "`... accepted` leaves things as they are.\n",
+                       open, panel);
+}
+
+std::string render_registration(const json& registration) {
+  return line("Registered", joined({"RMS " + millimetres(registration, "rms_mm", 3),
+                                    "worst " + millimetres(registration, "max_mm", 3)},
+                                   ", "));
+}
+
+std::string render_scan_result(const json& result) {
+  std::string text;
+  const std::string panel = text_or(result, "panel", "");
+  if (panel.empty())
+    return "Scanned. Lay the next part on the glass and scan again; leave --more out for the last one.\n";
+  text += "Panel " + panel + "\n";
+  if (const std::string parent = text_or(result, "part_of", ""); !parent.empty())
+    text += line("Part of",
+                 fmt::format("{}, with {} places where its wood was gone", parent, whole_or(result, "carried", 0)));
+  const json& registration = member(result, "registration");
+  if (registration.is_object() && member(registration, "rms_mm").is_number()) text += render_registration(registration);
+  const json& differences = member(result, "differences");
+  if (differences.is_array()) {
+    text += line("Ledger", differences.empty() ? "agrees with the wood"
+                                               : fmt::format("{} DIFFERENCES from the wood", differences.size()));
+    for (const json& difference : differences) {
+      text += line("", difference_words(difference));
+    }
+  }
+  return text + warning_lines(result);
+}
+
+std::string render_zones(const json& panel) {
+  const json& list = member(panel, "zones");
+  if (!list.is_array() || list.empty()) return "";
+  TextTable table({">ZONE", "MATERIAL", ">AREA"});
+  for (const json& zone : list)
+    table.add({std::to_string(whole_or(zone, "zone", 0)), text_or(zone, "material", "not named"),
+               square_cm(zone, "area_mm2")});
+  return table.str();
+}
+
+}  // namespace veneer::cli
