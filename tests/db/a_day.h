@@ -191,13 +191,15 @@ inline std::vector<Step> a_day() {
   add("retired", [=](Database& db) { return Panels(db).retire(elm, "split in two", kNow); });
   add("restored", [=](Database& db) { return Panels(db).restore(elm, "glued", kLater); });
   add("archived", [](Database& db) { return JobStore(db).archive_done(kNow); });
+  const PanelId beech{"P-0004"};
+  add("panel", [=](Database& db) { return Panels(db).add(sheet(beech), {}, {}); });
   add("written off", [=](Database& db) {
-    return Ledger(db).write_off(elm, Region<PanelFrame>(square(30, 20, 20)), "burnt pattern", kNow);
+    return Ledger(db).write_off(beech, Region<PanelFrame>(square(30, 20, 20)), "burnt pattern", kNow);
   });
-  add("sawn apart", [=](Database& db) { return Panels(db).split(elm, "test", "sawn apart", kLater); });
+  add("sawn apart", [=](Database& db) { return Panels(db).split(beech, "test", "sawn apart", kLater); });
   add("part", [=](Database& db) {
-    PanelRecord part = sheet({"P-0004"});
-    part.parent = elm;
+    PanelRecord part = sheet({"P-0005"});
+    part.parent = beech;
     return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm});
   });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });

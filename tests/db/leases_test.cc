@@ -175,7 +175,7 @@ TEST_F(LeasesTest, EndWhenTheirWoodIsGone) {
   Differences differences(cell.database());
   DifferenceRecord gone;
   gone.gone = true, gone.place = point<PanelFrame>(13, 13), gone.area = SquareMillimetres(9);
-  gone.box = {point<PanelFrame>(12, 12), point<PanelFrame>(15, 15)};
+  gone.shape = Region<PanelFrame>(square(12, 12, 3));
   VENEER_ASSERT_OK(differences.found(panel, {gone}, kLater));
   EXPECT_THAT(must(differences.decide(panel, {1}, DifferenceVerdict::kWrittenOff, "local:1000", "", kLater)),
               IsEmpty());

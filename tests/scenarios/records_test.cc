@@ -125,7 +125,9 @@ TEST_F(Records, ARewrittenAuditLogIsFoundByTheHeadThatWasWrittenDown) {
     db::register_functions(raw);
     std::vector<std::string> triggers;
     {
-      SQLite::Statement each(raw, "SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND tbl_name = 'audit'");
+      SQLite::Statement each(raw,
+                             "SELECT sql FROM sqlite_schema WHERE type = 'trigger' AND tbl_name = 'audit' AND name NOT "
+                             "LIKE 'sums%'");
       while (each.executeStep()) triggers.push_back(each.getColumn(0).getString());
     }
     for (const char* name : {"audit_rows_follow", "audit_is_never_edited", "audit_is_never_shortened"})

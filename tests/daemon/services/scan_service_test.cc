@@ -16,6 +16,7 @@
 #include "base/clock.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/services/panel_figures.h"
+#include "daemon/services/stock_memory.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
@@ -312,7 +313,8 @@ TEST_F(ScanServiceTest, APanelThatWasSawnApartBecomesOnePanelForEachPart) {
   EXPECT_EQ(on_right->part_of, parent);
   EXPECT_EQ(on_right->carried, 1U);
 
-  PanelFigures figures(library_);
+  StockMemory memory(folder_ / "memory.json");
+  PanelFigures figures(library_, memory);
   ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
     for (const char* id : {"P-0002", "P-0003"}) {
       const auto part = r.panels.find(PanelId{id});
