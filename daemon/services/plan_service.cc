@@ -299,11 +299,16 @@ PlanService::PlanService(DatabaseThread& database, const PanelLibrary& library, 
 Result<PlanService::Made> PlanService::make(const JobRequest& request, const std::optional<Earlier>& earlier,
                                             const TaskProgress& progress, const std::stop_token& stop) {
   progress(0, "reading the picture");
-  // Wood whose lease is over is free; where the database may not be written it stays out of the plan.
-  const auto ended = database_.call([](Repositories& r) { return r.leases.expire(utc_timestamp()); });
-  if (!ended) log_->warn("leases that are over could not be ended: {}", ended.error().message);
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
+  // Wood whose lease is over is free; where the database may not be written it stays out of the plan. The thread that
+  // writes is asked only when there is such a lease.
+  const auto next_end = (*reader)->repositories().leases.next_end();
+  if (!next_end) return next_end.error();
+  if (!next_end->empty() && *next_end <= utc_timestamp()) {
+    const auto ended = database_.call([](Repositories& r) { return r.leases.expire(utc_timestamp()); });
+    if (!ended) log_->warn("leases that are over could not be ended: {}", ended.error().message);
+  }
   auto calibration = load_calibration((*reader)->repositories(), utc_timestamp());
   if (!calibration) return calibration.error();
   if (!calibration->kerf)
