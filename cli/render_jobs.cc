@@ -15,7 +15,8 @@ using nlohmann::json;
 
 std::string render_jobs(const json& reply) {
   const json& jobs = member(reply, "jobs");
-  if (!jobs.is_array() || jobs.empty()) return "No jobs yet. Plan one with `veneerctl job new PICTURE`.\n";
+  if (!jobs.is_array() || jobs.empty())
+    return "No jobs here. `veneerctl job new PICTURE` plans one, `veneerctl job list --all` shows archived ones too.\n";
   TextTable table({">JOB", "NAME", "STATE", ">PIECES", ">CUT", ">SUSPECT", "CREATED"});
   for (const json& job : jobs) {
     table.add({std::to_string(whole_or(job, "id", 0)), text_or(job, "name", ""),
