@@ -130,13 +130,20 @@ Result<CellTruth> load_cell_truth(const std::filesystem::path& file) {
 }
 
 Status save_scan_truth(const ScanTruth& truth, const std::filesystem::path& file) {
+  json dust = json::array();
+  for (const Dust& d : truth.dust) {
+    json line = json::array();
+    for (const Vec2& p : d.line) line.push_back({p.x, p.y});
+    dust.push_back({{"line", line}, {"radius_px", d.radius_px}});
+  }
   return write_json(file, {{"schema_version", 1},
                            {"capture", truth.capture},
                            {"sheet", truth.sheet},
                            {"face", to_string(truth.face)},
                            {"glass_from_sheet", to_json(truth.glass_from_sheet)},
                            {"px_per_mm", truth.px_per_mm},
-                           {"scanner", to_json(truth.scanner)}});
+                           {"scanner", to_json(truth.scanner)},
+                           {"dust", dust}});
 }
 
 Result<ScanTruth> load_scan_truth(const std::filesystem::path& file) {
@@ -150,6 +157,11 @@ Result<ScanTruth> load_scan_truth(const std::filesystem::path& file) {
     truth.glass_from_sheet = pose_from(read->at("glass_from_sheet"));
     truth.px_per_mm = read->at("px_per_mm").get<double>();
     truth.scanner = scanner_from(read->at("scanner"));
+    for (const json& d : read->at("dust")) {
+      Dust& dust = truth.dust.emplace_back();
+      dust.radius_px = d.at("radius_px").get<double>();
+      for (const json& p : d.at("line")) dust.line.push_back({p.at(0).get<double>(), p.at(1).get<double>()});
+    }
     return truth;
   } catch (const json::exception& e) {
     return broken(file, e);

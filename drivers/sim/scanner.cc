@@ -84,30 +84,54 @@ void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, const S
   }
 }
 
+struct SeenDust {
+  Dust dust;
+  cv::Scalar colour;
+};
+
 // Specks and hairs between sheet and glass.
-void add_dust(cv::Mat& picture, double px_per_mm, double amount, Random& random) {
+std::vector<SeenDust> draw_dust(cv::Size size, double px_per_mm, double amount, Random& random) {
   const auto specks = static_cast<int>(60 * amount), hairs = static_cast<int>(4 * amount);
-  constexpr int kShift = 4;
-  const auto fixed = [](double v) { return static_cast<int>(v * (1 << kShift)); };
   const auto colour = [&] {
     const double grey = random.uniform() < 0.6 ? random.uniform(60, 110) : random.uniform(185, 225);
     return cv::Scalar(grey - 4, grey, grey + 3);
   };
+  std::vector<SeenDust> out;
   for (int i = 0; i < specks; ++i) {
-    const cv::Point centre(fixed(random.uniform(0, picture.cols)), fixed(random.uniform(0, picture.rows)));
+    const double y = random.uniform(0, size.height), x = random.uniform(0, size.width);
     const double radius = random.uniform(0.02, 0.09) * px_per_mm;
-    cv::circle(picture, centre, fixed(radius), colour(), cv::FILLED, cv::LINE_AA, kShift);
+    out.push_back({{{{x, y}}, radius}, colour()});
   }
   for (int i = 0; i < hairs; ++i) {
-    double x = random.uniform(0, picture.cols), y = random.uniform(0, picture.rows), way = random.uniform(0, 6.28);
+    Vec2 at{random.uniform(0, size.width), random.uniform(0, size.height)};
+    double way = random.uniform(0, 6.28);
     const double bend = random.spread(0.25), step = 0.35 * px_per_mm;
-    const cv::Scalar shade = colour();
+    SeenDust hair{{{at}, 0.5}, colour()};
     for (int k = 0; k < 8; ++k) {
-      const double nx = x + step * std::cos(way), ny = y + step * std::sin(way);
-      cv::line(picture, {fixed(x), fixed(y)}, {fixed(nx), fixed(ny)}, shade, 1, cv::LINE_AA, kShift);
-      x = nx, y = ny, way += bend;
+      at = at + Vec2{std::cos(way), std::sin(way)} * step;
+      hair.dust.line.push_back(at);
+      way += bend;
     }
+    out.push_back(std::move(hair));
   }
+  return out;
+}
+
+void show_dust(cv::Mat& picture, const std::vector<SeenDust>& dust) {
+  constexpr int kShift = 4;
+  const auto fixed = [](double v) { return static_cast<int>(v * (1 << kShift)); };
+  const auto point = [&](Vec2 p) { return cv::Point(fixed(p.x), fixed(p.y)); };
+  for (const auto& [grain, colour] : dust) {
+    if (grain.line.size() == 1)
+      cv::circle(picture, point(grain.line[0]), fixed(grain.radius_px), colour, cv::FILLED, cv::LINE_AA, kShift);
+    for (std::size_t i = 1; i < grain.line.size(); ++i)
+      cv::line(picture, point(grain.line[i - 1]), point(grain.line[i]), colour, 1, cv::LINE_AA, kShift);
+  }
+}
+
+cv::Size size_of_scan(const ScanTruth& truth) {
+  return {static_cast<int>(std::lround(truth.scanner.width_mm * truth.px_per_mm)),
+          static_cast<int>(std::lround(truth.scanner.height_mm * truth.px_per_mm))};
 }
 
 std::vector<float> uneven(int count, double amount, double px_per_mm, bool falls_off, Random& random) {
@@ -124,10 +148,17 @@ std::vector<float> uneven(int count, double amount, double px_per_mm, bool falls
 
 }  // namespace
 
+std::vector<Dust> dust_of_scan(const ScanTruth& truth, std::uint64_t seed) {
+  Random random(seed, "scan");
+  std::vector<Dust> out;
+  for (SeenDust& seen : draw_dust(size_of_scan(truth), truth.px_per_mm, truth.scanner.dust, random))
+    out.push_back(std::move(seen.dust));
+  return out;
+}
+
 cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t seed) {
   const ScannerTruth& device = truth.scanner;
-  const cv::Size size(static_cast<int>(std::lround(device.width_mm * truth.px_per_mm)),
-                      static_cast<int>(std::lround(device.height_mm * truth.px_per_mm)));
+  const cv::Size size = size_of_scan(truth);
   cv::Mat picture(size, CV_8UC3, cv::Scalar(kLid[0], kLid[1], kLid[2]));
   if (sheet != nullptr) {
     const LidShade lid = shade_of(*sheet);
@@ -147,7 +178,7 @@ cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t se
         strips);
   }
   Random random(seed, "scan");
-  add_dust(picture, truth.px_per_mm, device.dust, random);
+  show_dust(picture, draw_dust(size, truth.px_per_mm, device.dust, random));
   Random lamp(device.light_seed, "lamp");
   const auto columns = uneven(picture.cols, device.uneven_light, truth.px_per_mm, true, lamp);
   const auto rows = uneven(picture.rows, device.uneven_light, truth.px_per_mm, false, lamp);

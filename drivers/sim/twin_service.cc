@@ -254,6 +254,7 @@ TwinService::Reply TwinService::scan(const json& r) {
   if (lies)
     truth.sheet = lies->sheet->name, truth.face = lies->placement.face, truth.glass_from_sheet = lies->placement.pose;
   const std::uint64_t seed = Random(world_.truth().settings.seed, "capture", static_cast<std::uint64_t>(number)).next();
+  truth.dust = dust_of_scan(truth, seed);
   const fs::path file = world_.state_dir() / "captures" / (truth.capture + ".ppm");
   if (Status s = write_picture(file, render_scan(truth, lies ? lies->sheet.get() : nullptr, seed)); !s.ok())
     return s.error();

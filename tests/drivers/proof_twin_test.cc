@@ -241,5 +241,44 @@ TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
   ASSERT_TRUE(write_proof(*proof, dir / "out").ok());
 }
 
+// A scan shows a hair where the wood has none, and with it the preview of the piece planned there. Told by what the
+// twin knows to have lain on the glass; without that knowledge the right piece would be taken for another.
+TEST(ProofOfTheTwin, KnowsTheHairThatAPreviewShows) {
+  const std::filesystem::path dir = std::filesystem::path(::testing::TempDir()) / "veneer-proof-test" / "hair";
+  TwinRun run(dir, 200, 160);
+  run.cut();
+  Claims claims = run.claims();
+  auto truth = load_truth(dir, claims);
+  ASSERT_TRUE(truth.ok()) << truth.error().message;
+  claims.panels[0].registration.push_back({"capture-1", {}, 0, 0, 0, {}});
+  sim::ScanTruth& scan = truth->captures["capture-1"];
+  scan.sheet = "wood", scan.px_per_mm = 300 / 25.4;
+
+  const ClaimedJob& job = claims.jobs->at(0);
+  cv::Mat preview = cv::imread(job.preview_file.string());
+  const double px_per_mm = preview.cols / job.width_mm;
+  const auto pixel = [&](Vec2 p) { return cv::Point2d(p.x * px_per_mm, (job.height_mm - p.y) * px_per_mm); };
+  for (const ClaimedPiece& piece : job.pieces)
+    for (int k = 0; k < 3; ++k) {
+      const auto end = [&](const Ring& ring, double v) {
+        return ring[0] + (ring[1] - ring[0]) * (0.1 + 0.1 * k) + (ring[3] - ring[0]) * v;
+      };
+      cv::line(preview, pixel(end(piece.artwork_outline, 0.1)), pixel(end(piece.artwork_outline, 0.9)),
+               cv::Scalar(230, 230, 230), 4, cv::LINE_AA);
+      const Ring& wood = piece.panel_outline;
+      scan.dust.push_back({{scan.scan_pixel(end(wood, 0.1)), scan.scan_pixel(end(wood, 0.9))}, 2});
+    }
+  ASSERT_TRUE(cv::imwrite(job.preview_file.string(), preview));
+
+  const auto proof = prove(*truth, claims, 2);
+  ASSERT_TRUE(proof.ok()) << proof.error().message;
+  EXPECT_EQ(proof->jobs.at(0).wrong_pieces, 0U) << ::testing::PrintToString(proof->jobs.at(0).notes);
+  EXPECT_EQ(proof->jobs.at(0).pieces_under_dust, job.pieces.size());
+  scan.dust.clear();
+  const auto unknowing = prove(*truth, claims, 2);
+  ASSERT_TRUE(unknowing.ok()) << unknowing.error().message;
+  EXPECT_GT(unknowing->jobs.at(0).wrong_pieces, 0U);
+}
+
 }  // namespace
 }  // namespace veneer::proof

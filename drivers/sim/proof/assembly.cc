@@ -15,6 +15,7 @@ constexpr double kQuarter = 1.5707963267948966;
 constexpr double kShapeSlack = 0.06;     // mm: shapes that fit this much worse than the best are still the same shape
 constexpr int kTurns = 24;               // a mark may be turned on its piece, in steps of 15 degrees
 constexpr double kMirrorMargin = 0.3;    // in correlation
+constexpr double kDustBlur = 0.15;       // mm around dust that the scanner's and the preview's pixels blur it over
 const cv::Scalar kMissing(255, 0, 255);  // what a preview shows where no wood was found
 const cv::Scalar kTable(40, 40, 40);     // seen through gaps
 constexpr int kFiner = 4;                // joints are narrower than a pixel: edges are drawn this much finer
@@ -145,8 +146,32 @@ Place place_of(const ClaimedPiece& piece, const Canvas& canvas) {
   return {canvas.pixel((low + high) * 0.5), (high - low) * (canvas.px_per_mm / 2)};
 }
 
-// The piece's part of the preview: what lies within its outline.
-BlockMeans preview_of(const ClaimedPiece& piece, const Canvas& canvas, const cv::Mat& preview) {
+// Takes the dust that lay on the piece's wood out of `mask`, whose first pixel is the canvas's `corner`; whether any
+// did.
+bool without_dust(const ClaimedPiece& piece, const DustOnPanels& dust, const Canvas& canvas, Vec2 corner,
+                  cv::Mat& mask) {
+  const auto on_panel = dust.find(piece.panel);
+  if (on_panel == dust.end()) return false;
+  const auto artwork_from_panel = fit_rigid(piece.panel_outline, piece.artwork_outline);
+  if (!artwork_from_panel) return false;
+  const int before = cv::countNonZero(mask);
+  for (const PanelDust& grain : on_panel->second) {
+    const auto pixel = [&](Vec2 p) { return canvas.pixel((*artwork_from_panel)(p)) - corner; };
+    for (std::size_t i = 0; i < grain.line.size(); ++i)
+      fill_capsule(mask, pixel(grain.line[i == 0 ? 0 : i - 1]), pixel(grain.line[i]),
+                   (grain.radius_mm + kDustBlur) * canvas.px_per_mm, 0);
+  }
+  return cv::countNonZero(mask) < before;
+}
+
+struct PlannedLook {
+  BlockMeans blocks;
+  bool under_dust = false;
+};
+
+// The piece's part of the preview: what lies within its outline and shows wood.
+PlannedLook preview_of(const ClaimedPiece& piece, const Canvas& canvas, const cv::Mat& preview,
+                       const DustOnPanels& dust) {
   const Place place = place_of(piece, canvas);
   const Vec2 low = place.centre_px - place.half_px, high = place.centre_px + place.half_px;
   const cv::Rect box = cv::Rect(static_cast<int>(std::floor(low.x)) - 1, static_cast<int>(std::floor(low.y)) - 1,
@@ -157,8 +182,11 @@ BlockMeans preview_of(const ClaimedPiece& piece, const Canvas& canvas, const cv:
   for (const Vec2& p : piece.artwork_outline) ring.push_back(canvas.pixel(p) - corner);
   cv::Mat mask(box.size(), CV_8UC1, cv::Scalar(0)), inside;
   fill_ring(mask, ring, 255);
+  const bool under_dust = without_dust(piece, dust, canvas, corner, mask);
   cv::integral(mask, inside, CV_64F);
-  return {grey_integral(preview(box), mask), inside / 255.0, place.centre_px - corner, place.half_px, canvas.px_per_mm};
+  return {
+      {grey_integral(preview(box), mask), inside / 255.0, place.centre_px - corner, place.half_px, canvas.px_per_mm},
+      under_dust};
 }
 
 std::vector<Vec2> flipped(std::vector<Vec2> ring) {
@@ -173,7 +201,8 @@ double upright_turn(const ReadMark& mark) {
   return std::atan2(1.0, 0.0) - std::atan2(up.y, up.x);
 }
 
-Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview) {
+Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview,
+         const DustOnPanels& dust) {
   Laid laid;
   laid.as = *piece.laid_as;
   const ClaimedPiece& patch = job.pieces[laid.as];
@@ -201,7 +230,8 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
       double agreement = 0;
       if (canvas.px_per_mm > 0) {
         paint(piece, canvas, other);
-        agreement = blocks_of(other, canvas.px_per_mm).with(preview_of(patch, canvas, preview)).correlation;
+        agreement =
+            blocks_of(other, canvas.px_per_mm).with(preview_of(patch, canvas, preview, dust).blocks).correlation;
       }
       if (agreement <= best) continue;
       best = agreement;
@@ -217,10 +247,14 @@ Laid lay(const FoundPiece& piece, const ClaimedJob& job, const Canvas& canvas, c
 }
 
 // Judges the pictures of the laid pieces against the preview.
-void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview, std::vector<Laid>& laid,
-                    int threads, JobProof& proof) {
+void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& preview, const DustOnPanels& dust,
+                    std::vector<Laid>& laid, int threads, JobProof& proof) {
   std::vector<BlockMeans> places;
-  for (const ClaimedPiece& piece : job.pieces) places.push_back(preview_of(piece, canvas, preview));
+  for (const ClaimedPiece& piece : job.pieces) {
+    PlannedLook look = preview_of(piece, canvas, preview, dust);
+    places.push_back(std::move(look.blocks));
+    if (look.under_dust) ++proof.pieces_under_dust;
+  }
   std::vector<int> looks_like(laid.size(), -1);
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
@@ -311,7 +345,24 @@ std::vector<std::size_t> readable_pieces(const ClaimedJob& job, const std::vecto
 
 }  // namespace
 
-JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads) {
+DustOnPanels dust_on_panels(const std::vector<Tie>& ties, const Truth& truth) {
+  DustOnPanels out;
+  for (const Tie& tie : ties)
+    for (const ClaimedLattice& lattice : tie.panel->registration) {
+      const auto capture = truth.captures.find(lattice.capture);
+      if (capture == truth.captures.end()) continue;
+      const sim::ScanTruth& scan = capture->second;
+      if (scan.sheet != tie.sheet->name || scan.face != sim::SheetFace::kShow) continue;
+      for (const sim::Dust& grain : scan.dust) {
+        PanelDust& on_panel = out[tie.panel->id].emplace_back();
+        on_panel.radius_mm = grain.radius_px / scan.px_per_mm;
+        for (const Vec2& p : grain.line) on_panel.line.push_back(tie.panel_from_sheet(scan.sheet_mm(p)));
+      }
+    }
+  return out;
+}
+
+JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, const DustOnPanels& dust, int threads) {
   JobProof proof;
   proof.cut = found.size();
   for (const ClaimedPiece& piece : job.pieces) {
@@ -334,9 +385,9 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
   const std::vector<std::size_t> readable = readable_pieces(job, found, proof);
   std::vector<Laid> laid(readable.size());
   parallel_for(readable.size(), threads,
-               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, proof.preview); });
+               [&](std::size_t i, int) { laid[i] = lay(found[readable[i]], job, canvas, proof.preview, dust); });
   if (!proof.preview.empty()) {
-    judge_pictures(job, canvas, proof.preview, laid, threads, proof);
+    judge_pictures(job, canvas, proof.preview, dust, laid, threads, proof);
     const Assembled assembled = assemble(job, canvas, laid);
     proof.assembled = assembled.picture;
     proof.picture_ssim = picture_ssim(assembled, kTable, proof.preview, job.width_mm, job.height_mm);

@@ -8,11 +8,14 @@
 // wrong     the piece's 2 mm block means agree better with the preview of another patch than with its own: both the
 //           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
 //           two patches of a smooth gradient correlate whatever they are. Places of unlike shape: BlockMeans::rather.
+//           Pixels of a preview that show dust on the scanner's glass, as the twin recorded it, show no wood and are
+//           not counted.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
 //           clear margin (0.3 in correlation) over its own.
 #pragma once
 
+#include <map>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -34,16 +37,27 @@ struct FoundPiece {
   std::optional<std::size_t> laid_as;  // the claimed piece that its mark names
 };
 
+// A speck (one point) or a hair that a scan shows in place of wood.
+struct PanelDust {
+  std::vector<Vec2> line;
+  double radius_mm = 0;
+};
+
 struct JobProof {
   std::size_t pieces = 0, cut = 0, suspect = 0;
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
+  std::size_t pieces_under_dust = 0;   // judged without the pixels that dust hid in the scans
   std::optional<double> picture_ssim;  // nothing without a preview
   std::vector<std::string> notes;      // one sentence for each thing that is not as it should be
   cv::Mat assembled;                   // BGR, covers the artwork at the preview's resolution; empty without one
   cv::Mat preview;
 };
 
-JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, int threads);
+// Dust on the show face's scans, by panel: in the panel's millimetres.
+using DustOnPanels = std::map<std::string, std::vector<PanelDust>>;
+DustOnPanels dust_on_panels(const std::vector<Tie>& ties, const Truth& truth);
+
+JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, const DustOnPanels& dust, int threads);
 
 }  // namespace veneer::proof

@@ -166,9 +166,12 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
     collect(*sheet, *claims.jobs, found, proof);
     proof.sheets.push_back({sheet->panel_tie.panel->id, picture_of_back(*sheet->panel_tie.sheet, *sheet->burns)});
   }
+  std::vector<Tie> ties;
+  for (const auto& sheet : work) ties.push_back(sheet->panel_tie);
+  const DustOnPanels dust = dust_on_panels(ties, truth);
   for (std::size_t j = 0; j < claims.jobs->size(); ++j) {
     proof.job_numbers.push_back((*claims.jobs)[j].job);
-    proof.jobs.push_back(prove_job((*claims.jobs)[j], found[j], threads));
+    proof.jobs.push_back(prove_job((*claims.jobs)[j], found[j], dust, threads));
   }
   proof.ledger_matches.resize(claims.jobs->size());
   if (claims.ledger) judge_ledger(claims, work, threads, proof);
@@ -195,6 +198,7 @@ json to_json(const Proof& proof) {
                            {"edge_rms_mm", length(edge, &Residual::rms)},
                            {"edge_max_mm", length(edge, &Residual::max)},
                            {"wrong_pieces", job.picture_ssim ? json(job.wrong_pieces) : json()},
+                           {"pieces_under_dust", job.picture_ssim ? json(job.pieces_under_dust) : json()},
                            {"mirrored_pieces", job.mirrored_pieces},
                            {"unreadable_ids", job.unreadable_ids},
                            {"picture_ssim", job.picture_ssim ? json(*job.picture_ssim) : json()},
