@@ -256,12 +256,15 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     if (look.under_dust) ++proof.pieces_under_dust;
   }
   std::vector<int> looks_like(laid.size(), -1);
+  std::vector<char> correlates_elsewhere(laid.size(), 0);  // threads write side by side
   parallel_for(laid.size(), threads, [&](std::size_t i, int) {
     const BlockMeans mine = blocks_of(laid[i], canvas.px_per_mm);
     const BlockMeans& place = places[laid[i].as];
     auto best = mine.with(place);
     for (std::size_t k = 0; k < places.size(); ++k) {
       if (k == laid[i].as || job.pieces[k].panel.empty()) continue;
+      if (const auto both = mine.rivals(places[k], place); both && both->other.correlation > both->own.correlation)
+        correlates_elsewhere[i] = 1;
       const auto rivals = mine.rather(places[k], place);
       if (!rivals || (looks_like[i] >= 0 && rivals->other.correlation <= best.correlation)) continue;
       best = rivals->other;
@@ -273,6 +276,7 @@ void judge_pictures(const ClaimedJob& job, const Canvas& canvas, const cv::Mat& 
     const bool clear = mirror.correlation > std::max(own.correlation + kMirrorMargin, best.correlation);
     if (clear && mirror.difference < best.difference) laid[i].mirrored = true;
   });
+  proof.wrong_by_correlation = static_cast<std::size_t>(std::ranges::count(correlates_elsewhere, 1));
   for (std::size_t i = 0; i < laid.size(); ++i) {
     if (looks_like[i] < 0 || laid[i].mirrored) continue;
     ++proof.wrong_pieces;

@@ -7,9 +7,9 @@
 //
 // wrong     the piece's 2 mm block means agree better with the preview of another patch than with its own: both the
 //           correlation is higher and the mean square difference (after taking out the mean) is lower. Both, because
-//           two patches of a smooth gradient correlate whatever they are. Places of unlike shape: BlockMeans::rather.
-//           Pixels of a preview that show dust on the scanner's glass, as the twin recorded it, show no wood and are
-//           not counted.
+//           two patches of a smooth gradient correlate whatever they are. Places of unlike shape or of another
+//           lightness: BlockMeans::rather. Pixels of a preview that show dust on the scanner's glass, as the twin
+//           recorded it, show no wood and are not counted.
 // mirrored  its mark reads only in a mirror; or its outline fits only mirrored; or its block means agree better with
 //           the mirrored preview of its own patch than with any preview unmirrored, in both senses above and by a
 //           clear margin (0.3 in correlation) over its own.
@@ -47,10 +47,11 @@ struct JobProof {
   std::size_t pieces = 0, cut = 0, suspect = 0;
   Residual edge;
   std::size_t wrong_pieces = 0, mirrored_pieces = 0, unreadable_ids = 0;
-  std::size_t pieces_under_dust = 0;   // judged without the pixels that dust hid in the scans
-  std::optional<double> picture_ssim;  // nothing without a preview
-  std::vector<std::string> notes;      // one sentence for each thing that is not as it should be
-  cv::Mat assembled;                   // BGR, covers the artwork at the preview's resolution; empty without one
+  std::size_t wrong_by_correlation = 0;  // of pieces of a few blocks, and so also of many that are right
+  std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans
+  std::optional<double> picture_ssim;    // nothing without a preview
+  std::vector<std::string> notes;        // one sentence for each thing that is not as it should be
+  cv::Mat assembled;                     // BGR, covers the artwork at the preview's resolution; empty without one
   cv::Mat preview;
 };
 

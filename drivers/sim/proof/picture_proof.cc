@@ -11,6 +11,7 @@ namespace {
 constexpr double kBlock = 2;         // mm
 constexpr double kComparable = 0.6;  // of a piece's blocks, that another place has too
 constexpr double kNoise = 0.5;       // grey levels, of a scan: few blocks of plain wood differ by no more
+constexpr double kLightness = 20;    // grey levels: twice what the light over a scanner's glass differs by
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 cv::Mat grey_of(const cv::Mat& picture) {
@@ -146,22 +147,26 @@ BlockMeans::Agreement BlockMeans::with(const BlockMeans& other, const BlockMeans
       sbb += b * b;
       sab += a * b;
     }
-  if (n < 4) return {0, std::numeric_limits<double>::infinity()};
+  if (n < 4) return {0, std::numeric_limits<double>::infinity(), 0};
   const double va = std::max(0.0, saa / n - sa / n * sa / n);
   const double vb = std::max(0.0, sbb / n - sb / n * sb / n);
   const double cab = sab / n - sa / n * sb / n;
   const double difference = std::sqrt(std::max(0.0, va + vb - 2 * cab));
-  return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference};
+  return {va > 0 && vb > 0 ? cab / std::sqrt(va * vb) : 0, difference, std::abs(sa - sb) / n};
+}
+
+std::optional<BlockMeans::Rivals> BlockMeans::rivals(const BlockMeans& other, const BlockMeans& own) const {
+  if (shared_with(other) < kComparable) return std::nullopt;
+  return Rivals{with(own, other), with(other, own)};
 }
 
 std::optional<BlockMeans::Rivals> BlockMeans::rather(const BlockMeans& other, const BlockMeans& own) const {
-  const double shared = shared_with(other);
-  if (shared < kComparable) return std::nullopt;
-  const Rivals rivals{with(own, other), with(other, own)};
-  const double clearly = shared < 1 || other.shared_with(*this) < 1 ? kNoise : 0;
-  if (rivals.other.correlation <= rivals.own.correlation) return std::nullopt;
-  if (rivals.other.difference >= rivals.own.difference - clearly) return std::nullopt;
-  return rivals;
+  const auto both = rivals(other, own);
+  if (!both || both->other.lightness > kLightness) return std::nullopt;
+  if (both->other.correlation <= both->own.correlation) return std::nullopt;
+  const double clearly = shared_with(other) < 1 || other.shared_with(*this) < 1 ? kNoise : 0;
+  if (both->other.difference >= both->own.difference - clearly) return std::nullopt;
+  return both;
 }
 
 }  // namespace veneer::proof

@@ -37,6 +37,7 @@ class BlockMeans {
   struct Agreement {
     double correlation = 0;
     double difference = 0;  // root mean square of grey after each one's own mean is taken out
+    double lightness = 0;   // grey levels between the two means
   };
   Agreement with(const BlockMeans& other, const BlockMeans& where) const;
   Agreement with(const BlockMeans& other) const { return with(other, other); }
@@ -44,12 +45,15 @@ class BlockMeans {
   double shared_with(const BlockMeans& other) const;
   BlockMeans mirrored() const;  // left and right exchanged
 
-  // How it agrees with two places, its own and another, over the blocks that both have.
+  // How it agrees with two places, its own and another, over the blocks that both have; nothing where the other has
+  // fewer than 60 % of this one's blocks.
   struct Rivals {
     Agreement own, other;
   };
+  std::optional<Rivals> rivals(const BlockMeans& other, const BlockMeans& own) const;
   // Nothing unless it looks more like the other: the correlation is higher and the difference lower. Where the other is
-  // of unlike shape, it has to have 60 % of this one's blocks, and to come nearer by more than a scan's noise.
+  // of unlike shape, it has to come nearer by more than a scan's noise. A place
+  // that is 20 grey levels lighter or darker shows other wood, however the grain of a few blocks may run there.
   std::optional<Rivals> rather(const BlockMeans& other, const BlockMeans& own) const;
 
  private:
