@@ -15,6 +15,7 @@
 
 #include "base/frames.h"
 #include "base/result.h"
+#include "calib/fiducial_plan.h"
 #include "calib/fiducials.h"
 #include "calib/hole_detector.h"
 #include "calib/scanner_model.h"
@@ -54,7 +55,7 @@ TileView view_tile(const cv::Mat& picture, ScanResolution nominal, const std::st
                    const HoleOptions& holes = {});
 
 struct RegistrationOptions {
-  Millimetres tag_size{14};  // black square
+  Millimetres tag_size{kPanelTagSize};
   double tag_size_tolerance = 0.01;
   Millimetres max_rms{0.05};
   Millimetres max_single{0.10};

@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
   }
   veneer::cli::add_cell_commands(app, context);
   veneer::cli::add_panel_commands(app, context);
+  veneer::cli::add_fiducial_commands(app, context);
   veneer::cli::add_job_commands(app, context);
   veneer::cli::add_piece_commands(app, context);
   veneer::cli::add_laser_commands(app, context);

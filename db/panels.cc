@@ -495,6 +495,15 @@ Result<std::vector<FiducialRecord>> Panels::fiducials(const PanelId& panel) {
   });
 }
 
+Result<std::optional<int>> Panels::highest_tag() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<int>> {
+    SQLite::Statement row(connection, "SELECT max(number) FROM fiducials WHERE kind = ?");
+    row.bind(1, to_string(FiducialKind::kTag));
+    row.executeStep();
+    return row.isColumnNull(0) ? std::optional<int>() : row.getColumn(0).getInt();
+  });
+}
+
 Result<std::vector<ScanRecord>> Panels::scans(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ScanRecord>> {
     SQLite::Statement rows(connection,

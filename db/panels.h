@@ -132,6 +132,8 @@ class Panels {
   Result<std::vector<PanelRecord>> list();         // in order of id, retired ones too
   Result<std::vector<PanelRecord>> in_stock();     // in order of id
   Result<std::vector<FiducialRecord>> fiducials(const PanelId& panel);
+  // The highest tag that any panel ever carried, retired ones too; nothing when there is none.
+  Result<std::optional<int>> highest_tag();
   Result<std::vector<ScanRecord>> scans(const PanelId& panel);
 
  private:

@@ -17,6 +17,8 @@ constexpr std::array kOperations = {
     ApiOperation{"getPanel", "GET", "/api/v1/panels/{id}", Role::kViewer},
     ApiOperation{"getPanelMap", "GET", "/api/v1/panels/{id}/map.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelStock", "GET", "/api/v1/panels/{id}/stock.png", Role::kViewer, Takes::kQuery},
+    ApiOperation{"printGrid", "GET", "/api/v1/fiducials/grid", Role::kViewer, Takes::kQuery},
+    ApiOperation{"printPanelTags", "GET", "/api/v1/fiducials/panel", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelLabel", "GET", "/api/v1/panels/{id}/label", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelRemnant", "GET", "/api/v1/panels/{id}/remnant.png", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelRegistration", "GET", "/api/v1/panels/{id}/registration", Role::kViewer, Takes::kQuery},

@@ -26,6 +26,7 @@ void bind_routes(Router& router, Cell& cell) {
                             c.panel_library, c.stock_memory,    c.panel_figures, c.remnants, panel_changed};
   bind_stock_routes(router, stock);
   bind_remnant_routes(router, stock);
+  bind_fiducial_routes(router, stock);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});
   bind_calibration_routes(router,
                           {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,

@@ -61,6 +61,8 @@ void bind_stock_routes(Router& router, const StockServices& services);
 // Which panels there are, and which of them have the wood that somebody looks for; what is left of one, as a picture
 // and as a label.
 void bind_remnant_routes(Router& router, const StockServices& services);
+// Tags and grids to print.
+void bind_fiducial_routes(Router& router, const StockServices& services);
 
 struct CalibrationServices {
   CalibrationService& calibrations;

@@ -19,6 +19,8 @@ inline constexpr NumberRange kFreeArea{0, 1e9};         // mm2
 inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is looked for
 inline constexpr NumberRange kPasses{1, 20};
 inline constexpr NumberRange kThickness{0.001, 100};  // mm, of veneer and substrate
+inline constexpr NumberRange kTag{0, 586};            // numbers of the family 36h11
+inline constexpr NumberRange kPrintedPanels{1, 20};   // whose tags are printed at once
 inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kLeaseDays{1, 90};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};

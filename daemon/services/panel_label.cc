@@ -1,7 +1,5 @@
 #include "daemon/services/panel_label.h"
 
-#include <cairo-pdf.h>
-#include <cairo-svg.h>
 #include <cairo.h>
 #include <qrencode.h>
 
@@ -16,25 +14,15 @@ namespace {
 // In millimetres; y runs down, as cairo's does.
 constexpr double kLabelWidth = 100, kLabelHeight = 62, kLabelMargin = 4;
 constexpr double kCodeSide = 30;  // with the white that must be around it
-constexpr double kDotsPerMm = 300 / 25.4, kPointsPerMm = 72 / 25.4;
 constexpr double kHeadingSize = 8, kTextSize = 3.2;
 
 struct SurfaceDeleter {
   void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
 };
-struct ContextDeleter {
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
 struct CodeDeleter {
   void operator()(QRcode* code) const { QRcode_free(code); }
 };
 using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
-using Context = std::unique_ptr<cairo_t, ContextDeleter>;
-
-cairo_status_t append_bytes(void* to, const unsigned char* bytes, unsigned int length) {
-  static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), length);
-  return CAIRO_STATUS_SUCCESS;
-}
 
 // Dark modules as squares, in rows that are one shape each: no seams between them on paper.
 bool draw_code(cairo_t* context, const std::string& text) {
@@ -85,16 +73,7 @@ void draw_picture(cairo_t* context, const cv::Mat& picture, double x, double y, 
 }
 
 bool draw_whole(cairo_t* context, const PanelLabel& label) {
-  cairo_set_source_rgb(context, 1, 1, 1);
-  cairo_paint(context);
-  cairo_set_source_rgb(context, 0, 0, 0);
   if (!draw_code(context, label.panel)) return false;
-  // Letters as wide as they are, not in whole pixels: else a small line grows beyond its room.
-  cairo_font_options_t* const options = cairo_font_options_create();
-  cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
-  cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
-  cairo_set_font_options(context, options);
-  cairo_font_options_destroy(options);
   const double left = kCodeSide + 1, room = kLabelWidth - kLabelMargin - left;
   cairo_select_font_face(context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
   draw_text(context, label.panel, left, kLabelMargin + kHeadingSize * 0.8, kHeadingSize, room);
@@ -112,30 +91,10 @@ bool draw_whole(cairo_t* context, const PanelLabel& label) {
 
 }  // namespace
 
-Result<std::string> draw_label(const PanelLabel& label, LabelFormat format) {
-  const Error failed{ErrorCode::kInternal, "the label could not be drawn"};
-  std::string bytes;
-  Surface surface;
-  double unit = kPointsPerMm;
-  if (format == LabelFormat::kPdf) {
-    surface.reset(cairo_pdf_surface_create_for_stream(append_bytes, &bytes, kLabelWidth * unit, kLabelHeight * unit));
-  } else if (format == LabelFormat::kSvg) {
-    surface.reset(cairo_svg_surface_create_for_stream(append_bytes, &bytes, kLabelWidth * unit, kLabelHeight * unit));
-  } else {
-    unit = kDotsPerMm;
-    surface.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(std::lround(kLabelWidth * unit)),
-                                             static_cast<int>(std::lround(kLabelHeight * unit))));
-  }
-  const Context context(cairo_create(surface.get()));
-  cairo_scale(context.get(), unit, unit);
-  if (!draw_whole(context.get(), label)) return failed;
-  if (format == LabelFormat::kPng) {
-    cairo_surface_flush(surface.get());
-    if (cairo_surface_write_to_png_stream(surface.get(), append_bytes, &bytes) != CAIRO_STATUS_SUCCESS) return failed;
-  }
-  cairo_surface_finish(surface.get());
-  if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS) return failed;
-  return bytes;
+Result<std::string> draw_label(const PanelLabel& label, PageFormat format) {
+  PrintedPage page(Millimetres(kLabelWidth), Millimetres(kLabelHeight), format);
+  if (!draw_whole(page.context(), label)) return Error{ErrorCode::kInternal, "the label could not be drawn"};
+  return page.finish();
 }
 
 }  // namespace veneer::daemon

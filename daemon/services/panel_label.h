@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "daemon/services/printed_page.h"
 
 namespace veneer::daemon {
 
@@ -19,9 +20,7 @@ struct PanelLabel {
   cv::Mat picture;                 // CV_8UC3
 };
 
-enum class LabelFormat { kPdf, kSvg, kPng };  // PNG: 300 dots per inch
-
 // The file's bytes. kInternal: it could not be drawn.
-Result<std::string> draw_label(const PanelLabel& label, LabelFormat format);
+Result<std::string> draw_label(const PanelLabel& label, PageFormat format);
 
 }  // namespace veneer::daemon

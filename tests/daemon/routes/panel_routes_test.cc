@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "base/polygon_ops.h"
+#include "calib/tag_detector.h"
 #include "cli/render.h"
 #include "planner/pictures/pictures.h"
 #include "tests/support/panel_shapes.h"
@@ -20,6 +21,7 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::panel_square;
+using ::testing::StartsWith;
 
 constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
 constexpr int kColumns = 360, kRows = 240;
@@ -65,6 +67,36 @@ class PanelRoutes : public testing::RoutedCell {
     return ask("POST", "/api/v1" + path, body);
   }
 };
+
+// New tags begin above the AprilGrid's and above what any panel ever carried, a retired one too.
+TEST_F(PanelRoutes, PrintTagsThatNoPanelHas) {
+  const auto lowest = [&](const std::string& more = "") {
+    const ApiReply png = ask("GET", "/api/v1/fiducials/panel?width_mm=200&height_mm=160&format=png" + more);
+    EXPECT_EQ(png.status, 200) << png.body;
+    const auto tags = calib::detect_tags<ScanFrame>(*planner::decode_picture(png.body, "tags"));
+    return tags.empty() ? -1 : tags.front().id;
+  };
+  EXPECT_EQ(lowest(), 120);
+  db::PanelRecord old;
+  old.id = {"P-0007"}, old.name = "P-0007", old.width = 30_mm, old.height = 20_mm, old.created_at = kThen;
+  const auto picture =
+      cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "old");
+  ASSERT_TRUE(picture.ok());
+  old.map_file = old.mask_file = picture->file, old.map_hash = picture->sha256, old.usable = kWhole;
+  db::FiducialRecord tag;
+  tag.tag_id = 171,
+  tag.corners = {point<PanelFrame>(1, 1), point<PanelFrame>(5, 1), point<PanelFrame>(5, 5), point<PanelFrame>(1, 5)};
+  change([&](Repositories& r) { return r.panels.add(old, {}, {tag}); });
+  EXPECT_EQ(post("/panels/P-0007/retire", {{"reason", "worn"}}).status, 200);
+  EXPECT_EQ(lowest(), 172);
+  EXPECT_EQ(lowest("&first_tag=300"), 300);
+  const ApiReply three = ask("GET", "/api/v1/fiducials/panel?width_mm=200&height_mm=160&panels=3");
+  EXPECT_THAT(three.body, StartsWith("%PDF-"));
+  const ApiReply refused = ask("GET", "/api/v1/fiducials/panel?width_mm=200&height_mm=160&panels=3&format=svg");
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_THAT(refused.body, HasSubstr("print them as PDF"));
+  EXPECT_EQ(ask("GET", "/api/v1/fiducials/grid").content_type, "application/pdf");
+}
 
 TEST_F(PanelRoutes, TakeTheLastScanBack) {
   EXPECT_EQ(get("/panels/P-0001")["usable_mm2"], 100);
