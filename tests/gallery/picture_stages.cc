@@ -69,17 +69,22 @@ Result<cv::Mat> grey_wood(const StageView& view) {
 }
 
 Result<cv::Mat> matched_tones(const StageView& view) {
-  const auto panel = planner::load_picture(view.wood.picture);
-  if (!panel.ok()) return panel;
-  cv::Mat mask;
-  if (!view.wood.mask.empty()) {
-    const auto read = planner::load_mask(view.wood.mask);
-    if (!read.ok()) return read;
-    mask = *read;
+  planner::GreyHistogram tones;
+  for (const std::string& name : view.order.woods) {
+    const auto wood = view.sources.wood(name);
+    if (!wood.ok()) return wood.error();
+    const auto panel = planner::load_picture(wood->picture);
+    if (!panel.ok()) return panel;
+    cv::Mat mask;
+    if (!wood->mask.empty()) {
+      const auto read = planner::load_mask(wood->mask);
+      if (!read.ok()) return read;
+      mask = *read;
+    }
+    // By area.
+    tones.add(planner::grey_of(*panel), mask, 1 / (wood->dpi * wood->dpi));
   }
-  planner::GreyHistogram wood;
-  wood.add(planner::grey_of(*panel), mask);
-  return coloured(planner::match_tones(planner::grey_of(view.target), wood, view.options.w_hist));
+  return coloured(planner::match_tones(planner::grey_of(view.target), tones, view.options.w_hist));
 }
 
 Result<cv::Mat> urgency_picture(const StageView& view) {
@@ -90,7 +95,8 @@ Result<cv::Mat> urgency_picture(const StageView& view) {
   constexpr int kSide = 900;
   const double px_per_mm = kSide / std::max(artwork.width.count(), artwork.height.count());
   cv::Mat out;
-  cv::resize(view.target, out,
+  // Without its own colours, which would mix with those of the order.
+  cv::resize(coloured(planner::grey_of(view.target)), out,
              {static_cast<int>(std::lround(artwork.width.count() * px_per_mm)),
               static_cast<int>(std::lround(artwork.height.count() * px_per_mm))},
              0, 0, cv::INTER_CUBIC);

@@ -20,11 +20,12 @@ using nlohmann::json;
 
 constexpr double kDefaultSizeMm = 360;  // of `veneerctl plan`
 
-// What veneerctl says last of all is why it failed.
-std::string last_sentence(const std::string& output) {
+// What veneerctl says last of all is why it failed, if it came to say it.
+std::string why_failed(const tests::Finished& finished) {
   constexpr std::string_view kName = "veneerctl: ";
-  const std::size_t at = output.rfind(kName);
-  std::string out = at == std::string::npos ? output : output.substr(at + kName.size());
+  const std::size_t at = finished.output.rfind(kName);
+  if (at == std::string::npos) return fmt::format("veneerctl ended with {} and said nothing", finished.status);
+  std::string out = finished.output.substr(at + kName.size());
   while (!out.empty() && out.back() == '\n') out.pop_back();
   return out;
 }
@@ -104,7 +105,7 @@ Result<PlanRun> PlanRuns::made(const PlanOrder& order, const std::string& name) 
   began_(out.command);
   words.insert(words.begin(), veneerctl_.string());
   const tests::Finished finished = tests::run_program(words);
-  if (finished.status != 0) return Error{ErrorCode::kInternal, last_sentence(finished.output)};
+  if (finished.status != 0) return Error{ErrorCode::kInternal, why_failed(finished)};
   auto plan = planner::read_plan(out.folder / "plan.json");
   if (!plan.ok()) return plan.error();
   out.plan = std::move(*plan);
