@@ -84,6 +84,16 @@ TEST_F(JobRoutes, WhatThePlannerHasNoRoomForIsRefusedAtOnce) {
   busy.set_value();
 }
 
+// The route takes pictures of 64 MiB, which the reactor only hands on; JSON it reads itself.
+TEST_F(JobRoutes, AJobOfAPlanIsReadOnlyWhenItIsSmall) {
+  const std::string padding(kSmallBody, ' ');
+  const ApiReply refused = ask_raw("POST", "/api/v1/jobs", "{\"plan\":1" + padding + "}");
+  EXPECT_EQ(refused.status, 413) << refused.body;
+  EXPECT_EQ(body_of(refused)["error"]["sentence"], "the JSON of this request is larger than 64 KiB");
+  EXPECT_TRUE(cell->tasks.list().empty());
+  EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", R"({"plan":1})").status, 202);
+}
+
 TEST_F(JobRoutes, ListsComeInPages) {
   for (int i = 0; i < 5; ++i) plan_for("uid 1000", fmt::format("key-{}", i));
   std::vector<int> seen;
