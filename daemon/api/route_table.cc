@@ -44,7 +44,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getJobEgv", "GET", "/api/v1/jobs/{id}/cut.egv", Role::kViewer, Takes::kQuery},
     ApiOperation{"calibrate", "POST", "/api/v1/calibration/{device}", Role::kOperator, Takes::kJson},
     ApiOperation{"laserTestPattern", "POST", "/api/v1/laser/test-pattern", Role::kOperator, Takes::kJson},
-    ApiOperation{"laserRun", "POST", "/api/v1/laser/run", Role::kOperator, Takes::kLargeJson},
+    ApiOperation{"laserRun", "POST", "/api/v1/laser/run", Role::kOperator, Takes::kDrawing},
     ApiOperation{"laserCorner", "POST", "/api/v1/laser/corner", Role::kOperator},
     ApiOperation{"laserJog", "POST", "/api/v1/laser/jog", Role::kOperator, Takes::kJson},
     ApiOperation{"laserJogStop", "POST", "/api/v1/laser/jog/stop", Role::kOperator},
