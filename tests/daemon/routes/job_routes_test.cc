@@ -5,6 +5,7 @@
 
 #include "daemon/api/idempotency.h"
 #include "tests/support/routed_cell.h"
+#include "tests/support/task_json.h"
 
 namespace veneer::daemon {
 namespace {
@@ -42,7 +43,7 @@ class JobRoutes : public testing::RoutedCell {
       reactor.restart();
       reactor.run_one_for(std::chrono::seconds(10));
     }
-    return to_json(*cell->tasks.find(id));
+    return testing::json_of(*cell->tasks.find(id));
   }
   std::size_t jobs() { return body_of(ask("GET", "/api/v1/jobs"))["jobs"].size(); }
 };
