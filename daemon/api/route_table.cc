@@ -30,7 +30,7 @@ constexpr std::array kOperations = {
     ApiOperation{"setMaterial", "POST", "/api/v1/materials/{material}", Role::kOperator, Takes::kJson},
     ApiOperation{"getPanelMasks", "GET", "/api/v1/panels/{id}/masks", Role::kViewer},
     ApiOperation{"revertPanel", "POST", "/api/v1/panels/{id}/revert", Role::kOperator, Takes::kJson},
-    ApiOperation{"getPanelDifferences", "GET", "/api/v1/panels/{id}/differences", Role::kViewer},
+    ApiOperation{"getPanelDifferences", "GET", "/api/v1/panels/{id}/differences", Role::kViewer, Takes::kQuery},
     ApiOperation{"decideDifference", "POST", "/api/v1/panels/{id}/differences/{number}/decide", Role::kOperator,
                  Takes::kJson},
     ApiOperation{"retirePanel", "POST", "/api/v1/panels/{id}/retire", Role::kOperator, Takes::kJson},
