@@ -198,7 +198,8 @@ void add_differences(CLI::App& panel, CommandContext& context) {
       ->check(CLI::IsMember({"written-off", "accepted"}));
   decide->add_option("--note", options->note, "What you saw");
   const auto target = [options] { return "/panels/" + url_encode(options->id) + "/differences"; };
-  differences->callback([target, &context] { context.finish(context.client().get(target()), render_differences); });
+  differences->callback(
+      [target, &context] { context.finish(context.client().get_all(target(), "differences"), render_differences); });
   decide->callback([options, target, &context] {
     json body = {{"verdict", options->verdict == "accepted" ? "accepted" : "written_off"}};
     if (!options->note.empty()) body["note"] = options->note;

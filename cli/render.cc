@@ -45,7 +45,9 @@ std::string laser_words(const json& laser) {
   if (member(laser, "beam_on").is_boolean())
     parts.emplace_back(flag_or(laser, "beam_on", false) ? "BEAM ON" : "beam off");
   parts.push_back(text_or(laser, "firmware", ""));
-  if (text_or(laser, "controller", "") == "test") parts.emplace_back("a test controller, no laser");
+  const std::string controller = text_or(laser, "controller", "");
+  if (controller == "test") parts.emplace_back("a test controller, no laser");
+  if (controller == "file") parts.emplace_back("it records to a file, no laser");
   return joined(parts, ", ");
 }
 

@@ -109,6 +109,9 @@ function fact(label, text, bad) {
   return item;
 }
 
+// What stands at the laser's port when it is no laser.
+const kControllers = {twin: "the simulated cell", file: "records to a file, no laser", test: "a test controller, no laser"};
+
 function showFacts() {
   const laser = cell.laser || {};
   const facts = [];
@@ -116,7 +119,7 @@ function showFacts() {
   facts.push(laser.connected ? fact("Laser", words || "connected", false) : fact("Laser", laser.why_not_connected || "not connected yet: Reset connects it", Boolean(laser.why_not_connected)));
   if (laser.connected) facts.push(fact("Beam", laser.beam_on ? "ON" : "off", Boolean(laser.beam_on) && cell.state !== "Execute"));
   if (laser.refusal) facts.push(fact("No beam", laser.refusal, true));
-  if (laser.controller && laser.controller !== "real") facts.push(fact("Controller", laser.controller === "twin" ? "the simulated cell" : "a test controller, no laser", false));
+  if (laser.controller && laser.controller !== "real") facts.push(fact("Controller", kControllers[laser.controller] || laser.controller, false));
   facts.push(fact("Lid", cell.lid || "unknown", cell.lid === "open"));
   const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
   if (turned.length) facts.push(fact("Overrides", turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));

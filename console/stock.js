@@ -60,9 +60,9 @@ function differencesOf(panel) {
 }
 
 async function loadDifferences(panel) {
-  let told = {};
-  try { told = await ask("GET", `/api/v1/panels/${encodeURIComponent(panel.id)}/differences`); } catch (fault) { return; }
-  const open = (told.differences || []).filter((one) => !one.decided);
+  let all = [];
+  try { all = await askAll(`/api/v1/panels/${encodeURIComponent(panel.id)}/differences`, "differences"); } catch (fault) { return; }
+  const open = all.filter((one) => !one.decided);
   knownDifferences.set(panel.id, {count: panel.open_differences, list: open});
   showPanels();
 }

@@ -115,7 +115,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
-              hub.broadcast({{"type", "task"}, {"task", to_json(task)}});
+              if (hub.clients() > 0) hub.broadcast_text(R"({"type":"task","task":)" + to_text(task) + "}");
               if (task_audit_) task_audit_->changed(task);
             }),
       devices(std::move(parts)),
@@ -197,7 +197,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
 Cell::~Cell() {
   if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
-  for (const auto& task : tasks.running()) static_cast<void>(tasks.cancel(task.id));
+  for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
   backups.reset();
   if (bed) bed->stop();
   scanner_worker.reset();
@@ -309,8 +309,7 @@ json Cell::status() const {
                         {"axes", word(db::CertificateKind::kAxes)},
                         {"kerf", word(db::CertificateKind::kKerf)}};
   out["tasks"] = json::array();
-  for (const auto& task : tasks.list())
-    if (task.state == TaskState::kRunning) out["tasks"].push_back(to_json(task));
+  for (const auto* task : tasks.running()) out["tasks"].push_back(to_list_json(*task));
   return out;
 }
 

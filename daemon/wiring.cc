@@ -12,12 +12,25 @@
 #include "drivers/sim/client/sim_usb.h"
 #include "drivers/transport/make_transport.h"
 #include "drivers/transport/make_usb_transport.h"
+#include "drivers/transport/serial_transport.h"
 
 namespace veneer::daemon {
 namespace {
 
 std::string grbl_port(const Config& config) {
   return config.laser.kind == "sim" ? fmt::format("serial:{}", config.sim.laser.string()) : config.laser.port;
+}
+
+// A real controller at the twin's port would burn by simulated eyes, and nobody would be asked to confirm anything.
+Result<std::unique_ptr<Transport>> make_grbl_link(const Config& config, boost::asio::io_context& reactor) {
+  constexpr unsigned kAnyBaud = 115200;
+  if (config.laser.kind == "sim")
+    return std::unique_ptr<Transport>(std::make_unique<SerialTransport>(reactor, config.sim.laser.string(), kAnyBaud,
+                                                                        SerialTransport::At::kPseudoTerminal));
+  if (records(config.laser))
+    return std::unique_ptr<Transport>(std::make_unique<grbl::RecordingController>(
+        reactor, config.laser.port.substr(kFilePort.size()), config.laser.travel_x, config.laser.travel_y));
+  return make_transport(config.laser.port, reactor);
 }
 
 Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Clock& device_clock,
@@ -40,11 +53,7 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("the port \"{}\" names no file by its full path: write file:/path", config.laser.port)};
   const bool simulated = config.laser.kind == "sim";
-  auto link =
-      records(config.laser)
-          ? Result<std::unique_ptr<Transport>>(std::make_unique<grbl::RecordingController>(
-                reactor, config.laser.port.substr(kFilePort.size()), config.laser.travel_x, config.laser.travel_y))
-          : make_transport(grbl_port(config), reactor);
+  auto link = make_grbl_link(config, reactor);
   if (!link) return link.error();
   auto options = grbl::GrblOptions::for_time_scale(simulated ? config.sim.time_scale : 1);
   options.recording = records(config.laser);

@@ -8,8 +8,8 @@
 namespace veneer::daemon {
 namespace {
 
-EventClient::Message message_of(const nlohmann::json& event) {
-  return std::make_shared<const std::string>(event.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+std::string event_text(const nlohmann::json& event) {
+  return event.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -19,8 +19,11 @@ EventHub::EventHub(EventHubOptions options, Logger log) : options_(options), log
 EventHub::~EventHub() { close(); }
 
 void EventHub::broadcast(const nlohmann::json& event) {
-  if (clients_.empty()) return;
-  const EventClient::Message message = message_of(event);
+  if (!clients_.empty()) broadcast_text(event_text(event));
+}
+
+void EventHub::broadcast_text(std::string event) {
+  const auto message = std::make_shared<const std::string>(std::move(event));
   const auto everyone = clients_;  // a slow one leaves while we speak
   for (const auto& client : everyone) client->send(message);
 }
@@ -38,7 +41,7 @@ EventHub::Room EventHub::room_for(const Caller& caller) const {
 
 void EventHub::join(const std::shared_ptr<EventClient>& client) {
   clients_.insert(client);
-  client->send(message_of({{"type", "hello"}, {"schema_version", 1}}));
+  client->send(std::make_shared<const std::string>(event_text({{"type", "hello"}, {"schema_version", 1}})));
 }
 
 void EventHub::close() {

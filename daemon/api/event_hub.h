@@ -37,6 +37,8 @@ class EventHub {
 
   // An object with at least {"type": "status|task|job|bed|panel|log|..."}.
   void broadcast(const nlohmann::json& event);
+  // The same, serialised already; to be made only when somebody listens.
+  void broadcast_text(std::string event);
   std::size_t clients() const { return clients_.size(); }
   // Closes every client ("going away"); nobody can join any more.
   void close();

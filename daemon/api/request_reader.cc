@@ -8,6 +8,8 @@
 #include <cmath>
 #include <set>
 
+#include "daemon/api/route_table.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -30,8 +32,26 @@ bool too_deep(std::string_view body) {
   return false;
 }
 
+// Reading a value takes many times the memory of its text. Lists of numbers may be as long as a drawing's; of all else
+// a body holds no more than a small one could.
+Status require_few_values(std::string_view body) {
+  if (body.size() <= kSmallBody) return Ok();
+  std::size_t numbers = 1, others = 0;
+  for (const char c : body) {
+    numbers += c == ',' ? 1 : 0;
+    others += c == '[' || c == '{' || c == ':' || c == '"' ? 1 : 0;
+  }
+  if (numbers > kMostNumbers)
+    return unusable(fmt::format("the body has more than {} numbers: split what you send", kMostNumbers));
+  if (others > kSmallBody)
+    return unusable(
+        "the body has more texts, lists and objects than anything here takes: only lists of numbers are long");
+  return Ok();
+}
+
 // The library keeps the last of two equal keys, in silence.
 Result<json> parse_object(const std::string& body) {
+  if (const Status few = require_few_values(body); !few) return few.error();
   if (too_deep(body)) return unusable("the body is nested too deeply: this API's bodies are flat");
   std::vector<std::set<std::string>> open;
   std::optional<std::string> twice;

@@ -20,6 +20,10 @@
 
 namespace veneer::daemon {
 
+// Of a body, in all its lists together: what `laser run` needs for its 500,000 points when each stroke has two of them
+// (two numbers for each point, five for each stroke), and a few besides.
+inline constexpr std::size_t kMostNumbers = 2'250'100;
+
 struct NumberRange {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();

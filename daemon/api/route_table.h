@@ -12,11 +12,15 @@ namespace veneer::daemon {
 
 inline constexpr std::size_t kSmallBody = 64 * 1024;
 inline constexpr std::size_t kPictureBody = 64 * 1024 * 1024;
+// 500,000 points in strokes of two, as veneerctl writes them (coordinates to 0.1 um, each speed and power of its own),
+// are 19 MiB.
+inline constexpr std::size_t kDrawingBody = 24 * 1024 * 1024;
 
 // What a request of an operation may carry besides its path.
-enum class Takes { kNothing, kQuery, kJson, kLargeJson, kPictureAndQuery };
+enum class Takes { kNothing, kQuery, kJson, kDrawing, kPictureAndQuery };
 constexpr std::size_t max_body(Takes takes) {
-  return takes == Takes::kPictureAndQuery || takes == Takes::kLargeJson ? kPictureBody : kSmallBody;
+  if (takes == Takes::kPictureAndQuery) return kPictureBody;
+  return takes == Takes::kDrawing ? kDrawingBody : kSmallBody;
 }
 
 struct ApiOperation {

@@ -47,7 +47,7 @@ ApiReply not_allowed(const std::vector<std::string>& methods) {
 // What an operation does not take must not be there: a reader that is asked for nothing refuses everything.
 Handler strict(const ApiOperation& operation, Handler handler) {
   const bool query = operation.takes == Takes::kQuery || operation.takes == Takes::kPictureAndQuery;
-  const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kLargeJson ||
+  const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kDrawing ||
                     operation.takes == Takes::kPictureAndQuery;
   return [query, body, handler = std::move(handler)](const ApiRequest& request, Reply reply) {
     for (const bool of_query : {true, false}) {
@@ -66,7 +66,7 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
   std::string line = request.method + " " + request.path;
   for (const auto& [name, value] : request.query)
     line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
-  if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kLargeJson)
+  if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kDrawing)
     line += " (" + std::to_string(request.body.size()) + " bytes)";
   if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body.text();
   if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";

@@ -3,14 +3,19 @@
 namespace veneer::daemon {
 namespace {
 
-void answer_task(TaskRegistry& tasks, std::int64_t id, const Reply& reply) {
+// What is done does not change any more: whoever has its result already is not sent it again.
+void answer_task(TaskRegistry& tasks, std::int64_t id, const std::string& known, const Reply& reply) {
   const TaskView* task = tasks.find(id);
   if (!task) {
     reply(ApiReply::error(
         Error{ErrorCode::kNotFound, "there is no task " + std::to_string(id) + ", or it is long over"}));
     return;
   }
-  reply(ApiReply::json(to_json(*task)));
+  const std::string etag = task->result ? "\"" + std::to_string(id) + "-" + task->result->hash + "\"" : "";
+  if (!etag.empty() && etag_matches(known, etag)) return reply(ApiReply::not_modified(etag));
+  ApiReply told = ApiReply::bytes(to_text(*task, {{"schema_version", 1}}), "application/json");
+  told.etag = etag;
+  reply(std::move(told));
 }
 
 }  // namespace
@@ -18,19 +23,19 @@ void answer_task(TaskRegistry& tasks, std::int64_t id, const Reply& reply) {
 void bind_task_routes(Router& router, TaskRegistry& tasks) {
   router.bind("listTasks", [&tasks](const ApiRequest&, const Reply& reply) {
     nlohmann::json list = nlohmann::json::array();
-    for (const TaskView& task : tasks.list()) list.push_back(to_list_json(task));
+    for (const TaskView* task : tasks.list()) list.push_back(to_list_json(*task));
     reply(ApiReply::json({{"tasks", std::move(list)}}));
   });
   router.bind("getTask", [&tasks](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
-    answer_task(tasks, *id, reply);
+    answer_task(tasks, *id, request.if_none_match, reply);
   });
   router.bind("cancelTask", [&tasks](const ApiRequest& request, const Reply& reply) {
     const auto id = request.path_number("id");
     if (!id) return reply(ApiReply::error(id.error()));
     if (const Status cancelled = tasks.cancel(*id); !cancelled) return reply(ApiReply::error(cancelled.error()));
-    answer_task(tasks, *id, reply);
+    answer_task(tasks, *id, request.if_none_match, reply);
   });
 }
 

@@ -1,12 +1,43 @@
 #include "daemon/api/tasks.h"
 
-#include "daemon/api/api_message.h"
-
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <mutex>
+#include <span>
+#include <string_view>
+
+#include "base/hash.h"
+#include "daemon/api/api_message.h"
 
 namespace veneer::daemon {
+namespace {
+
+constexpr std::size_t kMostOfAList = 20;
+
+std::string text_of(const nlohmann::json& value) {
+  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+bool is_short(const nlohmann::json& value) {
+  if (value.is_array())
+    return value.size() <= kMostOfAList &&
+           std::ranges::all_of(value, [](const nlohmann::json& one) { return one.is_primitive(); });
+  return value.is_primitive();
+}
+
+// Not the shapes and lists that a client may have asked for.
+std::string brief_of(const nlohmann::json& result) {
+  if (!result.is_object()) return "";
+  nlohmann::json out = nlohmann::json::object();
+  for (const auto& [key, value] : result.items())
+    if (is_short(value)) out[key] = value;
+  return text_of(out);
+}
+
+}  // namespace
+
+TaskResult::TaskResult(const nlohmann::json& result)
+    : json(text_of(result)), brief(brief_of(result)), hash(sha256_hex(std::as_bytes(std::span(json))).substr(0, 32)) {}
 
 const char* to_string(TaskState state) {
   switch (state) {
@@ -32,10 +63,15 @@ nlohmann::json to_list_json(const TaskView& task) {
   return json;
 }
 
-nlohmann::json to_json(const TaskView& task) {
+std::string to_text(const TaskView& task, const nlohmann::json& more) {
   nlohmann::json json = to_list_json(task);
-  if (task.state == TaskState::kDone) json["result"] = task.result;
-  return json;
+  json.update(more);
+  std::string text = text_of(json);
+  if (!task.result) return text;
+  constexpr std::string_view kKey = ",\"result\":";
+  text.reserve(text.size() + kKey.size() + task.result->json.size());
+  text.pop_back();
+  return text.append(kKey).append(task.result->json).append("}");
 }
 
 // The way from workers to the reactor. Once the registry has shut it, nothing is posted any more, so that the reactor
@@ -60,7 +96,7 @@ struct TaskReporter::Shared : std::enable_shared_from_this<TaskReporter::Shared>
   bool over = false;
   double progress = 0;
   std::string text;
-  std::optional<Result<nlohmann::json>> end;
+  std::optional<Result<std::shared_ptr<const TaskResult>>> end;
 
   void post_take() {
     const std::lock_guard lock(gate->mutex);
@@ -80,9 +116,12 @@ struct TaskReporter::Shared : std::enable_shared_from_this<TaskReporter::Shared>
     }
     post_take();
   }
-  void report_end(Result<nlohmann::json> how) {
+  void report_end(const Result<nlohmann::json>& how) {
+    // On whose thread it was made, without the lock.
+    auto written = how ? Result<std::shared_ptr<const TaskResult>>(std::make_shared<const TaskResult>(*how))
+                       : Result<std::shared_ptr<const TaskResult>>(how.error());
     report([&] {
-      end = std::move(how);
+      end = std::move(written);
       over = true;
     });
   }
@@ -107,9 +146,9 @@ void TaskReporter::progress(double fraction, std::string text) const {
   });
 }
 
-void TaskReporter::done(nlohmann::json result) const { shared_->report_end(std::move(result)); }
+void TaskReporter::done(const nlohmann::json& result) const { shared_->report_end(result); }
 void TaskReporter::fail(Error error) const { shared_->report_end(std::move(error)); }
-void TaskReporter::finish(Result<nlohmann::json> result) const { shared_->report_end(std::move(result)); }
+void TaskReporter::finish(const Result<nlohmann::json>& result) const { shared_->report_end(result); }
 
 struct TaskRegistry::Entry {
   TaskView view;
@@ -231,16 +270,16 @@ const TaskView* TaskRegistry::find(std::int64_t id) const {
   return found == entries_.end() ? nullptr : &(*found)->view;
 }
 
-std::vector<TaskView> TaskRegistry::list() const {
-  std::vector<TaskView> views;
+std::vector<const TaskView*> TaskRegistry::list() const {
+  std::vector<const TaskView*> views;
   views.reserve(entries_.size());
-  for (const auto& entry : entries_) views.push_back(entry->view);
+  for (const auto& entry : entries_) views.push_back(&entry->view);
   return views;
 }
 
-std::vector<TaskView> TaskRegistry::running() const {
-  std::vector<TaskView> views = list();
-  std::erase_if(views, [](const TaskView& view) { return view.state != TaskState::kRunning; });
+std::vector<const TaskView*> TaskRegistry::running() const {
+  auto views = list();
+  std::erase_if(views, [](const TaskView* view) { return view->state != TaskState::kRunning; });
   return views;
 }
 

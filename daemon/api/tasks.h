@@ -24,20 +24,28 @@ struct TaskGate;
 enum class TaskState { kRunning, kDone, kFailed, kCancelled };
 const char* to_string(TaskState state);
 
+// What a task was done for. It may be megabytes: serialised once, by the worker that reports it, and shared.
+struct TaskResult {
+  explicit TaskResult(const nlohmann::json& result);
+  const std::string json;
+  const std::string brief;  // its numbers, names and short lists alone, as JSON; "" when it is no object
+  const std::string hash;
+};
+
 struct TaskView {
   std::int64_t id = 0;
   std::string kind;  // "scan", "plan", "calibrate camera", ...
   TaskState state = TaskState::kRunning;
-  double progress = 0;         // 0..1, never falls
-  std::string text;            // what is going on, for a person
-  nlohmann::json result;       // of a done task
-  std::optional<Error> error;  // of a failed or cancelled one
+  double progress = 0;                       // 0..1, never falls
+  std::string text;                          // what is going on, for a person
+  std::shared_ptr<const TaskResult> result;  // of a done task
+  std::optional<Error> error;                // of a failed or cancelled one
 };
 
-// {"id", "kind", "state", "progress", "text", "result" | "error": error_json()}
-nlohmann::json to_json(const TaskView& task);
-// The same without "result", which may be large: as it stands in a list.
+// {"id", "kind", "state", "progress", "text", "error": error_json()}: without the result, as it stands in a list.
 nlohmann::json to_list_json(const TaskView& task);
+// The same as text, with "result": what is known of it already is only copied. `more` is added to the object.
+std::string to_text(const TaskView& task, const nlohmann::json& more = nlohmann::json::object());
 
 // The worker's end of a task. Copies speak of the same task. Thread-safe; does nothing once the registry is gone.
 // The last copy dropped before the end was reported fails the task.
@@ -47,10 +55,10 @@ class TaskReporter {
   std::stop_token stop_token() const;
   // Cheap: what the reactor has not seen yet is overwritten, so call it as often as you like.
   void progress(double fraction, std::string text) const;
-  void done(nlohmann::json result) const;
+  void done(const nlohmann::json& result) const;
   void fail(Error error) const;  // kCancelled ends it as cancelled
   // done or fail, whichever the result says.
-  void finish(Result<nlohmann::json> result) const;
+  void finish(const Result<nlohmann::json>& result) const;
 
   struct Shared;  // what worker and registry both hold; opaque
 
@@ -76,8 +84,9 @@ class TaskRegistry {
 
   TaskReporter start(std::string kind, std::string text);
   const TaskView* find(std::int64_t id) const;
-  std::vector<TaskView> list() const;  // oldest first
-  std::vector<TaskView> running() const;
+  // Oldest first; to be used before anything else of the registry is.
+  std::vector<const TaskView*> list() const;
+  std::vector<const TaskView*> running() const;
   // Asks it to stop; it ends when its worker says so. kNotFound, or kConflict when it is over.
   Status cancel(std::int64_t id);
 

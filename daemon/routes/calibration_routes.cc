@@ -46,6 +46,25 @@ void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, con
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
 }
 
+// A run looks at the bed with the same camera and on the same thread, so that a calibration which takes its time, or
+// hangs, would hold the run. What was asked for before a job was started is done before its first look.
+Status camera_is_free(const JobRunner& unit) {
+  switch (const CellState state = unit.view().state) {
+    case CellState::kStopped:
+    case CellState::kResetting:
+    case CellState::kIdle:
+    case CellState::kComplete:
+    case CellState::kAborted:
+    case CellState::kClearing:
+      return Ok();
+    default:
+      return Error{ErrorCode::kConflict,
+                   fmt::format("the cell is {}, and its looks at the bed would wait until the camera is calibrated: "
+                               "let it end, or Stop it, then calibrate",
+                               to_string(state))};
+  }
+}
+
 void calibrate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
   const std::string& device = request.path_param("device");
   auto body = RequestReader::body_of(request);
@@ -70,6 +89,8 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
                         calibrate_laser(s, task, board, who, confirmed);
                       });
   }
+  if (const Status may = device == "camera" ? camera_is_free(s.unit) : Ok(); !may)
+    return reply(ApiReply::error(may.error()));
   Worker& worker = device == "camera" ? s.camera : s.scanner;
   start_task(s.tasks, worker, kind, waiting, reply, [s, device, more, height](const TaskReporter& task) {
     const auto progress = [&](double f, const std::string& text) { task.progress(f, text); };

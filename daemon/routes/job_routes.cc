@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "daemon/api/idempotency.h"
+#include "daemon/api/route_table.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -76,7 +77,15 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
 }
 
 void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply) {
-  if (request.body.text().starts_with('{')) return new_job_of_plan(s, request, reply);  // no picture begins like that
+  if (request.body.text().starts_with('{')) {  // no picture begins like that
+    // Read here and now, on the reactor: a picture of that size is only handed on.
+    if (request.body.size() > kSmallBody)
+      return reply(ApiReply::error(413, "too_large",
+                                   fmt::format("the JSON of this request is larger than {} KiB: send only the plan's "
+                                               "number, or a picture",
+                                               kSmallBody / 1024)));
+    return new_job_of_plan(s, request, reply);
+  }
   auto job = read_job_request(request);
   if (!job) return reply(ApiReply::error(job.error()));
   job->options.threads = s.planner_threads;

@@ -309,10 +309,13 @@ void split_panel(const StockServices& s, const ApiRequest& request, const Reply&
                });
 }
 
-Result<json> differences_json(Repositories& r, const PanelId& id) {
-  const auto differences = r.differences.of(id);
+// The newest first: the cursor of the next page is the last one's number.
+Result<json> differences_json(Repositories& r, const PanelId& id, const Page& page) {
+  auto differences = r.differences.of(id);
   if (!differences) return differences.error();
+  if (page.after > 0) std::erase_if(*differences, [&](const auto& one) { return one.id.value >= page.after; });
   json out = {{"panel", id.value}, {"differences", json::array()}};
+  out["next"] = cut_to_page(*differences, page, [](const auto& last) { return last.id.value; });
   for (const auto& difference : *differences) out["differences"].push_back(to_json(difference));
   return out;
 }
@@ -333,7 +336,7 @@ void decide_difference(const StockServices& s, const ApiRequest& request, const 
                  const auto verdict = gone ? db::DifferenceVerdict::kWrittenOff : db::DifferenceVerdict::kAccepted;
                  const auto doubtful = r.differences.decide(id, number, verdict, who, note, utc_timestamp());
                  if (!doubtful) return doubtful.error();
-                 auto out = differences_json(r, id);
+                 auto out = differences_json(r, id, {0, std::numeric_limits<int>::max()});
                  if (!out) return out;
                  (*out)["suspect"] = json::array();
                  for (const PieceId piece : *doubtful) {
@@ -373,9 +376,13 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         reply);
   });
   router.bind("getPanelDifferences", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
         s.queries, request,
-        [id = PanelId{request.path_param("id")}](Repositories& r) { return differences_json(r, id); }, reply);
+        [id = PanelId{request.path_param("id")}, page](Repositories& r) { return differences_json(r, id, page); },
+        reply);
   });
   router.bind("decideDifference",
               [s](const ApiRequest& request, const Reply& reply) { decide_difference(s, request, reply); });

@@ -22,25 +22,29 @@ constexpr std::size_t kKeptPixels = 12'000'000;
 
 // What a worker process has made will be decoded by this one. It may have been taken over by a hostile picture: only a
 // PNG of the kind the cell stores, of a size that can be, is taken.
-Status require_plain_png(const std::filesystem::path& made) {
+Status require_plain_png(const std::filesystem::path& made, std::int64_t most_pixels) {
   constexpr std::array<unsigned char, 16> kHead{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n',
                                                 0,    0,   0,   13,  'I',  'H',  'D',  'R'};
-  constexpr double kMostPixels = 400e6;
   std::array<unsigned char, 26> head{};
   std::error_code failed;
   const bool plain = std::filesystem::symlink_status(made, failed).type() == std::filesystem::file_type::regular;
   std::ifstream in(made, std::ios::binary);
   in.read(reinterpret_cast<char*>(head.data()), head.size());
   const auto number = [&](std::size_t at) {
-    return head[at] * 16777216.0 + head[at + 1] * 65536.0 + head[at + 2] * 256.0 + head[at + 3];
+    return (std::int64_t{head[at]} << 24) + (head[at + 1] << 16) + (head[at + 2] << 8) + head[at + 3];
   };
   const bool eight_bit = head[24] == 8 && (head[25] == 0 || head[25] == 2);  // grey or colour
-  if (plain && in && std::equal(kHead.begin(), kHead.end(), head.begin()) && eight_bit &&
-      number(16) * number(20) <= kMostPixels)
-    return Ok();
-  return Error{ErrorCode::kInternal,
-               "a picture that was made of this cannot be used: try again, and report it when it "
-               "comes back"};
+  if (!plain || !in || !std::equal(kHead.begin(), kHead.end(), head.begin()) || !eight_bit)
+    return Error{ErrorCode::kInternal,
+                 "a picture that was made of this cannot be used: try again, and report it when it "
+                 "comes back"};
+  const std::int64_t width = number(16), height = number(20);
+  if (width <= most_pixels && height <= most_pixels && width * height <= most_pixels) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("a picture of {} x {} pixels was made of this, and the cell keeps at most {} million (a panel "
+                  "of 1500 x 1000 mm at 300 dpi has 209): take less wood, or a smaller artwork, at once",
+                  width, height, most_pixels / 1'000'000)};
 }
 
 }  // namespace
@@ -57,8 +61,8 @@ Result<PanelLibrary::Stored> PanelLibrary::store_picture(const cv::Mat& picture,
 }
 
 Result<PanelLibrary::Stored> PanelLibrary::adopt(const std::filesystem::path& made, const std::string& folder,
-                                                 const std::string& prefix) const {
-  if (const Status good = require_plain_png(made); !good) return good.error();
+                                                 const std::string& prefix, std::int64_t most_pixels) const {
+  if (const Status good = require_plain_png(made, most_pixels); !good) return good.error();
   const auto hash = sha256_hex_of_file(made);
   if (!hash) return hash.error();
   const std::string file = fmt::format("{}/{}-{}.png", folder, prefix, hash->substr(0, 16));

@@ -5,6 +5,7 @@
 // but the reactor: these functions read and write megabytes.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <list>
 #include <map>
@@ -23,6 +24,13 @@
 
 namespace veneer::daemon {
 
+// Maps, masks and previews are decoded by this process for people's eyes and for figures. A panel of
+// 1500 x 1000 mm at the map's 300 dpi has 209 million pixels, which are 0.6 GB in colour; a preview has 75 dpi, and so
+// room for 16 times that.
+inline constexpr std::int64_t kMostPixelsShown = 212'000'000;
+// Raw scans are decoded by workers only: what they can read (planner/pictures/picture_limits.h).
+inline constexpr std::int64_t kMostPixelsScanned = 300'000'000;
+
 class PanelLibrary {
  public:
   explicit PanelLibrary(std::filesystem::path data_dir) : data_dir_(std::move(data_dir)) {}
@@ -33,8 +41,10 @@ class PanelLibrary {
   };
   // Lossless, below `folder` ("scans", "panels/P-0001").
   Result<Stored> store_picture(const cv::Mat& picture, const std::string& folder, const std::string& prefix) const;
-  // A picture that a worker process has made: it becomes one of the library's, as if it were stored here.
-  Result<Stored> adopt(const std::filesystem::path& made, const std::string& folder, const std::string& prefix) const;
+  // A picture that a worker process has made: it becomes one of the library's, as if it were stored here. kRefused when
+  // it has more than `most_pixels`.
+  Result<Stored> adopt(const std::filesystem::path& made, const std::string& folder, const std::string& prefix,
+                       std::int64_t most_pixels = kMostPixelsShown) const;
   Result<Stored> store_bytes(const std::string& bytes, const std::string& folder, const std::string& name) const;
   Result<cv::Mat> load_picture(const std::string& file) const;  // as stored: BGR or grey
   std::filesystem::path path_of(const std::string& file) const { return data_dir_ / file; }

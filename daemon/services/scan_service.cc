@@ -337,7 +337,7 @@ Result<std::vector<db::ScanRecord>> ScanService::store_scans(const PanelId& pane
   std::vector<db::ScanRecord> records;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
     const Tile& tile = tiles_[i];
-    auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face));
+    auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face), kMostPixelsScanned);
     if (!stored) return stored.error();
     db::ScanRecord& record = records.emplace_back();
     record.panel = panel;

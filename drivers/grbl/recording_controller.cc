@@ -28,10 +28,7 @@ RecordingController::RecordingController(boost::asio::io_context& io, std::files
 
 Status RecordingController::open(OnBytes on_bytes, OnClosed) {
   close();
-  file_.open(path_, std::ios::binary | std::ios::trunc);
-  if (!file_.is_open())
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the file {} cannot be written: check its folder and permissions", path_.string())};
+  if (Status opened = file_.open(path_); !opened) return opened;
   on_bytes_ = std::move(on_bytes);
   return Ok();
 }
@@ -51,12 +48,12 @@ void RecordingController::close() noexcept {
   generation_ = std::make_shared<int>(0);
   on_bytes_ = nullptr;
   line_.clear();
-  if (file_.is_open()) file_.close();
+  file_.close();
 }
 
 void RecordingController::take(char byte) {
   const auto code = static_cast<unsigned char>(byte);
-  if (code != '?') record({&byte, 1});
+  if (code != '?') file_.write({&byte, 1});
   if (is_realtime(code)) return realtime(code);
   if (byte != '\n') {
     line_ += byte;
@@ -181,10 +178,6 @@ void RecordingController::say(std::string bytes) {
   boost::asio::post(io_, [this, alive = std::weak_ptr<int>(generation_), bytes = std::move(bytes)] {
     if (!alive.expired() && on_bytes_) on_bytes_(bytes);
   });
-}
-
-void RecordingController::record(std::string_view bytes) {
-  file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace veneer::grbl

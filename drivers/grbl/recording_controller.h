@@ -8,11 +8,11 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
 #include "base/units.h"
+#include "drivers/recording_file.h"
 #include "drivers/transport.h"
 
 namespace veneer::grbl {
@@ -46,12 +46,11 @@ class RecordingController final : public Transport {
   std::string report() const;
   std::string modes() const;
   void say(std::string bytes);
-  void record(std::string_view bytes);
 
   boost::asio::io_context& io_;
   std::filesystem::path path_;
   Millimetres travel_x_, travel_y_;
-  std::ofstream file_;
+  RecordingFile file_;
   OnBytes on_bytes_;
   std::shared_ptr<int> generation_;  // renewed by open() and close(), so that late answers know they are late
   std::string line_;

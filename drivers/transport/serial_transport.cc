@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -40,6 +42,19 @@ Error cannot_open(const std::string& path, int number) {
           fmt::format("the serial port {} does not open ({}): {}", path, system_text(number), remedy)};
 }
 
+// The far end of a pseudo-terminal, as the kernel numbers them (its documentation, devices.txt).
+bool is_pseudo_terminal(const struct stat& file) {
+  constexpr unsigned kFirstMajor = 136, kLastMajor = 143;
+  return S_ISCHR(file.st_mode) && major(file.st_rdev) >= kFirstMajor && major(file.st_rdev) <= kLastMajor;
+}
+
+Error not_the_twins(const std::string& path) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} is not the twin's port (a pseudo-terminal): give the twin's under [sim] laser, or for a real "
+                      "controller kind = \"grbl\" and its port under [laser]",
+                      path)};
+}
+
 // Raw bytes both ways, no flow control, modem lines ignored.
 bool make_raw(int descriptor, speed_t speed) {
   termios line{};
@@ -56,19 +71,27 @@ bool make_raw(int descriptor, speed_t speed) {
 
 }  // namespace
 
-SerialTransport::SerialTransport(boost::asio::io_context& io, std::string path, unsigned baud)
-    : StreamTransport(io, path), path_(std::move(path)), baud_(baud) {}
+SerialTransport::SerialTransport(boost::asio::io_context& io, std::string path, unsigned baud, At at)
+    : StreamTransport(io, path), path_(std::move(path)), baud_(baud), at_(at) {}
 
 bool SerialTransport::supports_baud(unsigned baud) { return speed_of(baud).has_value(); }
 
 Status SerialTransport::open(OnBytes on_bytes, OnClosed on_closed) {
   close();
+  // Opening a real line alone may reset the board behind it; whether it is still the same is looked at once it is open.
+  struct stat there {};
+  if (at_ == At::kPseudoTerminal && ::stat(path_.c_str(), &there) == 0 && !is_pseudo_terminal(there))
+    return not_the_twins(path_);
   const int descriptor = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return cannot_open(path_, errno);
   const auto refuse = [&](int number) {
     ::close(descriptor);
     return cannot_open(path_, number);
   };
+  if (at_ == At::kPseudoTerminal && (::fstat(descriptor, &there) != 0 || !is_pseudo_terminal(there))) {
+    ::close(descriptor);
+    return not_the_twins(path_);
+  }
   if (::isatty(descriptor) == 0) return refuse(ENOTTY);
   // TIOCEXCL keeps other programs out, the lock also another daemon of root's.
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) return refuse(errno == EWOULDBLOCK ? EBUSY : errno);

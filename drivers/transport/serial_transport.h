@@ -9,7 +9,10 @@ namespace veneer {
 
 class SerialTransport final : public StreamTransport {
  public:
-  SerialTransport(boost::asio::io_context& io, std::string path, unsigned baud);
+  // What may stand at the path. A simulated controller is at a pseudo-terminal; nothing else is opened for it then, a
+  // real one's line least of all.
+  enum class At { kAnyLine, kPseudoTerminal };
+  SerialTransport(boost::asio::io_context& io, std::string path, unsigned baud, At at = At::kAnyLine);
   static bool supports_baud(unsigned baud);
 
   Status open(OnBytes on_bytes, OnClosed on_closed) override;
@@ -18,6 +21,7 @@ class SerialTransport final : public StreamTransport {
   void drop_unsent(int descriptor) noexcept override;
   std::string path_;
   unsigned baud_;
+  At at_;
 };
 
 }  // namespace veneer

@@ -1,7 +1,5 @@
 #include "drivers/transport/usb_file.h"
 
-#include <fmt/format.h>
-
 #include <boost/asio/post.hpp>
 #include <utility>
 
@@ -12,10 +10,7 @@ UsbFile::UsbFile(boost::asio::io_context& io, std::filesystem::path path)
 
 Status UsbFile::open(OnReply on_reply, OnClosed) {
   close();
-  file_.open(path_, std::ios::binary | std::ios::trunc);
-  if (!file_.is_open())
-    return Error{ErrorCode::kUnavailable,
-                 fmt::format("the file {} cannot be written: check its folder and permissions", path_.string())};
+  if (Status opened = file_.open(path_); !opened) return opened;
   on_reply_ = std::move(on_reply);
   return Ok();
 }
@@ -49,7 +44,7 @@ void UsbFile::submit_urgent(UsbWrite write) noexcept {
 void UsbFile::close() noexcept {
   generation_ = std::make_shared<int>(0);
   on_reply_ = nullptr;
-  if (file_.is_open()) file_.close();
+  file_.close();
 }
 
 // A packet clears what the lines said before; FNSE ends a program.
@@ -64,7 +59,7 @@ void UsbFile::follow(const std::string& packet) {
 }
 
 void UsbFile::record(const std::string& bytes) {
-  file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file_.write(bytes);
   file_.flush();
 }
 

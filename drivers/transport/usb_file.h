@@ -4,9 +4,10 @@
 
 #include <boost/asio/io_context.hpp>
 #include <filesystem>
-#include <fstream>
 #include <memory>
+#include <string>
 
+#include "drivers/recording_file.h"
 #include "drivers/usb_transport.h"
 
 namespace veneer {
@@ -26,7 +27,7 @@ class UsbFile final : public UsbTransport {
 
   boost::asio::io_context& io_;
   std::filesystem::path path_;
-  std::ofstream file_;
+  RecordingFile file_;
   bool asked_ = false;
   bool finished_ = false;
   std::string tail_;  // the last letters of the program, over the borders of packets

@@ -57,6 +57,18 @@ TEST(Render, WhatIsMissingIsLeftOut) {
             "Stock        1 panel\n");
 }
 
+TEST(Render, StatusSaysWhenNoLaserIsThere) {
+  const auto laser_line = [](const char* controller) {
+    return render_status({{"state", "Idle"},
+                          {"laser", {{"connected", true}, {"state", "Idle"}, {"controller", controller}}},
+                          {"job", nullptr},
+                          {"panels", 1}});
+  };
+  EXPECT_THAT(laser_line("test"), HasSubstr("connected, Idle, a test controller, no laser\n"));
+  EXPECT_THAT(laser_line("file"), HasSubstr("connected, Idle, it records to a file, no laser\n"));
+  EXPECT_THAT(laser_line("real"), HasSubstr("connected, Idle\n"));
+}
+
 TEST(Render, StatusSaysOfALaserWhatIs) {
   const auto status = [](const json& laser, const char* lid) {
     return render_status({{"state", "Idle"}, {"laser", laser}, {"lid", lid}, {"panels", 0}});

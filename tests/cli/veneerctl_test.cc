@@ -405,7 +405,7 @@ TEST(Veneerctl, CtrlCCancelsTheTask) {
     router.add("GET", "/api/v1/tasks/1", Role::kViewer, [&](const ApiRequest&, const Reply& reply) {
       if (++looks == 1) started.set_value();
       if (work->stop_token().stop_requested()) work->fail({ErrorCode::kCancelled, "the scan was cancelled"});
-      reply(ApiReply::json(to_json(*running->tasks().find(1))));
+      reply(ApiReply::bytes(to_text(*running->tasks().find(1)), "application/json"));
     });
   });
   running = &server;

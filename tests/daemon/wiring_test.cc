@@ -66,6 +66,22 @@ TEST_F(WiringTest, ATwinThatIsNotThereIsNamedWithWhatToStart) {
   EXPECT_THAT(failed->error.message, HasSubstr("start veneer-twin with controller"));
 }
 
+// "sim" burns without anybody's confirmation and by simulated eyes: what it burns on must be the twin. /dev/ptmx stands
+// for a real controller: a terminal that is no pseudo-terminal's far end.
+TEST_F(WiringTest, TheSimulatedLaserIsAtNoOtherPortThanTheTwins) {
+  Config config;
+  config.laser.kind = "sim";
+  std::filesystem::create_symlink("/dev/ptmx", directory / "laser");
+  config.sim.laser = directory / "laser";
+  auto devices = make(config);
+  ASSERT_TRUE(devices.ok()) << devices.error().message;
+  const LaserEvent event = connect(*devices->laser);
+  const auto* failed = std::get_if<laser_event::Failed>(&event);
+  ASSERT_NE(failed, nullptr);
+  EXPECT_THAT(failed->error.message, HasSubstr("is not the twin's port (a pseudo-terminal): "));
+  EXPECT_THAT(failed->error.message, HasSubstr("kind = \"grbl\""));
+}
+
 TEST_F(WiringTest, ABoardThatIsNotPluggedInIsNamed) {
   auto devices = make(lihuiyu("usb:1a86:5512@99-9"));
   ASSERT_TRUE(devices.ok()) << devices.error().message;

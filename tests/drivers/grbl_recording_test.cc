@@ -2,6 +2,7 @@
 #include "drivers/grbl/recording_controller.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <sstream>
@@ -89,6 +90,24 @@ TEST_F(GrblRecording, NamesAFileThatCannotBeWritten) {
   const Status opened = link.open([](std::string_view) {}, [](Error) {});
   ASSERT_FALSE(opened.ok());
   EXPECT_THAT(opened.error().message, HasSubstr("cannot be written"));
+}
+
+// A device that was named by mistake is no recording: what stands there might be a laser.
+TEST_F(GrblRecording, IsAPlainFileAndNothingElse) {
+  const auto refusal = [&](const std::filesystem::path& path) {
+    const Status opened = grbl::RecordingController(io, path, Millimetres(300), Millimetres(200)).open({}, {});
+    return opened ? "opened" : opened.error().message;
+  };
+  std::filesystem::create_symlink("/dev/ptmx", directory / "link");
+  for (const char* name : {"/dev/null", "/dev/ptmx"}) EXPECT_THAT(refusal(name), HasSubstr("is no plain file: "));
+  EXPECT_THAT(refusal(directory / "link"), HasSubstr("is no plain file: "));
+  EXPECT_THAT(refusal(directory.path()), HasSubstr("is no plain file: "));
+  ASSERT_EQ(::mkfifo((directory / "fifo").c_str(), 0600), 0);
+  EXPECT_THAT(refusal(directory / "fifo"), HasSubstr("is no plain file: ")) << "and it waits for no reader";
+  EXPECT_THAT(refusal(directory / "none" / "job.gcode"), HasSubstr("cannot be written"));
+  std::ofstream(file) << "what an earlier job left behind";
+  EXPECT_EQ(refusal(file), "opened");
+  EXPECT_EQ(std::filesystem::file_size(file), 0U);
 }
 
 }  // namespace

@@ -138,6 +138,13 @@ TEST(UsbPort, SaysThatNoBoardIsPluggedIn) {
   EXPECT_THAT(port.error().message, ::testing::HasSubstr("usb:1a86:5512@7-3 is plugged in"));
 }
 
+TEST(UsbFile, IsAPlainFileAndNothingElse) {
+  boost::asio::io_context io;
+  const Status opened = make_usb_transport("file:/dev/null", io).value()->open({}, {});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, ::testing::HasSubstr("is no plain file: "));
+}
+
 TEST(UsbFile, RecordsAWholeJob) {
   testing::TempDirectory directory;
   const auto path = directory.path() / "wire.bin";

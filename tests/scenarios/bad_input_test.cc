@@ -147,17 +147,10 @@ class InTheMiddle : public BadInput {
 };
 
 TEST_F(InTheMiddle, StopNeedsNothingAndSwitchesTheBeamOff) {
-  sigset_t told;
-  sigemptyset(&told);
-  sigaddset(&told, SIGUSR1);
-  ASSERT_EQ(pthread_sigmask(SIG_BLOCK, &told, nullptr), 0);
   start_job();
   place("control", "bed", "back");
   sentence_with("found");
-  signal_at_burn(getpid(), SIGUSR1, 100);
-  ASSERT_TRUE(cell_->api().post("/commands/unsuspend").ok());
-  const timespec patience{60, 0};
-  ASSERT_EQ(sigtimedwait(&told, nullptr, &patience), SIGUSR1);
+  unsuspend_and_hear_of(100);
   ASSERT_TRUE(cell_->api().post("/stop").ok());
   auto aborted = cell_->wait_status([](const json& s) { return s["state"] == "Aborted"; }, std::chrono::seconds(20));
   ASSERT_TRUE(aborted.ok());

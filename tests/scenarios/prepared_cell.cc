@@ -2,6 +2,9 @@
 
 #include <SQLiteCpp/Database.h>
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
 #include <cstdlib>
 
 #include <opencv2/imgcodecs.hpp>
@@ -29,6 +32,14 @@ void draw_portrait(const fs::path& file) {
 }
 
 const StoryPanel kSheet{"control", 200, 140};
+
+constexpr int kTold = SIGUSR1;
+sigset_t only_told() {
+  sigset_t told;
+  sigemptyset(&told);
+  sigaddset(&told, kTold);
+  return told;
+}
 
 // The faces of the twin's sheets are written when a sheet is made and only read from then on, and take most of the
 // room: copies of a cell share them.
@@ -79,6 +90,9 @@ std::string PreparedCell::target() {
 }
 
 void PreparedCell::SetUpTestSuite() {
+  // Before there is another thread, which would inherit it open.
+  const sigset_t told = only_told();
+  ASSERT_EQ(pthread_sigmask(SIG_BLOCK, &told, nullptr), 0);
   if (folder_) return;  // made for an earlier suite of this process
   folder_.emplace(testing::TempDirectory::Place::kDisk);
   base_ = made_before();
@@ -104,6 +118,15 @@ void PreparedCell::signal_at_burn(pid_t pid, int number, double more_mm) const {
   const auto armed =
       cell_->twin({{"cmd", "signal-at-burn"}, {"pid", pid}, {"signal", number}, {"burnt_mm", burnt_mm + more_mm}});
   ASSERT_TRUE(armed.ok()) << armed.error().message;
+}
+
+void PreparedCell::unsuspend_and_hear_of(double more_mm) const {
+  signal_at_burn(getpid(), kTold, more_mm);
+  const auto begun = cell_->api().post("/commands/unsuspend");
+  ASSERT_TRUE(begun.ok()) << begun.error().message;
+  const sigset_t told = only_told();
+  const timespec patience{90, 0};
+  ASSERT_EQ(sigtimedwait(&told, nullptr, &patience), kTold);
 }
 
 void PreparedCell::TearDown() {

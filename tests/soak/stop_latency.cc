@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   std::string out, only;
   app.add_option("--stops", stops, "How many by each door under each load")->capture_default_str();
   app.add_option("--seed", seed, "Of the moments")->capture_default_str();
-  app.add_option("--load", only, "Only this one: quiet, log, events, ledger, planning, upload or hang-up");
+  app.add_option("--load", only, "Only this one: quiet, log, events, ledger, planning, upload, json or hang-up");
   app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);

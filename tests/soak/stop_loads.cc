@@ -22,6 +22,7 @@
 #include <thread>
 
 #include "calib/kerf_meter.h"
+#include "daemon/api/route_table.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/store/calibration.h"
 #include "daemon/store/database_thread.h"
@@ -275,6 +276,39 @@ class Uploads final : public StopLoad {
   Crowd crowd_;
 };
 
+// Operators who send JSON as large as the doors let through: one where a picture is expected, one as a drawing that
+// would take a gigabyte if it were read as it is.
+class JsonUploads final : public StopLoad {
+ public:
+  explicit JsonUploads(const LaserOnlyCell& cell) {
+    const auto list_of = [](std::string text, const std::string& item, std::size_t bytes) {
+      while (text.size() + item.size() + 2 < bytes) text += item;
+      text.back() = ']';
+      return std::make_shared<const std::string>(text + "}");
+    };
+    send(cell, "/api/v1/jobs", list_of(R"({"plan":[)", "0,", 48'000'000), 413);
+    send(cell, "/api/v1/laser/run", list_of(R"({"points_mm":[)", R"({"x":[]},)", daemon::kDrawingBody), 400);
+  }
+  std::string done() const override {
+    return fmt::format("{} bodies of 48 MB and {} of 24 MiB were refused", refused_[0].load(), refused_[1].load());
+  }
+  Status applied() const override {
+    if (refused_[0] > 0 && refused_[1] > 0) return Ok();
+    return Error{ErrorCode::kUnavailable, "no JSON was taken in and refused: " + done()};
+  }
+
+ private:
+  void send(const LaserOnlyCell& cell, const std::string& path, std::shared_ptr<const std::string> body, int status) {
+    crowd_.add([this, path, body = std::move(body), status, address = cell.api().address()] {
+      const auto reply = cli::ApiClient(address).raw("POST", path, *body, "application/json", {});
+      if (reply && reply->status == status) ++refused_.at(status == 413 ? 0 : 1);
+      if (!reply || reply->status >= 500) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    });
+  }
+  std::array<std::atomic<int>, 2> refused_{};
+  Crowd crowd_;
+};
+
 // Clients that ask for the ledger and are gone before it comes, 48 at a time, some 270 a second.
 class HangUps final : public StopLoad {
  public:
@@ -397,6 +431,10 @@ std::vector<StopLoadKind> stop_loads() {
       {"upload",
        [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
          return std::make_unique<Uploads>(cell);
+       }},
+      {"json",
+       [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {
+         return std::make_unique<JsonUploads>(cell);
        }},
       {"hang-up",
        [](const LaserOnlyCell& cell, const fs::path&, const fs::path&) -> Begun {

@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,7 @@ class SimLaser final : public LaserDriver {
   }
   void stop_after_piece() override { calls.push_back("stop_after_piece"); }
   void abort() noexcept override {
+    if (on_abort) on_abort();
     calls.push_back("abort");
     if (burning_) fail({ErrorCode::kCancelled, "the laser was stopped by command"}, stray_path, stray_reach);
   }
@@ -133,6 +135,7 @@ class SimLaser final : public LaserDriver {
   int lid_openings = 0;
   // What hold() is answered with; nothing by a driver whose strokes have ended in this very turn.
   enum class OnHold { kHeld, kNothing, kNotBegun } on_hold = OnHold::kHeld;
+  std::function<void()> on_abort;     // before abort() does anything
   Polyline<MachineFrame> stray_path;  // what abort() tells of a job
   Millimetres stray_reach{0};
   bool can_jog = false;

@@ -85,5 +85,30 @@ TEST(RequestReader, WhatItMeansIsRefusedOnlyWhenAllElseIsRight) {
   EXPECT_THAT(body.end().error().message, HasSubstr("\"size\" is not known"));
 }
 
+// A body of 24 MiB may hold millions of values, and each would cost many times its bytes of memory.
+TEST(RequestReader, ABodyOfMoreValuesThanADrawingHasIsRefusedBeforeItIsRead) {
+  const auto list = [](std::size_t numbers) {
+    std::string body = R"({"points_mm":[0)";
+    for (std::size_t i = 1; i < numbers; ++i) body += ",0";
+    return body + "]}";
+  };
+  auto most = RequestReader::body_of(with_body(list(kMostNumbers)));
+  EXPECT_EQ(most.numbers("points_mm")->size(), kMostNumbers);
+  EXPECT_TRUE(most.end().ok());
+  auto more = RequestReader::body_of(with_body(list(kMostNumbers + 1)));
+  EXPECT_EQ(more.numbers("points_mm"), std::nullopt);
+  EXPECT_THAT(more.end().error().message, HasSubstr("more than 2250100 numbers"));
+}
+
+TEST(RequestReader, OnlyListsOfNumbersMayBeLong) {
+  for (const char* item : {"[],", "{},", "\"\",", "{\"a\":1},"}) {
+    std::string body = R"({"points_mm":[)";
+    for (int i = 0; i < 70'000; ++i) body += item;
+    auto reader = RequestReader::body_of(with_body(body + "0]}"));
+    reader.numbers("points_mm");
+    EXPECT_THAT(reader.end().error().message, HasSubstr("more texts, lists and objects")) << item;
+  }
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -9,6 +9,7 @@
 
 #include "daemon/api/task_routes.h"
 #include "tests/support/hand_timer.h"
+#include "tests/support/task_json.h"
 
 namespace veneer::daemon {
 namespace {
@@ -40,10 +41,11 @@ TEST_F(Tasks, GoFromStartOverProgressToTheirResult) {
   const TaskView* view = registry_->find(reporter.id());
   EXPECT_EQ(view->state, TaskState::kDone);
   EXPECT_EQ(view->progress, 1);
-  EXPECT_EQ(view->result["panel"], "P-1");
+  EXPECT_EQ(testing::json_of(*view)["result"]["panel"], "P-1");
   ASSERT_EQ(events_.size(), 2U);
   EXPECT_EQ(events_[0].text, "lowering the lid");
-  EXPECT_EQ(to_json(events_[1])["state"], "done");
+  EXPECT_EQ(testing::json_of(events_[1])["state"], "done");
+  EXPECT_EQ(events_[1].result, view->result) << "one for all who look at it";
 }
 
 TEST_F(Tasks, TheListLeavesResultsOut) {
@@ -51,7 +53,7 @@ TEST_F(Tasks, TheListLeavesResultsOut) {
   reporter.done({{"pieces", 304}});
   run();
   const TaskView& view = *registry_->find(reporter.id());
-  EXPECT_TRUE(to_json(view).contains("result"));
+  EXPECT_TRUE(testing::json_of(view).contains("result"));
   EXPECT_FALSE(to_list_json(view).contains("result"));
   EXPECT_EQ(to_list_json(view)["state"], "done");
 }
@@ -205,6 +207,33 @@ TEST_F(Tasks, RoutesShowAndCancelThem) {
   EXPECT_EQ(ask("GET", "/api/v1/tasks/-1").status, 400);
   EXPECT_EQ(ask("DELETE", "/api/v1/tasks/1").status, 200);
   EXPECT_TRUE(reporter.stop_token().stop_requested());
+}
+
+// A plan's result may be megabytes: whoever has it is not sent it again, and what runs has none.
+TEST_F(Tasks, AResultIsSentOnceToWhoeverKeepsIt) {
+  Router router;
+  bind_task_routes(router, *registry_);
+  const TaskReporter reporter = registry_->start("plan", "matching");
+  const auto ask = [&](const std::string& known) {
+    const Router::Match match = router.match("GET", "/api/v1/tasks/1");
+    ApiRequest request;
+    request.path_params = match.path_params;
+    request.if_none_match = known;
+    ApiReply answer;
+    match.route->handler(request, [&answer](ApiReply reply) { answer = std::move(reply); });
+    return answer;
+  };
+  EXPECT_EQ(ask("").etag, "");
+  reporter.done({{"pieces", {"A1", "A2"}}});
+  run();
+  const ApiReply whole = ask("");
+  const auto told = nlohmann::json::parse(whole.body, nullptr, false);
+  EXPECT_EQ(told["result"]["pieces"][1], "A2");
+  EXPECT_EQ(told["state"], "done");
+  EXPECT_EQ(told["schema_version"], 1);
+  EXPECT_NE(whole.etag, "");
+  EXPECT_EQ(ask(whole.etag).status, 304);
+  EXPECT_EQ(ask(whole.etag).body, "");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "tests/support/json_schema.h"
 #include "tests/support/routed_cell.h"
 #include "tests/support/stocked_database.h"
+#include "tests/support/task_json.h"
 
 namespace veneer::daemon {
 namespace {
@@ -33,12 +34,12 @@ TEST_F(BackupRoutes, ABackupIsATaskAndIsListedAndAudited) {
   const TaskView done = ended(ask("POST", "/api/v1/backups"));
   ASSERT_EQ(done.state, TaskState::kDone) << done.error.value_or(Error{}).message;
   EXPECT_EQ(done.progress, 1);
-  EXPECT_THAT(testing::openapi_errors(done.result, "/components/schemas/Backup"), IsEmpty());
+  EXPECT_THAT(testing::openapi_errors(testing::json_of(done)["result"], "/components/schemas/Backup"), IsEmpty());
   const json list = body_of(ask("GET", "/api/v1/backups"));
   ASSERT_EQ(list["backups"].size(), 1U);
   const json& listed = list["backups"][0];
   EXPECT_EQ(list["folder"], (config.store.data_dir / "backups").string());
-  EXPECT_EQ(listed["folder"], done.result["folder"]);
+  EXPECT_EQ(listed["folder"], testing::json_of(done)["result"]["folder"]);
   EXPECT_EQ(listed["panels"], 2);
   EXPECT_EQ(listed["jobs"], 1);
   EXPECT_EQ(listed["pieces"], 5);

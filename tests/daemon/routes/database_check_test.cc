@@ -10,6 +10,7 @@
 #include "db/database.h"
 #include "tests/db/stray_sql.h"
 #include "tests/support/routed_cell.h"
+#include "tests/support/task_json.h"
 
 namespace veneer::daemon {
 namespace {
@@ -129,7 +130,7 @@ TEST_F(AfterACleanEnd, ACheckCanBeAskedForAndIsAudited) {
   EXPECT_TRUE(cell->status()["database"]["checked"].is_null());
   const TaskView done = checked_on_demand();
   EXPECT_EQ(done.state, TaskState::kDone) << done.error.value_or(Error{}).message;
-  EXPECT_EQ(done.result["sound"], true);
+  EXPECT_EQ(testing::json_of(done)["result"]["sound"], true);
   EXPECT_FALSE(cell->status()["database"]["checked"].is_null());
   const auto noted = cell->database->call([](Repositories& r) { return r.audit.latest(5); });
   ASSERT_TRUE(noted.ok());

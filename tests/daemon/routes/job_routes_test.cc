@@ -5,6 +5,7 @@
 
 #include "daemon/api/idempotency.h"
 #include "tests/support/routed_cell.h"
+#include "tests/support/task_json.h"
 
 namespace veneer::daemon {
 namespace {
@@ -42,7 +43,7 @@ class JobRoutes : public testing::RoutedCell {
       reactor.restart();
       reactor.run_one_for(std::chrono::seconds(10));
     }
-    return to_json(*cell->tasks.find(id));
+    return testing::json_of(*cell->tasks.find(id));
   }
   std::size_t jobs() { return body_of(ask("GET", "/api/v1/jobs"))["jobs"].size(); }
 };
@@ -82,6 +83,16 @@ TEST_F(JobRoutes, WhatThePlannerHasNoRoomForIsRefusedAtOnce) {
   EXPECT_EQ(last.headers, (std::vector<std::pair<std::string, std::string>>{{"Retry-After", "1"}}));
   EXPECT_EQ(cell->tasks.list().size(), statuses.size()) << "and no task is left of it";
   busy.set_value();
+}
+
+// The route takes pictures of 64 MiB, which the reactor only hands on; JSON it reads itself.
+TEST_F(JobRoutes, AJobOfAPlanIsReadOnlyWhenItIsSmall) {
+  const std::string padding(kSmallBody, ' ');
+  const ApiReply refused = ask_raw("POST", "/api/v1/jobs", "{\"plan\":1" + padding + "}");
+  EXPECT_EQ(refused.status, 413) << refused.body;
+  EXPECT_EQ(body_of(refused)["error"]["sentence"], "the JSON of this request is larger than 64 KiB");
+  EXPECT_TRUE(cell->tasks.list().empty());
+  EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", R"({"plan":1})").status, 202);
 }
 
 TEST_F(JobRoutes, ListsComeInPages) {

@@ -67,7 +67,7 @@ TEST_F(LeaseRoutes, APlanLeasesItsWoodUntilAJobIsMadeOfIt) {
   EXPECT_EQ(ask("POST", "/api/v1/panels/P-0001/retire", {{"reason", "split"}}).status, 409);
 
   const TaskView job = ended(ask("POST", "/api/v1/jobs", {{"plan", 1}}));
-  EXPECT_EQ(job.state, TaskState::kDone) << to_json(job);
+  EXPECT_EQ(job.state, TaskState::kDone) << to_text(job);
   EXPECT_EQ(view(1)["lease"], json());
   EXPECT_EQ(state(), "reserved");
 }
@@ -112,7 +112,7 @@ TEST_F(LeaseRoutes, WhoeverWantsTheWoodNeedNotWaitForThat) {
   });
   ASSERT_TRUE(leased.ok()) << leased.error().message;
   const TaskView job = ended(ask("POST", "/api/v1/jobs", {{"plan", 2}}));
-  EXPECT_EQ(job.state, TaskState::kDone) << to_json(job);
+  EXPECT_EQ(job.state, TaskState::kDone) << to_text(job);
 }
 
 }  // namespace

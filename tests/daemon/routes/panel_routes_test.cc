@@ -288,6 +288,28 @@ TEST_F(PanelRoutes, WhatAScanAndTheLedgerDisagreeAboutStaysUntilSomebodyDecides)
   EXPECT_EQ(post("/panels/P-0002/differences/1/decide", {{"verdict", "accepted"}}).status, 409);
 }
 
+TEST_F(PanelRoutes, WhatAScanAndTheLedgerDisagreeAboutComesInPages) {
+  std::vector<db::DifferenceRecord> holes;
+  for (const double x : {1.0, 6.0, 11.0, 16.0, 21.0}) {
+    db::DifferenceRecord& hole = holes.emplace_back();
+    hole.gone = true;
+    hole.place = point<PanelFrame>(x + 1, 2), hole.area = SquareMillimetres(4);
+    hole.shape = Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(x, 1), point<PanelFrame>(x + 2, 1),
+                                                     point<PanelFrame>(x + 2, 3), point<PanelFrame>(x, 3)});
+  }
+  change([&](Repositories& r) { return r.differences.found({"P-0002"}, holes, kThen); });
+  std::vector<int> seen;
+  json cursor = 0;
+  for (int pages = 0; !cursor.is_null() && pages < 10; ++pages) {
+    const json page = get("/panels/P-0002/differences?limit=2&cursor=" + cursor.dump());
+    EXPECT_LE(page["differences"].size(), 2U);
+    for (const json& difference : page["differences"]) seen.push_back(difference["id"]);
+    cursor = page["next"];
+  }
+  EXPECT_EQ(seen, (std::vector<int>{5, 4, 3, 2, 1})) << "the newest first";
+  EXPECT_TRUE(get("/panels/P-0002/differences?limit=5")["next"].is_null());
+}
+
 TEST_F(PanelRoutes, TellsWhatIsLeftOfAPanel) {
   change([](Repositories& r) {
     // The left third is walnut, nobody has said what the rest is of.

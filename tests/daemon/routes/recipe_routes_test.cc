@@ -85,7 +85,7 @@ TEST_F(RecipeRoutes, ACardOfACellThatIsNotIdleHomesTheLaserFirst) {
   reactor.poll();
   const auto tasks = cell->tasks.list();
   ASSERT_EQ(tasks.size(), 1U);
-  EXPECT_THAT(to_json(tasks[0]).dump(), HasSubstr("homing the laser"));
+  EXPECT_THAT(to_text(*tasks[0]), HasSubstr("homing the laser"));
   EXPECT_EQ(cell->runner->view().state, CellState::kResetting);
 }
 

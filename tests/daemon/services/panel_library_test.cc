@@ -87,6 +87,22 @@ TEST(PanelLibraryAdopts, OnlyPlainPicturesOfASizeThatCanBe) {
   made("behind.png", grey, ".png");
   std::filesystem::create_symlink(folder / "behind.png", folder / "link.png");
   EXPECT_FALSE(library.adopt(folder / "link.png", "panels/P-0001", "mask").ok());
+  const auto claims = [&](int side) {  // a picture that says it is so large
+    const auto byte = [side](int shift) { return static_cast<char>(static_cast<unsigned>(side) >> shift & 0xffU); };
+    const std::string length{byte(24), byte(16), byte(8), byte(0)};
+    std::ofstream(folder / "claims.png", std::ios::binary)
+        << std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16) << length << length << std::string("\x08\0\0\0\0", 5)
+        << std::string(100, 'x');
+    return library.adopt(folder / "claims.png", "panels/P-0001", "map");
+  };
+  EXPECT_TRUE(claims(14'470).ok()) << "as much as 1500 x 1000 mm at 300 dpi";
+  const auto larger = claims(14'600);
+  ASSERT_FALSE(larger.ok());
+  EXPECT_EQ(larger.error().message,
+            "a picture of 14600 x 14600 pixels was made of this, and the cell keeps at most 212 million (a panel "
+            "of 1500 x 1000 mm at 300 dpi has 209): take less wood, or a smaller artwork, at once");
+  EXPECT_TRUE(library.adopt(folder / "claims.png", "scans", "back", kMostPixelsScanned).ok())
+      << "nobody decodes it here";
   std::string huge = "\x89PNG\r\n\x1a\n";
   huge += std::string("\0\0\0\rIHDR\x7f\xff\xff\xff\x7f\xff\xff\xff\x08\0\0\0\0", 21);
   std::ofstream(folder / "huge.png", std::ios::binary) << huge << std::string(100, 'x');
