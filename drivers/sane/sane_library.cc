@@ -264,10 +264,6 @@ class Library final : public SaneLibrary {
 
 }  // namespace
 
-std::string FoundScanner::make() const {
-  return vendor.empty() ? model : model.empty() ? vendor : vendor + " " + model;
-}
-
 Result<std::unique_ptr<SaneLibrary>> SaneLibrary::open(const std::filesystem::path& config) {
   // The only way to tell SANE. NOLINTNEXTLINE(concurrency-mt-unsafe): before it has a thread
   if (!config.empty() && ::setenv("SANE_CONFIG_DIR", config.c_str(), 1) != 0)

@@ -22,7 +22,7 @@ struct FoundScanner {
   std::string type;           // "flatbed scanner"
 
   // What stays when it is plugged in elsewhere: "EPSON Perfection V39". SANE knows no serial number.
-  std::string make() const;
+  std::string make() const { return vendor.empty() ? model : model.empty() ? vendor : vendor + " " + model; }
 };
 
 // An open scanner, closed with this object.

@@ -17,6 +17,7 @@
 
 #include "base/result.h"
 #include "drivers/sane/scan_status.h"
+#include "drivers/scanner_driver.h"
 
 namespace veneer::sane {
 
@@ -49,9 +50,6 @@ struct RawScan {
   int bits = 8;      // or 16, in the byte order of this machine
   std::vector<std::uint8_t> samples;
 };
-
-// 0 to 1, and what the scanner does instead of scanning; "" while it scans.
-using ScanProgress = std::function<void(double fraction, const std::string& doing)>;
 
 struct ReadOptions {
   // What area and resolution make of it, pixels. A picture that is further off than rounding explains (1 %, or 32

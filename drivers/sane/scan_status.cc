@@ -38,7 +38,7 @@ Error error_of(ScanStatus status, const std::string& scanner, std::string_view d
       return say(ErrorCode::kUnavailable, "may not be used by the daemon",
                  "put the drop-in for USB scanners in place, or add the daemon's user to the group scanner");
     case ScanStatus::kWarmingUp:
-      return say(ErrorCode::kTimeout, "is still warming up its lamp", "wait a few minutes, then scan again");
+      return say(ErrorCode::kUnavailable, "is still warming up its lamp", "wait a few minutes, then scan again");
     case ScanStatus::kLocked:
       return say(ErrorCode::kDeviceFault, "is locked for transport", "open its lock, then scan again");
     case ScanStatus::kGood:

@@ -2,6 +2,8 @@
 // serves a chosen picture.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <poll.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -71,7 +73,13 @@ class SaneBackendsTest : public ::testing::Test {
   }
   cv::Mat picture() const { return cv::imread(file().string(), cv::IMREAD_UNCHANGED); }
 
+  // SANE's test backend hangs in about one scan of a thousand, in the end of its own thread; that is then begun anew.
   static Result<ScannedPicture> forked(const std::function<Result<ScannedPicture>()>& work) {
+    for (int attempt = 0; attempt < 5; ++attempt)
+      if (const std::string said = said_by_child(work); !said.empty()) return understood(said);
+    return Error{ErrorCode::kTimeout, "five processes that scan have hung or died"};
+  }
+  static std::string said_by_child(const std::function<Result<ScannedPicture>()>& work) {
     int ends[2] = {-1, -1};
     EXPECT_EQ(::pipe(ends), 0);
     const pid_t child = ::fork();
@@ -86,12 +94,17 @@ class SaneBackendsTest : public ::testing::Test {
       ::_exit(0);
     }
     ::close(ends[1]);
-    std::string said;
-    char chunk[1024];
-    for (ssize_t n = 0; (n = ::read(ends[0], chunk, sizeof chunk)) > 0;)
-      said.append(chunk, static_cast<std::size_t>(n));
+    std::string said(4096, '\0');
+    pollfd wait{ends[0], POLLIN, 0};
+    const bool answered = ::poll(&wait, 1, 6'000) == 1;
+    const ssize_t n = answered ? ::read(ends[0], said.data(), said.size()) : 0;
+    said.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
     ::close(ends[0]);
+    ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
+    return said;
+  }
+  static Result<ScannedPicture> understood(const std::string& said) {
     std::istringstream lines(said);
     std::string name, second;
     std::getline(lines, name);
@@ -99,7 +112,7 @@ class SaneBackendsTest : public ::testing::Test {
     if (name.empty()) {
       std::string message;
       std::getline(lines, message);
-      return Error{static_cast<ErrorCode>(std::atoi(second.c_str())), message};
+      return Error{static_cast<ErrorCode>(std::stoi(second)), message};
     }
     ScannedPicture out{name, second};
     lines >> out.dpi >> out.width >> out.height >> out.channels >> out.bits;
@@ -197,6 +210,8 @@ TEST_F(SaneBackendsTest, IsNotIrritatedByWhatDevicesDo) {
 }
 
 TEST_F(SaneBackendsTest, EveryStatusIsItsSentence) {
+  // So small that the backend has written all of it by then: in the midst, its own end may hang.
+  settings.area = ScanSettings::Area{0_mm, 0_mm, 10_mm, 10_mm};
   struct Case {
     const char* status;
     ErrorCode code;

@@ -252,7 +252,8 @@ TEST_F(SaneReaderTest, ALampThatNeverGetsWarmIsGivenUp) {
   source.before.assign(100'000, ScanStatus::kWarmingUp);
   const auto scan = read();
   ASSERT_FALSE(scan.ok());
-  EXPECT_EQ(scan.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(scan.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(scan.error().message, HasSubstr("still warming up"));
   EXPECT_LE(paused, options.warm_up + std::chrono::seconds(1));
 }
 
