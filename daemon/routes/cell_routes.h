@@ -25,6 +25,7 @@
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
+#include "daemon/workers/work_runner.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
@@ -61,6 +62,15 @@ void bind_stock_routes(Router& router, const StockServices& services);
 // Which panels there are, and which of them have the wood that somebody looks for; what is left of one, as a picture
 // and as a label.
 void bind_remnant_routes(Router& router, const StockServices& services);
+
+// Which scanners there are to be configured.
+struct ScannerServices {
+  WorkRunner& workers;
+  const Config& config;
+  Worker& scanner;
+  TaskRegistry& tasks;
+};
+void bind_scanner_routes(Router& router, const ScannerServices& services);
 
 struct CalibrationServices {
   CalibrationService& calibrations;
