@@ -76,6 +76,7 @@ void add_fiducial_commands(CLI::App& app, CommandContext& context);  // fiducial
 void add_job_commands(CLI::App& app, CommandContext& context);       // job new|plan|list|start|hold|..., task
 void add_piece_commands(CLI::App& app, CommandContext& context);     // piece show|at
 void add_laser_commands(CLI::App& app, CommandContext& context);     // laser test-pattern|run|jog|here|override
+void add_scanner_commands(CLI::App& app, CommandContext& context);   // scanner list
 void add_fact_commands(CLI::App& app, CommandContext& context);      // material ..., panel set
 void add_recipe_commands(CLI::App& app, CommandContext& context);    // recipe ..., panel material, job export
 void add_sim_commands(CLI::App& app, CommandContext& context);       // sim ...

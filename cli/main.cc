@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   veneer::cli::add_job_commands(app, context);
   veneer::cli::add_piece_commands(app, context);
   veneer::cli::add_laser_commands(app, context);
+  veneer::cli::add_scanner_commands(app, context);
   veneer::cli::add_recipe_commands(app, context);
   veneer::cli::add_fact_commands(app, context);
   veneer::cli::add_sim_commands(app, context);

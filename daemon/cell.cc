@@ -6,7 +6,6 @@
 
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
-#include "daemon/workers/worker_processes.h"
 
 namespace veneer::daemon {
 
@@ -107,6 +106,11 @@ json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid
 
 }  // namespace
 
+WorkerProcessOptions worker_process_options(const Config& config) {
+  const std::uint64_t memory = static_cast<std::uint64_t>(config.workers.memory_mb) << 20;
+  return {worker_program(), memory == 0 ? usual_worker_memory() : memory, {}};
+}
+
 Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices parts, const Clock& real_clock,
            Logger logger)
     : reactor(io),
@@ -156,9 +160,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     *pool = std::move(*opened);
   }
   remove_left_work(config.store.data_dir);
-  const std::uint64_t memory = static_cast<std::uint64_t>(config.workers.memory_mb) << 20;
-  c.work_runner = std::make_unique<WorkerProcesses>(
-      WorkerProcessOptions{worker_program(), memory == 0 ? usual_worker_memory() : memory, {}}, c.log);
+  c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
   c.scans =
       std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner, c.config, c.log);
   c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database,

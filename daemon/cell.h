@@ -31,6 +31,7 @@
 #include "daemon/task_audit.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/workers/work_runner.h"
+#include "daemon/workers/worker_processes.h"
 #include "drivers/camera_driver.h"
 #include "drivers/laser_driver.h"
 #include "drivers/scanner_driver.h"
@@ -42,6 +43,9 @@ struct Devices {
   std::unique_ptr<CameraDriver> camera;
   std::unique_ptr<LaserDriver> laser;
 };
+
+// How this cell has work done outside its process.
+WorkerProcessOptions worker_process_options(const Config& config);
 
 class Cell {
  public:

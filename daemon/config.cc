@@ -82,6 +82,40 @@ class Section {
     if (list == nullptr || out.size() != list->size())
       complain(*node, fmt::format("{}.{} must be a list of texts in quotes", name_, key));
   }
+  void numbers(std::string_view key, std::vector<double>& out, std::size_t count, double min, double max) {
+    const toml::node* node = take(key);
+    if (node == nullptr) return;
+    const toml::array* list = node->as_array();
+    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
+      if (auto v = list->get(i)->value<double>(); v && !list->get(i)->is_boolean() && *v >= min && *v <= max)
+        out.push_back(*v);
+    if (list == nullptr || list->size() != count || out.size() != count)
+      complain(*node, fmt::format("{}.{} must be a list of {} numbers from {} to {}", name_, key, count, min, max));
+  }
+  // A table of settings whose names are not ours; texts, numbers, true or false.
+  void settings(std::string_view key, std::vector<std::pair<std::string, std::string>>& out) {
+    const toml::node* node = take(key);
+    if (node == nullptr) return;
+    const toml::table* table = node->as_table();
+    if (table == nullptr) return complain(*node, fmt::format("{0}.{1} must be a table: write [{0}.{1}]", name_, key));
+    for (auto&& [setting, value] : *table) {
+      if (const auto text = value.value_exact<std::string>())
+        out.emplace_back(setting.str(), *text);
+      else if (const auto truth = value.value_exact<bool>())
+        out.emplace_back(setting.str(), *truth ? "true" : "false");
+      else if (const auto number = value.value<double>())
+        out.emplace_back(setting.str(), fmt::format("{:.10g}", *number));
+      else
+        complain(value,
+                 fmt::format("{}.{}.{} must be a text in quotes, a number, true or false", name_, key, setting.str()));
+    }
+  }
+  // Keys that count with another kind of device.
+  void only_for(std::string_view kind, std::initializer_list<std::string_view> keys) {
+    for (const std::string_view key : keys)
+      if (const toml::node* node = take(key))
+        complain(*node, fmt::format("{}.{} is for kind = \"{}\" only: take it out", name_, key, kind));
+  }
   template <class Q>
   void quantity(std::string_view key, Q& out, double min, double max) {
     if (auto v = number(key, min, max)) out = Q(*v);
@@ -91,6 +125,23 @@ class Section {
   }
   void integer(std::string_view key, int& out, int min, int max) {
     if (auto v = number(key, min, max)) out = static_cast<int>(*v);
+  }
+
+  void integer(std::string_view key, int& out, std::initializer_list<int> allowed) {
+    const toml::node* node = peek(key);
+    const auto v = number(key, std::min(allowed), std::max(allowed));
+    if (!v) return;
+    out = static_cast<int>(*v);
+    if (*v != out || std::ranges::find(allowed, out) == allowed.end())
+      complain(*node, fmt::format("{}.{} = {} is not possible: use {}", name_, key, *v, fmt::join(allowed, " or ")));
+  }
+  // One that is there.
+  void folder(std::string_view key, std::filesystem::path& out) {
+    path(key, out);
+    std::error_code none;
+    if (const toml::node* node = peek(key); node != nullptr && !std::filesystem::is_directory(out, none))
+      complain(*node,
+               fmt::format("{}.{} = \"{}\" is no folder: make it, or correct its path", name_, key, out.string()));
   }
 
   void refuse_unread() {
@@ -116,6 +167,15 @@ class Section {
   std::set<std::string> read_;
 };
 
+// What of it the device takes is known when it is asked to scan, and by veneerctl scanner list.
+void read_sane(Section& scanner, ScannerConfig& out) {
+  scanner.text("mode", out.mode);
+  scanner.text("source", out.source);
+  scanner.integer("depth", out.depth, {8, 16});
+  scanner.numbers("area_mm", out.area_mm, 4, 0, 2000);
+  scanner.settings("options", out.options);
+}
+
 void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
   Section laser(root, file, "laser", errors);
   laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
@@ -130,9 +190,15 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   }
   laser.refuse_unread();
   Section scanner(root, file, "scanner", errors);
-  scanner.word("kind", config.scanner.kind, {"file", "sim"});
+  scanner.word("kind", config.scanner.kind, {"file", "sane", "sim"});
   scanner.text("device", config.scanner.device);
   scanner.number("dpi", config.scanner.dpi, 75, 1200);
+  if (config.scanner.kind == "sane")
+    read_sane(scanner, config.scanner);
+  else
+    scanner.only_for("sane", {"mode", "source", "depth", "area_mm", "options"});
+  // Which scanners there are can be asked for whatever the kind.
+  scanner.folder("sane_config_dir", config.scanner.sane_config);
   scanner.refuse_unread();
   Section camera(root, file, "camera", errors);
   camera.word("kind", config.camera.kind, {"file", "sim"});
@@ -291,6 +357,10 @@ Result<Config> load_config(const std::filesystem::path& file) {
         "{}: laser.test_controller belongs to a port of a controller, not to the twin's or a file's: take it "
         "out",
         file.string()));
+  if (errors.empty() && config.scanner.area_mm.size() == 4 &&
+      (config.scanner.area_mm[2] <= 0 || config.scanner.area_mm[3] <= 0))
+    errors.push_back(
+        fmt::format("{}: scanner.area_mm has no width or no height: write [x, y, width, height]", file.string()));
   if (errors.empty() && config.recipe.mark_min_height > config.recipe.mark_height)
     errors.push_back(fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller",
                                  file.string()));

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/geometry.h"
@@ -44,9 +45,17 @@ inline bool on_twin(const LaserConfig& laser) { return laser.kind == "sim" || la
 std::string_view controller_at(const LaserConfig& laser);
 
 struct ScannerConfig {
-  std::string kind = "sim";  // file | sim
-  std::string device;        // file: a picture or a folder of pictures
+  std::string kind = "sim";  // file | sane | sim
+  // file: a picture or a folder of pictures; sane: "epson2:libusb:001:004", "EPSON Perfection V39" or "" (the only one)
+  std::string device;
   double dpi = 300;
+  // Of sane only; texts and numbers as the device has them.
+  std::string mode;                   // "" = its colour mode
+  std::string source;                 // "" = as the device has it
+  int depth = 8;                      // 8 | 16 bits of a colour; veneer maps have 8
+  std::vector<double> area_mm;        // x, y, width, height from the glass's corner; empty = all of it
+  std::filesystem::path sane_config;  // SANE's own settings; "" = the system's (/etc/sane.d)
+  std::vector<std::pair<std::string, std::string>> options;  // the device's other settings
 };
 
 struct CameraConfig {

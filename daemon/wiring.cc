@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "daemon/services/sane_scanner.h"
+#include "daemon/workers/worker_processes.h"
 #include "drivers/file/file_camera.h"
 #include "drivers/file/file_scanner.h"
 #include "drivers/grbl/grbl_laser.h"
@@ -69,6 +71,10 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   Devices devices;
   if (config.scanner.kind == "sim")
     devices.scanner = std::make_unique<sim::SimScanner>(config.sim.socket.string());
+  else if (config.scanner.kind == "sane")
+    devices.scanner = std::make_unique<SaneScanner>(
+        std::make_unique<WorkerProcesses>(worker_process_options(config), log), config.scanner, config.store.data_dir,
+        std::chrono::seconds(config.workers.scan_limit_s));
   else
     devices.scanner = std::make_unique<FileScanner>(config.scanner.device);
 

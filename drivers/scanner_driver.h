@@ -22,14 +22,18 @@ struct ScanFile {
   std::filesystem::path file;
   ScanResolution nominal;  // what the device claims; the certificate knows better
   std::string device;
+  std::string make;  // of the device that scanned, "EPSON Perfection V39"; "" where that is not known
 };
+
+// 0 to 1, and what the device does instead of scanning, as warming up; "" while it scans.
+using ScanProgress = std::function<void(double fraction, const std::string& doing)>;
 
 class ScannerDriver {
  public:
   virtual ~ScannerDriver() = default;
-  // `progress` gets 0 to 1 and may be called from the calling thread only.
-  virtual Result<ScanFile> scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                                std::stop_token stop) = 0;
+  // `progress` is called on the calling thread only.
+  virtual Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) = 0;
+  // What certificates are bound to: always the same, also before the device is reached for the first time.
   virtual std::string device() const = 0;
 };
 

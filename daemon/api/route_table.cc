@@ -13,6 +13,7 @@ constexpr std::array kOperations = {
     ApiOperation{"stop", "POST", "/api/v1/stop", Role::kViewer},
     ApiOperation{"command", "POST", "/api/v1/commands/{command}", Role::kOperator, Takes::kJson},
     ApiOperation{"scan", "POST", "/api/v1/scans", Role::kOperator, Takes::kJson},
+    ApiOperation{"findScanners", "POST", "/api/v1/scanners", Role::kOperator},
     ApiOperation{"listPanels", "GET", "/api/v1/panels", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanel", "GET", "/api/v1/panels/{id}", Role::kViewer},
     ApiOperation{"getPanelMap", "GET", "/api/v1/panels/{id}/map.png", Role::kViewer, Takes::kQuery},

@@ -48,7 +48,8 @@ constexpr std::array kKinds{
 
 }  // namespace
 
-Result<json> do_work(const std::string& kind, const json& request, const path& folder, const TaskProgress& progress) {
+Result<json> do_work(const std::string& kind, const json& request, const path& folder, const TaskProgress& progress,
+                     const std::stop_token&) {
   for (const Kind& known : kKinds) {
     if (kind != known.word) continue;
     try {

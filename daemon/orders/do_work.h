@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <stop_token>
 #include <string>
 
 #include "base/result.h"
@@ -10,8 +11,10 @@
 
 namespace veneer::daemon {
 
-// kInvalidArgument: there is no such work, or the request is not one of that work. May throw what libraries throw.
+// All but scanning (capture_work.h) ends with its process and looks at no `stop`. kInvalidArgument: there is no such
+// work, or the request is not one of that work. May throw what libraries throw.
 Result<nlohmann::json> do_work(const std::string& kind, const nlohmann::json& request,
-                               const std::filesystem::path& folder, const TaskProgress& progress);
+                               const std::filesystem::path& folder, const TaskProgress& progress,
+                               const std::stop_token& stop);
 
 }  // namespace veneer::daemon

@@ -25,6 +25,7 @@
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
+#include "daemon/workers/work_runner.h"
 #include "drivers/laser_driver.h"
 
 namespace veneer::daemon {
@@ -63,6 +64,15 @@ void bind_stock_routes(Router& router, const StockServices& services);
 void bind_remnant_routes(Router& router, const StockServices& services);
 // Tags and grids to print.
 void bind_fiducial_routes(Router& router, const StockServices& services);
+
+// Which scanners there are to be configured.
+struct ScannerServices {
+  WorkRunner& workers;
+  const Config& config;
+  Worker& scanner;
+  TaskRegistry& tasks;
+};
+void bind_scanner_routes(Router& router, const ScannerServices& services);
 
 struct CalibrationServices {
   CalibrationService& calibrations;

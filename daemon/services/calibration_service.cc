@@ -84,7 +84,8 @@ Result<Answer> CalibrationService::have(const Request& request, const std::files
 Result<ScanFile> CalibrationService::scan(const char* what, const TaskProgress& progress, const std::stop_token& stop) {
   progress(0.02, what);
   return scanner_.scan(
-      ScanResolution::from_dpi(config_.scanner.dpi), [&](double f) { progress(0.02 + 0.5 * f, what); }, stop);
+      ScanResolution::from_dpi(config_.scanner.dpi),
+      [&](double f, const std::string& doing) { progress(0.02 + 0.5 * f, doing.empty() ? what : doing); }, stop);
 }
 
 Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProgress& progress,
@@ -94,12 +95,15 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   auto seen =
       have<calib::GridScan>(ReadGridScan{scanned->file.string(), scanned->nominal}, scanned->file, progress, stop);
   if (!seen) return seen.error();
+  // Another scanner at the same name: what was scanned before says nothing of this one.
+  if (std::exchange(grid_make_, scanned->make) != scanned->make) grid_scans_.clear();
   grid_scans_.push_back(std::move(*seen));
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(FitScanner{grid_scans_}, {}, progress, stop);
   if (fit || is_about_the_views(fit.error())) grid_scans_.clear();
   if (!fit) return fit.error();
+  if (!grid_make_.empty()) fit->payload["make"] = grid_make_;
   if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
@@ -195,6 +199,7 @@ Result<CalibrationOutcome> CalibrationService::kerf(const TaskProgress& progress
   if (!burnt) return burnt.error();
   const auto scanned = scan("scanning the burnt board", progress, stop);
   if (!scanned) return scanned.error();
+  if (const Status same = require_make(*calibration, scanned->make); !same) return same.error();
   auto fit = have<Fit>(ReadPatternScan{scanned->file.string(), scanned->nominal, calibration->scanner->data(),
                                        calibration->scan_size, *burnt},
                        scanned->file, progress, stop);

@@ -79,6 +79,7 @@ class CalibrationService {
   const Config& config_;
   Logger log_;
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
+  std::string grid_make_;                    // of the device that scanned them
   FitCamera grid_views_;                     // camera's worker
   // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
   mutable std::mutex area_mutex_;

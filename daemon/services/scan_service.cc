@@ -146,7 +146,8 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
                                           const std::stop_token& stop) {
   progress(0.02, "scanning");
   auto scan = scanner_.scan(
-      ScanResolution::from_dpi(config_.scanner.dpi), [&](double f) { progress(0.02 + 0.33 * f, "scanning"); }, stop);
+      ScanResolution::from_dpi(config_.scanner.dpi),
+      [&](double f, const std::string& doing) { progress(0.02 + 0.33 * f, doing.empty() ? "scanning" : doing); }, stop);
   if (!scan) return scan.error();
   progress(0.35, "looking for tags and holes");
   auto folder = WorkFolder::make(library_.data_dir());
@@ -161,7 +162,7 @@ Result<ScanOutcome> ScanService::add_tile(const ScanRequest& request, const Task
                  "no fiducials found on the scan: lay a panel on the glass, tags down, and scan again"};
   // Tiles of the other face that were never finished belong to nothing.
   if (std::exchange(face_of_tiles_, request.face) != request.face) tiles_.clear();
-  tiles_.push_back({std::move(*folder), scan->device, std::move(*view)});
+  tiles_.push_back({std::move(*folder), scan->device, scan->make, std::move(*view)});
   if (request.more) {
     ScanOutcome outcome;
     outcome.tiles = tiles_.size();
@@ -282,9 +283,11 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
   if (const Status ready = require_scanner(*calibration); !ready) return ready.error();
-  for (const auto& tile : tiles_)
+  for (const auto& tile : tiles_) {
+    if (const Status same = require_make(*calibration, tile.make); !same) return same.error();
     if (const Status same = require_scan_size(*calibration, tile.view.width_px, tile.view.height_px); !same)
       return same.error();
+  }
   auto known = identify(request);
   if (!known) return known.error();
 

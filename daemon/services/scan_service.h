@@ -75,7 +75,7 @@ class ScanService {
  private:
   struct Tile {
     WorkFolder folder;  // holds the picture, kMadeScan
-    std::string device;
+    std::string device, make;
     calib::TileView view;
   };
   // What the database knows of the sheet on the glass.

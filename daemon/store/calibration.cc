@@ -197,6 +197,7 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
       out.scanner = scanner_from_json(*scanner);
       if (const auto size = scanner->find("scan_px"); size != scanner->end())
         out.scan_size = size->get<std::array<int, 2>>();
+      out.scanner_make = scanner->value("make", "");
     }
     if (const json* camera = in_force(db::CertificateKind::kCamera)) {
       out.camera = camera_from_json(*camera);
@@ -268,6 +269,15 @@ Status require_cutting(const Calibration& calibration) {
 Status require_picture_size(const calib::CameraModel& camera, int width_px, int height_px) {
   return require_size("bed camera", "camera", width_px, height_px, camera.parameters().width_px,
                       camera.parameters().height_px);
+}
+
+Status require_make(const Calibration& calibration, const std::string& make) {
+  if (make.empty() || calibration.scanner_make.empty() || make == calibration.scanner_make) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format("this was scanned by a {}, but the scanner's certificate was made on a {}: connect that one, "
+                  "or run veneerctl calibrate scanner",
+                  make, calibration.scanner_make)};
 }
 
 Status require_scan_size(const Calibration& calibration, int columns, int rows) {

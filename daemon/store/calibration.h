@@ -51,6 +51,7 @@ struct CertificateStanding {
 struct Calibration {
   std::optional<calib::ScannerModel> scanner;
   std::optional<std::array<int, 2>> scan_size;  // columns and rows of the scans it was made from, pixels
+  std::string scanner_make;                     // of the device they came from; "" where that is not known
   std::optional<calib::CameraModel> camera;     // provisional bed frame; for burning the pattern only
   CertificateId camera_certificate;
   std::optional<BedCalibration> bed;
@@ -81,6 +82,8 @@ Status require_scanner(const Calibration& calibration);
 Status require_cutting(const Calibration& calibration);
 // kRefused when a picture has another size than those its device's certificate was made from.
 Status require_picture_size(const calib::CameraModel& camera, int width_px, int height_px);
+// kRefused when a scan came from another make of scanner than the certificate; where either is not known, Ok.
+Status require_make(const Calibration& calibration, const std::string& make);
 Status require_scan_size(const Calibration& calibration, int columns, int rows);
 
 nlohmann::json to_payload(const calib::ScannerCertificateData& scanner);

@@ -6,9 +6,11 @@
 #include <sched.h>
 #include <seccomp.h>
 #include <signal.h>
+#include <sys/ioctl.h>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -69,11 +71,11 @@ constexpr std::uint64_t kReadFolder = LANDLOCK_ACCESS_FS_READ_DIR;
 constexpr std::uint64_t kWriteFolder = LANDLOCK_ACCESS_FS_WRITE_FILE | LANDLOCK_ACCESS_FS_REMOVE_FILE |
                                        LANDLOCK_ACCESS_FS_REMOVE_DIR | LANDLOCK_ACCESS_FS_MAKE_DIR |
                                        LANDLOCK_ACCESS_FS_MAKE_REG;
-constexpr std::uint64_t kTruncate = std::uint64_t{1} << 14;  // ABI 3, younger than the headers may be
+constexpr std::uint64_t kTruncate = std::uint64_t{1} << 14;     // ABI 3, younger than the headers may be
+constexpr std::uint64_t kDeviceIoctl = std::uint64_t{1} << 15;  // ABI 5
 
 std::uint64_t all_access(long abi) {
-  constexpr std::uint64_t kFirst = (std::uint64_t{1} << 13) - 1, kRefer = std::uint64_t{1} << 13,
-                          kDeviceIoctl = std::uint64_t{1} << 15;
+  constexpr std::uint64_t kFirst = (std::uint64_t{1} << 13) - 1, kRefer = std::uint64_t{1} << 13;
   return kFirst | (abi >= 2 ? kRefer : 0) | (abi >= 3 ? kTruncate : 0) | (abi >= 5 ? kDeviceIoctl : 0);
 }
 
@@ -84,7 +86,8 @@ bool permit(int ruleset, const std::filesystem::path& path, std::uint64_t access
   struct stat about {};
   const bool folder = ::fstat(fd, &about) == 0 && S_ISDIR(about.st_mode);
   landlock_path_beneath_attr rule{};
-  rule.allowed_access = folder ? access : access & (kReadFile | LANDLOCK_ACCESS_FS_WRITE_FILE | kTruncate);
+  rule.allowed_access =
+      folder ? access : access & (kReadFile | LANDLOCK_ACCESS_FS_WRITE_FILE | kTruncate | kDeviceIoctl);
   rule.parent_fd = fd;
   const bool permitted = ::syscall(SYS_landlock_add_rule, ruleset, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) == 0;
   ::close(fd);
@@ -102,6 +105,17 @@ Status keep_files_by_landlock(const Confinement& limits, long abi) {
   for (const char* system : {"/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/etc/ssl", "/proc/self", "/proc/cpuinfo",
                              "/proc/meminfo", "/sys/devices/system/cpu"})
     good = permit(ruleset, system, read) && good;
+  if (limits.devices) {
+    const std::uint64_t device =
+        (LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_WRITE_FILE | kDeviceIoctl) & handled.handled_access_fs;
+    for (const auto& path : *limits.devices) good = permit(ruleset, path, device) && good;
+    good = permit(ruleset, "/dev/bus/usb", kReadFolder & handled.handled_access_fs) && good;
+    // How libraries find USB devices and machines of the network, and drivers of scanners' makers.
+    for (const char* path :
+         {"/sys", "/run/udev", "/etc/hosts", "/etc/host.conf", "/etc/resolv.conf", "/run/systemd/resolve",
+          "/etc/nsswitch.conf", "/etc/gai.conf", "/etc/services", "/etc/protocols", "/opt"})
+      good = permit(ruleset, path, read) && good;
+  }
   for (const auto& path : limits.readable) good = permit(ruleset, path, read) && good;
   for (const auto& path : limits.writable) good = permit(ruleset, path, write) && good;
   good = good && ::syscall(SYS_landlock_restrict_self, ruleset, 0) == 0;
@@ -128,15 +142,17 @@ Status hide_devices() {
 Status keep_files(const Confinement& limits) {
   const long abi =
       limits.without_landlock ? 0 : ::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
-  return abi >= 1 ? keep_files_by_landlock(limits, abi) : hide_devices();
+  if (abi >= 1) return keep_files_by_landlock(limits, abi);
+  if (limits.devices) return cannot("some devices cannot be kept from it without Landlock", ENOSYS);
+  return hide_devices();
 }
 
 // ---- System calls ------------------------------------------------------------------------------------------------
 
 // What reaches other processes, devices that are open already, the network, or the kernel's insides.
 constexpr std::initializer_list<int> kDenied = {
-    SCMP_SYS(socket), SCMP_SYS(socketpair), SCMP_SYS(connect), SCMP_SYS(bind), SCMP_SYS(ptrace),
-    SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev), SCMP_SYS(process_madvise),
+    SCMP_SYS(socketpair), SCMP_SYS(ptrace), SCMP_SYS(process_vm_readv), SCMP_SYS(process_vm_writev),
+    SCMP_SYS(process_madvise),
     // Of other files and processes of this user; Landlock does not keep these, or only on younger kernels.
     SCMP_SYS(truncate), SCMP_SYS(chmod), SCMP_SYS(fchmod), SCMP_SYS(fchmodat), SCMP_SYS(chown), SCMP_SYS(fchown),
     SCMP_SYS(lchown), SCMP_SYS(fchownat), SCMP_SYS(utime), SCMP_SYS(utimes), SCMP_SYS(futimesat), SCMP_SYS(utimensat),
@@ -153,7 +169,25 @@ constexpr std::initializer_list<int> kDenied = {
     SCMP_SYS(setuid), SCMP_SYS(setgid), SCMP_SYS(setresuid), SCMP_SYS(setresgid), SCMP_SYS(setgroups), SCMP_SYS(swapon),
     SCMP_SYS(swapoff)};
 
-Status deny_calls() {
+// No devices, no network; and of both only what scanners need.
+template <class Deny>
+void deny_what_reaches_out(const Deny& deny, bool devices) {
+  if (!devices) {
+    for (const int call : {SCMP_SYS(socket), SCMP_SYS(connect), SCMP_SYS(bind)}) deny(call, EPERM, {});
+    return deny(SCMP_SYS(ioctl), ENOTTY, {});  // a terminal is a device too
+  }
+  // Standard error may be a terminal: nothing may be typed into it.
+  for (const unsigned long request : {TIOCSTI, TIOCLINUX})
+    deny(SCMP_SYS(ioctl), ENOTTY, {SCMP_CMP64(1, SCMP_CMP_MASKED_EQ, 0xffffffff, request)});
+  // IPv4, IPv6, and the kernel's word of USB devices. A Unix socket may be the daemon's own.
+  const auto is_open = [](int family) { return family == AF_INET || family == AF_INET6 || family == AF_NETLINK; };
+  for (int family = 0; family <= AF_NETLINK; ++family)
+    if (!is_open(family))
+      deny(SCMP_SYS(socket), EPERM, {SCMP_CMP64(0, SCMP_CMP_MASKED_EQ, 0xffffffff, static_cast<scmp_datum_t>(family))});
+  deny(SCMP_SYS(socket), EPERM, {SCMP_CMP64(0, SCMP_CMP_GT, AF_NETLINK, 0)});
+}
+
+Status deny_calls(bool devices) {
   const std::unique_ptr<void, decltype(&seccomp_release)> filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);
   if (!filter) return cannot("there is no memory for its filter", ENOMEM);
   int failed = 0;
@@ -163,7 +197,7 @@ Status deny_calls() {
                                       static_cast<unsigned>(when.size()), when.begin());
   };
   for (const int call : kDenied) deny(call, EPERM);
-  deny(SCMP_SYS(ioctl), ENOTTY);  // a terminal is a device too
+  deny_what_reaches_out(deny, devices);
   // Threads, but no processes. clone3 keeps its flags where a filter cannot see them; libraries fall back to clone.
   deny(SCMP_SYS(clone3), ENOSYS);
   deny(SCMP_SYS(clone), EPERM, {SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, 0)});
@@ -187,7 +221,7 @@ Status confine(const Confinement& limits) {
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return cannot("it can gain rights", errno);
   if (Status done = limit_resources(limits); !done) return done;
   if (Status done = keep_files(limits); !done) return done;
-  return deny_calls();
+  return deny_calls(limits.devices.has_value());
 }
 
 }  // namespace veneer::daemon

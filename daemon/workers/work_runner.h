@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -25,7 +26,11 @@ struct WorkOrder {
   std::filesystem::path folder;                 // its own; what it may write to
   std::vector<std::filesystem::path> readable;  // what else it needs: files or folders
   std::vector<std::filesystem::path> writable;
+  // What works with scanners: the network, and of all devices these (confinement.h). None: neither.
+  std::optional<std::vector<std::filesystem::path>> devices;
   std::chrono::milliseconds deadline{0};
+  // At a stop request or the deadline it is told to end, and killed when it has not by then. 0: killed at once.
+  std::chrono::milliseconds grace{0};
   int nice = 5;
 };
 

@@ -12,6 +12,7 @@
 #include <new>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include "daemon/workers/confinement.h"
 #include "daemon/workers/error_json.h"
@@ -33,23 +34,31 @@ void say(const json& message) {
   }
 }
 
-// Up to the end of the line; what the pipe gives after it is nobody's.
-std::string read_order() {
+// Up to the end of the line; what has come behind it already says that the work is over.
+std::string read_order(std::stop_source& stop) {
   std::string order;
   std::array<char, 1 << 16> chunk{};
-  while (order.empty() || order.back() != '\n') {
+  std::size_t end = std::string::npos;
+  while (end == std::string::npos) {
     const ssize_t n = ::read(kWorkRequests, chunk.data(), chunk.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) ::_exit(kNoOrder);
+    const std::size_t begin = order.size();
     order.append(chunk.data(), static_cast<std::size_t>(n));
+    end = order.find('\n', begin);
   }
+  if (end + 1 < order.size()) stop.request_stop();
+  order.resize(end);
   return order;
 }
 
-void end_when_nobody_listens() {
-  std::thread([] {
+void end_when_nobody_listens(std::stop_source stop) {
+  std::thread([stop = std::move(stop)]() mutable {
     char byte = 0;
-    for (ssize_t n = 1; n > 0 || (n < 0 && errno == EINTR);) n = ::read(kWorkRequests, &byte, 1);
+    for (ssize_t n = 1; n > 0 || (n < 0 && errno == EINTR);) {
+      n = ::read(kWorkRequests, &byte, 1);
+      if (n > 0) stop.request_stop();
+    }
     ::_exit(kNobodyListens);
   }).detach();
 }
@@ -79,7 +88,8 @@ std::vector<std::filesystem::path> paths_of(const json& list) {
 json answer(const DoWork& work) {
   std::string what = "the work";
   try {
-    const json order = json::parse(read_order());
+    std::stop_source stop;
+    const json order = json::parse(read_order(stop));
     what = order.at("what").get<std::string>();
     const std::filesystem::path folder = order.at("folder").get<std::string>();
     Confinement limits;
@@ -88,10 +98,12 @@ json answer(const DoWork& work) {
     limits.readable = paths_of(order.at("readable"));
     limits.writable = paths_of(order.at("writable"));
     limits.writable.push_back(folder);
+    if (const auto devices = order.find("devices"); devices != order.end()) limits.devices = paths_of(*devices);
     if (const Status confined = confine(limits); !confined) return {{"error", error_to_json(confined.error())}};
-    end_when_nobody_listens();
+    end_when_nobody_listens(stop);
     Reporter reporter;
-    auto result = work(order.at("kind").get<std::string>(), order.at("request"), folder, std::ref(reporter));
+    auto result =
+        work(order.at("kind").get<std::string>(), order.at("request"), folder, std::ref(reporter), stop.get_token());
     if (!result) return {{"error", error_to_json(result.error())}};
     return {{"done", std::move(*result)}};
   } catch (const std::bad_alloc&) {

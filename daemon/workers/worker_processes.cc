@@ -178,7 +178,7 @@ class Conversation {
       : order_(order), options_(options), progress_(progress), wake_(wake) {}
 
   Result<json> hold(Child& child, Descriptor requests, Descriptor answers) {
-    const SteadyTime deadline = std::chrono::steady_clock::now() + order_.deadline;
+    SteadyTime deadline = std::chrono::steady_clock::now() + order_.deadline;
     const std::uint64_t reserve = disk_reserve();
     SteadyTime disk_seen = std::chrono::steady_clock::now();
     rest_ = request_line();
@@ -187,22 +187,34 @@ class Conversation {
     for (;;) {
       const SteadyTime now = std::chrono::steady_clock::now();
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - now);
-      if (left.count() <= 0) return too_slow();
+      if (left.count() <= 0) {
+        if (over_) return *over_;
+        if (order_.grace.count() <= 0) return too_slow();
+        deadline = tell_to_end(too_slow());
+        continue;
+      }
       if (now - disk_seen >= kDiskLook) {
         disk_seen = now;
         if (options_.free_space(order_.folder).value_or(reserve) < reserve) return fills_the_disk();
       }
       // The pipe for requests stays open: its end tells the process that nobody listens any more.
-      std::array<pollfd, 3> wait{pollfd{answers.get(), POLLIN, 0}, pollfd{wake_, POLLIN, 0},
+      std::array<pollfd, 3> wait{pollfd{answers.get(), POLLIN, 0}, pollfd{over_ ? -1 : wake_, POLLIN, 0},
                                  pollfd{rest_.empty() ? -1 : requests.get(), POLLOUT, 0}};
       const int ready = ::poll(wait.data(), wait.size(), static_cast<int>(std::min(left, kDiskLook).count()));
       if (ready < 0 && errno != EINTR)
         return Error{ErrorCode::kInternal, fmt::format("{} could not be followed: try again", order_.what)};
       if (ready <= 0) continue;
-      if (wait[1].revents != 0) return Error{ErrorCode::kCancelled, fmt::format("{} was cancelled", order_.what)};
+      if (wait[1].revents != 0) {
+        Error cancelled{ErrorCode::kCancelled, fmt::format("{} was cancelled", order_.what)};
+        if (order_.grace.count() <= 0) return cancelled;
+        deadline = tell_to_end(std::move(cancelled));
+        continue;
+      }
       if (wait[2].revents != 0) send_rest(requests.get());
       if (wait[0].revents == 0) continue;
-      if (auto over = receive(answers.get())) return std::move(*over);
+      auto answer = receive(answers.get());
+      if (over_ && (answer || ended_)) return *over_;
+      if (answer) return std::move(*answer);
       if (ended_) return without_answer(child.end());
     }
   }
@@ -212,9 +224,20 @@ class Conversation {
     json order{{"kind", order_.kind},       {"what", order_.what},       {"folder", order_.folder.string()},
                {"readable", json::array()}, {"writable", json::array()}, {"memory_bytes", options_.memory_bytes},
                {"nice", order_.nice},       {"request", order_.request}};
+    if (order_.devices) {
+      order["devices"] = json::array();
+      for (const auto& path : *order_.devices) order["devices"].push_back(path.string());
+    }
     for (const auto& path : order_.readable) order["readable"].push_back(path.string());
     for (const auto& path : order_.writable) order["writable"].push_back(path.string());
     return order.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+  }
+
+  // Whatever it answers then, this is how it ended. Until when it has.
+  SteadyTime tell_to_end(Error why) {
+    over_ = std::move(why);
+    rest_ += "stop\n";
+    return std::chrono::steady_clock::now() + order_.grace;
   }
 
   void send_rest(int to) {
@@ -223,7 +246,7 @@ class Conversation {
     if (n < 0 && (errno == EAGAIN || errno == EINTR)) return;
     if (n < 0) sent_ = rest_.size();
     if (n > 0) sent_ += static_cast<std::size_t>(n);
-    if (sent_ == rest_.size()) rest_.clear();
+    if (sent_ == rest_.size()) rest_.clear(), sent_ = 0;
   }
 
   std::optional<Result<json>> receive(int from) {
@@ -305,6 +328,7 @@ class Conversation {
   std::size_t sent_ = 0;
   std::string line_;
   bool ended_ = false;
+  std::optional<Error> over_;  // it was told to end, and why
 };
 
 }  // namespace

@@ -1,7 +1,8 @@
 // Has work done by processes of the program veneer-worker: one for each piece of work, ended with it.
 //
 // The order goes to the process as one line of JSON; it answers with lines down a pipe: {"progress": 0.3, "text":
-// "..."} any number of times, then {"done": ...}, {"error": {"code", "message"}} or {"out_of_memory": true}. It
+// "..."} any number of times, then {"done": ...}, {"error": {"code", "message"}} or {"out_of_memory": true}. Work with
+// WorkOrder::grace is told to end by one more line, "stop", and then has that long until it is killed. It
 // inherits no other descriptor, confines itself before it looks at anything foreign (confinement.h), and dies with this
 // process (work_server.h). When it says anything else, dies, does not end in time, or fills the disk that the ledger
 // needs, its work has failed and nothing else.

@@ -14,8 +14,7 @@ class FileScanner final : public ScannerDriver {
   // `device` as PictureSource takes it. The pictures' resolution is believed to be the one asked for.
   explicit FileScanner(std::string device);
 
-  Result<ScanFile> scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                        std::stop_token stop) override;
+  Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) override;
   std::string device() const override;
 
  private:

@@ -391,6 +391,54 @@ TEST(Veneerctl, AFailedTaskIsItsSentence) {
   EXPECT_EQ(outcome.err, "veneerctl: the scanner does not answer: switch it on\n");
 }
 
+TEST(Veneerctl, ListsScannersWithWhatTheyTake) {
+  ApiServer* running = nullptr;
+  const json found = {
+      {"scanners",
+       {{{"name", "epson2:libusb:001:004"},
+         {"make", "EPSON Perfection V39"},
+         {"type", "flatbed scanner"},
+         {"problem", ""},
+         {"options",
+          {{{"name", "resolution"}, {"kind", "whole"}, {"unit", "dpi"}, {"value", "75"}, {"numbers", {75, 300, 600}}},
+           {{"name", "mode"}, {"kind", "text"}, {"value", "Gray"}, {"words", {"Gray", "Color"}}},
+           {{"name", "br-x"},
+            {"kind", "number"},
+            {"unit", "mm"},
+            {"range", {{"least", 0}, {"most", 215.9}, {"step", 0}}}},
+           {{"name", "lamp"}, {"kind", "yes_no"}, {"active", false}}}}},
+        {{"name", "net:x:y"},
+         {"make", "HP"},
+         {"type", "scanner"},
+         {"problem", "it is busy"},
+         {"options", json::array()}}}}};
+  json answer = found;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("findScanners", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("find scanners", "");
+      work.done(answer);
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const std::string list = ask(server, {"scanner", "list"}).out;
+  EXPECT_EQ(list,
+            "epson2:libusb:001:004\n"
+            "  EPSON Perfection V39, flatbed scanner\n"
+            "  resolution         75, 300, 600 dpi [75]\n"
+            "  mode               \"Gray\", \"Color\" [Gray]\n"
+            "  br-x               0 to 215.9 mm\n"
+            "\n"
+            "net:x:y\n"
+            "  HP, scanner\n"
+            "  it is busy\n");
+  EXPECT_THAT(ask(server, {"scanner", "list", "--all"}).out,
+              HasSubstr("lamp               true, false, with another source or mode only\n"));
+  EXPECT_EQ(json::parse(ask(server, {"--json", "scanner", "list"}).out)["scanners"], found["scanners"]);
+  answer = {{"scanners", json::array()}};
+  EXPECT_THAT(ask(server, {"scanner", "list"}).out, HasSubstr("No scanner is found."));
+}
+
 TEST(Veneerctl, CtrlCCancelsTheTask) {
   std::promise<void> started;
   int looks = 0;

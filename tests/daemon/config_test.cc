@@ -47,6 +47,54 @@ cut_power = 0.5
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
 }
 
+TEST_F(ConfigTest, ReadsHowAScannerIsSet) {
+  const auto config = parse(R"(
+[scanner]
+kind = "sane"
+device = "EPSON Perfection V39"
+dpi = 600
+mode = "Color"
+source = "Flatbed"
+depth = 16
+area_mm = [0, 5.5, 210, 290]
+sane_config_dir = "/tmp"
+[scanner.options]
+lamp-off-time = 15
+"quality-cal" = true
+gamma = "User defined"
+)");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  EXPECT_EQ(config->scanner.device, "EPSON Perfection V39");
+  EXPECT_EQ(config->scanner.mode, "Color");
+  EXPECT_EQ(config->scanner.source, "Flatbed");
+  EXPECT_EQ(config->scanner.depth, 16);
+  EXPECT_THAT(config->scanner.area_mm, ::testing::ElementsAre(0, 5.5, 210, 290));
+  EXPECT_EQ(config->scanner.sane_config, "/tmp");
+  EXPECT_THAT(config->scanner.options, ::testing::UnorderedElementsAre(::testing::Pair("lamp-off-time", "15"),
+                                                                       ::testing::Pair("quality-cal", "true"),
+                                                                       ::testing::Pair("gamma", "User defined")));
+}
+
+TEST_F(ConfigTest, NamesWhatIsWrongWithAScanner) {
+  const auto why = [this](const std::string& lines) {
+    const auto config = parse("[scanner]\n" + lines + "\n");
+    EXPECT_FALSE(config.ok()) << lines;
+    return config ? "" : config.error().message;
+  };
+  EXPECT_THAT(why("kind = \"usb\""), HasSubstr("use file, sane, sim"));
+  EXPECT_THAT(why("mode = \"Color\""), HasSubstr("scanner.mode is for kind = \"sane\" only"));
+  EXPECT_THAT(why("kind = \"file\"\narea_mm = [0, 0, 1, 1]"), HasSubstr("scanner.area_mm is for kind"));
+  const std::string sane = "kind = \"sane\"\n";
+  EXPECT_THAT(why(sane + "depth = 12"), HasSubstr("scanner.depth = 12 is not possible: use 8 or 16"));
+  EXPECT_THAT(why(sane + "area_mm = [0, 0, 100]"), HasSubstr("a list of 4 numbers"));
+  EXPECT_THAT(why(sane + "area_mm = [0, -1, 100, 100]"), HasSubstr("a list of 4 numbers"));
+  EXPECT_THAT(why(sane + "area_mm = [0, 0, 100, 0]"), HasSubstr("no width or no height"));
+  EXPECT_THAT(why(sane + "options = 3"), HasSubstr("write [scanner.options]"));
+  EXPECT_THAT(why(sane + "options = {lamp = [1]}"), HasSubstr("scanner.options.lamp must be"));
+  EXPECT_THAT(why(sane + "sane_config_dir = \"/nowhere/at/all\""), HasSubstr("is no folder"));
+  EXPECT_THAT(why(sane + "resolution = 300"), HasSubstr("scanner.resolution is not a setting"));
+}
+
 TEST_F(ConfigTest, ReadsWhatWorkersMayTake) {
   const auto config =
       parse("[workers]\nmemory_mb = 2000\nplanning_limit_s = 60\nscan_limit_s = 30\nlook_limit_s = 5\n");

@@ -39,7 +39,8 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       # Rooms that a room may include, apart from itself; and of the room in `only_of`, only these files.
       allowed["base"] = ""
       allowed["calib"] = allowed["planner"] = allowed["db"] = allowed["drivers"] = "base"
-      allowed["drivers/transport"] = allowed["drivers/file"] = allowed["drivers/sim/client"] = "base drivers"
+      allowed["drivers/transport"] = allowed["drivers/file"] = allowed["drivers/sane"] = "base drivers"
+      allowed["drivers/sim/client"] = "base drivers"
       allowed["drivers/grbl"] = allowed["drivers/lihuiyu"] = "base drivers"
       allowed["drivers/sim"] = "base"
       # So that errors cannot cancel, the twin shares no geometry with what it checks (docs/ARCHITECTURE.md).
@@ -50,7 +51,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       allowed["daemon/api"] = "base console daemon/threads"
       allowed["daemon/store"] = "base calib db daemon/threads"
       allowed["daemon/unit"] = "base calib db drivers daemon/store daemon/threads"
-      allowed["daemon/orders"] = "base calib db drivers planner daemon daemon/store daemon/workers"
+      allowed["daemon/orders"] = "base calib db drivers drivers/sane planner daemon daemon/store daemon/workers"
       allowed["daemon/services"] = "base calib db drivers drivers/lihuiyu planner daemon daemon/api daemon/orders daemon/store" \
                                    " daemon/threads daemon/unit daemon/workers"
       allowed["daemon/routes"] = allowed["daemon/services"] " daemon/services"
@@ -61,7 +62,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
                           " drivers/transport calib planner db guardian console daemon/api daemon/routes" \
                           " daemon/services daemon/store daemon/threads daemon/unit daemon/workers"
       allowed["cli"] = "base planner"
-      allowed["tests"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sim drivers/sim/client" \
+      allowed["tests"] = "base drivers drivers/file drivers/grbl drivers/lihuiyu drivers/sane drivers/sim drivers/sim/client" \
                          " drivers/transport calib planner db guardian daemon daemon/api daemon/orders daemon/routes" \
                          " daemon/services daemon/store daemon/threads daemon/unit daemon/workers cli console"
 
@@ -88,6 +89,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
       door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
+      door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
       door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       door("^systemd/", "^daemon/")

@@ -70,7 +70,7 @@ int main() {
   const bool late = fault.what.starts_with("late-");
   const std::string what = late ? fault.what.substr(5) : fault.what;
   serve_work([&](const std::string& kind, const nlohmann::json& request, const std::filesystem::path& folder,
-                 const TaskProgress& progress) -> Result<nlohmann::json> {
+                 const TaskProgress& progress, const std::stop_token& stop) -> Result<nlohmann::json> {
     // In the midst of the work, if it takes that long.
     std::jthread fate;
     if (kind == fault.kind && !late && fault.after_ms > 0)
@@ -84,7 +84,7 @@ int main() {
       });
     else if (kind == fault.kind && !late)
       misbehave(what);
-    auto done = do_work(kind, request, folder, progress);
+    auto done = do_work(kind, request, folder, progress, stop);
     if (kind == fault.kind && late) misbehave(what);
     return done;
   });

@@ -1,6 +1,7 @@
 // A worker that misbehaves as it is told to.
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -8,8 +9,10 @@
 
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <cstring>
 #include <fstream>
+#include <mutex>
 #include <new>
 #include <stdexcept>
 #include <thread>
@@ -33,7 +36,7 @@ void answer(const std::string& text) { static_cast<void>(!::write(kWorkAnswers, 
 volatile char sink = 0;
 
 Result<json> work(const std::string& kind, const json& request, const std::filesystem::path& folder,
-                  const TaskProgress& progress) {
+                  const TaskProgress& progress, const std::stop_token& stop) {
   if (kind == "echo") {
     progress(0.5, "half of it");
     std::ofstream(folder / "made") << request.dump();
@@ -55,6 +58,14 @@ Result<json> work(const std::string& kind, const json& request, const std::files
     std::filesystem::rename(folder / "pid.new", folder / "pid");
     progress(0.1, "begun");
     hang();
+  }
+  if (kind == "wait to be told") {
+    progress(0.1, "begun");
+    std::mutex mutex;
+    std::unique_lock lock(mutex);
+    std::condition_variable_any().wait(lock, stop, [] { return false; });
+    std::ofstream(folder / "ended in order") << "x";
+    return Error{ErrorCode::kCancelled, "what it says does not matter"};
   }
   if (kind == "nonsense") {
     answer(request.get<std::string>());
@@ -83,6 +94,24 @@ Result<json> work(const std::string& kind, const json& request, const std::files
     std::string deep = "{\"done\":" + std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}\n";
     answer(deep);
     hang();
+  }
+  if (kind == "reach out") {
+    json out;
+    const auto note = [&](const char* name, long result) { out[name] = result < 0 ? errno : 0; };
+    note("unix", ::socket(AF_UNIX, SOCK_STREAM, 0));
+    note("packet", ::socket(AF_PACKET, SOCK_DGRAM, 0));
+    note("bluetooth", ::socket(AF_BLUETOOTH, SOCK_STREAM, 0));
+    note("internet", ::socket(AF_INET, SOCK_STREAM, 0));
+    note("internet 6", ::socket(AF_INET6, SOCK_STREAM, 0));
+    note("netlink", ::socket(AF_NETLINK, SOCK_RAW, 0));
+    char typed = 'x';
+    note("type", ::ioctl(STDERR_FILENO, TIOCSTI, &typed));
+    int waiting = 0;
+    note("ioctl", ::ioctl(::socket(AF_INET, SOCK_DGRAM, 0), FIONREAD, &waiting));
+    note("given", ::open(request.at("given").get<std::string>().c_str(), O_RDWR | O_NOCTTY));
+    note("kept", ::open(request.at("kept").get<std::string>().c_str(), O_RDWR | O_NOCTTY));
+    note("fork", ::fork());
+    return out;
   }
   if (kind == "reach") {
     json out;

@@ -20,7 +20,7 @@ class WorkHere final : public daemon::WorkRunner {
     orders.push_back(order);
     const auto before = repeats ? answers_.find(order.kind) : answers_.end();
     auto done = before != answers_.end() ? Result<nlohmann::json>(before->second)
-                                         : daemon::do_work(order.kind, order.request, order.folder, progress);
+                                         : daemon::do_work(order.kind, order.request, order.folder, progress, stop);
     if (done) answers_[order.kind] = *done;
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, order.what + " was cancelled"};
     if (done && spoil) spoil(order.kind, *done);

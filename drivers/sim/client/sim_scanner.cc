@@ -10,9 +10,8 @@ namespace veneer::sim {
 
 SimScanner::SimScanner(std::string socket_path) : link_(std::move(socket_path)) {}
 
-Result<ScanFile> SimScanner::scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                                  std::stop_token stop) {
-  if (progress) progress(0);
+Result<ScanFile> SimScanner::scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) {
+  if (progress) progress(0, "");
   const Result<nlohmann::json> reply =
       link_.request({{"cmd", "scan"}, {"dpi", std::round(resolution.dpi() * 100) / 100}}, stop);
   if (!reply.ok()) return reply.error();
@@ -24,7 +23,7 @@ Result<ScanFile> SimScanner::scan(ScanResolution resolution, const std::function
   } catch (const nlohmann::json::exception& e) {
     return Error{ErrorCode::kDeviceFault, fmt::format("the twin's answer to a scan makes no sense: {}", e.what())};
   }
-  if (progress) progress(1);
+  if (progress) progress(1, "");
   return image;
 }
 

@@ -12,8 +12,7 @@ class SimScanner final : public ScannerDriver {
  public:
   explicit SimScanner(std::string socket_path);
   // ScanFile::device is "twin:capture-N". Cancels within 100 ms of a stop request. Works at 75 to 600 dpi.
-  Result<ScanFile> scan(ScanResolution resolution, const std::function<void(double)>& progress,
-                        std::stop_token stop) override;
+  Result<ScanFile> scan(ScanResolution resolution, const ScanProgress& progress, std::stop_token stop) override;
   std::string device() const override { return "twin"; }
 
  private:

@@ -18,11 +18,12 @@ using ::testing::ElementsAre;
 
 class NoDevice final : public ScannerDriver, public CameraDriver {
  public:
-  Result<ScanFile> scan(ScanResolution nominal, const std::function<void(double)>&, std::stop_token) override {
-    return ScanFile{"scan.png", nominal, "test"};
+  Result<ScanFile> scan(ScanResolution nominal, const ScanProgress&, std::stop_token) override {
+    return ScanFile{"scan.png", nominal, "test", make};
   }
   Result<std::filesystem::path> capture() override { return std::filesystem::path("view.png"); }
   std::string device() const override { return "test"; }
+  std::string make;
 };
 
 // Sees something on every scan, and notes how many of them are to be fitted.
@@ -75,6 +76,16 @@ TEST_F(CollectedViews, AreKeptWhenTheProcessThatFitsThemDies) {
   EXPECT_THAT(workers_.fitted, ElementsAre(2U, 3U, 4U, 5U, 6U, 7U));
   EXPECT_TRUE(scan(false).ok());
   EXPECT_EQ(workers_.fitted.back(), 1U) << "what was fitted is over";
+}
+
+TEST_F(CollectedViews, AreOfOneScannerAndTheCertificateNamesIt) {
+  devices_.make = "EPSON Perfection V39";
+  ASSERT_TRUE(scan(true).ok());
+  devices_.make = "Canon LiDE 400";
+  const auto made = scan(false);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_THAT(workers_.fitted, ElementsAre(1));
+  EXPECT_EQ(nlohmann::json::parse(made->payload)["make"], "Canon LiDE 400");
 }
 
 TEST_F(CollectedViews, OfTheCameraCanBeGivenUpAsThoseOfTheScanner) {

@@ -1,6 +1,7 @@
 // The scan service on rendered sheets: what becomes of a panel's mask when it is scanned again.
 #include "daemon/services/scan_service.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,12 +27,13 @@ namespace {
 
 class OnePicture final : public ScannerDriver {
  public:
-  Result<ScanFile> scan(ScanResolution, const std::function<void(double)>&, std::stop_token) override {
-    return ScanFile{file, nominal, device()};
+  Result<ScanFile> scan(ScanResolution, const ScanProgress&, std::stop_token) override {
+    return ScanFile{file, nominal, device(), make};
   }
   std::string device() const override { return "test:0"; }
   std::filesystem::path file;
   ScanResolution nominal{};
+  std::string make;
 };
 
 Region<PanelFrame> square(double x, double y, double side) {
@@ -50,7 +52,9 @@ class ScanServiceTest : public ::testing::Test {
     certificate.kind = db::CertificateKind::kScanner;
     certificate.issued_at = "2026-01-01T00:00:00.000Z";
     certificate.expires_at = "2999-01-01T00:00:00.000Z";
-    certificate.payload = to_payload(calib::ScannerCertificateData{}).dump();
+    nlohmann::json payload = to_payload(calib::ScannerCertificateData{});
+    payload["make"] = "EPSON Perfection V39";
+    certificate.payload = payload.dump();
     ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
   }
   // On the glass, in the place of what lay there.
@@ -81,6 +85,19 @@ class ScanServiceTest : public ::testing::Test {
   OnePicture scanner_;
   testing::WorkHere workers_;
 };
+
+// A port has its name whatever is plugged in.
+TEST_F(ScanServiceTest, AnotherMakeOfScannerIsRefusedAtTheSameName) {
+  scanner_.make = "Canon LiDE 400";
+  const auto other = scan();
+  ASSERT_FALSE(other.ok());
+  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(other.error().message,
+              ::testing::AllOf(::testing::HasSubstr("a Canon LiDE 400"), ::testing::HasSubstr("EPSON Perfection V39"),
+                               ::testing::HasSubstr("veneerctl calibrate scanner")));
+  scanner_.make = "EPSON Perfection V39";
+  EXPECT_TRUE(scan().ok());
+}
 
 // A screw hole that a cut has opened is hard to see in the new scan; what the mask knew before must count.
 TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {

@@ -160,6 +160,44 @@ TEST_F(WorkerProcessesTest, AreEndedWhenTheirTaskIsCancelled) {
   EXPECT_EQ(processes().run(order("hang"), {}, stop.get_token()).error().code, ErrorCode::kCancelled);
 }
 
+// A scanner that is killed in the midst keeps its carriage out.
+TEST_F(WorkerProcessesTest, MayEndInOrderWhenTheyAreGivenTime) {
+  WorkOrder work = order("wait to be told");
+  work.grace = std::chrono::seconds(60);
+  std::stop_source stop;
+  const auto cancelled = processes().run(
+      work, [&](double, const std::string&) { stop.request_stop(); }, stop.get_token());
+  ASSERT_FALSE(cancelled.ok());
+  EXPECT_EQ(cancelled.error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(cancelled.error().message, "planning was cancelled");
+  EXPECT_TRUE(std::filesystem::remove(folder_ / "ended in order"));
+  // Before it has begun as well.
+  EXPECT_EQ(processes().run(work, {}, stop.get_token()).error().code, ErrorCode::kCancelled);
+  EXPECT_TRUE(std::filesystem::remove(folder_ / "ended in order"));
+
+  work.deadline = std::chrono::milliseconds(300);
+  const auto late = run(work);
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "ended in order"));
+}
+
+TEST_F(WorkerProcessesTest, AreKilledWhenTheyDoNotEndInOrder) {
+  WorkOrder work = order("hang");
+  work.deadline = work.grace = std::chrono::milliseconds(200);
+  pid_t pid = 0;
+  const auto late = processes(0, [&](pid_t p) { pid = p; }).run(work, {}, {});
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(::kill(pid, 0), -1);
+  work.deadline = std::chrono::seconds(60);
+  std::stop_source stop;
+  const auto cancelled = processes().run(
+      work, [&](double, const std::string&) { stop.request_stop(); }, stop.get_token());
+  ASSERT_FALSE(cancelled.ok());
+  EXPECT_EQ(cancelled.error().code, ErrorCode::kCancelled);
+}
+
 // RLIMIT_FSIZE is for each file: many small ones fill a disk as well.
 TEST_F(WorkerProcessesTest, AreEndedBeforeTheyFillTheDisk) {
   constexpr std::uint64_t kFree = 1 << 30;
@@ -253,6 +291,21 @@ TEST_F(WorkerProcessesTest, ReachNoSocketAndNoOtherProcessAndInheritNothing) {
   EXPECT_EQ(result->at("descriptors"), (json{0, 1, 2, 3}));
   EXPECT_EQ(result->at("oom_score_adj"), 1000);
   EXPECT_EQ(result->at("nice"), 7);
+}
+
+TEST_F(WorkerProcessesTest, ThatScanReachTheirDevicesAndTheNetworkButNoUnixSocketAndNotTheLaser) {
+  const Terminal scanner, laser;
+  WorkOrder reach = order("reach out", {{"given", scanner.path()}, {"kept", laser.path()}});
+  reach.devices = {scanner.path()};
+  const auto result = run(reach);
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_EQ(result->at("given"), 0);
+  EXPECT_EQ(result->at("kept"), EACCES);
+  for (const char* family : {"internet", "internet 6", "netlink"})
+    EXPECT_THAT(result->at(family).get<int>(), ::testing::AnyOf(0, EAFNOSUPPORT)) << family;
+  EXPECT_EQ(result->at("ioctl"), 0);
+  EXPECT_EQ(result->at("type"), ENOTTY) << "into the daemon's terminal";
+  for (const char* denied : {"unix", "packet", "bluetooth", "fork"}) EXPECT_EQ(result->at(denied), EPERM) << denied;
 }
 
 // On a kernel without Landlock.
