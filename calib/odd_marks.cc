@@ -10,9 +10,11 @@
 namespace veneer::calib {
 namespace {
 
-constexpr double kUsual = 0.97;  // share of a strip's places whose contrast is usual on it
-// Logarithms; contrast below is noise on any wood.
-constexpr double kLeastOfRounds = 0.06, kLeastOfLines = 0.03;
+// Shares of a strip's places whose contrast is usual on it. A long crack in a narrow strip is a tenth of its places.
+constexpr double kUsualOfRounds = 0.97, kUsualOfLines = 0.85;
+// Logarithms; contrast below is noise on any wood. Hues are steadier than lightness.
+constexpr double kLeastOfRounds = 0.06;
+constexpr std::array<double, 3> kLeastOfLines = {0.03, 0.02, 0.02};
 
 double quantile(const cv::Mat& values, const cv::Mat& where, double share) {
   std::vector<float> all;
@@ -33,11 +35,25 @@ cv::Mat sum_around(const cv::Mat& values, cv::Size size) {
 }
 int odd(double length) { return 2 * static_cast<int>(std::lround((length - 1) / 2)) + 1; }
 
-// Both signs of a contrast that are larger than usual, 1 = as much as is usual.
-void add_oddness(cv::Mat contrast, const cv::Mat& where, double least, cv::Mat& oddness) {
+// How much bolder than on the whole strip a contrast is around each place, from `near` to `far`: at least 1. Single
+// marks count no more than three times what is usual.
+cv::Mat boldness(const cv::Mat& contrast, const cv::Mat& where, double usual, cv::Size near, cv::Size far) {
+  cv::Mat wood, bold = cv::min(contrast, 3 * usual);
+  where.convertTo(wood, CV_32F, 1.0 / 255);
+  bold = bold.mul(wood);
+  const double mean = cv::sum(bold)[0] / std::max(1.0, cv::sum(wood)[0]);
+  cv::Mat around = sum_around(bold, far) - sum_around(bold, near);
+  around /= cv::max((sum_around(wood, far) - sum_around(wood, near)) * mean, 1e-6F);
+  return cv::max(around, 1.0F);
+}
+
+// Both signs of a contrast that are larger than usual, 1 = as much as is usual. A mark stands alone: where bold figure
+// lies `near` to `far` from it, as much more is usual.
+void add_oddness(cv::Mat contrast, const cv::Mat& where, double share, double least, cv::Size near, cv::Size far,
+                 cv::Mat& oddness) {
   contrast = cv::abs(contrast);
-  const double usual = std::max(least, quantile(contrast, where, kUsual));
-  contrast /= usual;
+  const double usual = std::max(least, quantile(contrast, where, share));
+  contrast /= boldness(contrast, where, usual, near, far) * usual;
   oddness = oddness.empty() ? contrast : cv::Mat(cv::max(oddness, contrast));
 }
 
@@ -77,9 +93,11 @@ bool is_alone(const BoardView& view, const cv::Point2d& centre, double radius) {
 SpotContrast::SpotContrast(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, double radius)
     : radius_(radius) {
   constexpr double kGap = 0.3, kRing = 1.2;  // mm beyond the round where its surroundings begin and end
+  constexpr double kNearby = 9;              // mm around it that must be calmer than the round
   const double px = view.px_per_mm;
   // A square of the round's own area less its rim.
-  const int inner = odd(1.5 * radius * px), near = odd(2 * (radius + kGap) * px), far = odd(2 * (radius + kRing) * px);
+  const int inner = odd(1.5 * radius * px), near = odd(2 * (radius + kGap) * px), far = odd(2 * (radius + kRing) * px),
+            wide = odd(2 * kNearby * px);
   cv::Mat wood;
   strip(box).convertTo(wood, CV_32F, 1.0 / 255);
   const cv::Mat inside = sum_around(wood, {inner, inner}),
@@ -91,7 +109,7 @@ SpotContrast::SpotContrast(const BoardView& view, const cv::Mat& strip, const cv
     cv::Mat contrast = sum_around(own, {inner, inner}) / cv::max(inside, 1.0F) -
                        (sum_around(own, {far, far}) - sum_around(own, {near, near})) / cv::max(around, 1.0F);
     contrast.setTo(0, ~known);
-    add_oddness(contrast, known, kLeastOfRounds, oddness_);
+    add_oddness(contrast, known, kUsualOfRounds, kLeastOfRounds, {far, far}, {wide, wide}, oddness_);
   }
 }
 
@@ -114,49 +132,82 @@ std::vector<ScrewSpot> find_odd_spots(const BoardView& view, const cv::Mat& stri
   return out;
 }
 
+namespace {
+
+// 255 where lines are odd. What is seen in many places is figure, however bold: then only what is bolder still is odd.
+cv::Mat few_lines(const cv::Mat& oddness, double px) {
+  constexpr double kOdd = 4, kOddest = 12, kBolder = 1.25;
+  constexpr int kMost = 4;  // lines that may be cracks
+  for (double odd = kOdd;; odd *= kBolder) {
+    cv::Mat found = oddness > odd, joined, labels;
+    // A line that is seen with interruptions is one.
+    cv::morphologyEx(found, joined, cv::MORPH_CLOSE, round_kernel(2 * px));
+    if (cv::connectedComponents(joined, labels, 8) - 1 <= kMost || odd * kBolder > kOddest) return found;
+  }
+}
+
+}  // namespace
+
 cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
   constexpr double kLength = 8;                          // mm
   constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; a line's surroundings reach three times as far
   constexpr double kSteepest = 0.12, kTilt = 0.06;
-  constexpr double kOdd = 2.7;
-  constexpr double kShrink = 0.5;  // a line is long: half the pixels show it as well
+  constexpr double kAlone = 2, kNearby = 8;  // mm to either side, between which the wood must be calmer than the line
+  constexpr double kShrink = 0.5;            // a line is long: half the pixels show it as well
   const double px = view.px_per_mm * kShrink;
-  cv::Mat lines = cv::Mat::zeros(strip.size(), CV_8UC1), small_strip, small_plane;
+  cv::Mat lines = cv::Mat::zeros(strip.size(), CV_8UC1), small_strip, small_planes;
   cv::resize(strip(box), small_strip, {}, kShrink, kShrink, cv::INTER_NEAREST);
-  cv::resize(view.planes[0](box), small_plane, small_strip.size(), 0, 0, cv::INTER_AREA);
-  cv::Mat found = cv::Mat::zeros(small_strip.size(), CV_8UC1);
+  // A crack may be as dark as its wood and still not as grey, so all planes are looked at.
+  std::vector<cv::Mat> planes;
+  for (const cv::Mat& plane : view.planes) planes.push_back(plane(box));
+  cv::merge(planes, small_planes);
+  cv::resize(small_planes, small_planes, small_strip.size(), 0, 0, cv::INTER_AREA);
+  cv::Mat odd_lines = cv::Mat::zeros(small_strip.size(), CV_32FC1);
   for (const bool lying : {false, true}) {
     const auto turned = [&](const cv::Mat& m) { return lying ? cv::Mat(m.t()) : m; };
     const cv::Mat mask = turned(small_strip);
     if (mask.rows < 1.5 * kLength * px) continue;
-    cv::Mat wood;
+    cv::Mat wood, wood3;
     mask.convertTo(wood, CV_32F, 1.0 / 255);
-    const cv::Mat plane = turned(small_plane).mul(wood);
-    for (const double width : kWidths) {
-      const int tall = odd(kLength * px), narrow = odd(width * px), wide = odd(3.2 * width * px);
-      cv::Mat best = cv::Mat::zeros(mask.size(), CV_32FC1), oddness;
-      for (double tilt = -kSteepest; tilt < kSteepest + 1e-9; tilt += kTilt) {
-        // Sheared, so that lines of this tilt stand upright.
-        const cv::Matx23d upright(1, tilt, -tilt * mask.rows / 2, 0, 1, 0),
-            back(1, -tilt, tilt * mask.rows / 2, 0, 1, 0);
-        cv::Mat own, where, contrast;
-        cv::warpAffine(plane, own, upright, mask.size());
-        cv::warpAffine(wood, where, upright, mask.size());
+    cv::merge(std::vector(3, wood), wood3);
+    const cv::Mat own = turned(small_planes).mul(wood3);
+    const int tall = odd(kLength * px);
+    std::array<cv::Mat, kWidths.size()> best;
+    for (cv::Mat& contrast : best) contrast = cv::Mat::zeros(mask.size(), CV_32FC3);
+    for (double tilt = -kSteepest; tilt < kSteepest + 1e-9; tilt += kTilt) {
+      // Sheared, so that lines of this tilt stand upright.
+      const cv::Matx23d upright(1, tilt, -tilt * mask.rows / 2, 0, 1, 0), back(1, -tilt, tilt * mask.rows / 2, 0, 1, 0);
+      cv::Mat sheared, where;
+      cv::warpAffine(own, sheared, upright, mask.size());
+      cv::warpAffine(wood, where, upright, mask.size());
+      for (std::size_t i = 0; i < kWidths.size(); ++i) {
+        const int narrow = odd(kWidths[i] * px), wide = odd(3.2 * kWidths[i] * px);
         const cv::Mat in_area = sum_around(where, {narrow, tall}),
                       beside_area = sum_around(where, {wide, tall}) - in_area;
-        const cv::Mat in_sum = sum_around(own, {narrow, tall}), beside_sum = sum_around(own, {wide, tall}) - in_sum;
-        contrast = in_sum / cv::max(in_area, 1.0F) - beside_sum / cv::max(beside_area, 1.0F);
-        contrast.setTo(0, (in_area < 0.5F * static_cast<float>(narrow * tall)) |
-                              (beside_area < 0.5F * static_cast<float>((wide - narrow) * tall)));
-        cv::warpAffine(cv::abs(contrast), contrast, back, mask.size());
-        best = cv::max(best, contrast);
+        const cv::Mat known = (in_area >= 0.5F * static_cast<float>(narrow * tall)) &
+                              (beside_area >= 0.5F * static_cast<float>((wide - narrow) * tall));
+        cv::Mat in_share, beside_share, contrast;
+        cv::merge(std::vector(3, cv::Mat(1 / cv::max(in_area, 1.0F))), in_share);
+        cv::merge(std::vector(3, cv::Mat(1 / cv::max(beside_area, 1.0F))), beside_share);
+        const cv::Mat in_sum = sum_around(sheared, {narrow, tall});
+        contrast = cv::abs(in_sum.mul(in_share) - (sum_around(sheared, {wide, tall}) - in_sum).mul(beside_share));
+        contrast.setTo(cv::Scalar::all(0), ~known);
+        cv::warpAffine(contrast, contrast, back, mask.size());
+        best[i] = cv::max(best[i], contrast);
       }
-      add_oddness(best, mask, kLeastOfLines, oddness);
-      found |= turned((oddness > kOdd) & mask);
+    }
+    const cv::Size near(odd(2 * kAlone * px), tall), far(odd(2 * kNearby * px), tall);
+    for (const cv::Mat& contrast : best) {
+      cv::Mat oddness;
+      cv::split(contrast, planes);
+      for (std::size_t k = 0; k < 3; ++k)
+        add_oddness(planes[k], mask, kUsualOfLines, kLeastOfLines[k], near, far, oddness);
+      oddness.setTo(0, ~mask);
+      odd_lines = cv::max(odd_lines, turned(oddness));
     }
   }
   cv::Mat grown;
-  cv::resize(found, grown, box.size(), 0, 0, cv::INTER_NEAREST);
+  cv::resize(few_lines(odd_lines, px), grown, box.size(), 0, 0, cv::INTER_NEAREST);
   lines(box) |= grown;
   return lines;
 }

@@ -164,15 +164,28 @@ cv::Mat beyond_lid(const cv::Mat& darkest) {
   return mask;
 }
 
-// The sharpest step of colour within a few millimetres inwards of a shadow's rim, in pixels along `outwards` from `p`:
+// Whether the lid just beyond the border lies in the sheet's shadow, so that the border is not where it turns dark.
+bool is_lid_shaded(const cv::Mat& darkest, const cv::Point2d& p, const cv::Point2d& outwards) {
+  constexpr double kNear = 3, kFar = 24;  // px beyond the border
+  constexpr double kShaded = 0.96;
+  const auto level = [&](double beyond) {
+    const cv::Point2d at = p + outwards * beyond;
+    if (at.x < 0 || at.y < 0 || at.x > darkest.cols - 1 || at.y > darkest.rows - 1) return 0.0;
+    return level_at(darkest, at.x + 0.5, at.y + 0.5);
+  };
+  return level(kNear) < kShaded * level(kFar);
+}
+
+// The innermost sharp step of colour within `in` pixels inwards of a shadow's rim, in pixels along `outwards` from `p`:
 // a shadow on the lid is soft, the sheet's edge is not. Nothing when no step is sharp.
-std::optional<double> sharpest_step(const std::array<cv::Mat, 3>& channels, const cv::Point2d& p,
-                                    const cv::Point2d& outwards) {
-  constexpr double kStep = 0.25, kOut = 2, kIn = 18;  // px
-  constexpr int kAlong = 8, kCount = static_cast<int>((kOut + kIn) / kStep) + 1;
+std::optional<double> innermost_step(const std::array<cv::Mat, 3>& channels, const cv::Point2d& p,
+                                     const cv::Point2d& outwards, double in) {
+  constexpr double kStep = 0.25, kOut = 2, kMostIn = 18;  // px
+  constexpr int kAlong = 8, kMost = static_cast<int>((kOut + kMostIn) / kStep) + 1;
+  const int count = std::min(kMost, static_cast<int>((kOut + in) / kStep) + 1);
   const cv::Point2d along(-outwards.y, outwards.x);
-  std::array<std::array<double, kCount>, 3> profile{};
-  for (int i = 0; i < kCount; ++i)
+  std::array<std::array<double, kMost>, 3> profile{};
+  for (int i = 0; i < count; ++i)
     for (int k = -kAlong; k <= kAlong; ++k) {
       const cv::Point2d at = p + outwards * (kOut - i * kStep) + along * (0.75 * k);
       if (at.x < 1 || at.y < 1 || at.x > channels[0].cols - 2 || at.y > channels[0].rows - 2) return std::nullopt;
@@ -180,14 +193,22 @@ std::optional<double> sharpest_step(const std::array<cv::Mat, 3>& channels, cons
         profile[c][static_cast<std::size_t>(i)] += level_at(channels[c], at.x + 0.5, at.y + 0.5) / (2 * kAlong + 1);
     }
   constexpr int kHalf = 3;
-  std::array<double, kCount> slope{};
-  int best = 0;
-  for (int i = kHalf; i + kHalf < kCount; ++i) {
+  constexpr double kLeast = 36;   // levels squared
+  constexpr double kAlike = 0.5;  // of the steepest slope: a narrow shadow's rim is as steep as the sheet's edge
+  std::array<double, kMost> slope{};
+  double steepest = 0;
+  for (int i = kHalf; i + kHalf < count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     for (const auto& level : profile) slope[at] += std::pow(level[at + kHalf] - level[at - kHalf], 2);
-    if (slope[at] > slope[static_cast<std::size_t>(best)]) best = i;
+    steepest = std::max(steepest, slope[at]);
   }
-  if (best <= kHalf || best + kHalf + 1 >= kCount || slope[static_cast<std::size_t>(best)] < 36) return std::nullopt;
+  // The innermost of the steep ones: within the sheet's edge there is only board.
+  int best = count - kHalf - 2;
+  const auto is_peak = [&](std::size_t i) { return slope[i] >= slope[i - 1] && slope[i] >= slope[i + 1]; };
+  while (best > kHalf && !(is_peak(static_cast<std::size_t>(best)) &&
+                           slope[static_cast<std::size_t>(best)] >= std::max(kLeast, kAlike * steepest)))
+    --best;
+  if (best <= kHalf) return std::nullopt;
   const auto at = static_cast<std::size_t>(best);
   const double bend = slope[at - 1] - 2 * slope[at] + slope[at + 1];
   const double peak = bend < 0 ? 0.5 * (slope[at - 1] - slope[at + 1]) / bend : 0;
@@ -213,8 +234,10 @@ std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolutio
     if (fullness(other, tags, scale_x, scale_y) > full + 0.02) sheet = std::move(other), shadowed = true;
   }
   if (sheet.empty()) return {};
+  // From the contour to the sheet's edge: where the shadow was taken for the sheet, and where it was told from the lid.
+  constexpr double kThroughShadow = 18, kAtEdge = 10;  // px
   std::array<cv::Mat, 3> channels;
-  if (shadowed) cv::split(small, channels.data());
+  if (small.channels() == 3) cv::split(small, channels.data());
   // The contour runs through the outermost pixels' centres; the border lies a little further out, or within a shadow.
   const double side = cv::contourArea(sheet, true) > 0 ? 1 : -1;
   const std::size_t n = sheet.size(), reach = std::min<std::size_t>(6, n / 4);
@@ -223,15 +246,12 @@ std::vector<Point<ScanFrame>> find_outline(const cv::Mat& picture, ScanResolutio
     const cv::Point2d p = sheet[i], run = cv::Point2d(sheet[(i + reach) % n]) - cv::Point2d(sheet[(i + n - reach) % n]);
     const double length = std::max(1e-9, std::hypot(run.x, run.y));
     const cv::Point2d outwards = side * cv::Point2d(run.y, -run.x) / length;
-    double beyond = 0;
-    if (shadowed) {
-      const auto step = sharpest_step(channels, p, outwards);
-      if (!step) continue;
-      beyond = *step;
-    } else {
-      beyond = step_beyond(darkest, p, outwards);
-    }
-    const cv::Point2d out = p + cv::Point2d(0.5, 0.5) + outwards * beyond;
+    std::optional<double> beyond;
+    if (small.channels() == 3 && (shadowed || is_lid_shaded(darkest, p, outwards)))
+      beyond = innermost_step(channels, p, outwards, shadowed ? kThroughShadow : kAtEdge);
+    if (!beyond && shadowed) continue;
+    if (!beyond) beyond = step_beyond(darkest, p, outwards);
+    const cv::Point2d out = p + cv::Point2d(0.5, 0.5) + outwards * *beyond;
     outline.push_back(point<ScanFrame>(out.x * scale_x, out.y * scale_y));
   }
   return outline;

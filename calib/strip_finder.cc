@@ -25,12 +25,17 @@ constexpr double kNarrowest = 6;               // mm
 
 using Value = std::array<double, 3>;
 
-// The planes' sums over rectangles, in the map's own axes or with x and y exchanged.
+// The planes' sums over rectangles, in the map's own axes or with x and y exchanged. Tags and holes count as board:
+// their sides are straight too, and clearer than many a strip's.
 class SlabView {
  public:
-  SlabView(const BoardView& view, bool exchanged) : px_(view.px_per_mm), spread_(view.spread) {
-    for (std::size_t k = 0; k < 3; ++k)
-      cv::integral(exchanged ? cv::Mat(view.planes[k].t()) : view.planes[k], sums_[k], CV_64F);
+  SlabView(const BoardView& view, const cv::Mat& fiducials, bool exchanged)
+      : px_(view.px_per_mm), spread_(view.spread) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      cv::Mat plane = exchanged ? cv::Mat(view.planes[k].t()) : view.planes[k].clone();
+      plane.setTo(0, exchanged ? cv::Mat(fiducials.t()) : fiducials);
+      cv::integral(plane, sums_[k], CV_64F);
+    }
   }
   int columns() const { return sums_[0].cols - 1; }
   double px() const { return px_; }
@@ -295,14 +300,18 @@ Profile profile_of(const Region& region, const Stretch& stretch, double tilt, do
     }
     out.rough.push_back(rough);
     out.board.push_back(static_cast<double>(like) / count), out.level.push_back(level);
-    out.step.push_back(step_along(stretch, region.left + x, tilt, share));
-  }
-  for (int x = 1; x + 1 < width; ++x) {
-    const auto i = static_cast<std::size_t>(x);
-    if (out.step[i] >= kClear && out.step[i - 1] < out.step[i] && out.step[i + 1] <= out.step[i])
-      out.sides.push_back(x);
   }
   return out;
+}
+
+void add_sides(Profile& profile, const Region& region, const Stretch& stretch, double tilt) {
+  const int width = region.right - region.left;
+  for (int x = 0; x < width; ++x) profile.step.push_back(step_along(stretch, region.left + x, tilt, profile.share));
+  for (int x = 1; x + 1 < width; ++x) {
+    const auto i = static_cast<std::size_t>(x);
+    if (profile.step[i] >= kClear && profile.step[i - 1] < profile.step[i] && profile.step[i + 1] <= profile.step[i])
+      profile.sides.push_back(x);
+  }
 }
 
 // Gaps that run through the whole region: bands of board between two clear steps.
@@ -316,7 +325,8 @@ std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double sh
   std::vector<Gap> all;
   const GapRules rules(view);
   for (double tilt = -kSteepest; tilt <= kSteepest; tilt += tilt_step) {
-    const Profile profile = profile_of(region, stretch, tilt, share);
+    Profile profile = profile_of(region, stretch, tilt, share);
+    add_sides(profile, region, stretch, tilt);
     const auto& sides = profile.sides;
     for (std::size_t i = 0; i < sides.size(); ++i)
       for (std::size_t j = i + 1; j < sides.size() && sides[j] - sides[i] <= kGapTo * view.px(); ++j) {
@@ -340,6 +350,42 @@ std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double sh
   return best;
 }
 
+// Bands of nothing but board, fully lit somewhere, through a region whose strips end raggedly, so that no line bounds
+// them.
+std::vector<Gap> find_ragged_gaps(const SlabView& view, const Region& region) {
+  constexpr double kNearlyAll = 0.08;  // share of the slabs that need not show the board
+  constexpr double kLeastWide = 1;     // mm
+  constexpr double kWood = 0.5;        // share of the slabs that show the board, below which there is wood
+  const Stretch stretch(view, region.top, region.bottom);
+  const int width = region.right - region.left, narrowest = static_cast<int>(kNarrowest * view.px()),
+            beside = static_cast<int>(kBeside * view.px());
+  if (width < 2 * narrowest) return {};
+  const Profile profile = profile_of(region, stretch, 0, kNearlyAll);
+  const auto has_wood = [&](int from, int to) {
+    return std::any_of(profile.board.begin() + std::max(0, from), profile.board.begin() + std::min(width, to),
+                       [](double share) { return share < kWood; });
+  };
+  const GapRules rules(view);
+  const double lit = std::max(0.1, 3 * view.spread()[0]);  // logarithm of the board's light
+  const auto is_lit = [&](int from, int to) {
+    for (int x = from; x < to; ++x)
+      if (std::abs(profile.lightness(x)) < lit && profile.rough[static_cast<std::size_t>(x)] <= rules.roughest)
+        return true;
+    return false;
+  };
+  std::vector<Gap> out;
+  for (int from = narrowest; from < width - narrowest; ++from) {
+    if (!profile.is_board(from)) continue;
+    int to = from;
+    while (to < width - narrowest && profile.is_board(to)) ++to;
+    if (to - from >= kLeastWide * view.px() && is_lit(from, to) && has_wood(from - beside, from) &&
+        has_wood(to, to + beside))
+      out.push_back({static_cast<double>(region.left + from), static_cast<double>(region.left + to), 0});
+    from = to;
+  }
+  return out;
+}
+
 // A region of the map, and the sides that a gap has told: they are known to half a millimetre, the others to the
 // coarse places' two or three.
 struct Part {
@@ -351,7 +397,7 @@ struct Part {
 class Finder {
  public:
   Finder(const BoardView& view, const cv::Mat& fiducials)
-      : view_(view), upright_(view, false), lying_(view, true), block_(view.px_per_mm) {
+      : view_(view), upright_(view, fiducials, false), lying_(view, fiducials, true), block_(view.px_per_mm) {
     cv::Mat calm, marked;
     cv::blur(view.unlike, calm, {3, 3});
     cv::resize(fiducials, marked, calm.size(), 0, 0, cv::INTER_AREA);
@@ -364,12 +410,24 @@ class Finder {
   std::vector<FoundStrip> find() {
     cv::Mat labels, stats, centres;
     const int count = cv::connectedComponentsWithStats(places_, labels, stats, centres, 4);
+    std::vector<cv::Rect> boxes;
     for (int i = 1; i < count; ++i) {
       if (stats.at<int>(i, cv::CC_STAT_AREA) < kSmallestArea) continue;
-      const cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
-                         stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
-      split(tighten({to_pixels(box)}, kSome));
+      cv::Rect box(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                   stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+      // Boxes that overlap show the same strips: they are one.
+      for (std::size_t k = 0; k < boxes.size();) {
+        if ((boxes[k] & box).empty()) {
+          ++k;
+          continue;
+        }
+        box |= boxes[k];
+        boxes.erase(boxes.begin() + static_cast<std::ptrdiff_t>(k));
+        k = 0;
+      }
+      boxes.push_back(box);
     }
+    for (const cv::Rect& box : boxes) split(tighten({to_pixels(box)}, kSome));
     std::sort(out_.begin(), out_.end(), [](const FoundStrip& a, const FoundStrip& b) { return a.left.at < b.left.at; });
     return std::move(out_);
   }
@@ -385,26 +443,34 @@ class Finder {
   void split(const Part& part) {
     const cv::Rect& box = part.box;
     if (part.depth < 6) {
-      for (const bool exchanged : {false, true}) {
-        const Region region =
-            exchanged ? Region{box.y, box.br().y, box.x, box.br().x} : Region{box.x, box.br().x, box.y, box.br().y};
-        const auto gaps = find_gaps(exchanged ? lying_ : upright_, region, exchanged ? kShareAcross : kShare);
-        if (gaps.empty()) continue;
-        for (std::size_t i = 0; i <= gaps.size(); ++i) {
-          Part inner = part;
-          ++inner.depth;
-          const int from = i > 0 ? static_cast<int>(gaps[i - 1].to) : region.left;
-          const int to = i < gaps.size() ? static_cast<int>(gaps[i].from) : region.right;
-          (exchanged ? inner.box.y : inner.box.x) = from;
-          (exchanged ? inner.box.height : inner.box.width) = to - from;
-          if (i > 0) (exchanged ? inner.top : inner.left) = true;
-          if (i < gaps.size()) (exchanged ? inner.bottom : inner.right) = true;
-          split(tighten(inner, kSome));
+      for (const bool ragged : {false, true})
+        for (const bool exchanged : {false, true}) {
+          const Region region =
+              exchanged ? Region{box.y, box.br().y, box.x, box.br().x} : Region{box.x, box.br().x, box.y, box.br().y};
+          const SlabView& view = exchanged ? lying_ : upright_;
+          const auto gaps =
+              ragged ? find_ragged_gaps(view, region) : find_gaps(view, region, exchanged ? kShareAcross : kShare);
+          if (gaps.empty()) continue;
+          split_at(gaps, part, region, exchanged, !ragged);
+          return;
         }
-        return;
-      }
     }
     finish(tighten(part, kMost));
+  }
+
+  // `known`: the gaps end where strips do.
+  void split_at(const std::vector<Gap>& gaps, const Part& part, const Region& region, bool exchanged, bool known) {
+    for (std::size_t i = 0; i <= gaps.size(); ++i) {
+      Part inner = part;
+      ++inner.depth;
+      const int from = i > 0 ? static_cast<int>(gaps[i - 1].to) : region.left;
+      const int to = i < gaps.size() ? static_cast<int>(gaps[i].from) : region.right;
+      (exchanged ? inner.box.y : inner.box.x) = from;
+      (exchanged ? inner.box.height : inner.box.width) = to - from;
+      if (i > 0) (exchanged ? inner.top : inner.left) = known;
+      if (i < gaps.size()) (exchanged ? inner.bottom : inner.right) = known;
+      split(tighten(inner, kSome));
+    }
   }
 
   // The outer rows and columns of the box are dropped while less than this share of them is not board: of one strip

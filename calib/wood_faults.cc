@@ -17,9 +17,11 @@ constexpr double kAllOver = 0.12;     // share of the cells that make a colour t
 constexpr double kAcross = 0.4;       // share of the strip's rows and columns of cells that show an own colour
 constexpr double kSpeck = 0.8;        // mm2; smaller faults are dust or pores
 constexpr double kStripRim = 0.6;     // mm of a strip that may show its side
+constexpr double kSideBlur = 0.3;     // mm of a strip whose colours the optics mix with the board's
 constexpr double kOpeningArea = 15;   // mm2; a larger fault may be an opening
 constexpr double kThinnest = 2;       // mm of an opening; a crack is thinner
 constexpr double kShaded = 0.6;       // mm of the wood's own colour that the shade of an opening's side has
+constexpr double kShadeFrom = 2.5;    // mm from an opening that its side may shade
 constexpr double kMixed = 0.15;       // mm
 constexpr double kLargestRound = 11;  // mm across
 
@@ -89,6 +91,38 @@ std::vector<std::uint8_t> own_colours(const BoardView& view, const cv::Mat& stri
   return own;
 }
 
+// The line along which a wood's colours lie: figure is more or less of one pigment, which in logarithms of light is one
+// direction (Lambert and Beer). A hole's black, a head's metal and the lid lie beside it, or much farther along it.
+class PigmentLine {
+ public:
+  PigmentLine(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+    cv::Mat colours(0, 3, CV_32FC1);
+    for (int r = box.y; r < box.br().y; r += kSampled)
+      for (int c = box.x; c < box.br().x; c += kSampled)
+        if (strip.at<std::uint8_t>(r, c) != 0)
+          colours.push_back(cv::Mat(cv::Matx13f(view.planes[0].at<float>(r, c), view.planes[1].at<float>(r, c),
+                                                view.planes[2].at<float>(r, c))));
+    if (colours.rows < 100) return;
+    const cv::PCA pca(colours, {}, cv::PCA::DATA_AS_ROW);
+    for (int k = 0; k < 3; ++k) middle_[k] = pca.mean.at<float>(0, k), along_[k] = pca.eigenvectors.at<float>(0, k);
+    along_spread_ = std::sqrt(pca.eigenvalues.at<float>(0));
+    beside_spread_ = std::sqrt(pca.eigenvalues.at<float>(1) + pca.eigenvalues.at<float>(2));
+  }
+  bool holds(const BoardView& view, int r, int c) const {
+    cv::Vec3f off;
+    for (int k = 0; k < 3; ++k) off[k] = view.planes[static_cast<std::size_t>(k)].at<float>(r, c) - middle_[k];
+    const double at = off.dot(along_), beside = cv::norm(off - along_ * static_cast<float>(at));
+    return std::abs(at) < kLong * along_spread_ && beside < kWide * beside_spread_;
+  }
+
+ private:
+  static constexpr int kSampled = 3;               // px
+  static constexpr double kLong = 4, kWide = 2.5;  // spreads
+
+  cv::Vec3f middle_{0, 0, 0}, along_{1, 0, 0};
+  double along_spread_ = 0, beside_spread_ = 0;
+};
+
 // Whether the strip goes on around a round: at its side an odd patch has no roundness to judge.
 bool lies_within(const cv::Mat& strip, const cv::Point2d& centre, double radius) {
   const cv::Rect all({}, strip.size());
@@ -155,6 +189,37 @@ std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip,
   return out;
 }
 
+// Whether a circle's rim is seen all around: a dark seam, as around a head that has the wood's own colour, or a step to
+// what is darker within. Eyes and bends of the grain show one on some of their sides.
+bool has_rim(const BoardView& view, const ScrewSpot& circle) {
+  constexpr int kSides = 12, kRays = 5;         // rays a side
+  constexpr int kHidden = 1;                    // sides whose rim the grain may hide
+  constexpr double kSeam = 0.06, kFall = 0.15;  // logarithms
+  constexpr double kOff = 0.4, kApart = 0.4;  // mm: how far the rim may lie off the circle, and from what it is told by
+  const double px = view.px_per_mm, radius = circle.diameter / 2;
+  int seams = 0, steps = 0;
+  for (int side = 0; side < kSides; ++side) {
+    const auto mean_at = [&](double at) {
+      double sum = 0;
+      for (int ray = 0; ray < kRays; ++ray) {
+        const double way = 2 * CV_PI * (side + static_cast<double>(ray) / kRays) / kSides;
+        const int c = std::clamp(static_cast<int>(circle.centre.x + at * std::cos(way)), 0, view.planes[0].cols - 1);
+        const int r = std::clamp(static_cast<int>(circle.centre.y + at * std::sin(way)), 0, view.planes[0].rows - 1);
+        sum += view.planes[0].at<float>(r, c) / kRays;
+      }
+      return sum;
+    };
+    bool seam = false, step = false;
+    for (double at = radius - kOff * px; at <= radius + kOff * px; at += 0.5) {
+      const double within = mean_at(at - kApart * px), beyond = mean_at(at + kApart * px);
+      seam = seam || mean_at(at) + kSeam < std::min(within, beyond);
+      step = step || within + kFall < beyond;
+    }
+    seams += seam ? 1 : 0, steps += step ? 1 : 0;
+  }
+  return std::max(seams, steps) >= kSides - kHidden;
+}
+
 // A patch of the strip that shows none of the wood's own colours.
 enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or a pore
 
@@ -162,12 +227,19 @@ enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or
 void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, WoodFaults& faults) {
   const double px = view.px_per_mm;
   const std::vector<std::uint8_t> own = own_colours(view, strip, box);
-  cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), labels, stats, centres;
+  cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), inner_strip, labels, stats, centres;
+  cv::erode(strip, inner_strip, round_kernel(kSideBlur * px));
+  const PigmentLine pigment(view, inner_strip, box);
+  cv::Mat unusual = foreign.clone();  // figure of the wood's own pigment included
   for (int r = 0; r < box.height; ++r)
-    for (int c = 0; c < box.width; ++c)
-      if (strip.at<std::uint8_t>(box.y + r, box.x + c) != 0 &&
-          own[static_cast<std::size_t>(bin_of(view, box.y + r, box.x + c))] == 0)
-        foreign.at<std::uint8_t>(r, c) = 255;
+    for (int c = 0; c < box.width; ++c) {
+      const int row = box.y + r, column = box.x + c;
+      if (inner_strip.at<std::uint8_t>(row, column) == 0 ||
+          own[static_cast<std::size_t>(bin_of(view, row, column))] != 0)
+        continue;
+      unusual.at<std::uint8_t>(r, c) = 255;
+      if (!pigment.holds(view, row, column)) foreign.at<std::uint8_t>(r, c) = 255;
+    }
   const int count = cv::connectedComponentsWithStats(foreign, labels, stats, centres, 8);
   std::vector<Patch> patches(static_cast<std::size_t>(count), Patch::kNone);
   for (int i = 1; i < count; ++i) {
@@ -193,6 +265,11 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
       if (patch != Patch::kNone) faults.mask.at<std::uint8_t>(box.y + r, box.x + c) = 255;
       if (patch == Patch::kOpening) openings.at<std::uint8_t>(r, c) = 255;
     }
+  if (cv::countNonZero(openings) == 0) return;
+  // Beside an opening a dark colour is shade before it is figure.
+  cv::Mat near;
+  cv::dilate(openings, near, round_kernel(kShadeFrom * px));
+  openings |= near & unusual;
   cv::dilate(openings, openings, round_kernel(kShaded * px));
   faults.mask(box) |= openings;
 }
@@ -228,7 +305,7 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   std::vector<SpotContrast> sizes;
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
   for (const ScrewSpot& circle : find_circles(view, strip, box))
-    if (oddness_of(circle, sizes, view, box) > kOddCircle) out.round.push_back(circle);
+    if (oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle)) out.round.push_back(circle);
   // What is known already is not usual.
   cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
   for (const ScrewSpot& spot : out.round)

@@ -16,7 +16,7 @@ struct WoodFaults {
 };
 
 // `strip` is 255 on one strip. A colour is its wood's own when it is seen all over the strip; what is far from every
-// such colour, and more than a speck, is a fault.
+// such colour and off the line of the wood's pigment, and more than a speck, is a fault.
 WoodFaults find_faults(const BoardView& view, const cv::Mat& strip);
 
 }  // namespace veneer::calib

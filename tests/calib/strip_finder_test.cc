@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <opencv2/core.hpp>
 
 #include "tests/support/drawn_strips.h"
@@ -51,6 +52,19 @@ TEST(StripFinder, FindsStripsInTwoRows) {
                   {{12, 41}, {30, 68}, kSilver, 0, 0.06},
                   {{32, 41}, {76, 68}, kOak, 0, 0.06}};
   EXPECT_EQ(strips_of(board).size(), 4U);
+}
+
+// Between them no line is the end of all.
+TEST(StripFinder, FindsStripsInTwoRowsThatEndRaggedly) {
+  DrawnBoard board;
+  board.width = 120, board.height = 90;
+  const std::array<double, 7> upper = {40, 36, 38.6, 34.6, 41, 37.2, 39.4}, lower = {46, 48.6, 44, 49, 45, 47.4, 43};
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    const double x = 12 + 14.0 * static_cast<double>(i);
+    board.strips.push_back({{x, 12}, {x + 12, upper[i]}, i % 2 == 0 ? kSilver : kEbony, 0, 0.06});
+    board.strips.push_back({{x + 5, lower[i]}, {x + 15, 78}, i % 2 == 0 ? kEbony : kSilver, 0, 0.06});
+  }
+  EXPECT_EQ(strips_of(board).size(), board.strips.size());
 }
 
 // A dark line of the grain has straight sides as well, but it does not show the board.

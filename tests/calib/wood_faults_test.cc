@@ -80,6 +80,47 @@ TEST_F(WoodFaults, FindsACrackButNotTheGrain) {
   EXPECT_LT(lost(seen), 0.03);
 }
 
+// Brown dust in a crack of black wood: as light as the wood, but not as grey. It is a tenth of the strip.
+TEST_F(WoodFaults, FindsACrackThatIsToldByItsHueAlone) {
+  lay(kEbony, 0.05);
+  put_line(map_, {22, 31}, {60, 31}, 0.8, {24, 28, 33});
+  put_line(map_, {22, 20}, {60, 20}, 0.8, {24, 28, 33});
+  const Seen seen = look();
+  EXPECT_GT(taken_out(seen, {41, 31}, 0.7), 0.9);
+  EXPECT_GT(taken_out(seen, {41, 20}, 0.7), 0.9);
+  EXPECT_LT(lost(seen), 0.1);
+}
+
+TEST_F(WoodFaults, FindsAHeadOfTheWoodsOwnColourByTheSeamAroundIt) {
+  lay(kSilver, 0.3);
+  put_disc(map_, {45, 30}, 7.6, kSilver * 0.5);
+  put_disc(map_, {45, 30}, 7, kSilver);
+  const Seen seen = look();
+  EXPECT_GT(taken_out(seen, {45, 30}, 7.4), 0.98);
+  EXPECT_LT(lost(seen), 0.05);
+}
+
+// Dark and light lines of one pigment on a third of the strip.
+TEST_F(WoodFaults, LeavesBoldFigureOfOnePigmentAlone) {
+  const cv::Scalar red(24, 40, 92);
+  lay(red, 0.05);
+  for (int i = 0; i < 5; ++i) {
+    const double x = 20 + 3.1 * i;
+    const cv::Scalar dark(24 * 0.42, 40 * 0.55, 92 * 0.78);
+    put_line(map_, {x, 13}, {x + 1, 46}, 0.9, dark);
+  }
+  EXPECT_LT(lost(look()), 0.005);
+}
+
+// The optics mix a black strip's outermost pixels with the board's.
+TEST_F(WoodFaults, DoesNotTakeTheBlurOfAStripsSidesForAFault) {
+  board_.width = 150, board_.height = 110, board_.bgr = {245, 245, 245};
+  board_.strips = {{{12, 12}, {135, 98}, kEbony, 0.8, 0.03}};
+  map_ = draw(board_);
+  cv::GaussianBlur(map_.bgr, map_.bgr, {}, 0.15 * drawn::kPxPerMm);
+  EXPECT_LT(lost(look()), 0.001);
+}
+
 TEST_F(WoodFaults, LeavesDustAlone) {
   lay(kOak, 0.05);
   for (int i = 0; i < 20; ++i) put_disc(map_, {20.0 + 2.5 * i, 15.0 + (i * 7) % 30}, 0.25, {60, 60, 60});

@@ -153,7 +153,8 @@ int main(int argc, char** argv) {
                      fault.kind, fault.size, verdict.strips[static_cast<std::size_t>(fault.strip - 1)].wood,
                      fault.centre.x, fault.centre.y, taken);
     }
-    if (!pictures.empty()) cv::imwrite(fmt::format("{}/{:03}.png", pictures, i), overlay(verdict));
+    if (!pictures.empty() && !verdict.map.empty())
+      cv::imwrite(fmt::format("{}/{:03}.png", pictures, i), overlay(verdict));
   }
   fmt::print("{:<18} {:>6} {:>7} {:>7} {:>6} {:>6} {:>5} {:>5} {:>9} {:>7} {:>13} {:>12} {:>6}\n", "board", "panels",
              "refused", "outline", "strips", "missed", "asked", "false", "precision", "recall", "round in mask",

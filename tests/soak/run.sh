@@ -17,7 +17,8 @@
 #                60 panels used up by 2000 jobs, 1000 sequences of the area book, the daemon killed 1000 times in a
 #                simulated job (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
-#                Fails still, by cracks in near-black wood and strips on birch plywood
+#                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
+#                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
 #   properties   every test that draws its inputs, with 2000 cases per property
 #   demo         five demos
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
