@@ -154,7 +154,7 @@ std::size_t failures(const Gallery& gallery) {
 Status write_page(const Gallery& gallery, const std::filesystem::path& file) {
   pugi::xml_document document;
   document.append_child(pugi::node_doctype).set_value("html");
-  xml_node html = add(document, "html");
+  xml_node html = add(document.root(), "html");
   html.append_attribute("lang") = "en";
   add_head(html, gallery.title);
   xml_node body = add(html, "body");
