@@ -24,9 +24,6 @@ constexpr const char* kPanelColumns =
     "m.version = (SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel "
     "AND a.version = m.version LEFT JOIN retirements AS r ON r.id = (SELECT max(id) FROM retirements WHERE panel = "
     "p.id) LEFT JOIN splits AS s ON s.retirement = r.id ";
-// Of the panel `p`.
-constexpr const char* kIsInStock =
-    "coalesce((SELECT retired FROM retirements WHERE panel = p.id ORDER BY id DESC LIMIT 1), 0) = 0";
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
