@@ -191,6 +191,12 @@ std::string render_scan_result(const json& result) {
       text += line("", difference_words(difference));
     }
   }
+  // A proposal: a person says what became of it.
+  if (const json& suspects = member(result, "suspects"); suspects.is_array())
+    for (const json& piece : suspects)
+      text +=
+          line("Suspect", fmt::format("{0} of job {1}: {2}. Look, then `veneerctl job settle {1} {0}`",
+                                      text_or(piece, "mark", "?"), whole_or(piece, "job", 0), sighting_words(piece)));
   return text + warning_lines(result);
 }
 
