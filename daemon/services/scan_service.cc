@@ -418,6 +418,7 @@ Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& 
     return r.materials.add_zones(panel.id, zones);
   });
   if (!added) return added.error();
+  library_.make_small(map_file->file, mask_file->file);
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = *id;
@@ -495,6 +496,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   });
   if (!written) return written.error();
   library_.drop_index(panel.id);
+  library_.make_small(map_file->file, mask_file->file);
   outcome.tiles = tiles_.size();
   outcome.panel = panel.id;
   outcome.rms = read.rms;
