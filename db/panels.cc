@@ -110,6 +110,21 @@ bool is_retired(SQLite::Database& connection, const PanelId& panel) {
   return !row.executeStep();
 }
 
+// Suspect wood of a panel that was sawn apart: nobody knows whether its part lacks it.
+std::optional<Error> doubt_about(SQLite::Database& connection, const PanelId& parent) {
+  SQLite::Statement suspect(
+      connection,
+      "SELECT t.mark, a.job FROM allocations AS a JOIN pieces AS p ON p.id = a.piece JOIN patches "
+      "AS t ON t.id = p.patch WHERE a.panel = ? AND a.state = 'suspect' ORDER BY a.id LIMIT 1");
+  suspect.bind(1, parent.value);
+  if (!suspect.executeStep()) return std::nullopt;
+  return Error{
+      ErrorCode::kConflict,
+      fmt::format("piece {0} of job {1}, which was cut from panel {2}, is suspect: say first what became of it "
+                  "with `veneerctl job settle {1} {0}`, then scan the part again",
+                  text(suspect.getColumn(0)), suspect.getColumn(1).getInt64(), parent.value)};
+}
+
 // A scan that began while the panel was in stock.
 Error retired_meanwhile(const PanelId& panel) {
   return {
@@ -265,6 +280,7 @@ Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>&
                    fmt::format("panel {0} was put back into stock meanwhile: run `veneerctl panel split {0}` if it was "
                                "sawn apart, and scan the part again",
                                from.id.value)};
+    if (auto doubt = doubt_about(connection, from.id)) return *std::move(doubt);
     PanelRecord entered = panel;
     entered.root = from.root;
     if (Status in = enter_panel(connection, entered, scans, fiducials); !in.ok()) return in;
