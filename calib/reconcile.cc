@@ -134,4 +134,33 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
   return out;
 }
 
+double share_gone(const Raster<PanelFrame>& gone_mask, const Region<PanelFrame>& outline, Millimetres margin) {
+  constexpr int kShift = 6;
+  std::vector<std::vector<cv::Point2d>> rings;  // in continuous pixels
+  std::vector<cv::Point> corners;
+  for (const auto& ring : offset(outline, -margin).rings()) {
+    auto& out = rings.emplace_back();
+    for (const auto& p : ring) {
+      cv::Point2d& pixel = out.emplace_back();
+      gone_mask.to_pixels(p, pixel.x, pixel.y);
+      corners.emplace_back(cvFloor(pixel.x), cvFloor(pixel.y));
+    }
+  }
+  if (rings.empty()) return 0;
+  const cv::Rect box = cv::boundingRect(corners) & cv::Rect({}, gone_mask.pixels.size());
+  if (box.empty()) return 0;
+  std::vector<std::vector<cv::Point>> in_box;
+  for (const auto& ring : rings) {
+    auto& out = in_box.emplace_back();
+    // OpenCV's pixel centres are at 0.
+    for (const auto& pixel : ring)
+      out.emplace_back(cvRound((pixel.x - box.x - 0.5) * (1 << kShift)),
+                       cvRound((pixel.y - box.y - 0.5) * (1 << kShift)));
+  }
+  cv::Mat inside = cv::Mat::zeros(box.size(), CV_8UC1);
+  cv::fillPoly(inside, in_box, cv::Scalar(255), cv::LINE_8, kShift);
+  const int all = cv::countNonZero(inside);
+  return all == 0 ? 0 : static_cast<double>(cv::countNonZero(inside & gone_mask.pixels(box))) / all;
+}
+
 }  // namespace veneer::calib

@@ -45,4 +45,8 @@ Result<Reconciliation> reconcile(const Raster<PanelFrame>& before, const Raster<
                                  const std::vector<Region<PanelFrame>>& booked_gone, const PanelFiducials& fiducials,
                                  const ReconcileOptions& options = {});
 
+// How much of the inside of `outline`, all that lies farther than `margin` from its border, is missing: 0 to 1. Nothing
+// of an outline that has no such inside, or lies beside the mask. `gone_mask`: that of a reconciliation.
+double share_gone(const Raster<PanelFrame>& gone_mask, const Region<PanelFrame>& outline, Millimetres margin);
+
 }  // namespace veneer::calib

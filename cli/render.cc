@@ -101,6 +101,19 @@ std::string lid_words(const std::string& lid, bool connected) {
   return lid == "unknown" && connected ? "not known: no lid switch is wired to the laser's controller" : lid;
 }
 
+// "12 panels, of which 2 wait for a scan: P-0001, P-0002".
+std::string stock_words(const json& status) {
+  const auto panels = whole_or(status, "panels", 0);
+  const std::string text = fmt::format("{} panel{}", panels, panels == 1 ? "" : "s");
+  const json& waiting = member(status, "panels_to_scan");
+  const auto count = whole_or(waiting, "count", 0);
+  if (count == 0) return text;
+  const json& named = member(waiting, "panels");
+  const auto more = count - static_cast<std::int64_t>(named.size());
+  return fmt::format("{}, of which {} for a scan: {}{}", text, count == 1 ? "1 waits" : fmt::format("{} wait", count),
+                     names_of(named), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
 // For states that explain themselves.
 std::string what_next(const std::string& state) {
   if (state == "Stopped") return "`veneerctl reset` homes the laser and makes the cell ready: hands off the machine.";
@@ -152,8 +165,7 @@ std::string render_status(const json& status) {
   const std::string turned = overrides_words(member(laser, "overrides_wanted"));
   text += line("Overrides", turned.empty() ? "" : turned + " of what the job asks for");
   text += line("Lid", lid_words(text_or(status, "lid", ""), flag_or(laser, "connected", false)));
-  text += line("Stock",
-               fmt::format("{} panel{}", whole_or(status, "panels", 0), whole_or(status, "panels", 0) == 1 ? "" : "s"));
+  text += line("Stock", stock_words(status));
   text += line("Calibration", calibration_words(member(status, "calibration")));
   const json& tasks = member(status, "tasks");
   if (tasks.is_array()) {

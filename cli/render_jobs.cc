@@ -60,6 +60,11 @@ std::string render_job(const json& job) {
   }
   if (const auto suspect = whole_or(job, "suspect", 0); suspect > 0) {
     text += line("Suspect", fmt::format("{}: look at these pieces before you use them", suspect));
+    if (const json& list = member(job, "suspects"); list.is_array())
+      for (const json& piece : list)
+        text += line("", joined({fmt::format("{} on {}", text_or(piece, "mark", "?"), text_or(piece, "panel", "?")),
+                                 sighting_words(piece)},
+                                ": "));
   }
   if (const auto missing = whole_or(job, "missing", 0); missing > 0)
     text += line("Missing", fmt::format("{0} piece{1}: `veneerctl job redo {2}` finds other wood for {3}", missing,
@@ -202,7 +207,7 @@ std::string render_pieces(const json& reply) {
   if (!pieces.is_array()) return "";
   for (const json& piece : pieces) {
     table.add({std::to_string(whole_or(piece, "id", 0)), text_or(piece, "mark", ""), text_or(piece, "panel", ""),
-               text_or(piece, "state", "")});
+               joined({text_or(piece, "state", ""), sighting_words(piece)}, ": ")});
   }
   return table.str();
 }

@@ -53,16 +53,18 @@ std::string render_panels(const json& reply) {
                ? "No panels in stock: all were retired. `veneerctl panel list --all` shows them.\n"
                : "No panels yet. Lay one on the scanner and run `veneerctl panel scan`.\n";
   TextTable table({"PANEL", ">SIZE", ">FREE", ">RESERVED", ">CUT", "FACES", ">FIT", "FROM"});
-  std::string retired;
+  std::string notes;
   for (const json& panel : panels) {
     table.add({text_or(panel, "id", "?"), size_of(panel), square_cm(panel, "free_mm2"),
                square_cm(panel, "reserved_mm2"), square_cm(panel, "cut_mm2"), names_of(member(panel, "faces")),
                millimetres(panel, "rms_mm", 3), text_or(panel, "parent", "")});
     if (const json& why = member(panel, "retired"); why.is_object())
-      retired += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
-    retired += open_differences_words(panel);
+      notes += fmt::format("{} is retired: {}\n", text_or(panel, "id", "?"), text_or(why, "reason", "?"));
+    if (const std::string why = text_or(panel, "scan_again", ""); !why.empty())
+      notes += "Waits for a scan: " + why + "\n";
+    notes += open_differences_words(panel);
   }
-  return table.str() + retired;
+  return table.str() + notes;
 }
 
 std::string render_panel(const json& panel) {
@@ -189,6 +191,12 @@ std::string render_scan_result(const json& result) {
       text += line("", difference_words(difference));
     }
   }
+  // A proposal: a person says what became of it.
+  if (const json& suspects = member(result, "suspects"); suspects.is_array())
+    for (const json& piece : suspects)
+      text +=
+          line("Suspect", fmt::format("{0} of job {1}: {2}. Look, then `veneerctl job settle {1} {0}`",
+                                      text_or(piece, "mark", "?"), whole_or(piece, "job", 0), sighting_words(piece)));
   return text + warning_lines(result);
 }
 

@@ -59,6 +59,17 @@ std::string names_of(const json& list) {
   return text;
 }
 
+std::string sighting_words(const json& suspect) {
+  const json& sighting = member(suspect, "sighting");
+  if (!sighting.is_object()) return "";
+  const std::string seen = text_or(sighting, "seen", "");
+  const double gone = 100 * number_or(sighting, "gone_share", 0);
+  return fmt::format("the scan of {} saw its wood {}", text_or(sighting, "at", "").substr(0, 10),
+                     seen == "cut"           ? fmt::format("gone ({:.0f} %), so it was cut", gone)
+                     : seen == "still_there" ? "still there"
+                                             : fmt::format("gone in part ({:.0f} %)", gone));
+}
+
 std::string warning_lines(const json& result) {
   std::string text;
   for (const json& warning : member(result, "warnings"))

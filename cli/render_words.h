@@ -22,6 +22,8 @@ std::string moment_words(std::string at);
 std::string joined(const std::vector<std::string>& parts, const char* between);
 std::string names_of(const nlohmann::json& list);
 // What the cell warns of ("warnings"), a line each.
+// "the scan of 2026-05-01 saw its wood gone (98 %), so it was cut": of {"sighting": {...}}; "" without one.
+std::string sighting_words(const nlohmann::json& suspect);
 std::string warning_lines(const nlohmann::json& result);
 
 }  // namespace veneer::cli

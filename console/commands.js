@@ -7,11 +7,11 @@ function showRefusal(sentence) {
 }
 
 // Was it taken? A refusal is shown.
-async function command(path, body = null, timeoutMs = 20000) {
+async function command(path, body = null, timeoutMs = 20000, method = "POST") {
   $("refusal").hidden = true;
   let taken = true;
   try {
-    await ask("POST", path, timeoutMs, body);
+    await ask(method, path, timeoutMs, body);
   } catch (fault) {
     taken = false;
     showRefusal(fault.message);

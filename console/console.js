@@ -72,6 +72,7 @@ function tick() {
   document.body.classList.toggle("not-live", dead);
   // Nobody operates on what may be no longer true; STOP is not among these.
   if (dead) for (const button of document.querySelectorAll("main button, .shelf button")) button.disabled = true;
+  if (!dead) showLeases();
   $("live").classList.toggle("off", dead);
   $("live").textContent = !cell ? "connecting" : dead ? "▲ SCREEN NOT LIVE" : `live, data ${age < 1500 ? "now" : `${(age / 1000).toFixed(0)} s old`}`;
   $("dead").hidden = !dead || performance.now() < kStaleMs;

@@ -121,7 +121,7 @@ function listen() {
     if (event.type === "status" && event.status) takeStatus(event.status);
     if (event.type === "task" && event.task) takeTask(event.task);
     if (event.type === "job") loadJobs();
-    if (event.type === "panel") loadPanels();
+    if (event.type === "panel") { loadPanels(); lookAgainAtSuspects(); }
     if (event.type === "bed") showBed();
   };
   socket.onclose = () => setTimeout(listen, kPollMs);

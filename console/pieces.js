@@ -128,13 +128,36 @@ function verdictButton({job, piece}, verdict, words) {
   return button;
 }
 
+// What the last scan of its panel saw: proposed, never decided by itself.
+function sightingWords({seen, gone_share, at}) {
+  const share = `${Math.round(100 * gone_share)} %`;
+  const what = seen === "cut" ? `gone (${share}): it was cut` : seen === "still_there" ? "still there" : `gone in part (${share})`;
+  return `The scan of ${new Date(at).toLocaleDateString("en-GB", {dateStyle: "medium"})} saw its wood ${what}.`;
+}
+
+function suspectRow(one) {
+  const item = pieceRow(one, kVerdicts.map(([verdict, words]) => verdictButton(one, verdict, words)));
+  if (!one.piece.sighting) return item;
+  const words = document.createElement("div");
+  words.className = "sighting";
+  words.textContent = sightingWords(one.piece.sighting);
+  item.append(words);
+  return item;
+}
+
+// A panel was scanned: what was seen of its suspect pieces may be another thing now.
+function lookAgainAtSuspects() {
+  lookedAt = "";
+  loadSuspects();
+}
+
 // Whatever the cell does: what became of a piece can be said at any time.
 function showSuspects() {
   $("suspects-card").hidden = suspects.length === 0;
-  const shown = `${role} ${suspects.map(({job, piece}) => `${job.id}:${piece.mark}`).join(" ")}`;
+  const shown = `${role} ${suspects.map(({job, piece}) => `${job.id}:${piece.mark}:${piece.sighting ? piece.sighting.at : ""}`).join(" ")}`;
   if ($("suspects").dataset.shown === shown) return;
   $("suspects").dataset.shown = shown;
-  $("suspects").replaceChildren(...suspects.map((one) => pieceRow(one, kVerdicts.map(([verdict, words]) => verdictButton(one, verdict, words)))));
+  $("suspects").replaceChildren(...suspects.map(suspectRow));
 }
 
 // ---- pieces that are lost -------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ async function loadPanels() {
   listsAt = performance.now();
   try { panels = (await askAll("/api/v1/panels", "panels")).filter((panel) => !panel.retired); } catch (fault) { return; }
   showPanels();
+  loadLeases();
 }
 
 function stockPicture(panel) {
@@ -33,7 +34,13 @@ function showPanels() {
     const wood = document.createElement("div");
     wood.className = "dim";
     wood.textContent = `${squareCm(panel.free_mm2)} free, ${squareCm(panel.reserved_mm2)} reserved`;
-    card.append(image, name, size, wood);
+    card.append(image, name, size, wood, ...leasesOn(panel.id));
+    if (panel.scan_again) {
+      const waits = document.createElement("div");
+      waits.className = "differences";
+      waits.textContent = `⚠ Waits for a scan: ${panel.scan_again}`;
+      card.append(waits);
+    }
     if (panel.open_differences) {
       const differences = document.createElement("div");
       differences.className = "differences";

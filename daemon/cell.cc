@@ -13,6 +13,9 @@ using nlohmann::json;
 
 namespace {
 
+// Of panels that wait for a scan: a status is sent again and again.
+constexpr std::size_t kWaitingNamed = 20;
+
 RunnerOptions runner_options(const Config& config) {
   RunnerOptions options;
   options.confirm = config.before_motion.confirm;
@@ -213,17 +216,21 @@ Cell::~Cell() {
 void Cell::refresh_counts() {
   struct Counts {
     int panels = 0;
+    std::vector<PanelId> to_scan;
     std::optional<Calibration> calibration;
   };
   database->async(
       [](Repositories& r) {
         Counts counts;
         if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
+        if (const auto waiting = r.facts.panels_to_scan())
+          for (const db::PanelToScan& one : *waiting) counts.to_scan.push_back(one.panel);
         if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
         return counts;
       },
       [this](Counts counts) {
         panels = counts.panels;
+        panels_to_scan = std::move(counts.to_scan);
         calibration = std::move(counts.calibration);
         broadcast_status();
       });
@@ -290,8 +297,11 @@ json Cell::status() const {
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
   if (const std::string now = view.job ? now_words(view, view.job->id) : ""; !now.empty()) out["job"]["now"] = now;
-  const std::string next = next_words(view);
+  const std::string next = next_words(view, panels_to_scan);
   out["next"] = next.empty() ? json() : json(next);
+  out["panels_to_scan"] = {{"count", panels_to_scan.size()}, {"panels", json::array()}};
+  for (std::size_t i = 0; i < std::min(panels_to_scan.size(), kWaitingNamed); ++i)
+    out["panels_to_scan"]["panels"].push_back(panels_to_scan[i].value);
   if (integrity->state() != DatabaseCheck::State::kGood && view.reason.empty()) out["reason"] = integrity->sentence();
   out["database"] = integrity->to_json();
   out["load"] = nullptr;

@@ -84,6 +84,7 @@ class Cell {
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   int panels = 0;
+  std::vector<PanelId> panels_to_scan;  // of those: nothing is planned from them until they are scanned
   std::optional<Calibration> calibration;
   void refresh_counts();
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.

@@ -17,16 +17,24 @@ constexpr const char* kJobColumns =
     "ORDER BY id DESC LIMIT 1), j.plan) ";
 constexpr const char* kPieceColumns =
     "SELECT s.piece, s.job, s.mark, t.artwork_outline_um, l.panel, l.panel_outline_um, s.state, l.angle_rad, "
-    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan FROM piece_states AS s JOIN pieces AS "
-    "p ON "
-    "p.id = s.piece "
-    "JOIN patches AS t ON t.id = p.patch LEFT JOIN placements AS l ON l.id = s.placement ";
+    "l.shift_x_mm, l.shift_y_mm, l.improper, l.lead_in_um, s.allocation, l.plan, g.seen, g.gone, g.mask_version, g.at "
+    "FROM piece_states AS s JOIN pieces AS p ON p.id = s.piece JOIN patches AS t ON t.id = p.patch LEFT JOIN "
+    "placements "
+    "AS l ON l.id = s.placement LEFT JOIN sightings AS g ON g.id = CASE s.state WHEN 'suspect' THEN (SELECT max(id) "
+    "FROM sightings WHERE allocation = s.allocation AND step = (SELECT max(id) FROM allocation_history WHERE "
+    "allocation = s.allocation)) END ";
 
 PieceState piece_state_of(const std::string& name) {
   for (const auto state : {PieceState::kReserved, PieceState::kCutting, PieceState::kCut, PieceState::kSuspect,
                            PieceState::kScrap, PieceState::kReleased})
     if (name == to_string(state)) return state;
   return PieceState::kUnfilled;
+}
+
+Seen seen_of(const std::string& name) {
+  for (const auto seen : {Seen::kCut, Seen::kStillThere})
+    if (name == to_string(seen)) return seen;
+  return Seen::kUnclear;
 }
 
 JobRecord read_job(SQLite::Database& connection, SQLite::Statement& row) {
@@ -66,6 +74,9 @@ PieceRecord read_piece_row(SQLite::Statement& row) {
   piece.panel_from_artwork = read_isometry<PanelFrame, ArtworkFrame>(row, 7);
   piece.allocation = {row.getColumn(12).getInt64()};
   piece.placed_by = {row.getColumn(13).getInt64()};
+  if (!row.getColumn(14).isNull())
+    piece.sighting = Sighting{seen_of(text(row.getColumn(14))), row.getColumn(15).getDouble(),
+                              row.getColumn(16).getInt(), text(row.getColumn(17))};
   return piece;
 }
 
@@ -107,6 +118,18 @@ const char* to_string(PieceState state) {
       return "released";
   }
   return "unfilled";
+}
+
+const char* to_string(Seen seen) {
+  switch (seen) {
+    case Seen::kCut:
+      return "cut";
+    case Seen::kStillThere:
+      return "still_there";
+    case Seen::kUnclear:
+      return "unclear";
+  }
+  return "unclear";
 }
 
 int JobRecord::count(PieceState wanted) const {

@@ -328,6 +328,23 @@ Status JobStore::stop_job(JobId job, const std::string& at) {
   });
 }
 
+Status JobStore::note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    SQLite::Statement insert(
+        connection,
+        "INSERT INTO sightings (allocation, step, seen, gone, mask_version, at) SELECT a.id, (SELECT max(id) FROM "
+        "allocation_history WHERE allocation = a.id), ?2, ?3, ?4, ?5 FROM allocations AS a WHERE a.id = ?1 AND a.state "
+        "= 'suspect'");
+    for (const auto& [allocation, sighting] : seen) {
+      insert.reset();
+      SQLite::bind(insert, allocation.value, to_string(sighting.seen), sighting.gone, sighting.mask_version,
+                   sighting.at);
+      insert.exec();
+    }
+    return Ok();
+  });
+}
+
 Status JobStore::settle(PieceId piece, AllocationState verdict, const std::string& at) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     const auto found = read_piece(connection, piece);

@@ -13,6 +13,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/frames.h"
@@ -41,6 +42,16 @@ const char* to_string(JobState state);
 enum class PieceState { kUnfilled, kReserved, kCutting, kCut, kSuspect, kScrap, kReleased };
 const char* to_string(PieceState state);
 
+// What a scan saw of a suspect piece's wood: a proposal, until a person settles what became of the piece.
+enum class Seen { kCut, kStillThere, kUnclear };  // its wood is gone, is in the panel, or is gone in part
+const char* to_string(Seen seen);
+struct Sighting {
+  Seen seen = Seen::kUnclear;
+  double gone = 0;       // share of the piece's inside, 0 to 1
+  int mask_version = 0;  // of its panel, that the scan entered
+  std::string at;
+};
+
 struct PieceRecord {
   PieceId id;  // global, for ever
   JobId job;
@@ -54,6 +65,7 @@ struct PieceRecord {
   AllocationId allocation;  // of its wood; {0} when it is unfilled. Earlier ones are what it was lost from.
   PlanId placed_by;         // the plan that says so; {0} when it is unfilled
   PieceState state = PieceState::kUnfilled;
+  std::optional<Sighting> sighting;  // of a suspect one, by the last scan of its panel since it became so
 };
 
 struct JobRecord {
@@ -156,6 +168,8 @@ class JobStore {
   // A job that waits between two panels is broken off or stopped without a run. kConflict when it does not.
   Status abort_job(JobId job, const std::string& at);
   Status stop_job(JobId job, const std::string& at);
+  // What a scan of a panel saw of its suspect wood. Wood that is not suspect any more is left out.
+  Status note_sightings(std::span<const std::pair<AllocationId, Sighting>> seen);
   // An operator looked at a suspect piece: kCut, kScrap or kReleased (its wood is whole). The job follows.
   Status settle(PieceId piece, AllocationState verdict, const std::string& at);
 

@@ -29,6 +29,10 @@ inline Error no_such_panel(const PanelId& panel) {
   return {ErrorCode::kNotFound, fmt::format("there is no panel {}: see `veneerctl panel list`", panel.value)};
 }
 
+// Of the panel `p`.
+constexpr const char* kIsInStock =
+    "coalesce((SELECT retired FROM retirements WHERE panel = p.id ORDER BY id DESC LIMIT 1), 0) = 0";
+
 inline bool panel_exists(SQLite::Database& connection, const PanelId& panel) {
   SQLite::Statement row(connection, "SELECT 1 FROM panels WHERE id = ?");
   row.bind(1, panel.value);

@@ -24,9 +24,6 @@ constexpr const char* kPanelColumns =
     "m.version = (SELECT max(version) FROM masks WHERE panel = p.id) LEFT JOIN mask_areas AS a ON a.panel = m.panel "
     "AND a.version = m.version LEFT JOIN retirements AS r ON r.id = (SELECT max(id) FROM retirements WHERE panel = "
     "p.id) LEFT JOIN splits AS s ON s.retirement = r.id ";
-// Of the panel `p`.
-constexpr const char* kIsInStock =
-    "coalesce((SELECT retired FROM retirements WHERE panel = p.id ORDER BY id DESC LIMIT 1), 0) = 0";
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
@@ -111,6 +108,21 @@ bool is_retired(SQLite::Database& connection, const PanelId& panel) {
   SQLite::Statement row(connection, std::string("SELECT 1 FROM panels AS p WHERE id = ? AND ") + kIsInStock);
   row.bind(1, panel.value);
   return !row.executeStep();
+}
+
+// Suspect wood of a panel that was sawn apart: nobody knows whether its part lacks it.
+std::optional<Error> doubt_about(SQLite::Database& connection, const PanelId& parent) {
+  SQLite::Statement suspect(
+      connection,
+      "SELECT t.mark, a.job FROM allocations AS a JOIN pieces AS p ON p.id = a.piece JOIN patches "
+      "AS t ON t.id = p.patch WHERE a.panel = ? AND a.state = 'suspect' ORDER BY a.id LIMIT 1");
+  suspect.bind(1, parent.value);
+  if (!suspect.executeStep()) return std::nullopt;
+  return Error{
+      ErrorCode::kConflict,
+      fmt::format("piece {0} of job {1}, which was cut from panel {2}, is suspect: say first what became of it "
+                  "with `veneerctl job settle {1} {0}`, then scan the part again",
+                  text(suspect.getColumn(0)), suspect.getColumn(1).getInt64(), parent.value)};
 }
 
 // A scan that began while the panel was in stock.
@@ -268,6 +280,7 @@ Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>&
                    fmt::format("panel {0} was put back into stock meanwhile: run `veneerctl panel split {0}` if it was "
                                "sawn apart, and scan the part again",
                                from.id.value)};
+    if (auto doubt = doubt_about(connection, from.id)) return *std::move(doubt);
     PanelRecord entered = panel;
     entered.root = from.root;
     if (Status in = enter_panel(connection, entered, scans, fiducials); !in.ok()) return in;

@@ -92,8 +92,8 @@ class Panels {
              const std::vector<FiducialRecord>& fiducials);
   // The same of a part of `panel.parent`, which was sawn apart; its root is the parent's. All wood of it that was cut
   // or written off while it was the parent's enters as such, in its frame, within its width and height.
-  // kConflict too when the parent is not sawn any more, or when wood of the part was booked under a name that it does
-  // not come from.
+  // kConflict too when the parent is not sawn any more or has a suspect piece, or when wood of the part was booked
+  // under a name that it does not come from.
   Status add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                   const std::vector<FiducialRecord>& fiducials, const PartRecord& part);
   // Nothing of a panel that is no part.

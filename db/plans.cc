@@ -295,9 +295,11 @@ Result<PlanRecord> Plans::find(PlanId plan) {
 
 Result<std::vector<PlanRecord>> Plans::list() { return list({}, -1); }
 
-Result<std::vector<PlanRecord>> Plans::list(PlanId before, int limit) {
+Result<std::vector<PlanRecord>> Plans::list(PlanId before, int limit, bool leasing) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PlanRecord>> {
-    SQLite::Statement rows(connection, std::string(kPlanColumns) + "WHERE ?1 = 0 OR id < ?1 ORDER BY id DESC LIMIT ?2");
+    SQLite::Statement rows(connection,
+                           fmt::format("{}WHERE (?1 = 0 OR id < ?1){} ORDER BY id DESC LIMIT ?2", kPlanColumns,
+                                       leasing ? " AND id IN (SELECT plan FROM leases WHERE ended IS NULL)" : ""));
     SQLite::bind(rows, before.value, limit);
     std::vector<PlanRecord> out;
     while (rows.executeStep()) out.push_back(read_plan(connection, rows));

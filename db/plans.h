@@ -83,8 +83,8 @@ class Plans {
 
   Result<PlanRecord> find(PlanId plan);    // kNotFound
   Result<std::vector<PlanRecord>> list();  // newest first
-  // At most `limit` of them, from before `before` on; {0}: from the newest.
-  Result<std::vector<PlanRecord>> list(PlanId before, int limit);
+  // At most `limit` of them, from before `before` on; {0}: from the newest. `leasing`: those with a lease only.
+  Result<std::vector<PlanRecord>> list(PlanId before, int limit, bool leasing = false);
   // From its file beside the database. kStorage names the file when it is missing or not what was written.
   Result<std::string> plan_json(PlanId plan);
   // Reads the file of every plan, and says the same of the first that is not as it was written. kCancelled soon after

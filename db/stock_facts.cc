@@ -272,4 +272,21 @@ Status StockFacts::check_surface(const PanelId& panel) {
                  [&](SQLite::Database& connection) -> Status { return db::check_surface(connection, panel); });
 }
 
+Result<std::vector<PanelToScan>> StockFacts::panels_to_scan() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PanelToScan>> {
+    // Only a restore or a treatment makes a panel wait: most cells have few panels to look at, or none.
+    SQLite::Statement rows(connection, fmt::format("SELECT id FROM panels AS p WHERE {} AND (EXISTS (SELECT 1 FROM "
+                                                   "restorations) OR EXISTS (SELECT 1 FROM treatments WHERE panel = "
+                                                   "p.id)) ORDER BY id",
+                                                   kIsInStock));
+    std::vector<PanelToScan> out;
+    while (rows.executeStep()) {
+      const PanelId panel{text(rows.getColumn(0))};
+      if (const Status surface = db::check_surface(connection, panel); !surface)
+        out.push_back({panel, surface.error().message});
+    }
+    return out;
+  });
+}
+
 }  // namespace veneer::db

@@ -39,6 +39,12 @@ struct Treatment {
   std::string who, at;     // noted it
 };
 
+// A panel that nothing is planned from until it is scanned.
+struct PanelToScan {
+  PanelId panel;
+  std::string why;  // a sentence that names panel, day and remedy
+};
+
 class StockFacts {
  public:
   explicit StockFacts(Database& database) : database_(&database) {}
@@ -60,6 +66,8 @@ class StockFacts {
   // names panel, day and remedy. A day counts from its beginning, so that a panel may be treated and scanned on the
   // same day.
   Status check_surface(const PanelId& panel);
+  // The panels in stock that it refuses, in order of id.
+  Result<std::vector<PanelToScan>> panels_to_scan();
 
  private:
   Database* database_;

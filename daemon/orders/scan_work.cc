@@ -16,6 +16,9 @@
 namespace veneer::daemon {
 namespace {
 
+// Nearer to its outline than this a suspect piece may be charred, or lost its edge in the kerf.
+constexpr Millimetres kBesideTheKerf(0.5);
+
 // Strips are convex, or nearly so.
 std::vector<db::ZoneRecord> zones_of(const calib::VeneerMask& mask) {
   std::vector<db::ZoneRecord> out;
@@ -97,6 +100,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   auto compared = calib::reconcile(*before, *map, order.gone, *order.known);
   if (!compared) return compared.error();
   out.differences = std::move(compared->differences);
+  for (const auto& suspect : order.suspects)
+    out.suspects_gone.push_back(calib::share_gone(compared->gone_mask, suspect, kBesideTheKerf));
   progress(0.82, "finding usable wood");
   if (order.earlier_map != order.first_map) before = read_stored_raster(order.earlier_map);
   if (!before) return before.error();

@@ -43,6 +43,7 @@ struct RegisterScans {
   // Of a show face that was known: the oldest map left, its map and mask until now, and what the ledger holds for cut.
   std::string first_map, earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
+  std::vector<Region<PanelFrame>> suspects;  // outlines of pieces of which nobody knows whether they were cut out
 };
 struct PanelRead {
   std::optional<Millimetres> rms, max;
@@ -52,6 +53,7 @@ struct PanelRead {
   std::vector<db::ZoneRecord> zones;
   SquareMillimetres usable{0};
   std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
+  std::vector<double> suspects_gone;  // of the inside of each suspect, in the same order: the share that is missing
   std::vector<std::string> warnings;  // sentences: what the mask left out because it was in doubt
 };
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
@@ -63,8 +65,8 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
-                                   earlier_map, earlier_mask, gone)
+                                   earlier_map, earlier_mask, gone, suspects)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
-                                   warnings)
+                                   suspects_gone, warnings)
 
 }  // namespace veneer::daemon

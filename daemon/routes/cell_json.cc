@@ -134,6 +134,13 @@ json to_json(const db::JobRecord& job, const CellView& view) {
   return out;
 }
 
+json to_json(const db::Sighting& sighting) {
+  return {{"seen", db::to_string(sighting.seen)},
+          {"gone_share", sighting.gone},
+          {"mask_version", sighting.mask_version},
+          {"at", sighting.at}};
+}
+
 json to_json(const db::PieceRecord& piece) {
   json out = {{"id", piece.id.value},
               {"mark", piece.mark},
@@ -145,6 +152,7 @@ json to_json(const db::PieceRecord& piece) {
     out["panel_outline_mm"] = points_json(piece.panel_outline);
     if (piece.lead_in) out["lead_in_mm"] = {piece.lead_in->x.count(), piece.lead_in->y.count()};
     out["rotation_deg"] = to_degrees(piece.panel_from_artwork.angle());
+    if (piece.sighting) out["sighting"] = to_json(*piece.sighting);
   }
   return out;
 }
@@ -197,6 +205,10 @@ json to_json(const ScanOutcome& o) {
     out["usable_mm2"] = o.usable.count();
     out["zones"] = o.zones;
     out["warnings"] = o.warnings;
+    out["suspects"] = json::array();
+    for (const SeenSuspect& suspect : o.suspects)
+      out["suspects"].push_back(
+          {{"job", suspect.job.value}, {"mark", suspect.mark}, {"sighting", to_json(suspect.sighting)}});
   }
   if (o.differences) {
     json list = json::array();

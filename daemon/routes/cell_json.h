@@ -34,6 +34,7 @@ nlohmann::json to_json(const db::JobRecord& job, const CellView& view);
 nlohmann::json to_json(const db::DifferenceRecord& difference);
 nlohmann::json to_json(const db::PlanRecord& plan);
 nlohmann::json to_json(const db::PlannedPatch& piece);
+nlohmann::json to_json(const db::Sighting& sighting);
 nlohmann::json to_json(const db::PieceRecord& piece);
 nlohmann::json to_json(const db::RunRecord& run);
 nlohmann::json to_json(const JudgedCertificate& certificate);

@@ -123,12 +123,17 @@ Result<json> job_json(Repositories& r, JobId id, const CellView& view) {
   if (!runs) return runs.error();
   json out = to_json(*job, view);
   std::map<std::string, std::pair<int, int>> panels;
+  out["suspects"] = json::array();
   Box<ArtworkFrame> box;
   for (const auto& piece : *pieces) {
     for (const auto& p : piece.artwork_outline) box.add(p);
     if (!piece.panel) continue;
     ++panels[piece.panel->value].first;
     if (piece.state == db::PieceState::kCut) ++panels[piece.panel->value].second;
+    if (piece.state == db::PieceState::kSuspect)
+      out["suspects"].push_back({{"mark", piece.mark},
+                                 {"panel", piece.panel->value},
+                                 {"sighting", piece.sighting ? to_json(*piece.sighting) : json()}});
   }
   const auto plan = r.plans.find(job->plan);
   if (!plan) return plan.error();

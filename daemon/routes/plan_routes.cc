@@ -119,8 +119,8 @@ void reply_plan_preview(const JobServices& s, const ApiRequest& request, const R
   });
 }
 
-Result<json> plans_json(Repositories& r, const Page& page) {
-  auto list = r.plans.list({page.after}, page.limit + 1);
+Result<json> plans_json(Repositories& r, const Page& page, bool leasing) {
+  auto list = r.plans.list({page.after}, page.limit + 1, leasing);
   if (!list) return list.error();
   json out = {{"plans", json::array()}};
   out["next"] = cut_to_page(*list, page, [](const db::PlanRecord& plan) { return plan.id.value; });
@@ -179,9 +179,10 @@ void bind_plan_routes(Router& router, const JobServices& s) {
   router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
+    const bool leasing = query.flag("leased").value_or(false);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [page](Repositories& r) { return plans_json(r, page); }, reply);
+        s.queries, request, [page, leasing](Repositories& r) { return plans_json(r, page, leasing); }, reply);
   });
   router.bind("getPlan", [s](const ApiRequest& request, const Reply& reply) {
     about_plan(s.queries, request, reply, [](Repositories& r, db::PlanId id) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "daemon/routes/cell_json.h"
@@ -58,6 +59,8 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
                          const std::optional<PanelSearch>& search) {
   auto list = r.panels.list();
   if (!list) return list.error();
+  const auto waiting = r.facts.panels_to_scan();
+  if (!waiting) return waiting.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
   // Panels are few and never deleted: their place in the list is their number.
   for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
@@ -77,6 +80,8 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
     if (!figures) return figures.error();
     json told = to_json(panel, *figures);
     if (fitting) told["fitting_mm2"] = fitting->count();
+    const auto to_scan = std::ranges::find(*waiting, panel.id, &db::PanelToScan::panel);
+    if (to_scan != waiting->end()) told["scan_again"] = to_scan->why;
     out["panels"].push_back(std::move(told));
   }
   s.memory.save();

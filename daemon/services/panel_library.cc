@@ -6,7 +6,9 @@
 #include <array>
 #include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <span>
+#include <string>
 
 #include "base/files.h"
 #include "base/hash.h"
@@ -19,6 +21,25 @@ namespace {
 
 // Of small pictures, all together: some 40 MB, the stock of a workshop as its page shows it.
 constexpr std::size_t kKeptPixels = 12'000'000;
+
+// Kept on the disk: what the console and veneerctl ask for.
+constexpr std::array kUsualWidths = {640, 1600};
+
+constexpr const char* kBits = "bits";  // of a mask
+
+// The width of a PNG, told by its head alone.
+std::optional<int> width_of(const std::filesystem::path& file) {
+  std::array<unsigned char, 20> head{};
+  std::ifstream in(file, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(head.data()), head.size()) || head[1] != 'P' || head[0] != 0x89) return {};
+  return (head[16] << 24) | (head[17] << 16) | (head[18] << 8) | head[19];
+}
+
+cv::Mat narrowed(const cv::Mat& whole, int width_px, double scale) {
+  cv::Mat out;
+  cv::resize(whole, out, {width_px, std::max(1, cvRound(whole.rows * scale))}, 0, 0, cv::INTER_AREA);
+  return out;
+}
 
 // What a worker process has made will be decoded by this one. It may have been taken over by a hostile picture: only a
 // PNG of the kind the cell stores, of a size that can be, is taken.
@@ -89,6 +110,10 @@ Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
 }
 
 void PanelLibrary::drop_index(const PanelId& panel) const {
+  std::error_code failed;
+  const std::string prefix = small_file("panels/" + panel.value + "/", "").filename().string();
+  for (const auto& entry : std::filesystem::directory_iterator(small_dir(), failed))
+    if (entry.path().filename().string().starts_with(prefix)) std::filesystem::remove(entry.path(), failed);
   if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
 }
 
@@ -104,7 +129,56 @@ Result<Raster<PanelFrame>> PanelLibrary::load_map(const db::PanelRecord& panel) 
 }
 
 Result<Raster<PanelFrame>> PanelLibrary::load_mask(const db::PanelRecord& panel) const {
-  return read_stored_raster(path_of(panel.mask_file));
+  const auto bits = small_file(panel.mask_file, kBits);
+  std::error_code failed;
+  // Where the mask itself is lost, what is planned from is lost as well.
+  if (std::filesystem::exists(path_of(panel.mask_file), failed) && std::filesystem::exists(bits, failed))
+    if (auto kept = read_stored_raster(bits)) return kept;
+  auto mask = read_stored_raster(path_of(panel.mask_file));
+  if (!mask) return mask.error();
+  mask->pixels = mask->pixels != 0;
+  keep_small(planner::encode_png_mask(mask->pixels), bits);
+  return mask;
+}
+
+// What cannot be written is made again.
+void PanelLibrary::keep_small(const std::optional<std::string>& png, const std::filesystem::path& file) const {
+  const std::lock_guard lock(writing_mutex_);
+  if (png) static_cast<void>(write_whole(file, std::as_bytes(std::span(*png))));
+}
+
+// "panels/P-0001/map-0123.png" as small/panels_P-0001_map-0123.png-1600.png. What is named by its content never
+// changes, nor does what is made of it.
+std::filesystem::path PanelLibrary::small_file(const std::string& file, const std::string& what) const {
+  std::string name = file;
+  std::ranges::replace(name, '/', '_');
+  return small_dir() / (what.empty() ? name : fmt::format("{}-{}.png", name, what));
+}
+
+void PanelLibrary::make_small(const std::string& map_file, const std::string& mask_file) const {
+  for (const std::string& file : {map_file, mask_file}) {
+    const auto whole = load_picture(file);
+    if (!whole) continue;
+    for (const int width : kUsualWidths)
+      if (const double scale = static_cast<double>(width) / whole->cols; scale < 1)
+        keep_small(planner::encode_png(narrowed(*whole, width, scale)), small_file(file, std::to_string(width)));
+    if (file == mask_file) keep_small(planner::encode_png_mask(*whole), small_file(file, kBits));
+  }
+}
+
+Result<PanelLibrary::SmallPicture> PanelLibrary::make_smaller(const std::string& file, int width_px) const {
+  const bool usual = std::ranges::count(kUsualWidths, width_px) > 0;
+  const auto kept_file = small_file(file, std::to_string(width_px));
+  if (const auto width = usual ? width_of(path_of(file)) : std::nullopt; width && width_px < *width)
+    if (const auto kept = read_stored_picture(kept_file))
+      return SmallPicture{*kept, static_cast<double>(width_px) / *width};
+  const auto whole = load_picture(file);
+  if (!whole) return whole.error();
+  SmallPicture small{*whole, std::min(1.0, static_cast<double>(width_px) / whole->cols)};
+  if (small.scale == 1) return small;
+  small.pixels = narrowed(*whole, width_px, small.scale);
+  if (usual) keep_small(planner::encode_png(small.pixels), kept_file);
+  return small;
 }
 
 Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& file, int width_px) const {
@@ -117,14 +191,10 @@ Result<PanelLibrary::SmallPicture> PanelLibrary::load_small(const std::string& f
       return known->picture;
     }
   }
-  auto whole = load_picture(file);
-  if (!whole) return whole.error();
-  SmallPicture small{*whole, std::min(1.0, static_cast<double>(width_px) / whole->cols)};
-  if (small.scale < 1)
-    cv::resize(*whole, small.pixels, {width_px, std::max(1, cvRound(whole->rows * small.scale))}, 0, 0, cv::INTER_AREA);
-  if (small.pixels.total() > kKeptPixels / 4) return small;
+  auto small = make_smaller(file, width_px);
+  if (!small || small->pixels.total() > kKeptPixels / 4) return small;
   const std::lock_guard lock(kept_mutex_);
-  kept_.push_front({file, width_px, small});
+  kept_.push_front({file, width_px, *small});
   std::size_t pixels = 0;
   for (auto kept = kept_.begin(); kept != kept_.end();) {
     pixels += kept->picture.pixels.total();

@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,7 +51,8 @@ class PanelLibrary {
   std::filesystem::path path_of(const std::string& file) const { return data_dir_ / file; }
   Result<std::string> load_bytes(const std::string& file) const;
   // The same at most `width_px` wide, for people's eyes; its sides were multiplied with `scale` (1 at most). The last
-  // few are kept, because pages ask for them again and again and a map has a hundred million pixels: draw on a copy.
+  // few are kept in memory, because pages ask for them again and again and a map has a hundred million pixels (draw on
+  // a copy), and those of usual widths on the disk, so that nothing is decoded whole after a start.
   struct SmallPicture {
     cv::Mat pixels;
     double scale = 1;
@@ -59,20 +61,30 @@ class PanelLibrary {
   const std::filesystem::path& data_dir() const { return data_dir_; }
   // Where the planner keeps what it measured of panels (planner/matching/index_cache.h).
   std::filesystem::path index_dir() const { return data_dir_ / "index"; }
-  // Removes what is kept there for a panel whose map was replaced or whose wood is used up: it will never be read
+  // Where small pictures are kept; may be removed at any time.
+  std::filesystem::path small_dir() const { return data_dir_ / "small"; }
+  // Makes those of a map and a mask that were just entered. What cannot be written is made when somebody asks for it.
+  void make_small(const std::string& map_file, const std::string& mask_file) const;
+  // Removes what is kept in both for a panel whose map was replaced or whose wood is used up: it will never be read
   // again, and may be gigabytes. What cannot be removed does no harm.
   void drop_index(const PanelId& panel) const;
   // The same for all panels but these.
   void keep_index_only(const std::vector<PanelId>& panels) const;
 
   Result<Raster<PanelFrame>> load_map(const db::PanelRecord& panel) const;
+  // 0 or 255. From a copy in one bit a pixel where there is one, since a search looks at the masks of all panels.
   Result<Raster<PanelFrame>> load_mask(const db::PanelRecord& panel) const;
   // Of the mask, as it was counted when it was made. Masks older than schema 8 have no count in the database: theirs is
   // taken once for each file.
   Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
 
  private:
+  std::filesystem::path small_file(const std::string& file, const std::string& what) const;
+  void keep_small(const std::optional<std::string>& png, const std::filesystem::path& file) const;
+  Result<SmallPicture> make_smaller(const std::string& file, int width_px) const;
+
   std::filesystem::path data_dir_;
+  mutable std::mutex writing_mutex_;  // of small files: two that ask for one make it one after the other
   mutable std::mutex areas_mutex_;
   mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
   struct KeptPicture {

@@ -14,8 +14,8 @@ namespace {
 
 // A circle is looked for in so many pixels at most; in a larger panel they are joined.
 constexpr double kCirclePixels = 4e6;
-// The tone of wood is seen on a picture this wide at most.
-constexpr int kTonePixels = 2048;
+// The tone of wood is seen on a picture this wide at most: one that the library keeps on the disk.
+constexpr int kTonePixels = 1600;
 // And is that of so much of it together: streaks of its grain do not count.
 constexpr Millimetres kGrain(3);
 

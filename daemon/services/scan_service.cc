@@ -9,13 +9,14 @@
 #include "base/clock.h"
 #include "calib/april_grid.h"
 #include "daemon/orders/have_done.h"
+#include "daemon/services/part_zones.h"
 #include "daemon/workers/json_depth.h"
 
 namespace veneer::daemon {
 namespace {
 
 // Of what a worker process answers: could it be what was asked for? It is kept, and read again whenever somebody asks.
-bool can_be(const PanelRead& read, std::size_t tiles) {
+bool can_be(const PanelRead& read, std::size_t tiles, std::size_t suspects) {
   constexpr std::size_t kMostTags = 2'000, kMostZones = 10'000, kMostPoints = 10'000, kMostDifferences = 10'000;
   constexpr std::size_t kMostWarnings = 1'000, kLongestWarning = 1'000;
   constexpr std::size_t kLongestLattice = 2 << 20;
@@ -44,6 +45,8 @@ bool can_be(const PanelRead& read, std::size_t tiles) {
          read.usable >= SquareMillimetres(0) && read.usable <= kLargest * kLargest &&
          (!read.differences ||
           (read.differences->size() <= kMostDifferences && std::ranges::all_of(*read.differences, is_near))) &&
+         read.suspects_gone.size() == suspects &&
+         std::ranges::all_of(read.suspects_gone, [](double share) { return share >= 0 && share <= 1; }) &&
          read.warnings.size() <= kMostWarnings &&
          std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
 }
@@ -92,18 +95,29 @@ Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId&
   return out;
 }
 
-// A part's zones are of the material of the parent's zone that most of each lay in.
-std::vector<db::ZoneRecord> with_materials(std::vector<db::ZoneRecord> zones, const std::vector<db::ZoneRecord>& before,
-                                           const Isometry2<PanelFrame, PanelFrame>& part_from_parent) {
-  for (db::ZoneRecord& zone : zones) {
-    const Region<PanelFrame> here(zone.outline);
-    SquareMillimetres most = here.area() / 2;
-    for (const db::ZoneRecord& old : before) {
-      const auto shared = intersect(here, Region<PanelFrame>(part_from_parent * old.outline)).area();
-      if (shared > most) most = shared, zone.material = old.material;
-    }
+// Of a piece that was cut out nothing is left; a few pixels at the border of another hole are noise.
+db::Seen what_was_seen(double share_gone) {
+  constexpr double kOut = 0.9, kNoise = 0.05;
+  return share_gone >= kOut ? db::Seen::kCut : share_gone <= kNoise ? db::Seen::kStillThere : db::Seen::kUnclear;
+}
+
+// What the scan saw of wood that is suspect is noted until somebody says what became of it; nothing is decided.
+Result<std::vector<SeenSuspect>> note_suspects(Repositories& r, const std::vector<db::AllocationRecord>& suspects,
+                                               const std::vector<double>& gone, int mask_version,
+                                               const std::string& at) {
+  std::vector<SeenSuspect> out;
+  std::vector<std::pair<db::AllocationId, db::Sighting>> seen;
+  for (std::size_t i = 0; i < suspects.size(); ++i) {
+    const auto piece = r.jobs.find_piece(suspects[i].piece);
+    if (!piece) return piece.error();
+    // Somebody said it while the scan was being looked at.
+    if (piece->state != db::PieceState::kSuspect || piece->allocation != suspects[i].id) continue;
+    const db::Sighting sighting{what_was_seen(gone[i]), gone[i], mask_version, at};
+    seen.emplace_back(suspects[i].id, sighting);
+    out.push_back({piece->job, piece->mark, sighting});
   }
-  return zones;
+  if (const Status noted = r.jobs.note_sightings(seen); !noted) return noted.error();
+  return out;
 }
 
 std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences) {
@@ -322,13 +336,17 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
     work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
     const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known->panel->id); });
     if (!live) return live.error();
-    for (const auto& allocation : *live)
+    for (const auto& allocation : *live) {
       if (allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap)
         wanted.gone.push_back(allocation.area);
+      if (allocation.state != db::AllocationState::kSuspect) continue;
+      known->suspects.push_back(allocation);
+      wanted.suspects.emplace_back(allocation.outline);
+    }
   }
   const auto read = have_done<PanelRead>(workers_, std::move(work), wanted, progress, stop);
   if (!read) return read.error();
-  if (!can_be(*read, tiles_.size()))
+  if (!can_be(*read, tiles_.size(), known->suspects.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
   progress(0.92, "entering stock");
   if (!known->panel) return add_panel(*known, *read, *folder);
@@ -387,10 +405,11 @@ Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& 
   panel.parent = known.parent;
   const auto fiducials = to_records(read.fiducials, Face::kShow);
   std::size_t carried = 0;
+  std::vector<db::ZoneRecord> zones = read.zones;
   const Status added = database_.call([&](Repositories& r) -> Status {
     if (!part) {
       if (Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
-      return r.materials.add_zones(panel.id, read.zones);
+      return r.materials.add_zones(panel.id, zones);
     }
     if (Status entered = r.panels.add_part(panel, *scans, fiducials, *part); !entered) return entered;
     const auto live = r.ledger.live_states(panel.id);
@@ -398,9 +417,11 @@ Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& 
     carried = live->size();
     const auto before = r.materials.zones(*panel.parent);
     if (!before) return before.error();
-    return r.materials.add_zones(panel.id, with_materials(read.zones, *before, part->part_from_parent));
+    zones = zones_of_part(read.zones, *before, part->part_from_parent, read.sheet);
+    return r.materials.add_zones(panel.id, zones);
   });
   if (!added) return added.error();
+  library_.make_small(map_file->file, mask_file->file);
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
   outcome.panel = *id;
@@ -410,7 +431,7 @@ Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& 
   outcome.rms = read.rms;
   outcome.max = read.max;
   outcome.usable = read.usable;
-  outcome.zones = read.zones.size();
+  outcome.zones = zones.size();
   outcome.warnings = read.warnings;
   log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id->value, panel.width.count(),
              panel.height.count(), outcome.zones);
@@ -448,6 +469,7 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
   if (!mask_file) return mask_file.error();
   auto scans = store_scans(panel.id, Face::kShow, read);
   if (!scans) return scans.error();
+  ScanOutcome outcome;
   std::optional<std::vector<FoundDifference>> differences;
   const Status written = database_.call([&](Repositories& r) -> Status {
     if (read.differences) {
@@ -465,18 +487,24 @@ Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead&
       if (Status told = r.differences.found(panel.id, to_records(*differences), utc_timestamp(), known.later_map);
           !told)
         return told;
+    auto suspects = note_suspects(r, known.suspects, read.suspects_gone, *version, utc_timestamp());
+    if (!suspects) return suspects.error();
+    outcome.suspects = std::move(*suspects);
+    // Those that it had, whatever strips the eye makes of wood that pieces were cut from.
+    const auto zones = r.materials.zones(panel.id);
+    if (!zones) return zones.error();
+    outcome.zones = zones->size();
     // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
     return r.panels.add_scans(panel.id, *scans, {});
   });
   if (!written) return written.error();
   library_.drop_index(panel.id);
-  ScanOutcome outcome;
+  library_.make_small(map_file->file, mask_file->file);
   outcome.tiles = tiles_.size();
   outcome.panel = panel.id;
   outcome.rms = read.rms;
   outcome.max = read.max;
   outcome.usable = read.usable;
-  outcome.zones = read.zones.size();
   if (differences) {
     outcome.differences = std::move(differences);
     for (const FoundDifference& difference : *outcome.differences) {

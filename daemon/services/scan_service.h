@@ -50,6 +50,13 @@ struct FoundDifference {
   std::vector<Piece> pieces;
 };
 
+// What a scan saw of a suspect piece's wood: a proposal.
+struct SeenSuspect {
+  JobId job;
+  std::string mark;
+  db::Sighting sighting;
+};
+
 struct ScanOutcome {
   std::size_t tiles = 0;         // collected so far
   std::optional<PanelId> panel;  // none while further tiles follow
@@ -61,6 +68,7 @@ struct ScanOutcome {
   SquareMillimetres usable{0};          // of a show face
   std::size_t zones = 0;
   std::optional<std::vector<FoundDifference>> differences;  // of a show face that was known: against the ledger
+  std::vector<SeenSuspect> suspects;                        // of a show face that was known
   std::vector<std::string> warnings;  // sentences for the operator: what of a show face is not used, and why
 };
 
@@ -88,6 +96,7 @@ class ScanService {
     // Of a sheet that is new: the sawn panel that it is a part of.
     std::optional<PanelId> parent;
     calib::PanelFiducials parent_fiducials;
+    std::vector<db::AllocationRecord> suspects;  // of a panel: its wood that may have been cut
   };
   // Panels in stock and sawn ones, the one that was sawn last first.
   struct Stock {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace veneer::daemon {
@@ -25,6 +26,17 @@ std::string what_there_is(const JobRest& rest) {
   if (rest.open > 0) parts.push_back(is_or_are(rest.open, "still to be cut"));
   if (rest.missing > 0) parts.push_back(is_or_are(rest.missing, "missing"));
   return listed(parts, " and ");
+}
+
+std::string scan_words(const std::vector<PanelId>& to_scan) {
+  constexpr std::size_t kNamed = 3;
+  if (to_scan.size() == 1)
+    return fmt::format("panel {} waits for a scan: lay it on the scanner (veneerctl panel scan)", to_scan[0].value);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(kNamed, to_scan.size()); ++i) names.push_back(to_scan[i].value);
+  if (to_scan.size() > kNamed) names.push_back(fmt::format("{} more", to_scan.size() - kNamed));
+  return fmt::format("panels {} wait for a scan: lay each on the scanner (veneerctl panel scan)",
+                     listed(names, " and "));
 }
 
 // What leads the cell back to where a job can be started.
@@ -121,6 +133,10 @@ std::string next_words(const CellView& view, const JobRest& rest, bool begun) {
   return what_there_is(rest) + ": " + listed(steps, ", then ");
 }
 
-std::string next_words(const CellView& view) { return view.rest ? next_words(view, *view.rest, true) : ""; }
+std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan) {
+  const std::string job = view.rest ? next_words(view, *view.rest, true) : "";
+  if (to_scan.empty()) return job;
+  return scan_words(to_scan) + (job.empty() ? "" : ". " + job);
+}
 
 }  // namespace veneer::daemon

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "daemon/unit/cell_view.h"
 
@@ -18,7 +19,8 @@ std::string now_words(const CellView& view, JobId job);
 // nothing was ever begun has none either, unless the unit had to do with it last (`begun`).
 std::string next_words(const CellView& view, const JobRest& rest, bool begun);
 
-// The same of the job the unit had to do with last.
-std::string next_words(const CellView& view);
+// What is to be done at the cell: the panels that have to be scanned, then the same of the job the unit had to do with
+// last.
+std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan);
 
 }  // namespace veneer::daemon

@@ -55,16 +55,18 @@ bool decode(png_structp png, png_infop info, std::string_view& bytes, cv::Mat& o
   return true;
 }
 
-bool encode(png_structp png, png_infop info, const cv::Mat& picture, std::vector<png_bytep>& rows, std::string& out) {
+bool encode(png_structp png, png_infop info, const cv::Mat& picture, int depth, std::vector<png_bytep>& rows,
+            std::string& out) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_write_fn(png, &out, give_bytes, flush_nothing);
   png_set_compression_level(png, Z_BEST_SPEED);
   png_set_compression_strategy(png, Z_RLE);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(picture.cols), static_cast<png_uint_32>(picture.rows), 8,
+  png_set_IHDR(png, info, static_cast<png_uint_32>(picture.cols), static_cast<png_uint_32>(picture.rows), depth,
                picture.channels() == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(png, info);
+  png_set_packing(png);
   png_set_bgr(png);
   png_write_image(png, rows.data());
   png_write_end(png, nullptr);
@@ -84,17 +86,31 @@ std::optional<cv::Mat> decode_png(std::string_view bytes) {
   return picture;
 }
 
-std::optional<std::string> encode_png(const cv::Mat& picture) {
-  if (picture.empty() || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1)) return std::nullopt;
+namespace {
+
+// In 8 bits or, when all values are 0 and 1, in 1.
+std::optional<std::string> encode_in(const cv::Mat& picture, int depth) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, leave, say_nothing);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
   std::string file;
   std::vector<png_bytep> rows;
   list_rows(picture, rows);
-  const bool encoded = info != nullptr && encode(png, info, picture, rows, file);
+  const bool encoded = info != nullptr && encode(png, info, picture, depth, rows, file);
   png_destroy_write_struct(&png, &info);
   if (!encoded) return std::nullopt;
   return file;
+}
+
+}  // namespace
+
+std::optional<std::string> encode_png(const cv::Mat& picture) {
+  if (picture.empty() || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1)) return std::nullopt;
+  return encode_in(picture, 8);
+}
+
+std::optional<std::string> encode_png_mask(const cv::Mat& mask) {
+  if (mask.empty() || mask.type() != CV_8UC1) return std::nullopt;
+  return encode_in((mask != 0) & 1, 1);
 }
 
 }  // namespace veneer::planner

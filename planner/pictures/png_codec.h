@@ -15,4 +15,7 @@ std::optional<cv::Mat> decode_png(std::string_view bytes);
 // A PNG file of a CV_8UC3 picture (BGR) or a CV_8UC1 one, packed quickly rather than tightly.
 std::optional<std::string> encode_png(const cv::Mat& picture);
 
+// The same of a mask, CV_8UC1, in one bit a pixel: zero is black, all else white. Read back it is 0 and 255.
+std::optional<std::string> encode_png_mask(const cv::Mat& mask);
+
 }  // namespace veneer::planner

@@ -134,6 +134,20 @@ TEST(Reconcile, ForgivesTheWebBetweenTwoPiecesWhoseBookingsTouch) {
   }
 }
 
+TEST(Reconcile, TellsHowMuchOfAPieceIsGone) {
+  const Shelf shelf;
+  const auto found = reconcile(shelf.map({}), shelf.map({kLight, kBetween}, 0.05, 9), {}, shelf.fiducials);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  const auto gone = [&](const Outline& outline) {
+    return calib::share_gone(found->gone_mask, region_of(outline), 0.5_mm);
+  };
+  EXPECT_GT(gone(kLight), 0.98);
+  EXPECT_LT(gone(kDark), 0.01);
+  EXPECT_NEAR(gone({{36, 30}, {48, 30}, {48, 44}, {36, 44}}), 0.5, 0.06) << "half of it lies in the hole";
+  EXPECT_EQ(gone({{30, 30}, {30.8, 30}, {30.8, 44}, {30, 44}}), 0) << "it has no inside";
+  EXPECT_EQ(gone({{900, 30}, {912, 30}, {912, 44}, {900, 44}}), 0) << "beside the panel";
+}
+
 TEST(Reconcile, RefusesMapsThatDoNotCoverTheSameArea) {
   const Shelf shelf;
   const auto map = shelf.map({});

@@ -156,6 +156,24 @@ TEST(Render, AScanSaysWhatItLeavesOut) {
   EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning: a strip is left out: it looks like the board\n");
 }
 
+TEST(Render, AScanProposesWhatBecameOfSuspectPieces) {
+  const auto suspect = [](const char* mark, const char* seen, double share) {
+    return json{
+        {"job", 2}, {"mark", mark}, {"sighting", {{"seen", seen}, {"gone_share", share}, {"at", "2026-05-01T"}}}};
+  };
+  EXPECT_EQ(render_scan_result(
+                {{"panel", "P-1"},
+                 {"suspects",
+                  {suspect("A1", "cut", 0.981), suspect("A2", "still_there", 0), suspect("A3", "unclear", 0.4)}}}),
+            "Panel P-1\n"
+            "Suspect      A1 of job 2: the scan of 2026-05-01 saw its wood gone (98 %), so it was cut. Look, then "
+            "`veneerctl job settle 2 A1`\n"
+            "Suspect      A2 of job 2: the scan of 2026-05-01 saw its wood still there. Look, then "
+            "`veneerctl job settle 2 A2`\n"
+            "Suspect      A3 of job 2: the scan of 2026-05-01 saw its wood gone in part (40 %). Look, then "
+            "`veneerctl job settle 2 A3`\n");
+}
+
 TEST(Render, APartSaysWhatItTookOver) {
   const json result = {{"panel", "P-3"}, {"new", true}, {"part_of", "P-1"}, {"carried", 7}};
   EXPECT_THAT(render_scan_result(result), HasSubstr("P-1, with 7 places where its wood was gone"));

@@ -153,6 +153,12 @@ inline std::vector<Step> a_day() {
   run(4, ash);
   mark(9);
   jobs("recovery", [](JobStore store) { return store.recover(kLater); });
+  add("sighting", [=](Database& db) -> Status {
+    const auto piece = JobStore(db).find_piece(PieceId{9});
+    if (!piece.ok()) return piece.error();
+    const std::pair seen(piece->allocation, Sighting{Seen::kStillThere, 0.01, 1, kLater});
+    return JobStore(db).note_sightings({&seen, 1});
+  });
   settle(9, AllocationState::kReleased);
 
   add("written off", [=](Database& db) {

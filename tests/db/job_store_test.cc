@@ -101,6 +101,36 @@ TEST_F(JobStoreTest, TellsWhatBecameOfAPieceStepByStep) {
   EXPECT_EQ(must(jobs.facts(start(other))).who, "") << "nobody noted it";
 }
 
+TEST_F(JobStoreTest, WhatAScanSawOfASuspectPieceIsKeptUntilSomebodyDecides) {
+  const RunId run = start(panel);
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kNow));
+  VENEER_ASSERT_OK(jobs.abort_run(run, {}, "stop", kNow));
+  const auto saw = [&](int index, Sighting sighting) {
+    const std::pair seen(pieces[static_cast<std::size_t>(index)].allocation, std::move(sighting));
+    return jobs.note_sightings({&seen, 1});
+  };
+  const auto sighting = [&](int index) {
+    return must(jobs.find_piece(pieces[static_cast<std::size_t>(index)].id)).sighting;
+  };
+  EXPECT_FALSE(sighting(0)) << "nobody has looked";
+  VENEER_ASSERT_OK(saw(0, {Seen::kUnclear, 0.4, 2, kNow}));
+  VENEER_ASSERT_OK(saw(0, {Seen::kCut, 0.97, 3, kLater}));
+  VENEER_ASSERT_OK(saw(1, {Seen::kCut, 1, 3, kLater}));
+  ASSERT_TRUE(sighting(0));
+  EXPECT_EQ(sighting(0)->seen, Seen::kCut) << "the last one counts";
+  EXPECT_EQ(sighting(0)->gone, 0.97);
+  EXPECT_EQ(sighting(0)->mask_version, 3);
+  EXPECT_EQ(sighting(0)->at, kLater);
+  EXPECT_FALSE(sighting(1)) << "it is not suspect";
+  EXPECT_EQ(states()[0], PieceState::kSuspect) << "nothing is decided by it";
+  EXPECT_FALSE(saw(0, {Seen::kCut, 1.5, 3, kLater}).ok());
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  EXPECT_FALSE(sighting(0));
+  const std::vector<PieceId> strayed = {pieces[0].id};
+  VENEER_ASSERT_OK(jobs.make_suspect(strayed, kLater));
+  EXPECT_FALSE(sighting(0)) << "what was seen before it became suspect again says nothing";
+}
+
 TEST_F(JobStoreTest, FindsAPieceByItsMark) {
   const PieceRecord found = must(jobs.find_piece(job, "A3"));
   EXPECT_EQ(found.id, pieces[2].id);

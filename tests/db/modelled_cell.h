@@ -9,10 +9,10 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "db/differences.h"
 #include "db/leases.h"
@@ -20,8 +20,9 @@
 
 namespace veneer::db {
 
-inline constexpr int kGrid = 8;         // cells per side of a panel
-inline constexpr double kCell = 12.5;   // mm
+inline constexpr int kGrid = 8;        // cells per side of a panel
+inline constexpr double kCell = 12.5;  // mm
+inline constexpr std::size_t kMostPanels = 5;
 inline constexpr double kInset = 1.25;  // mm from an area's edge to its piece's outline
 using Cell = std::pair<int, int>;
 
@@ -34,6 +35,13 @@ struct ModelPiece {
   int panel = 0;
   std::set<Cell> cells;
   AllocationState state = AllocationState::kReserved;
+  bool seen = false;  // by a scan, since it became suspect
+
+  void doubt() { state = AllocationState::kSuspect, seen = false; }
+};
+struct ModelPanel {
+  int mask = 1;
+  bool retired = false, sawn = false, has_part = false;
 };
 struct ModelJob {
   JobId id;
@@ -51,7 +59,7 @@ struct ModelJob {
 struct ModelPlan {
   PlanId id;
   std::vector<ModelPiece> pieces;
-  std::array<int, 2> masks{};  // of the panels, when it was made
+  std::vector<int> masks;  // of the panels, when it was made
   bool has_job = false;
   std::optional<std::string> lease;  // until when; until somebody ends it
 
@@ -98,7 +106,7 @@ class ModelledCell {
   ModelledCell() : panels_{cell_.new_panel(), cell_.new_panel()} {}
 
   void step() {
-    switch (*rc::gen::inRange(0, 33)) {
+    switch (*rc::gen::inRange(0, 39)) {
       case 0:
         return create();
       case 1:
@@ -151,6 +159,17 @@ class ModelledCell {
         return let_time_pass();
       case 31:
         return create_from_plan();
+      case 9:  // small numbers come more often
+      case 33:
+      case 34:
+        return saw_apart();
+      case 14:
+      case 35:
+      case 36:
+      case 37:
+        return enter_part();
+      case 38:
+        return look_at_a_piece();
       default:
         return die_and_recover();
     }
@@ -163,6 +182,9 @@ class ModelledCell {
       RC_ASSERT(found.size() == job.pieces.size());
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
+      for (std::size_t i = 0; i < found.size(); ++i)
+        RC_ASSERT(found[i].sighting.has_value() ==
+                  (job.pieces[i].state == AllocationState::kSuspect && job.pieces[i].seen));
       // What is told of a piece ends with what it is.
       for (const PieceRecord& piece : found) {
         const auto steps = must(cell_.jobs().history(piece.id));
@@ -181,11 +203,14 @@ class ModelledCell {
       const bool free = must(Plans(cell_.database()).taken(plan.id)).empty();
       if (can_be_made(plan, kEver)) RC_ASSERT(free && found.outdated.empty());
     }
-    for (const int panel : {0, 1}) {
+    RC_ASSERT(must(cell_.panels().list()).size() == panels_.size());
+    for (int panel = 0; panel < static_cast<int>(panels_.size()); ++panel) {
       compare_wood(panel);
       const PanelRecord found = must(cell_.panels().find(panels_[panel]));
-      RC_ASSERT(found.retired.has_value() == retired_[panel]);
-      RC_ASSERT(found.mask_version == masks_[panel]);
+      RC_ASSERT(found.retired.has_value() == known_[panel].retired);
+      RC_ASSERT((found.retired && found.retired->sawn) == known_[panel].sawn);
+      RC_ASSERT(must(cell_.panels().parts_of(panels_[panel])).empty() == !known_[panel].has_part);
+      RC_ASSERT(found.mask_version == known_[panel].mask);
       RC_ASSERT(must(differences_store().open(panels_[panel])) ==
                 std::count_if(differences_.begin(), differences_.end(),
                               [&](const auto& d) { return d.panel == panel && d.open; }));
@@ -267,15 +292,25 @@ class ModelledCell {
     return clash(asking) || clash(gone) || clash(boxes) || std::any_of(jobs_.begin(), jobs_.end(), clash);
   }
 
+  int any_panel() const { return *rc::gen::inRange(0, static_cast<int>(panels_.size())); }
+  std::size_t index_of(const PanelId& panel) const {
+    return static_cast<std::size_t>(std::find(panels_.begin(), panels_.end(), panel) - panels_.begin());
+  }
+  std::vector<int> masks() const {
+    std::vector<int> out;
+    for (const ModelPanel& panel : known_) out.push_back(panel.mask);
+    return out;
+  }
+
   // What a plan wants; its pieces' wood may be taken, even by each other.
   ModelPlan compose() {
     ModelPlan plan;
     for (int i = 0, n = *rc::gen::inRange(1, 5); i < n; ++i) {
       ModelPiece& piece = plan.pieces.emplace_back();
-      piece.panel = *rc::gen::inRange(0, 2);
+      piece.panel = any_panel();
       piece.cells = random_cells();
     }
-    plan.masks = masks_;
+    plan.masks = masks();
     return plan;
   }
   NewPlan to_store(const ModelPlan& plan) const {
@@ -287,13 +322,13 @@ class ModelledCell {
       patches.back().allocation = area_of(piece.cells);
     }
     NewPlan out = job_of(patches);
-    for (PlannedPanel& panel : out.planned_on) panel.mask_version = plan.masks[panel.panel == panels_[0] ? 0 : 1];
+    for (PlannedPanel& panel : out.planned_on) panel.mask_version = plan.masks[index_of(panel.panel)];
     return out;
   }
   bool can_be_made(const ModelPlan& plan, const std::string& at) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
-      if (plan.masks[piece.panel] != masks_[piece.panel] || retired_[piece.panel] ||
+      if (plan.masks[piece.panel] != known_[piece.panel].mask || known_[piece.panel].retired ||
           taken(piece.panel, piece.cells, job, at, &plan))
         return false;
       job.pieces.push_back(piece);
@@ -373,16 +408,16 @@ class ModelledCell {
     ModelPiece& piece = job.pieces[index];
     ModelPlan plan;
     plan.pieces.push_back(piece);
-    plan.pieces.front().panel = *rc::gen::inRange(0, 2);
+    plan.pieces.front().panel = any_panel();
     plan.pieces.front().cells = random_cells();
-    plan.masks = masks_;
+    plan.masks = masks();
     NewPlan again = to_store(plan);
     again.pieces.front().mark = fmt::format("A{}", index);
     const bool lost = piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap ||
                       piece.state == AllocationState::kReleased;
     ModelJob nobody;
     const ModelPiece& wanted = plan.pieces.front();
-    const bool allowed = job.state != JobState::kRunning && lost && !retired_[wanted.panel] &&
+    const bool allowed = job.state != JobState::kRunning && lost && !known_[wanted.panel].retired &&
                          !taken(wanted.panel, wanted.cells, nobody, kLater);
     const auto redone = cell_.jobs().redo(job.id, again, kLater);
     RC_ASSERT(redone.ok() == allowed);
@@ -396,37 +431,32 @@ class ModelledCell {
     if (job.state == JobState::kComplete || job.state == JobState::kCancelled) job.state = JobState::kStopped;
   }
   void scan_again() {
-    const int panel = *rc::gen::inRange(0, 2);
-    const auto added = cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, masks_[panel]);
-    RC_ASSERT(added.ok() == !retired_[panel]);
-    if (added.ok()) RC_ASSERT(*added == ++masks_[panel]);
+    const int panel = any_panel();
+    const auto added = cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, known_[panel].mask);
+    RC_ASSERT(added.ok() == !known_[panel].retired);
+    if (added.ok()) RC_ASSERT(*added == ++known_[panel].mask);
   }
   void take_back_a_scan() {
-    const int panel = *rc::gen::inRange(0, 2), version = *rc::gen::inRange(1, masks_[panel] + 2);
+    const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask + 2);
     const auto back = cell_.panels().revert_mask(panels_[panel], version, kLater);
-    RC_ASSERT(back.ok() == (version < masks_[panel]));
-    if (back.ok()) RC_ASSERT(*back == ++masks_[panel]);
+    RC_ASSERT(back.ok() == (version < known_[panel].mask));
+    if (back.ok()) RC_ASSERT(*back == ++known_[panel].mask);
   }
 
   void write_off() {
     ModelPiece wood;
-    wood.panel = *rc::gen::inRange(0, 2);
+    wood.panel = any_panel();
     wood.cells = random_cells();
     wood.state = AllocationState::kScrap;
-    const bool allowed = !retired_[wood.panel] && !taken(wood.panel, wood.cells, {}, kNow);
+    const bool allowed = !known_[wood.panel].retired && !taken(wood.panel, wood.cells, {}, kNow);
     const Status done = cell_.ledger().write_off(panels_[wood.panel], area_of(wood.cells), "a knot", kNow);
     RC_ASSERT(done.ok() == allowed);
     if (!allowed) return RC_ASSERT(done.error().code == ErrorCode::kConflict);
     ruined_.push_back(wood);
     expire(kNow);
   }
-  void retire_or_restore() {
-    const int panel = *rc::gen::inRange(0, 2);
-    if (*rc::gen::inRange(0, 3) != 0) {
-      RC_ASSERT(cell_.panels().restore(panels_[panel], "glued", kLater).ok() == retired_[panel]);
-      retired_[panel] = false;
-      return;
-    }
+  // Is any of its wood to be cut, in doubt, or leased beyond this time?
+  bool is_held(int panel, const std::string& at) const {
     bool held = false;
     for (const ModelJob& job : jobs_)
       for (const ModelPiece& piece : job.pieces)
@@ -435,17 +465,91 @@ class ModelledCell {
                          piece.state == AllocationState::kSuspect));
     for (const ModelPlan& plan : plans_)
       for (const ModelPiece& piece : plan.pieces)
-        held = held || (piece.panel == panel && plan.leases(panel, piece.cells, kLater));
-    const bool allowed = !retired_[panel] && !held;
+        held = held || (piece.panel == panel && plan.leases(panel, piece.cells, at));
+    return held;
+  }
+  void retire_or_restore() {
+    const int panel = any_panel();
+    ModelPanel& known = known_[panel];
+    if (*rc::gen::inRange(0, 3) != 0) {
+      const bool allowed = known.retired && !known.has_part;
+      RC_ASSERT(cell_.panels().restore(panels_[panel], "glued", kLater).ok() == allowed);
+      if (allowed) known.retired = known.sawn = false;
+      return;
+    }
+    const bool allowed = !known.retired && !is_held(panel, kLater);
     RC_ASSERT(cell_.panels().retire(panels_[panel], "split", kLater).ok() == allowed);
-    retired_[panel] = retired_[panel] || allowed;
+    known.retired = known.retired || allowed;
     if (allowed) expire(kLater);
+  }
+  void saw_apart() {
+    const auto can_be = [&](int panel) {
+      return !known_[panel].retired && !(run_ && run_->panel == panel) && !is_held(panel, kLater);
+    };
+    // Most panels hold something: where one can be sawn it mostly is.
+    std::vector<int> whole;
+    for (int panel = 0; panel < static_cast<int>(panels_.size()); ++panel)
+      if (can_be(panel)) whole.push_back(panel);
+    const bool any = whole.empty() || *rc::gen::inRange(0, 4) == 0;
+    const int panel = any ? any_panel() : *rc::gen::elementOf(whole);
+    ModelPanel& known = known_[panel];
+    const bool allowed = can_be(panel);
+    const Status sawn = cell_.panels().split(panels_[panel], "local:1000", "sawn apart", kLater);
+    RC_ASSERT(sawn.ok() == allowed);
+    if (!allowed) return RC_ASSERT(sawn.error().code == ErrorCode::kConflict);
+    known.retired = known.sawn = true;
+    expire(kLater);
+  }
+  // What lay some columns to the right in the parent; what is gone there is gone here, too.
+  void enter_part() {
+    if (panels_.size() == kMostPanels) return saw_apart();
+    std::vector<int> sawn;
+    for (int panel = 0; panel < static_cast<int>(panels_.size()); ++panel)
+      if (known_[panel].sawn) sawn.push_back(panel);
+    const int parent = sawn.empty() ? any_panel() : *rc::gen::elementOf(sawn);
+    const int columns = *rc::gen::inRange(0, kGrid);
+    PanelRecord part = sheet(must(cell_.panels().next_panel_id()));
+    part.parent = panels_[parent];
+    std::vector<ModelPiece> gone = ruined_, boxes = written_off_;
+    bool doubtful = false;
+    for (const ModelJob& job : jobs_)
+      for (const ModelPiece& piece : job.pieces) {
+        if (piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap) gone.push_back(piece);
+        doubtful = doubtful || (piece.panel == parent && piece.state == AllocationState::kSuspect);
+      }
+    const bool allowed = known_[parent].sawn && !doubtful;
+    const Isometry2<PanelFrame, PanelFrame> part_from_parent(Radians(0), point<PanelFrame>(-columns * kCell, 0));
+    const Status entered = cell_.panels().add_part(part, {}, {}, {part_from_parent, 3, 0.02_mm});
+    RC_ASSERT(entered.ok() == allowed);
+    if (!allowed) return RC_ASSERT(entered.error().code == ErrorCode::kConflict);
+    const int here = static_cast<int>(panels_.size());
+    panels_.push_back(part.id);
+    known_.emplace_back();
+    known_[parent].has_part = true;
+    for (auto* wood : {&gone, &boxes})
+      for (const ModelPiece& was : *wood) {
+        if (was.panel != parent) continue;
+        ModelPiece carried;
+        carried.panel = here, carried.state = was.state;
+        for (const auto& [x, y] : was.cells)
+          if (x >= columns) carried.cells.insert({x - columns, y});
+        if (!carried.cells.empty()) (wood == &gone ? ruined_ : written_off_).push_back(carried);
+      }
+  }
+  // A scan of its panel saw of its wood what it saw.
+  void look_at_a_piece() {
+    ModelPiece* piece = random_piece();
+    if (piece == nullptr) return;
+    const auto record = must(cell_.jobs().find_piece(piece->id));
+    const std::pair seen(record.allocation, Sighting{Seen::kCut, 0.97, 1, kLater});
+    VENEER_EXPECT_OK(cell_.jobs().note_sightings({&seen, 1}));
+    piece->seen = piece->state == AllocationState::kSuspect;
   }
 
   Differences differences_store() { return Differences(cell_.database()); }
   // What a scan shows: each is in the middle of a cell, so that those of two cells never meet.
   void find_differences() {
-    const int panel = *rc::gen::inRange(0, 2);
+    const int panel = any_panel();
     std::set<std::pair<Cell, bool>> seen;
     for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
       seen.insert({{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}, *rc::gen::inRange(0, 3) != 0});
@@ -478,7 +582,7 @@ class ModelledCell {
     box.cells = {known.cell};
     box.state = AllocationState::kScrap;
     const bool adds = off && !taken(box.panel, box.cells, {}, kNever);
-    const bool allowed = known.open && (!off || (known.gone && !run_)) && !(adds && retired_[known.panel]);
+    const bool allowed = known.open && (!off || (known.gone && !run_)) && !(adds && known_[known.panel].retired);
     const auto done = differences_store().decide(panels_[known.panel], known.id,
                                                  off ? DifferenceVerdict::kWrittenOff : DifferenceVerdict::kAccepted,
                                                  "local:1000", "", kLater);
@@ -549,7 +653,7 @@ class ModelledCell {
     if (jobs_.empty()) return;
     const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
     ModelJob& job = jobs_[index];
-    const int panel = *rc::gen::inRange(0, 2);
+    const int panel = any_panel();
     const bool startable = job.state != JobState::kComplete && job.state != JobState::kCancelled;
     const bool wood = std::any_of(job.pieces.begin(), job.pieces.end(), [&](const auto& p) {
       return p.panel == panel && p.state == AllocationState::kReserved;
@@ -580,8 +684,7 @@ class ModelledCell {
   }
   static void doubt(const std::vector<ModelPiece*>& pieces) {
     for (ModelPiece* piece : pieces)
-      if (piece->state == AllocationState::kReserved || piece->state == AllocationState::kCut)
-        piece->state = AllocationState::kSuspect;
+      if (piece->state == AllocationState::kReserved || piece->state == AllocationState::kCut) piece->doubt();
   }
   static bool has(const ModelJob& job, const ModelPiece& piece) {
     return &piece >= job.pieces.data() && &piece < job.pieces.data() + job.pieces.size();
@@ -624,7 +727,7 @@ class ModelledCell {
       const auto neighbours = *rc::gen::inRange(0, 3) == 0 ? random_pieces() : std::vector<ModelPiece*>();
       VENEER_EXPECT_OK(cell_.jobs().abort_run(run_->id, ids_of(suspects), "stop", kLater, ids_of(neighbours)));
       for (ModelPiece* piece : suspects)
-        if (piece->state == AllocationState::kReserved) piece->state = AllocationState::kSuspect;
+        if (piece->state == AllocationState::kReserved) piece->doubt();
       suspect_what_was_cutting(job);
       doubt(neighbours);
       job.state = job.after(JobState::kAborted);
@@ -659,13 +762,12 @@ class ModelledCell {
 
   static void suspect_what_was_cutting(ModelJob& job) {
     for (auto& piece : job.pieces)
-      if (piece.state == AllocationState::kCutting) piece.state = AllocationState::kSuspect;
+      if (piece.state == AllocationState::kCutting) piece.doubt();
   }
 
   CellDatabase cell_;
   std::vector<PanelId> panels_;
-  std::array<int, 2> masks_ = {1, 1};
-  std::array<bool, 2> retired_ = {false, false};
+  std::vector<ModelPanel> known_ = std::vector<ModelPanel>(2);  // of panels_
   std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
   std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again

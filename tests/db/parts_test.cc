@@ -157,6 +157,23 @@ TEST_F(PartsTest, APartOfAPartTakesOverWhatItsParentTookOver) {
   EXPECT_EQ(gone[1].reason, "burnt");
 }
 
+// A beam strayed over pieces that had been cut from it, after it was sawn: of those nobody knows what the part lacks.
+TEST_F(PartsTest, APartWaitsUntilItsParentsSuspectPiecesAreSettled) {
+  cut_pieces();
+  VENEER_ASSERT_OK(panels.split(whole, "test", "sawn apart", kLater));
+  const std::vector<PieceId> strayed = {{1}};
+  VENEER_ASSERT_OK(jobs.make_suspect(strayed, kLater));
+  const PanelRecord part = part_of(whole, 200, 280);
+  const Status early = panels.add_part(part, {}, {tag(1), tag(2)}, as_it_lay);
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(early.error().message,
+            "piece A1 of job 1, which was cut from panel P-0001, is suspect: say first what became of it with "
+            "`veneerctl job settle 1 A1`, then scan the part again");
+  VENEER_ASSERT_OK(jobs.settle({1}, AllocationState::kCut, kLater));
+  VENEER_EXPECT_OK(panels.add_part(part, {}, {tag(1), tag(2)}, as_it_lay));
+}
+
 TEST_F(PartsTest, OnlyAPanelWithoutOpenPiecesIsSawnApart) {
   const JobId job = must(jobs.create(job_of({square_piece("A1", whole, 10, 10, 14)}), kNow));
   const Status held = panels.split(whole, "test", "sawn apart", kNow);

@@ -74,6 +74,10 @@ TEST_F(LeaseRoutes, APlanLeasesItsWoodUntilAJobIsMadeOfIt) {
 
 TEST_F(LeaseRoutes, ALeaseIsRenewedAndGivenBack) {
   ASSERT_EQ(ask("POST", "/api/v1/plans/1/lease").status, 200);
+  const json leased = body_of(ask("GET", "/api/v1/plans?leased=true"))["plans"];
+  ASSERT_EQ(leased.size(), 1U) << "of two plans";
+  EXPECT_EQ(leased[0]["id"], 1);
+  EXPECT_EQ(leased[0]["lease"], view(1)["lease"]);
   const std::string a_week = view(1)["lease"]["until"];
   EXPECT_LE(a_week, utc_timestamp(std::chrono::hours(24 * 7)));
   const ApiReply renewed = ask("POST", "/api/v1/plans/1/lease", {{"days", 90}});
@@ -82,6 +86,7 @@ TEST_F(LeaseRoutes, ALeaseIsRenewedAndGivenBack) {
   const ApiReply released = ask("DELETE", "/api/v1/plans/1/lease");
   EXPECT_EQ(released.status, 200) << released.body;
   EXPECT_EQ(body_of(released)["lease"], json());
+  EXPECT_TRUE(body_of(ask("GET", "/api/v1/plans?leased=true"))["plans"].empty());
   EXPECT_EQ(state(), "released");
   EXPECT_EQ(ask("DELETE", "/api/v1/plans/1/lease").status, 409);
   EXPECT_EQ(ask("DELETE", "/api/v1/plans/9/lease").status, 404);

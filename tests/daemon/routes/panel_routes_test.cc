@@ -201,6 +201,39 @@ TEST_F(PanelRoutes, WhatIsKnownOfWoodsAndPanelsIsNotedAndShown) {
   EXPECT_THAT(cli::render_panel(panel), HasSubstr(why));
 }
 
+// Only planning told it: nobody saw after a restore which panels have to go on the scanner first.
+TEST_F(PanelRoutes, PanelsThatWaitForAScanAreNamedInListAndStatus) {
+  EXPECT_EQ(get("/status")["panels_to_scan"], (json{{"count", 0}, {"panels", json::array()}}));
+  EXPECT_TRUE(get("/status")["next"].is_null());
+  ASSERT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2026-05-02"}}).status, 200);
+  reactor.restart();
+  while (cell->panels_to_scan.empty() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  json status = get("/status");
+  EXPECT_EQ(status["panels_to_scan"], (json{{"count", 1}, {"panels", {"P-0002"}}}));
+  EXPECT_EQ(status["next"], "panel P-0002 waits for a scan: lay it on the scanner (veneerctl panel scan)");
+  const json list = get("/panels");
+  EXPECT_FALSE(list["panels"][0].contains("scan_again"));
+  EXPECT_EQ(list["panels"][1]["scan_again"], get("/panels/P-0002")["scan_again"]);
+
+  change([](Repositories& r) { return r.panels.note_restoration("2026-05-03T00:00:00.000Z", "uid 1000", kThen); });
+  cell->refresh_counts();
+  reactor.restart();
+  while (cell->panels_to_scan.size() < 2 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  status = get("/status");
+  EXPECT_THAT(cli::render_status(status), HasSubstr("2 panels, of which 2 wait for a scan: P-0001, P-0002\n"));
+  EXPECT_THAT(cli::render_status(status), HasSubstr("panels P-0001 and P-0002 wait for a scan: lay each on the"));
+  EXPECT_THAT(cli::render_panels(get("/panels")),
+              HasSubstr("Waits for a scan: the backup of 2026-05-03 was put back on 2026-05-01, and panel P-0001 was"));
+
+  ASSERT_EQ(post("/panels/P-0001/retire", {{"reason", "sold"}}).status, 200);
+  reactor.restart();
+  while (cell->panels_to_scan.size() > 1 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  EXPECT_EQ(get("/status")["panels_to_scan"]["panels"], json{"P-0002"}) << "what is out of stock waits for nothing";
+}
+
 // The area book says the same at each step, and its classes are the panel.
 void expect_book(const json& panel, double reserved, double cut, double kerf) {
   const json& book = panel["area_book_mm2"];

@@ -53,6 +53,62 @@ TEST_F(SmallPictures, AreReadFromTheDiskOnce) {
   EXPECT_EQ(other.error().code, ErrorCode::kStorage);
 }
 
+// A map has a hundred million pixels: nothing decodes it whole after a start.
+TEST_F(SmallPictures, OfUsualWidthsOutliveTheDaemon) {
+  const std::string map = store(2000, 900, {10, 90, 200});
+  cv::Mat wood(900, 2000, CV_8UC1, cv::Scalar(255));
+  wood.at<std::uint8_t>(899, 300) = 0;
+  db::PanelRecord panel;
+  panel.mask_file = library_.store_picture(wood, "panels", "mask")->file;
+  library_.make_small(map, panel.mask_file);
+  const PanelLibrary next(dir_.path());
+  const auto only_a_head_is_left = [&](const std::string& file) {
+    std::filesystem::resize_file(dir_.path() / file, 40);
+  };
+  only_a_head_is_left(map), only_a_head_is_left(panel.mask_file);
+  for (const int width : {640, 1600}) {
+    const auto small = next.load_small(map, width);
+    ASSERT_TRUE(small) << small.error().message;
+    EXPECT_EQ(small->pixels.cols, width);
+    EXPECT_DOUBLE_EQ(small->scale, width / 2000.0);
+    EXPECT_EQ(small->pixels.at<cv::Vec3b>(7, 7), cv::Vec3b(10, 90, 200));
+  }
+  EXPECT_FALSE(next.load_small(map, 641));
+  const auto mask = next.load_mask(panel);
+  ASSERT_TRUE(mask) << mask.error().message;
+  EXPECT_EQ(cv::norm(mask->pixels, wood, cv::NORM_INF), 0);
+  EXPECT_EQ(mask->resolution.px_per_mm, kMapResolution.px_per_mm);
+  lose(panel.mask_file);
+  EXPECT_FALSE(next.load_mask(panel)) << "of a mask that is lost nothing can be planned";
+}
+
+// A mask from before these were kept.
+TEST_F(SmallPictures, OfAMaskAreMadeWhenSomebodyAsks) {
+  db::PanelRecord panel;
+  panel.mask_file = library_.store_picture(cv::Mat(90, 201, CV_8UC1, cv::Scalar(7)), "panels", "mask")->file;
+  ASSERT_TRUE(library_.load_mask(panel));
+  std::filesystem::resize_file(dir_.path() / panel.mask_file, 40);
+  const auto again = library_.load_mask(panel);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(cv::countNonZero(again->pixels == 255), 90 * 201);
+  EXPECT_EQ(again->pixels.size(), cv::Size(201, 90));
+}
+
+TEST_F(SmallPictures, OfAMapThatWasReplacedAreRemoved) {
+  const auto keep = [&](const char* panel) {
+    const auto stored = library_.store_picture(cv::Mat(9, 2000, CV_8UC3), std::string("panels/") + panel, "map");
+    EXPECT_TRUE(library_.load_small(stored->file, 640));
+  };
+  keep("P-0001"), keep("P-00011");
+  const auto files = [&] {
+    const std::filesystem::directory_iterator all(library_.small_dir());
+    return std::distance(begin(all), end(all));
+  };
+  EXPECT_EQ(files(), 2);
+  library_.drop_index(PanelId{"P-0001"});
+  EXPECT_EQ(files(), 1);
+}
+
 TEST_F(SmallPictures, ThatNobodyAskedForLatelyAreForgotten) {
   const std::string first = store(1500, 1000, {1, 1, 1}), often = store(1500, 1000, {2, 2, 2});
   ASSERT_TRUE(library_.load_small(first, 1500));

@@ -1,6 +1,7 @@
 // The scan service on rendered sheets: what becomes of a panel's mask when it is scanned again.
 #include "daemon/services/scan_service.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -228,6 +229,56 @@ TEST_F(ScanServiceTest, WoodThatIsGoneIsToldByTheOldestMapThatIsLeft) {
   EXPECT_FALSE(kept().front().decision);
 }
 
+// Three pieces were being cut when the power went: one fell out, one is whole, one is broken in two.
+TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
+  rendered::Panel sheet = rendered::sample_panel();
+  const auto first = scan();
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  db::NewPlan plan;
+  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+  plan.planned_on = {{PanelId{"P-0001"}, 1}};
+  const double x = sheet.strips.at(1).x0 + 3;
+  const Ring<PanelFrame> corners = square(0, 0, 8).rings().at(0);
+  for (const double y : {30.0, 45.0, 60.0}) {
+    db::PlannedPatch& patch = plan.pieces.emplace_back();
+    patch.mark = fmt::format("A{:.0f}", y);
+    patch.panel = PanelId{"P-0001"};
+    for (const auto& p : corners) {
+      patch.artwork_outline.push_back({p.x, p.y});
+      patch.panel_outline.push_back({p.x + Millimetres(x), p.y + Millimetres(y)});
+    }
+    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.2_mm);
+    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, y));
+  }
+  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
+    const auto job = r.jobs.create(plan, utc_timestamp());
+    if (!job) return job.error();
+    const auto pieces = r.jobs.pieces(*job);
+    std::vector<PieceId> all;
+    for (const auto& piece : *pieces) all.push_back(piece.id);
+    return r.jobs.make_suspect(all, utc_timestamp());
+  }));
+  sheet.gone.push_back({{x, 30}, {x + 8, 30}, {x + 8, 38}, {x, 38}});
+  sheet.gone.push_back({{x, 60}, {x + 4, 60}, {x + 4, 68}, {x, 68}});
+  lay(sheet);
+  const auto again = scan();
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->zones, first->zones) << "those that it had";
+  ASSERT_EQ(again->suspects.size(), 3U);
+  EXPECT_EQ(again->suspects[0].mark, "A30");
+  EXPECT_EQ(again->suspects[0].sighting.seen, db::Seen::kCut);
+  EXPECT_GT(again->suspects[0].sighting.gone, 0.95);
+  EXPECT_EQ(again->suspects[1].sighting.seen, db::Seen::kStillThere);
+  EXPECT_EQ(again->suspects[2].sighting.seen, db::Seen::kUnclear);
+  EXPECT_NEAR(again->suspects[2].sighting.gone, 0.5, 0.1);
+  const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
+  for (const auto& piece : *pieces) {
+    EXPECT_EQ(piece.state, db::PieceState::kSuspect) << "a person decides";
+    ASSERT_TRUE(piece.sighting);
+    EXPECT_EQ(piece.sighting->mask_version, panel().mask_version);
+  }
+}
+
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
     if (kind == RegisterScans::kKind) answer["warnings"] = {"a strip is left out"};
@@ -356,6 +407,7 @@ TEST_F(ScanServiceTest, APanelThatWasSawnApartBecomesOnePanelForEachPart) {
     }
     EXPECT_EQ(r.materials.zones(PanelId{"P-0002"})->front().material, "maple");
     EXPECT_EQ(r.materials.zones(PanelId{"P-0003"})->front().material, "walnut");
+    EXPECT_EQ(r.materials.zones(PanelId{"P-0003"})->front().number, 4) << "as the parent has it";
     return Ok();
   }));
 }
@@ -420,6 +472,7 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
          a["zones"][0]["outline"] = json::array_t(20'000, json::array({1, 1}));
        }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
+      {"a suspect that nobody asked for", [](json& a) { a["suspects_gone"] = {0.5}; }},
       {"countless warnings", [](json& a) { a["warnings"] = json::array_t(2'000, "a strip is left out"); }},
       {"a difference beyond all measure",
        [](json& a) {
