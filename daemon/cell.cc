@@ -337,7 +337,7 @@ void Cell::audit(const Router::Change& change) {
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
-  audit_log_->write(std::move(entry));
+  audit_log_->write(entry);
 }
 
 void Cell::broadcast_status() {
