@@ -247,7 +247,7 @@ TEST_F(ProofTest, APanelThatWasLiftedInMidCutLeavesItsPiecesSuspect) {
   ASSERT_TRUE(command(CellCommand::kStop).ok());
   EXPECT_EQ(state(), CellState::kStopped);
   EXPECT_EQ(job_state(), db::JobState::kStopped);
-  EXPECT_THAT(next_words(runner_->view()),
+  EXPECT_THAT(next_words(runner_->view(), {}),
               "0 of 3 pieces of job 1 are cut, 2 are suspect and 1 is still to be cut: Reset, look at the suspect "
               "pieces and say what became of each (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
               "start 1)");

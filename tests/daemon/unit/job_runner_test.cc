@@ -331,7 +331,7 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
   EXPECT_THAT(runner_->view().reason, HasSubstr("one piece is suspect"));
   EXPECT_THAT(piece_states(), ElementsAre(P::kSuspect, P::kReserved, P::kReserved));
   settle();
-  EXPECT_EQ(next_words(runner_->view()),
+  EXPECT_EQ(next_words(runner_->view(), {}),
             "0 of 3 pieces of job 1 are cut, 1 is suspect and 2 are still to be cut: Clear, Reset, look at the "
             "suspect piece and say what became of it (veneerctl job settle 1), then Start cuts the rest (veneerctl job "
             "start 1)");
@@ -342,11 +342,11 @@ TEST_F(JobRunnerTest, AfterACrashTheCellIsAbortedUntilSomebodyLooks) {
   settle();
   ASSERT_TRUE(command(CellCommand::kClear).ok());
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  EXPECT_EQ(next_words(runner_->view()),
+  EXPECT_EQ(next_words(runner_->view(), {}),
             "1 of 3 pieces of job 1 is cut and 2 are still to be cut: Start cuts the rest (veneerctl job start 1)");
   laser_.burn_at_once = true;
   ASSERT_TRUE(start().ok());
-  EXPECT_EQ(next_words(runner_->view()), "");
+  EXPECT_EQ(next_words(runner_->view(), {}), "");
 }
 
 TEST_F(JobRunnerTest, TellsWhatItDoesWithAJob) {
