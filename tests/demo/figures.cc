@@ -66,10 +66,12 @@ std::vector<std::string> red_figures(const json& report) {
       check.equals(job + none, 0);
     check.at_most(job + "/edge_rms_mm", 0.10);
     check.at_most(job + "/edge_max_mm", 0.20);
-    check.at_least(job + "/picture_ssim", 0.95);
+    check.at_least(job + "/picture_ssim", 0.90);  // joints and char are seen
+    check.at_least(job + "/picture_ssim_joints_filled", 0.95);
     check.is_true(job + "/ledger_matches_burn");
     check.at_least(job + "/seconds", 0);
   }
+  for (const char* none : {"/unclaimed_cuts", "/unattributed_scans", "/wood_used_twice"}) check.equals(none, 0);
   check.equals("/reconcile/differences", 0);
   check.equals("/motion_without_consent", 0);
   for (std::size_t i = 0, n = check.list("/remnant_area_mm2"); i < n; ++i)

@@ -388,6 +388,8 @@ Status Story::prove(const fs::path& bin_dir) {
     report_["registration"] = proof.value("registration", json());
     report_["pose"] = proof.value("pose", json());
     report_["jobs"] = proof.value("jobs", json());
+    for (const char* count : {"unclaimed_cuts", "unattributed_scans", "wood_used_twice"})
+      report_[count] = proof.value(count, json());
     for (std::size_t i = 0; i < jobs_.size() && report_["jobs"].is_array() && i < report_["jobs"].size(); ++i)
       report_["jobs"][i]["seconds"] = job_seconds_[jobs_[i]];
     report_["reconcile"]["differences"] = reconciled_ ? json(differences_.size()) : json();

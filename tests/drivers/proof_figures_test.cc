@@ -33,7 +33,8 @@ class ProofFigures : public ::testing::Test {
   }
   static void expect_green_picture(const Proof& p) {
     EXPECT_EQ(p.jobs.at(0).wrong_pieces, 0U) << ::testing::PrintToString(p.jobs.at(0).notes);
-    EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.95);
+    EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.90);
+    EXPECT_GT(*p.jobs.at(0).picture_ssim_joints_filled, 0.95);
   }
   static void expect_green_ledger(const Proof& p) {
     EXPECT_TRUE(*p.ledger_matches.at(0)) << ::testing::PrintToString(p.notes);
@@ -53,6 +54,8 @@ TEST_F(ProofFigures, AreGreenForAFaultlessCell) {
   EXPECT_EQ(proof.jobs.at(0).pieces, 4U);
   EXPECT_EQ(proof.jobs.at(0).cut, 4U);
   EXPECT_EQ(proof.unclaimed_cuts, 0U);
+  EXPECT_EQ(proof.unattributed_scans, 0U);
+  EXPECT_EQ(proof.wood_used_twice, 0U);
   ASSERT_TRUE(write_proof(proof, dir_).ok());
   EXPECT_TRUE(std::filesystem::exists(dir_ / "side-by-side-7.png"));
   const nlohmann::json json = to_json(proof);
@@ -87,6 +90,15 @@ TEST_F(ProofFigures, SeeKerfThatWasNotMadeUpFor) {
   const Proof proof = judge({.kerf_offset_mm = 0.13});
   EXPECT_GT(proof.jobs.at(0).edge.rms, 0.11);
   expect_green_registration(proof);
+  expect_green_marks(proof);
+}
+
+TEST_F(ProofFigures, SeeWoodThatTheBeamBrowned) {
+  const double clean = *judge({}).jobs.at(0).picture_ssim;
+  const Proof proof = judge({.browned_mm = 0.5});
+  EXPECT_LT(*proof.jobs.at(0).picture_ssim, clean - 0.05);
+  EXPECT_EQ(proof.jobs.at(0).wrong_pieces, 0U) << "char is no other wood";
+  expect_green_edges(proof);
   expect_green_marks(proof);
 }
 
@@ -132,6 +144,19 @@ TEST_F(ProofFigures, SeeAPieceThatIsBookedButStillThere) {
   EXPECT_FALSE(*proof.ledger_matches.at(0));
   EXPECT_EQ(proof.jobs.at(0).cut, 3U);
   expect_green_edges(proof);
+}
+
+TEST_F(ProofFigures, SeeWoodThatTwoJobsUse) {
+  const Proof proof = judge({.book_twice = true});
+  EXPECT_EQ(proof.wood_used_twice, 1U);
+  EXPECT_THAT(proof.notes, ::testing::Contains(::testing::HasSubstr("of job 8 on P-0001")));
+}
+
+TEST_F(ProofFigures, SeeAScanThatWasNeverTaken) { EXPECT_EQ(judge({.forget_capture = true}).unattributed_scans, 1U); }
+
+TEST_F(ProofFigures, SeeAPieceThatNobodyClaims) {
+  EXPECT_EQ(judge({.forget_piece = true}).unclaimed_cuts, 1U);
+  EXPECT_EQ(judge({.lost_piece = true}).unclaimed_cuts, 0U) << "made again from other wood, it is in the ledger";
 }
 
 TEST_F(ProofFigures, LayAPieceWhoseMarkHadToBeTurned) {

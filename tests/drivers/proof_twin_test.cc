@@ -227,15 +227,16 @@ TEST(ProofOfTheTwin, IsGreenOverAPanelCutThroughTheController) {
   const JobProof& job = proof->jobs.at(0);
   fmt::print(
       "{} pieces: panel made in {:.1f} s, cut in {:.1f} s ({:.0f} s of device time), read in {:.1f} s, proven in "
-      "{:.1f} s; edge {:.3f} / {:.3f} mm, ssim {:.4f}, {} fiducials\n",
+      "{:.1f} s; edge {:.3f} / {:.3f} mm, ssim {:.4f} ({:.4f} with joints filled), {} fiducials\n",
       job.pieces, made, cut, run.laser_seconds_, loaded, proven, job.edge.rms, job.edge.max,
-      job.picture_ssim.value_or(0), claims.panels[0].fiducials.size());
+      job.picture_ssim.value_or(0), job.picture_ssim_joints_filled.value_or(0), claims.panels[0].fiducials.size());
   EXPECT_EQ(job.cut, job.pieces);
   EXPECT_EQ(job.unreadable_ids, 0U) << ::testing::PrintToString(job.notes);
   EXPECT_EQ(job.wrong_pieces, 0U) << ::testing::PrintToString(job.notes);
   EXPECT_EQ(job.mirrored_pieces, 0U) << ::testing::PrintToString(job.notes);
   EXPECT_LT(job.edge.rms, 0.02);
   EXPECT_GT(*job.picture_ssim, 0.9);
+  EXPECT_GT(*job.picture_ssim_joints_filled, 0.95);
   EXPECT_TRUE(*proof->ledger_matches.at(0)) << ::testing::PrintToString(proof->notes);
   EXPECT_LT(proof->poses.at(0).pose->rms, 1e-6);
   ASSERT_TRUE(write_proof(*proof, dir / "out").ok());

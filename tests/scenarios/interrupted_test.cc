@@ -49,7 +49,7 @@ class Interrupted : public OperatedCell {
     auto figures = red();
     std::erase_if(figures, [](const std::string& f) {
       return f.find("/suspect = ") != std::string::npos || f.find("/cut = ") != std::string::npos ||
-             f.find("/picture_ssim = ") != std::string::npos;
+             f.find("/picture_ssim") != std::string::npos;
     });
     return figures;
   }

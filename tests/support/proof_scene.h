@@ -26,7 +26,12 @@ struct SceneFaults {
   bool mirror_picture = false;  // the first piece was cut from a mirrored face
   bool no_mark = false;         // on the first piece
   bool delete_ledger_row = false;
+  bool book_twice = false;           // the last piece's wood, for a piece of another job
+  bool forget_capture = false;       // the scan that the cell claims was never taken
+  bool forget_piece = false;         // the last piece, by the job and the ledger
+  bool lost_piece = false;           // the last piece is in the ledger only
   bool skip_cut = false;             // the last piece was booked but never cut
+  double browned_mm = 0;             // of the show face beside each cut
   bool quarter_turned_mark = false;  // on the first piece, engraved so for want of room
 };
 
@@ -82,6 +87,7 @@ class ProofScene {
     random.fill(ply, cv::RNG::NORMAL, 0, 6);
     ply += cv::Scalar(170, 200, 215);
     ply.convertTo(sheet_->back, CV_8U);
+    sheet_->engraved_front = cv::Mat::zeros(size, CV_8UC1);
     const Vec2 places[] = {{12, 12}, {118, 14}, {60, 11}, {13, 98}, {116, 97}, {86, 99}};
     int id = 200;
     for (const Vec2& p : places) {
@@ -109,7 +115,7 @@ class ProofScene {
     scan.glass_from_sheet = {0.01, false, {90, 70}};
     scan.px_per_mm = 300 / 25.4;
     scan.scanner = sim::draw_cell_truth({}).scanner;
-    truth.captures["capture-1"] = scan;
+    if (!faults_.forget_capture) truth.captures["capture-1"] = scan;
     ClaimedLattice lattice;
     lattice.capture = "capture-1";
     lattice.origin_px = {0, 0};
@@ -150,7 +156,12 @@ class ProofScene {
       engrave(i);
       claim(i, job);
     }
-    if (faults_.delete_ledger_row) claims.ledger->pop_back();
+    if (faults_.delete_ledger_row || faults_.forget_piece) claims.ledger->pop_back();
+    if (faults_.forget_piece || faults_.lost_piece) job.pieces.pop_back();
+    if (faults_.book_twice) {
+      claims.ledger->push_back(claims.ledger->back());
+      claims.ledger->back().job = job.job + 1;
+    }
     claims.jobs.emplace();
     claims.jobs->push_back(std::move(job));
   }
@@ -170,6 +181,11 @@ class ProofScene {
     Ring path =
         placed(grown(piece.artwork[0], piece.artwork[2], kKerf / 2 - faults_.kerf_offset_mm), piece.sheet_from_artwork);
     path.push_back(path.front());
+    for (std::size_t k = 1; k < path.size() && faults_.browned_mm > 0; ++k) {
+      const Vec2 a = sheet_->pixel(path[k - 1]), b = sheet_->pixel(path[k]);
+      cv::line(sheet_->engraved_front, cv::Point2d(a.x, a.y), cv::Point2d(b.x, b.y), cv::Scalar(95),
+               static_cast<int>(std::lround((kKerf + 2 * faults_.browned_mm) * sheet_->px_per_mm)));
+    }
     burn(sim::BurnDepth::kThrough, kKerf, path);
   }
 

@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "drivers/sim/light.h"
 #include "drivers/sim/proof/parallel.h"
 #include "drivers/sim/proof/picture_proof.h"
 
@@ -65,7 +66,8 @@ struct Laid {
   Fit fit;
   bool mirrored = false;
   cv::Rect box;      // on the canvas
-  cv::Mat colour;    // BGR over the box
+  cv::Mat colour;    // BGR over the box, the wood as it grew
+  cv::Mat burnt;     // the same with what the beam browned
   cv::Mat mask;      // 255 = the pixel's centre lies on this piece's wood
   cv::Mat cover;     // 0 to 255: the pixel's share of this piece's wood
   Vec2 centre_px{};  // of its place's outline
@@ -115,8 +117,18 @@ void paint(const FoundPiece& piece, const Canvas& canvas, Laid& laid) {
   const Vec2 u = raster(1, 0) - o;
   const Vec2 v = raster(0, 1) - o;
   const cv::Matx23d map(u.x, v.x, o.x, u.y, v.y, o.y);
-  cv::warpAffine(piece.sheet->front, laid.colour, map, laid.box.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_REPLICATE);
+  const auto as_it_lies = [&](const cv::Mat& face) {
+    cv::Mat out;
+    cv::warpAffine(face, out, map, laid.box.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+    return out;
+  };
+  laid.colour = as_it_lies(piece.sheet->front);
+  laid.burnt = laid.colour.clone();
+  const cv::Mat browned = as_it_lies(piece.sheet->engraved_front);
+  laid.burnt.forEach<cv::Vec3b>([&](cv::Vec3b& wood, const int* at) {
+    if (const unsigned char how_much = browned.at<unsigned char>(at); how_much > 0)
+      wood = cv::Vec3b(sim::burnt_colour(wood, how_much));
+  });
 }
 
 cv::Mat grey_integral(const cv::Mat& colour, const cv::Mat& mask) {
@@ -308,7 +320,7 @@ Assembled assemble(const ClaimedJob& job, const Canvas& canvas, const std::vecto
     const cv::Rect visible = piece.box & cv::Rect({}, canvas.size);
     if (visible.empty()) continue;
     const cv::Rect part(visible.x - piece.box.x, visible.y - piece.box.y, visible.width, visible.height);
-    lay_on(out.picture(visible), out.cover(visible), piece.colour(part), piece.cover(part));
+    lay_on(out.picture(visible), out.cover(visible), piece.burnt(part), piece.cover(part));
   }
   cv::Mat nothing = out.cover.clone();
   lay_on(out.picture, nothing, cv::Mat(canvas.size, CV_8UC3, kTable), 255 - out.cover);
@@ -394,7 +406,9 @@ JobProof prove_job(const ClaimedJob& job, const std::vector<FoundPiece>& found, 
     judge_pictures(job, canvas, proof.preview, dust, laid, threads, proof);
     const Assembled assembled = assemble(job, canvas, laid);
     proof.assembled = assembled.picture;
-    proof.picture_ssim = picture_ssim(assembled, kTable, proof.preview, job.width_mm, job.height_mm);
+    proof.picture_ssim = picture_ssim(assembled.picture, proof.preview, job.width_mm, job.height_mm);
+    proof.picture_ssim_joints_filled =
+        picture_ssim_joints_filled(assembled, kTable, proof.preview, job.width_mm, job.height_mm);
   }
   for (const Laid& piece : laid) {
     if (!piece.mirrored) continue;

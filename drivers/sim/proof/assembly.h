@@ -50,8 +50,9 @@ struct JobProof {
   std::size_t wrong_by_correlation = 0;  // of pieces of a few blocks, and so also of many that are right
   std::size_t pieces_under_dust = 0;     // judged without the pixels that dust hid in the scans
   std::optional<double> picture_ssim;    // nothing without a preview
-  std::vector<std::string> notes;        // one sentence for each thing that is not as it should be
-  cv::Mat assembled;                     // BGR, covers the artwork at the preview's resolution; empty without one
+  std::optional<double> picture_ssim_joints_filled;
+  std::vector<std::string> notes;  // one sentence for each thing that is not as it should be
+  cv::Mat assembled;               // BGR, as burnt; covers the artwork at the preview's resolution; empty without one
   cv::Mat preview;
 };
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "drivers/sim/proof/parallel.h"
@@ -32,16 +34,20 @@ cv::Mat draw(const ClaimedAllocation& row, const Rigid& sheet_from_panel, const 
   return mask;
 }
 
+struct Box {
+  Vec2 low{1e9, 1e9}, high{-1e9, -1e9};
+
+  void take(Vec2 p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+};
+
 Window window_of(const ClaimedAllocation& row, const Rigid& sheet_from_panel) {
-  Vec2 low{1e9, 1e9};
-  Vec2 high{-1e9, -1e9};
+  Box box;
   for (const Ring& ring : row.allocation)
-    for (const Vec2& p : ring) {
-      const Vec2 s = sheet_from_panel(p);
-      low = {std::min(low.x, s.x), std::min(low.y, s.y)};
-      high = {std::max(high.x, s.x), std::max(high.y, s.y)};
-    }
-  return Window::around(low, high, 0.5, kPxPerMm);
+    for (const Vec2& p : ring) box.take(sheet_from_panel(p));
+  return Window::around(box.low, box.high, 0.5, kPxPerMm);
 }
 
 // Everything burnt away, darkened or fallen out within the window.
@@ -139,6 +145,48 @@ LedgerProof prove_ledger(const Tie& tie, const BurnIndex& burns, const std::vect
         fmt::format("{:.2f} mm2 of panel {} are burnt or gone outside what is booked", outside, tie.panel->id));
   }
   return proof;
+}
+
+std::size_t wood_used_twice(const std::vector<ClaimedAllocation>& ledger, std::vector<std::string>& notes) {
+  std::map<std::string, std::vector<const ClaimedAllocation*>> by_panel;
+  for (const ClaimedAllocation& row : ledger)
+    if (is_booked(row) && row.outline.size() >= 3) by_panel[row.panel].push_back(&row);
+  std::size_t twice = 0;
+  for (const auto& [panel, rows] : by_panel) {
+    Box whole;
+    for (const ClaimedAllocation* row : rows)
+      for (const Vec2& p : row->outline) whole.take(p);
+    const Window window = Window::around(whole.low, whole.high, 0, kPxPerMm);
+    cv::Mat used(window.rows, window.columns, CV_8UC1, cv::Scalar(0));
+    for (const ClaimedAllocation* row : rows) {
+      Box box;
+      std::vector<Vec2> ring;
+      for (const Vec2& p : row->outline) box.take(ring.emplace_back(window.pixel(p)));
+      const cv::Rect part = cv::Rect(cv::Point(static_cast<int>(box.low.x), static_cast<int>(box.low.y)),
+                                     cv::Point(static_cast<int>(box.high.x) + 1, static_cast<int>(box.high.y) + 1)) &
+                            cv::Rect({}, used.size());
+      for (Vec2& p : ring) p = p - Vec2{static_cast<double>(part.x), static_cast<double>(part.y)};
+      cv::Mat piece(part.size(), CV_8UC1, cv::Scalar(0));
+      fill_ring(piece, ring, 255);
+      const double shared = cv::countNonZero(piece & used(part)) / (kPxPerMm * kPxPerMm);
+      used(part).setTo(255, piece);
+      if (shared < kLeast) continue;
+      ++twice;
+      notes.push_back(fmt::format("{:.2f} mm2 of the wood of {} of job {} on {} are another piece's as well", shared,
+                                  row->mark, row->job, panel));
+    }
+  }
+  return twice;
+}
+
+bool is_booked_at(Vec2 on_panel, const std::string& panel, const std::vector<ClaimedAllocation>& ledger) {
+  return std::ranges::any_of(ledger, [&](const ClaimedAllocation& row) {
+    if (row.panel != panel || !is_booked(row) || row.outline.size() < 3) return false;
+    std::vector<cv::Point2f> ring;
+    for (const Vec2& p : row.outline) ring.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y));
+    const cv::Point2f here(static_cast<float>(on_panel.x), static_cast<float>(on_panel.y));
+    return cv::pointPolygonTest(ring, here, false) >= 0;
+  });
 }
 
 }  // namespace veneer::proof

@@ -23,4 +23,11 @@ struct LedgerProof {
 LedgerProof prove_ledger(const Tie& tie, const BurnIndex& burns, const std::vector<CutOut>& cuts,
                          const std::vector<ClaimedAllocation>& ledger, int threads);
 
+// Rows of wood that is out or in doubt whose piece reaches into another such row's piece: wood that two pieces claim.
+// One sentence for each goes to `notes`.
+std::size_t wood_used_twice(const std::vector<ClaimedAllocation>& ledger, std::vector<std::string>& notes);
+
+// Whether the ledger says that wood was cut or written off at this point of a panel.
+bool is_booked_at(Vec2 on_panel, const std::string& panel, const std::vector<ClaimedAllocation>& ledger);
+
 }  // namespace veneer::proof

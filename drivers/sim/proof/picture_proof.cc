@@ -35,18 +35,8 @@ cv::Mat blurred(const cv::Mat& picture) {
   return out;
 }
 
-}  // namespace
-
-double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview, double width_mm,
-                    double height_mm) {
-  const cv::Mat b = at_75_dpi(grey_of(preview), width_mm, height_mm);
-  cv::Mat a = at_75_dpi(grey_of(assembled.picture), width_mm, height_mm);
-  cv::Mat wood;  // share of each pixel
-  assembled.cover.convertTo(wood, CV_32F, 1 / 255.0);
-  wood = at_75_dpi(wood, width_mm, height_mm);
-  const double table_grey = grey_of(cv::Mat(1, 1, CV_8UC3, table)).at<float>(0, 0);
-  const cv::Mat of_wood = (a - (1 - wood) * table_grey) / wood;
-  of_wood.copyTo(a, wood > 0.5);
+// The mean of SSIM, `a` under the gain and offset that bring it nearest to `b`.
+double ssim(cv::Mat a, const cv::Mat& b) {
   cv::Scalar mean_a;
   cv::Scalar mean_b;
   cv::Scalar deviation_a;
@@ -66,6 +56,24 @@ double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const c
   const cv::Mat above = (2 * ma.mul(mb) + c1).mul(2 * cab + c2);
   const cv::Mat below = (ma.mul(ma) + mb.mul(mb) + c1).mul(va + vb + c2);
   return cv::mean(above / below)[0];
+}
+
+}  // namespace
+
+double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm) {
+  return ssim(at_75_dpi(grey_of(assembled), width_mm, height_mm), at_75_dpi(grey_of(preview), width_mm, height_mm));
+}
+
+double picture_ssim_joints_filled(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview,
+                                  double width_mm, double height_mm) {
+  cv::Mat a = at_75_dpi(grey_of(assembled.picture), width_mm, height_mm);
+  cv::Mat wood;  // share of each pixel
+  assembled.cover.convertTo(wood, CV_32F, 1 / 255.0);
+  wood = at_75_dpi(wood, width_mm, height_mm);
+  const double table_grey = grey_of(cv::Mat(1, 1, CV_8UC3, table)).at<float>(0, 0);
+  const cv::Mat of_wood = (a - (1 - wood) * table_grey) / wood;
+  of_wood.copyTo(a, wood > 0.5);
+  return ssim(a, at_75_dpi(grey_of(preview), width_mm, height_mm));
 }
 
 BlockMeans::BlockMeans(const cv::Mat& integral, const cv::Mat& mask_integral, sim::Vec2 centre_px, sim::Vec2 half_px,

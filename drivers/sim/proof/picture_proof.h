@@ -16,13 +16,15 @@ struct Assembled {
 };
 
 // All of one size, covering width_mm x height_mm: grey, area-averaged to 75 dpi, the assembled picture under the best
-// gain and offset, then the mean of SSIM with an 11 x 11 Gaussian window (sigma 1.5).
-//
-// It compares the wood: a pixel of 75 dpi that is wood for the greater part has the mean of its wood, without the
+// gain and offset, then the mean of SSIM with an 11 x 11 Gaussian window (sigma 1.5). Joints and char are part of the
+// picture, as they are of the real one.
+double picture_ssim(const cv::Mat& assembled, const cv::Mat& preview, double width_mm, double height_mm);
+
+// The same of the wood alone: a pixel of 75 dpi that is wood for the greater part has the mean of its wood, without the
 // `table` that shows through a joint. Pieces are cut with a clearance so that they fit; the joints that come of it,
 // much narrower than such a pixel, are judged by the edges' errors. Wider gaps count as seen.
-double picture_ssim(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview, double width_mm,
-                    double height_mm);
+double picture_ssim_joints_filled(const Assembled& assembled, const cv::Scalar& table, const cv::Mat& preview,
+                                  double width_mm, double height_mm);
 
 // Grey means of the blocks of 2 mm around a centre.
 class BlockMeans {

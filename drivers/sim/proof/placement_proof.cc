@@ -14,15 +14,26 @@ void over_grid(const sim::Sheet& sheet, Visit visit) {
     for (int column = 0; middle(column) < sheet.width_mm; ++column) visit(Vec2{middle(column), middle(row)});
 }
 
+// What the lattice was claimed of; nothing when the twin took no such scan of the sheet.
+const sim::ScanTruth* scan_of(const ClaimedLattice& lattice, const Tie& tie, const Truth& truth) {
+  const auto capture = truth.captures.find(lattice.capture);
+  return capture == truth.captures.end() || capture->second.sheet != tie.sheet->name ? nullptr : &capture->second;
+}
+
 }  // namespace
+
+std::size_t unattributed_scans(const Tie& tie, const Truth& truth) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      tie.panel->registration, [&](const ClaimedLattice& lattice) { return scan_of(lattice, tie, truth) == nullptr; }));
+}
 
 std::optional<Residual> prove_registration(const Tie& tie, const Truth& truth) {
   ResidualSum sum;
   for (const ClaimedLattice& lattice : tie.panel->registration) {
-    const auto capture = truth.captures.find(lattice.capture);
-    if (capture == truth.captures.end() || capture->second.sheet != tie.sheet->name) continue;
+    const sim::ScanTruth* scan = scan_of(lattice, tie, truth);
+    if (scan == nullptr) continue;
     over_grid(*tie.sheet, [&](Vec2 point) {
-      if (const auto claimed = lattice.panel_at(capture->second.scan_pixel(point)))
+      if (const auto claimed = lattice.panel_at(scan->scan_pixel(point)))
         sum.add(sim::length(*claimed - tie.panel_from_sheet(point)));
     });
   }

@@ -10,6 +10,9 @@ namespace veneer::proof {
 // any of them.
 std::optional<Residual> prove_registration(const Tie& tie, const Truth& truth);
 
+// Claimed scans that tell nothing of the sheet: the twin has no such capture, or it shows another sheet.
+std::size_t unattributed_scans(const Tie& tie, const Truth& truth);
+
 // Over the same grid: claimed place on the bed against the true one. A run sees the sheet in some load no earlier than
 // as many runs came before; poses are drawn afresh for each, so the best of those it may have seen is the one it saw.
 // Nothing when the twin knows no such load.

@@ -89,13 +89,14 @@ struct SheetWork {
   std::vector<std::optional<ReadMark>> marks;
 };
 
-void collect(const SheetWork& work, const std::vector<ClaimedJob>& jobs, std::vector<std::vector<FoundPiece>>& found,
-             Proof& proof) {
+void collect(const SheetWork& work, const Claims& claims, std::vector<std::vector<FoundPiece>>& found, Proof& proof) {
+  const std::vector<ClaimedJob>& jobs = *claims.jobs;
   for (std::size_t i = 0; i < work.cuts.size(); ++i) {
     const Vec2 on_panel = work.panel_tie.panel_from_sheet(work.cuts[i].centroid);
     const auto claimed = cut_as(on_panel, work.panel_tie.panel->id, jobs);
     if (!claimed) {
-      ++proof.unclaimed_cuts;
+      // A piece that was lost and made again elsewhere is in the ledger only.
+      if (!claims.ledger || !is_booked_at(on_panel, work.panel_tie.panel->id, *claims.ledger)) ++proof.unclaimed_cuts;
       continue;
     }
     FoundPiece piece;
@@ -145,6 +146,7 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
       continue;
     }
     const auto registration = prove_registration(*tied, truth);
+    proof.unattributed_scans += unattributed_scans(*tied, truth);
     proof.registration.push_back({panel.id, registration, registration ? "" : "no scan of it was claimed"});
     auto sheet = std::make_unique<SheetWork>();
     sheet->panel_tie = *tied;
@@ -163,7 +165,7 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
     if (const Status read = read_marks(*sheet->panel_tie.sheet, *sheet->burns, sheet->cuts, threads, sheet->marks);
         !read)
       return read.error();
-    collect(*sheet, *claims.jobs, found, proof);
+    collect(*sheet, claims, found, proof);
     proof.sheets.push_back({sheet->panel_tie.panel->id, picture_of_back(*sheet->panel_tie.sheet, *sheet->burns)});
   }
   std::vector<Tie> ties;
@@ -174,13 +176,18 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
     proof.jobs.push_back(prove_job((*claims.jobs)[j], found[j], dust, threads));
   }
   proof.ledger_matches.resize(claims.jobs->size());
-  if (claims.ledger) judge_ledger(claims, work, threads, proof);
+  if (claims.ledger) {
+    judge_ledger(claims, work, threads, proof);
+    proof.wood_used_twice = wood_used_twice(*claims.ledger, proof.notes);
+  }
   return proof;
 }
 
 json to_json(const Proof& proof) {
   json out = {{"schema_version", 1},   {"registration", json::array()},          {"pose", json::array()},
               {"jobs", json::array()}, {"unclaimed_cuts", proof.unclaimed_cuts}, {"notes", proof.notes}};
+  out["unattributed_scans"] = proof.unattributed_scans;
+  out["wood_used_twice"] = proof.wood_used_twice ? json(*proof.wood_used_twice) : json();
   for (const PanelProof& p : proof.registration)
     out["registration"].push_back({{"panel", p.panel},
                                    {"rms_mm", length(p.registration, &Residual::rms)},
@@ -203,6 +210,8 @@ json to_json(const Proof& proof) {
                            {"mirrored_pieces", job.mirrored_pieces},
                            {"unreadable_ids", job.unreadable_ids},
                            {"picture_ssim", job.picture_ssim ? json(*job.picture_ssim) : json()},
+                           {"picture_ssim_joints_filled",
+                            job.picture_ssim_joints_filled ? json(*job.picture_ssim_joints_filled) : json()},
                            {"ledger_matches_burn", matches ? json(*matches) : json()},
                            {"notes", job.notes}});
   }

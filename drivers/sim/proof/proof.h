@@ -35,15 +35,17 @@ struct Proof {
   std::vector<JobProof> jobs;
   std::vector<std::optional<bool>> ledger_matches;  // per job; nothing without a ledger
   std::vector<SheetProof> sheets;
-  std::size_t unclaimed_cuts = 0;  // cut out where no job claims a piece
+  std::size_t unclaimed_cuts = 0;  // cut out where neither a job nor the ledger claims a piece
+  // Scans that the cell says it took of a panel, of which the twin knows nothing, or that it took of another sheet.
+  std::size_t unattributed_scans = 0;
+  std::optional<std::size_t> wood_used_twice;  // pieces; nothing without a ledger
   std::vector<std::string> notes;
 };
 
 // `threads` 0: as many as the machine has.
 Result<Proof> prove(const Truth& truth, const Claims& claims, int threads);
 
-// {"schema_version", "registration", "pose", "jobs", "unclaimed_cuts", "notes"}: the fields of docs/FILES.md
-// that come from truth, null where the claims have nothing to judge.
+// The fields of docs/FILES.md that come from truth, null where the claims have nothing to judge.
 nlohmann::json to_json(const Proof& proof);
 
 // proof.json, back-PANEL.png, assembled-JOB.png, side-by-side-JOB.png (assembled left, preview right).
