@@ -105,12 +105,12 @@ seed=$(fresh_seed)
 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
   "$build/tests/daemon_services_tests" daemon/services/area_life_test.cc
 
-# A cell has wood for some 25 kills; each begins with a copy of the same one.
+# A cell has wood for some 25 kills, and each test begins two with a copy of the same one.
 if [[ ledger/daemon-kills == "$name"* || $name == ledger/daemon-kills* ]]; then
   VENEER_PREPARED_CELL=$(mktemp -d)/cell
   export VENEER_PREPARED_CELL
   campaign "ledger/daemon-kills/prepare" 7 "$build/tests/scenario_tests" scenarios/prepare_test.cc
-  for ((i = 0; i < 40; ++i)); do
+  for ((i = 0; i < 20; ++i)); do
     seed=$(fresh_seed)
     show_table=1 campaign "ledger/daemon-kills/$i" "$seed" env VENEER_SEED="$seed" VENEER_DAEMON_KILLS=25 \
       "$build/tests/scenario_tests" scenarios/kills_test.cc
