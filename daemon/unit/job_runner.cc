@@ -430,7 +430,7 @@ void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply rep
   audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   from_ = view_.state;
   enter(CellState::kStarting, burning ? "looking whether a panel of the stock lies on the bed" : "");
-  undertake(std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply)),
+  undertake(std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply), confirmed),
             burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
 }
 
