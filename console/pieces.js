@@ -247,11 +247,11 @@ async function nameLost() {
 }
 
 // How much worse the picture gets is told before anything is cut.
-function noteRedone(task) {
+async function noteRedone(task) {
   const id = redoing.get(task.id);
   if (!id || task.state === "running") return;
   redoing.delete(task.id);
-  const result = task.result;
+  const {result} = task.state === "done" ? await ask("GET", `/api/v1/tasks/${task.id}`).catch(() => ({})) : {};
   if (result && result.redone) {
     const marks = result.redone.map((piece) => piece.mark);
     const change = 100 * (result.cost_per_pixel / result.cost_per_pixel_before - 1);

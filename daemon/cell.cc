@@ -122,7 +122,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
-              if (hub.clients() > 0) hub.broadcast_text(R"({"type":"task","task":)" + to_text(task) + "}");
+              if (hub.clients() > 0) hub.broadcast_text(task_event(task));
               if (task_audit_) task_audit_->changed(task);
             }),
       devices(std::move(parts)),

@@ -291,23 +291,36 @@ Result<RunFacts> JobStore::facts(RunId run) {
   });
 }
 
+// Of a row of kRunColumns.
+static constexpr const char* kRunColumns =
+    "SELECT id, panel, pose_rms_mm, started_at, ended_at, result, angle_rad, shift_x_mm, shift_y_mm, improper, job "
+    "FROM runs ";
+static RunRecord read_run(SQLite::Statement& row) {
+  return {{row.getColumn(0).getInt64()},
+          {row.getColumn(10).getInt64()},
+          {text(row.getColumn(1))},
+          read_isometry<BedFrame, PanelFrame>(row, 6),
+          Millimetres(row.getColumn(2).getDouble()),
+          text(row.getColumn(3)),
+          text_or_null(row.getColumn(4)),
+          text(row.getColumn(5))};
+}
+
 Result<std::vector<RunRecord>> JobStore::runs(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<RunRecord>> {
-    SQLite::Statement rows(connection,
-                           "SELECT id, panel, pose_rms_mm, started_at, ended_at, result, angle_rad, shift_x_mm, "
-                           "shift_y_mm, improper FROM runs WHERE job = ? ORDER BY id");
+    SQLite::Statement rows(connection, std::string(kRunColumns) + "WHERE job = ? ORDER BY id");
     rows.bind(1, job.value);
     std::vector<RunRecord> out;
-    while (rows.executeStep())
-      out.push_back({{rows.getColumn(0).getInt64()},
-                     job,
-                     {text(rows.getColumn(1))},
-                     read_isometry<BedFrame, PanelFrame>(rows, 6),
-                     Millimetres(rows.getColumn(2).getDouble()),
-                     text(rows.getColumn(3)),
-                     text_or_null(rows.getColumn(4)),
-                     text(rows.getColumn(5))});
+    while (rows.executeStep()) out.push_back(read_run(rows));
     return out;
+  });
+}
+
+Result<std::optional<RunRecord>> JobStore::last_run() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::optional<RunRecord>> {
+    SQLite::Statement row(connection, std::string(kRunColumns) + "ORDER BY id DESC LIMIT 1");
+    if (!row.executeStep()) return std::optional<RunRecord>();
+    return std::optional(read_run(row));
   });
 }
 

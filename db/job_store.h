@@ -205,6 +205,7 @@ class JobStore {
   // What became of its wood, the oldest first. Of wood booked before schema 11 the last step alone.
   Result<std::vector<PieceStep>> history(PieceId piece);
   Result<std::vector<RunRecord>> runs(JobId job);
+  Result<std::optional<RunRecord>> last_run();   // of any job; nothing before the first
   Result<RunFacts> facts(RunId run);             // empty when nobody noted them
   Result<std::vector<PlanId>> redos(JobId job);  // by which its pieces were made again, in their order
 

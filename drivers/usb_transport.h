@@ -49,9 +49,9 @@ class UsbTransport {
   virtual Status open(OnReply on_reply, OnClosed on_closed) = 0;
   // Queues a transfer behind those already waiting; each is replied to, in order. Ignored when closed.
   virtual void submit(UsbRequest request) = 0;
-  // For STOP: gives up what waits and what is under way, unanswered, and submits this write at once from the calling
-  // thread. It is not replied to.
-  virtual void submit_urgent(UsbWrite write) noexcept = 0;
+  // For STOP: submits this write at once from the calling thread, before it does anything else, then gives up what was
+  // under way or waited, unanswered. It is not replied to. At most 64 bytes.
+  virtual void submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept = 0;
   virtual void close() noexcept = 0;
 };
 

@@ -12,25 +12,32 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr std::size_t kMostOfAList = 20;
+constexpr std::size_t kMostOfAList = 20, kMostOfAText = 300, kMostOfABrief = 4096;
 
 std::string text_of(const nlohmann::json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 bool is_short(const nlohmann::json& value) {
-  if (value.is_array())
-    return value.size() <= kMostOfAList &&
-           std::ranges::all_of(value, [](const nlohmann::json& one) { return one.is_primitive(); });
-  return value.is_primitive();
+  const auto one_is_short = [](const nlohmann::json& one) {
+    return one.is_string() ? one.get_ref<const std::string&>().size() <= kMostOfAText : one.is_primitive();
+  };
+  return value.is_array() ? value.size() <= kMostOfAList && std::ranges::all_of(value, one_is_short)
+                          : one_is_short(value);
 }
 
 // Not the shapes and lists that a client may have asked for.
 std::string brief_of(const nlohmann::json& result) {
   if (!result.is_object()) return "";
   nlohmann::json out = nlohmann::json::object();
-  for (const auto& [key, value] : result.items())
-    if (is_short(value)) out[key] = value;
+  std::size_t left = kMostOfABrief - 2;  // of the braces
+  for (const auto& [key, value] : result.items()) {
+    if (!is_short(value)) continue;
+    const std::size_t length = text_of(key).size() + text_of(value).size() + 2;
+    if (length > left) continue;
+    left -= length;
+    out[key] = value;
+  }
   return text_of(out);
 }
 
@@ -63,15 +70,29 @@ nlohmann::json to_list_json(const TaskView& task) {
   return json;
 }
 
+namespace {
+
+// `object`, as text, with a last property whose value is known as text.
+std::string with_last(const nlohmann::json& object, std::string_view name, const std::string& value) {
+  std::string text = text_of(object);
+  text.reserve(text.size() + name.size() + value.size() + 5);
+  text.pop_back();
+  return text.append(",\"").append(name).append("\":").append(value).append("}");
+}
+
+}  // namespace
+
+std::string task_event(const TaskView& task) {
+  const nlohmann::json listed = to_list_json(task);
+  const bool has_summary = task.result && !task.result->brief.empty();
+  return with_last({{"type", "task"}}, "task",
+                   has_summary ? with_last(listed, "summary", task.result->brief) : text_of(listed));
+}
+
 std::string to_text(const TaskView& task, const nlohmann::json& more) {
   nlohmann::json json = to_list_json(task);
   json.update(more);
-  std::string text = text_of(json);
-  if (!task.result) return text;
-  constexpr std::string_view kKey = ",\"result\":";
-  text.reserve(text.size() + kKey.size() + task.result->json.size());
-  text.pop_back();
-  return text.append(kKey).append(task.result->json).append("}");
+  return task.result ? with_last(json, "result", task.result->json) : text_of(json);
 }
 
 // The way from workers to the reactor. Once the registry has shut it, nothing is posted any more, so that the reactor

@@ -28,7 +28,7 @@ const char* to_string(TaskState state);
 struct TaskResult {
   explicit TaskResult(const nlohmann::json& result);
   const std::string json;
-  const std::string brief;  // its numbers, names and short lists alone, as JSON; "" when it is no object
+  const std::string brief;  // its numbers, names and short lists alone, as JSON (at most 4 kB); "" when it is no object
   const std::string hash;
 };
 
@@ -44,7 +44,10 @@ struct TaskView {
 
 // {"id", "kind", "state", "progress", "text", "error": error_json()}: without the result, as it stands in a list.
 nlohmann::json to_list_json(const TaskView& task);
-// The same as text, with "result": what is known of it already is only copied. `more` is added to the object.
+// An event of the stream, as text: {"type": "task", "task": ...} as in a list; a done one has "summary" besides,
+// TaskResult::brief. Each listener gets it, so it stays small; whoever wants the result asks for the task.
+std::string task_event(const TaskView& task);
+// As in a list, as text, with "result": what is known of it already is only copied. `more` is added to the object.
 std::string to_text(const TaskView& task, const nlohmann::json& more = nlohmann::json::object());
 
 // The worker's end of a task. Copies speak of the same task. Thread-safe; does nothing once the registry is gone.

@@ -45,23 +45,72 @@ Result<Shelf> read_shelf(Repositories& r) {
   return shelf;
 }
 
-// Whose tag is it? A retired panel is wood all the same: nothing is burnt into it by mistake. A tag of one in stock is
-// that one's, as of a part of a panel that was sawn apart.
-Result<std::map<int, PanelId>> read_tags(Repositories& r) {
+// What of the stock decides whether a picture shows any of it.
+struct StockMarks {
+  // A retired panel is wood all the same: nothing is burnt into it by mistake. A tag of one in stock is that one's, as
+  // of a part of a panel that was sawn apart.
   std::map<int, PanelId> panel_of_tag;
+  std::vector<PanelId> hidden;    // in stock, and with a face up on which no tag of theirs is known
+  std::vector<PanelId> not_gone;  // on the bed when any was seen there last, and not on the scanner since
+};
+
+// Without a look since the program began the last run tells what lay on the bed.
+Result<LastSeen> seen_by_last_run(Repositories& r) {
+  const auto run = r.jobs.last_run();
+  if (!run) return run.error();
+  if (!*run) return LastSeen{};
+  return LastSeen{{(*run)->panel}, (*run)->ended_at.value_or((*run)->started_at)};
+}
+
+Result<StockMarks> read_marks(Repositories& r, LastSeen seen) {
+  StockMarks out;
   std::set<int> in_stock;
   const auto panels = r.panels.list();
   if (!panels) return panels.error();
   for (const auto& panel : *panels) {
     const auto fiducials = r.panels.fiducials(panel.id);
     if (!fiducials) return fiducials.error();
-    for (const auto& tag : to_calib(*fiducials).tags)
+    const calib::PanelFiducials marks = to_calib(*fiducials);
+    for (const auto& tag : marks.tags)
       if (!panel.retired || !in_stock.contains(tag.id)) {
-        panel_of_tag[tag.id] = panel.id;
+        out.panel_of_tag[tag.id] = panel.id;
         if (!panel.retired) in_stock.insert(tag.id);
       }
+    if (!panel.retired && !(marks.knows(Face::kShow) && marks.knows(Face::kBack))) out.hidden.push_back(panel.id);
   }
-  return panel_of_tag;
+  if (seen.panels.empty()) {
+    auto run = seen_by_last_run(r);
+    if (!run) return run.error();
+    seen = std::move(*run);
+  }
+  for (const PanelId& panel : seen.panels) {
+    const auto scans = r.panels.scans(panel);
+    if (!scans) return scans.error();
+    if (std::none_of(scans->begin(), scans->end(), [&](const auto& scan) { return scan.taken_at > seen.at; }))
+      out.not_gone.push_back(panel);
+  }
+  return out;
+}
+
+std::string named(const std::vector<PanelId>& panels) {
+  constexpr std::size_t kMost = 3;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(kMost, panels.size()); ++i) names.push_back(panels[i].value);
+  return fmt::format("panel{} {}{}", panels.size() == 1 ? "" : "s", fmt::join(names, ", "),
+                     panels.size() > kMost ? fmt::format(" and {} more", panels.size() - kMost) : "");
+}
+
+std::vector<std::string> doubts_of(const StockMarks& marks, const std::vector<int>& strange) {
+  std::vector<std::string> out;
+  if (!strange.empty())
+    out.push_back(fmt::format("tag{} {} of no known panel {} in sight", strange.size() == 1 ? "" : "s",
+                              fmt::join(strange, ", "), strange.size() == 1 ? "is" : "are"));
+  if (!marks.not_gone.empty())
+    out.push_back(fmt::format("{} lay there when the camera saw a panel last, and nothing tells that {} gone",
+                              named(marks.not_gone), marks.not_gone.size() == 1 ? "it is" : "they are"));
+  if (!marks.hidden.empty())
+    out.push_back(fmt::format("{} would not be seen with the face up on which no tag is known", named(marks.hidden)));
+  return out;
 }
 
 }  // namespace
@@ -119,7 +168,7 @@ void BedWatcher::look(std::function<void(Result<ProvenPose>)> reply) {
   });
 }
 
-void BedWatcher::stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) {
+void BedWatcher::stock_in_sight(std::function<void(Result<StockSight>)> reply) {
   worker_.post([this, hands_in = hands_in_, reply = in_time(std::move(reply))]() mutable {
     auto seen = caught([&] { return stock_in_sight_now(hands_in); });
     boost::asio::post(reactor_, [this, seen = std::move(seen), reply = std::move(reply)]() mutable {
@@ -168,11 +217,16 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
                   camera_.device())};
 }
 
-Result<std::vector<PanelId>> BedWatcher::stock_in_sight_now(WallTime hands_in) {
-  const auto panel_of_tag = database_.call(read_tags);
-  if (!panel_of_tag) return panel_of_tag.error();
-  std::vector<PanelId> seen;
-  if (panel_of_tag->empty()) return seen;
+void BedWatcher::note_seen(std::vector<PanelId> panels) { last_seen_ = {std::move(panels), utc_timestamp()}; }
+
+Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
+  const auto marks = database_.call([seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  if (!marks) return marks.error();
+  StockSight sight;
+  if (marks->panel_of_tag.empty()) {  // a picture would tell nothing
+    sight.doubts = doubts_of(*marks, {});
+    return sight;
+  }
   if (config_.camera.kind == "sim" && controller_at(config_.laser) == "real")
     return Error{ErrorCode::kRefused,
                  "the laser is a real one, but the camera is simulated: configure a real one under [camera]"};
@@ -180,10 +234,17 @@ Result<std::vector<PanelId>> BedWatcher::stock_in_sight_now(WallTime hands_in) {
   look.tags = true;
   const auto found = photograph(hands_in, look);
   if (!found) return found.error();
-  for (const int tag : found->tags)
-    if (const auto known = panel_of_tag->find(tag); known != panel_of_tag->end())
-      if (std::find(seen.begin(), seen.end(), known->second) == seen.end()) seen.push_back(known->second);
-  return seen;
+  std::vector<int> strange;
+  for (const int tag : found->tags) {
+    const auto known = marks->panel_of_tag.find(tag);
+    if (known == marks->panel_of_tag.end())
+      strange.push_back(tag);
+    else if (std::find(sight.panels.begin(), sight.panels.end(), known->second) == sight.panels.end())
+      sight.panels.push_back(known->second);
+  }
+  if (!sight.panels.empty()) note_seen(sight.panels);
+  sight.doubts = doubts_of(*marks, strange);
+  return sight;
 }
 
 Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
@@ -201,6 +262,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   if (!ready) return ready.error();
   if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
   const SeenPose& pose = *seen->pose;
+  note_seen({pose.panel});
   return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
 }
 

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "base/clock.h"
 #include "daemon/config.h"
@@ -24,6 +25,13 @@
 #include "drivers/camera_driver.h"
 
 namespace veneer::daemon {
+
+// The panels that were on the bed when the camera saw any there last. That it does not see them any more says little:
+// their tags may be covered.
+struct LastSeen {
+  std::vector<PanelId> panels;
+  std::string at;
+};
 
 class BedWatcher final : public BedView {
  public:
@@ -39,7 +47,7 @@ class BedWatcher final : public BedView {
   void stop() { ending_.request_stop(); }
 
   void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
-  void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) override;
+  void stock_in_sight(std::function<void(Result<StockSight>)> reply) override;
   Duration patience() const;
 
   // The last look as JPEG, with what was found drawn in; empty before the first.
@@ -50,7 +58,8 @@ class BedWatcher final : public BedView {
   template <class Seen>
   std::function<void(Result<Seen>)> in_time(std::function<void(Result<Seen>)> reply);
   Result<ProvenPose> look_now(WallTime hands_in);
-  Result<std::vector<PanelId>> stock_in_sight_now(WallTime hands_in);
+  Result<StockSight> stock_in_sight_now(WallTime hands_in);
+  void note_seen(std::vector<PanelId> panels);
   // A fresh picture, and what `look` asks of it; kRefused when it is older than `hands_in`. People see it either way.
   Result<BedSeen> photograph(WallTime hands_in, LookAtBed look);
 
@@ -61,6 +70,7 @@ class BedWatcher final : public BedView {
   DatabaseThread& database_;
   const Config& config_;
   WallTime hands_in_{};  // of the reactor; looks get a copy
+  LastSeen last_seen_;   // of the camera's worker
   std::function<void()> on_picture_;
   std::function<std::unique_ptr<OneShotTimer>()> make_timer_;
   std::stop_source ending_;

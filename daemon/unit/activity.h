@@ -124,6 +124,12 @@ class Activity {
   using Reply = std::function<void(Status)>;
   virtual ~Activity() = default;
 
+  // Is it done while the unit stays in the state it was asked in (a frame, Suspended), instead of in Execute? Nothing
+  // that could go on is Held then: what makes another activity rest gives this one up.
+  virtual bool is_aside() const { return false; }
+  // What goes on, for sentences: "tracing the frame". Of those that are aside.
+  virtual std::string doing() const { return {}; }
+
   // Does the bed have to be looked at before the first stroke, and whenever hands may have been in?
   virtual bool needs_look() const = 0;
   // Looks with the beam off; a refusal says what is wrong with what lies there.

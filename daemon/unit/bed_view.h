@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "base/ids.h"
@@ -10,6 +11,12 @@
 #include "daemon/unit/proven_pose.h"
 
 namespace veneer::daemon {
+
+// What speaks for wood of the stock on the bed.
+struct StockSight {
+  std::vector<PanelId> panels;      // that show a tag of theirs
+  std::vector<std::string> doubts;  // why another may lie there all the same, each as part of a sentence; mostly empty
+};
 
 class BedView {
  public:
@@ -20,9 +27,9 @@ class BedView {
   // Hands may have been at the bed until now, or the beam will be: a picture that was taken before proves nothing from
   // here on. Matters for cameras that cannot take one when they are asked (CameraDriver::taken_at).
   virtual void hands_were_in() = 0;
-  // Which panels of the stock show a tag, from a fresh picture; needs no calibration. None, without a picture, when
-  // there is no stock.
-  virtual void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) = 0;
+  // Does wood of the stock lie there? From a fresh picture, and from what was seen there last; needs no calibration.
+  // Without a picture when no panel has a known tag.
+  virtual void stock_in_sight(std::function<void(Result<StockSight>)> reply) = 0;
 };
 
 }  // namespace veneer::daemon

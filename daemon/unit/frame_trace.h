@@ -2,6 +2,9 @@
 // with a power that marks: then the wood under the line is written off before.
 #pragma once
 
+#include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "daemon/unit/activity.h"
@@ -10,9 +13,14 @@ namespace veneer::daemon {
 
 class FrameTrace final : public Activity {
  public:
-  // `own` are the pieces the hull surrounds, cut in `pose`.
-  FrameTrace(ActivityHost& host, LaserJob hull, const ProvenPose& pose, std::vector<PieceId> own, Reply reply);
+  // Around what `burns` cut in `pose`. `over` is told how it ended. kInvalidArgument when `power` is none that
+  // `options` allow, kRefused when the machine cannot trace it as it stands.
+  static Result<std::unique_ptr<FrameTrace>> of(ActivityHost& host, std::span<const PieceBurn> burns,
+                                                const ProvenPose& pose, PowerFraction power,
+                                                const RunnerOptions& options, Reply over);
 
+  bool is_aside() const override { return true; }
+  std::string doing() const override { return "tracing the frame"; }
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
   void prepare(const Reply& ready) override;
@@ -20,14 +28,16 @@ class FrameTrace final : public Activity {
   void go_on() override;
   void burnt(const std::string& remark) override;
   std::optional<BrokenRun> broken_off(std::string& remark) override;
-  void over(const Status& status) override { reply_(status); }
+  void over(const Status& status) override { over_(status); }
 
  private:
+  FrameTrace(ActivityHost& host, LaserJob hull, const ProvenPose& pose, std::vector<PieceId> own, Reply over);
+
   ActivityHost& host_;
   LaserJob hull_;
   ProvenPose pose_;
-  std::vector<PieceId> own_;
-  Reply reply_;
+  std::vector<PieceId> own_;  // the pieces that it surrounds
+  Reply over_;
   const bool burns_;
   bool begun_ = false;
 };

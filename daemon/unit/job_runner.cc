@@ -120,7 +120,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
     return reply(Ok());
   }
-  if (command == CellCommand::kHold && view_.framing) return hold_frame(who, reply);
+  if (command == CellCommand::kHold && is_aside()) return give_up_aside(who, reply);
   if (!after(view_.state, command)) return reply(refuse(command));
   audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
   switch (command) {
@@ -247,7 +247,7 @@ void JobRunner::await_panel() {
 }
 
 void JobRunner::look_again() {
-  if (view_.state == CellState::kSuspended && !view_.framing) wait_.look_again();
+  if (view_.state == CellState::kSuspended && !activity_) wait_.look_again();
 }
 
 // The state itself is the memory of it: next() lets nothing through until Unhold.
@@ -281,14 +281,19 @@ void JobRunner::hold(Reply reply) {
   answer(Ok());
 }
 
-// A frame is no run that could go on: what is not burnt yet is given up, and what burns ends here, beam first.
-void JobRunner::hold_frame(const std::string& who, const Reply& reply) {
+// What is not burnt yet is given up, and what burns ends here, beam first.
+void JobRunner::give_up_aside(const std::string& who, const Reply& reply) {
+  const std::string doing = activity_->doing();
   if (at_laser_)
-    abort("held while the frame was traced: Clear and Reset, then start the job again");
+    abort(fmt::format("held while {}: Clear and Reset, then start the job again", doing));
   else
-    refused({ErrorCode::kCancelled, "held before the frame was traced"});
+    refused({ErrorCode::kCancelled, fmt::format("held before {}", doing)});
   audit(who, "cell.hold");
   reply(Ok());
+}
+
+Error JobRunner::busy_aside() const {
+  return {ErrorCode::kConflict, fmt::format("the cell is {} just now: wait until the head stands", activity_->doing())};
 }
 
 void JobRunner::unhold(Reply reply) {
@@ -354,7 +359,7 @@ Error JobRunner::no_panel_yet() const {
 }
 
 void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed) {
-  if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced: wait until the head stands"});
+  if (activity_) return reply(busy_aside());
   if (wait_.found() == nullptr) return reply(no_panel_yet());
   if (const Status given = require_confirmed(confirmed); !given) return reply(given);
   auto run = std::make_unique<PanelRun>(host(), view_.job->id, who, *wait_.found(), wait_.setup_pieces(),
@@ -366,8 +371,8 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
 
 void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who,
                       Reply reply) {
-  if (!after(view_.state, CellCommand::kRecut) || view_.framing || check_reply_)
-    return reply(refuse(CellCommand::kRecut));
+  if (!after(view_.state, CellCommand::kRecut) || check_reply_) return reply(refuse(CellCommand::kRecut));
+  if (is_aside()) return reply(busy_aside());
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
                        "nothing can be cut again but pieces of the last panel that was cut since this program began"});
@@ -398,26 +403,16 @@ void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply,
                        "the frame is traced while the cell is Suspended and the panel is found: start a job and lay "
                        "its panel"});
   if (wait_.found() == nullptr) return reply(no_panel_yet());
-  if (view_.framing) return reply(Error{ErrorCode::kConflict, "the frame is being traced already"});
-  if (!(power.count() >= 0) || power > options_.frame_max_power)
-    return reply(Error{ErrorCode::kInvalidArgument,
-                       fmt::format("the frame is traced dark or with at most {:.1f} % power (framing.max_power)",
-                                   100 * options_.frame_max_power.count())});
+  if (activity_) return reply(busy_aside());
   const bool burning = power > PowerFraction(0);
   if (const Status given = burning ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
-  const PieceBurn hull{{}, {}, frame_of(wait_.burns(), options_.frame_speed, power), 0};
-  if (const Status checked = check({&hull, 1}); !checked) return reply(checked);
+  auto frame = FrameTrace::of(host(), wait_.burns(), *wait_.found(), power, options_, reply);
+  if (!frame) return reply(frame.error());
   audit(who, "cell.frame", fmt::format("{:.3f}; confirmed: {}", power.count(), fmt::join(confirmed, ", ")));
-  std::vector<PieceId> own;
-  for (const auto& burn : wait_.burns()) own.push_back(burn.piece);
-  auto frame = std::make_unique<FrameTrace>(host(), hull.strokes, *wait_.found(), std::move(own), std::move(reply));
   from_ = view_.state;
-  view_.framing = true;
   view_.reason =
       burning ? fmt::format("tracing the frame at {:.1f} % power", 100 * power.count()) : "tracing the frame, dark";
-  wait_.pause(true);
-  on_change_();
-  undertake(std::move(frame), {}, nullptr);
+  undertake(std::move(*frame), {}, nullptr);
 }
 
 void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply,
@@ -430,7 +425,7 @@ void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply rep
   audit(who, "laser.pattern", fmt::format("{}", fmt::join(confirmed, ", ")));
   from_ = view_.state;
   enter(CellState::kStarting, burning ? "looking whether a panel of the stock lies on the bed" : "");
-  undertake(std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply)),
+  undertake(std::make_unique<PatternBurn>(host(), std::move(all.strokes), std::move(reply), confirmed),
             burning ? "burning the pattern" : "running the pattern with the beam off", nullptr);
 }
 

@@ -100,6 +100,7 @@ class JobRunner : private ActivityHost {
 
  private:
   ActivityHost& host() { return *this; }
+  bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
   Status refuse(CellCommand command) const;
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
@@ -110,7 +111,8 @@ class JobRunner : private ActivityHost {
   void stop(const Reply& reply);
   void clear(Reply reply);
   void hold(Reply reply);
-  void hold_frame(const std::string& who, const Reply& reply);
+  void give_up_aside(const std::string& who, const Reply& reply);
+  Error busy_aside() const;
   void unhold(Reply reply);
   void unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed);
   void await_panel();
@@ -126,7 +128,7 @@ class JobRunner : private ActivityHost {
   void ending(Afterwards afterwards) override;
   void ended(Afterwards afterwards, const std::string& reason) override;
   void refused(const Error& error) override;
-  void go_back(const std::string& reason);
+  void go_back(const Activity& from, const std::string& reason);
   std::unique_ptr<Activity> retire();
   void bury(std::unique_ptr<Activity> activity);
   Status check(std::span<const PieceBurn> burns) const override;

@@ -13,6 +13,11 @@ namespace veneer::daemon {
 
 void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun) {
   activity_ = std::move(activity);
+  if (is_aside()) {
+    view_.framing = true;
+    wait_.pause(true);
+    on_change_();
+  }
   if (begun) pending_ = {std::move(begun)};
   prove([this, doing](const Status& proven) {
     if (!proven) return refused(proven.error());
@@ -25,7 +30,7 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
 }
 
 void JobRunner::begun(const std::string& doing) {
-  if (!view_.framing) enter(CellState::kExecute, doing);
+  if (!is_aside()) enter(CellState::kExecute, doing);
   answer(Ok());
   next();
 }
@@ -34,7 +39,7 @@ void JobRunner::begun(const std::string& doing) {
 
 void JobRunner::next() {
   if (!activity_ || at_laser_ || proof_.under_way() || committing()) return;
-  const bool word_holds = view_.state == CellState::kExecute || view_.state == CellState::kStopping || view_.framing;
+  const bool word_holds = view_.state == CellState::kExecute || view_.state == CellState::kStopping || is_aside();
   if (!word_holds) return;
   if (activity_->next_start()) {
     if (proof_.lid_was_opened()) return rest("the lid was opened since the bed was looked at: close it, then Unhold");
@@ -53,7 +58,7 @@ void JobRunner::burn(const LaserJob& strokes) {
 
 // Nothing more is begun until the operator says so.
 void JobRunner::rest(const std::string& reason) {
-  if (view_.framing) return refused({ErrorCode::kRefused, reason});
+  if (is_aside()) return refused({ErrorCode::kRefused, reason});
   enter(CellState::kHolding);
   enter(CellState::kHeld, reason);
 }
@@ -124,7 +129,7 @@ void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
   auto activity = retire();
   switch (afterwards) {
     case Afterwards::kBack:
-      go_back(reason);
+      go_back(*activity, reason);
       break;
     case Afterwards::kStopped:
       refresh_job([this, reason] { enter(CellState::kStopped, reason); });
@@ -142,16 +147,16 @@ void JobRunner::ended(Afterwards afterwards, const std::string& reason) {
 
 void JobRunner::refused(const Error& error) {
   auto activity = retire();
-  go_back(error.message);
+  go_back(*activity, error.message);
   answer(error);
   activity->over(error);
   bury(std::move(activity));
 }
 
-void JobRunner::go_back(const std::string& reason) {
+void JobRunner::go_back(const Activity& from, const std::string& reason) {
   switch (from_) {
     case CellState::kSuspended:
-      if (std::exchange(view_.framing, false)) {
+      if (from.is_aside()) {
         wait_.pause(false);
         view_.reason = reason;
         return on_change_();
@@ -172,7 +177,7 @@ void JobRunner::go_back(const std::string& reason) {
 // From here on nothing that was meant for it arrives.
 std::unique_ptr<Activity> JobRunner::retire() {
   end_epoch();
-  view_.recutting = false;
+  view_.recutting = view_.framing = false;
   at_laser_ = laser_held_ = false;
   proof_.give_up();
   return std::move(activity_);
@@ -208,7 +213,6 @@ void JobRunner::break_off(const std::string& reason, const laser_event::Aborted*
   const Error why{ErrorCode::kCancelled, why_aborted};
   answer(why);
   if (check_reply_) std::exchange(check_reply_, nullptr)(why);
-  view_.framing = false;
   const auto finish = [this, reason = why_aborted](int neighbours) {
     refresh_job([this, reason, neighbours] {
       std::string words = reason;

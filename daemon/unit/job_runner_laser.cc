@@ -1,4 +1,6 @@
 // What the laser says, and what the unit makes of it.
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "base/clock.h"
@@ -66,7 +68,8 @@ void JobRunner::on_failed(const Error& error) {
 
 void JobRunner::on_held() {
   if (!at_laser_) return;  // it has told the end of its strokes before: the unit rests by itself
-  if (view_.framing) return abort("the lid was opened while the frame was traced: close it, then Clear and Reset");
+  if (is_aside())
+    return abort(fmt::format("the lid was opened while {}: close it, then Clear and Reset", activity_->doing()));
   const bool told_before = std::exchange(laser_held_, true);
   switch (view_.state) {
     case CellState::kHolding:

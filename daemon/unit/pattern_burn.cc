@@ -12,22 +12,38 @@ bool has_beam(const LaserJob& strokes) {
                      [](const Stroke& stroke) { return stroke.power > PowerFraction(0); });
 }
 
-PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply)
-    : host_(host), strokes_(std::move(strokes)), reply_(std::move(reply)), burns_(has_beam(strokes_)) {}
+namespace {
+
+Status judge(const Result<StockSight>& seen, bool is_scrap) {
+  if (!seen)
+    return Error{seen.error().code,
+                 fmt::format("nothing tells whether a panel of the stock lies on the bed ({}): a pattern would burn "
+                             "its wood",
+                             seen.error().message)};
+  if (!seen->panels.empty())
+    return Error{ErrorCode::kRefused,
+                 fmt::format("panel {} of the stock lies on the bed, and a pattern would burn its wood: take it off "
+                             "and lay scrap",
+                             seen->panels.front().value)};
+  if (seen->doubts.empty() || is_scrap) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("wood of the stock may lie on the bed without the camera knowing it ({}), and a pattern "
+                           "would burn it: look, and when it is scrap say so with --confirm \"{}\"",
+                           fmt::join(seen->doubts, "; "), kScrapOnTheBed)};
+}
+
+}  // namespace
+
+PatternBurn::PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed)
+    : host_(host),
+      strokes_(std::move(strokes)),
+      reply_(std::move(reply)),
+      burns_(has_beam(strokes_)),
+      is_scrap_(std::find(confirmed.begin(), confirmed.end(), kScrapOnTheBed) != confirmed.end()) {}
 
 void PatternBurn::look(Reply reply) {
-  host_.parts().bed.stock_in_sight(host_.while_current([reply = std::move(reply)](Result<std::vector<PanelId>> seen) {
-    if (!seen)
-      return reply(Error{seen.error().code,
-                         fmt::format("nothing tells whether a panel of the stock lies on the bed ({}): a pattern "
-                                     "would burn its wood",
-                                     seen.error().message)});
-    if (seen->empty()) return reply(Ok());
-    reply(Error{ErrorCode::kRefused,
-                fmt::format("panel {} of the stock lies on the bed, and a pattern would burn its wood: take it off "
-                            "and lay scrap",
-                            seen->front().value)});
-  }));
+  host_.parts().bed.stock_in_sight(host_.while_current(
+      [this, reply = std::move(reply)](const Result<StockSight>& seen) { reply(judge(seen, is_scrap_)); }));
 }
 
 std::optional<Point<MachineFrame>> PatternBurn::next_start() const {

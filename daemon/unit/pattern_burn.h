@@ -1,14 +1,22 @@
-// Strokes that belong to no job: a test pattern, a calibration pattern, a test card. They burn scrap: with a panel of
-// the stock in the camera's sight they are refused, for nobody would book its wood.
+// Strokes that belong to no job: a test pattern, a calibration pattern, a test card, a drawing. They burn scrap: with a
+// panel of the stock in the camera's sight they are refused, for nobody would book its wood. When one may lie there
+// unseen (BedView::stock_in_sight) a person has to say that it is scrap.
 #pragma once
+
+#include <string>
+#include <vector>
 
 #include "daemon/unit/activity.h"
 
 namespace veneer::daemon {
 
+// What is confirmed by this name.
+inline constexpr const char* kScrapOnTheBed = "scrap on the bed";
+
 class PatternBurn final : public Activity {
  public:
-  PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply);
+  // `confirmed` is what the operator confirmed by name.
+  PatternBurn(ActivityHost& host, LaserJob strokes, Reply reply, const std::vector<std::string>& confirmed);
 
   bool needs_look() const override { return burns_; }
   void look(Reply reply) override;
@@ -21,7 +29,8 @@ class PatternBurn final : public Activity {
   ActivityHost& host_;
   LaserJob strokes_;
   Reply reply_;
-  const bool burns_;  // not all of it is dark
+  const bool burns_;     // not all of it is dark
+  const bool is_scrap_;  // that lies there, says the operator
   bool begun_ = false;
 };
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "drivers/lihuiyu/lihuiyu_core.h"
 #include "drivers/reactor_laser.h"
@@ -26,6 +27,7 @@ class LihuiyuLaser final : public ReactorLaser<LihuiyuCore> {
   void flush_output() override;
 
   std::unique_ptr<UsbTransport> transport_;
+  const std::string reset_;  // made before it is needed
 };
 
 }  // namespace veneer::lihuiyu

@@ -34,11 +34,11 @@ void UsbFile::submit(UsbRequest request) {
   });
 }
 
-void UsbFile::submit_urgent(UsbWrite write) noexcept {
+void UsbFile::submit_urgent(std::uint8_t, std::string_view bytes) noexcept {
+  if (file_.is_open()) record(bytes);
   generation_ = std::make_shared<int>(0);
   asked_ = finished_ = false;
   tail_.clear();
-  if (file_.is_open()) record(write.bytes);
 }
 
 void UsbFile::close() noexcept {
@@ -58,7 +58,7 @@ void UsbFile::follow(const std::string& packet) {
   tail_ = finished_ ? std::string() : tail_.substr(tail_.size() - kFinish.size());
 }
 
-void UsbFile::record(const std::string& bytes) {
+void UsbFile::record(std::string_view bytes) {
   file_.write(bytes);
   file_.flush();
 }

@@ -18,11 +18,11 @@ class UsbFile final : public UsbTransport {
 
   Status open(OnReply on_reply, OnClosed on_closed) override;
   void submit(UsbRequest request) override;
-  void submit_urgent(UsbWrite write) noexcept override;
+  void submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept override;
   void close() noexcept override;
 
  private:
-  void record(const std::string& bytes);
+  void record(std::string_view bytes);
   void follow(const std::string& packet);
 
   boost::asio::io_context& io_;

@@ -8,8 +8,7 @@
 #include <atomic>
 #include <boost/asio/post.hpp>
 #include <functional>
-#include <mutex>
-#include <set>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,7 +17,10 @@ namespace veneer {
 namespace {
 
 constexpr int kInterface = 0;
-constexpr Duration kUrgentTimeout = std::chrono::seconds(2);
+constexpr unsigned kUrgentTimeout = 2000;  // ms
+// STOP may be pressed again while the first is still on its way.
+constexpr std::size_t kUrgentTransfers = 4;
+constexpr std::size_t kUrgentBytes = 64;  // drivers/usb_transport.h
 // How long a closed port waits for its last transfers, the urgent one above all.
 constexpr std::chrono::milliseconds kLastTransfers{200};
 
@@ -34,6 +36,9 @@ std::string place_of(libusb_device* device) {
 }  // namespace
 
 // One opened device and the thread that reaps its transfers.
+//
+// Threading: all but reap() and ended() is the reactor's. A flight belongs to the reactor while it is not `busy`, to
+// libusb and the session's thread while it is.
 class UsbPort::Session {
  public:
   enum class End { kDone, kTimedOut, kFailed };
@@ -44,6 +49,7 @@ class UsbPort::Session {
   ~Session() {
     close();
     if (thread_.joinable()) thread_.join();
+    for (auto& flight : flights_) free(std::move(flight));
     if (handle_ != nullptr) {
       libusb_release_interface(handle_, kInterface);
       libusb_close(handle_);
@@ -74,51 +80,48 @@ class UsbPort::Session {
       places += (places.empty() ? "@" : ", @") + place;
     }
     Status opened = claim(address, found, places);
+    if (opened && !make_flights()) opened = Error{ErrorCode::kUnavailable, "no memory is left for USB transfers"};
     if (devices != nullptr) libusb_free_device_list(devices, 1);
     if (opened.ok()) thread_ = std::thread([this] { reap(); });
     return opened;
   }
 
-  // False when the transfer could not even be submitted.
+  // False when the transfer could not even be submitted. The one before has ended.
   bool submit(const UsbRequest& request, OnEnd on_end) {
-    auto flight = std::make_unique<Flight>();
-    flight->session = this;
-    flight->on_end = std::move(on_end);
-    libusb_transfer* transfer = libusb_alloc_transfer(0);
-    if (transfer == nullptr) return false;
+    Flight& flight = ordinary();
+    flight.on_end = std::move(on_end);
+    flight.reads = false;
     const auto timeout = static_cast<unsigned>(
         std::max<std::int64_t>(1, std::chrono::duration_cast<std::chrono::milliseconds>(request.timeout).count()));
     if (const auto* setup = std::get_if<UsbSetup>(&request.what)) {
-      flight->bytes.resize(LIBUSB_CONTROL_SETUP_SIZE);
-      libusb_fill_control_setup(flight->bytes.data(), setup->request_type, setup->request, setup->value, setup->index,
+      flight.bytes.resize(LIBUSB_CONTROL_SETUP_SIZE);
+      libusb_fill_control_setup(flight.bytes.data(), setup->request_type, setup->request, setup->value, setup->index,
                                 0);
-      libusb_fill_control_transfer(transfer, handle_, flight->bytes.data(), &Session::ended, flight.get(), timeout);
+      libusb_fill_control_transfer(flight.transfer, handle_, flight.bytes.data(), &Session::ended, &flight, timeout);
     } else if (const auto* write = std::get_if<UsbWrite>(&request.what)) {
-      flight->bytes.assign(write->bytes.begin(), write->bytes.end());
-      libusb_fill_bulk_transfer(transfer, handle_, write->endpoint, flight->bytes.data(),
-                                static_cast<int>(flight->bytes.size()), &Session::ended, flight.get(), timeout);
+      flight.bytes.assign(write->bytes.begin(), write->bytes.end());
+      fill_bulk(flight, write->endpoint, timeout);
     } else if (const auto* read = std::get_if<UsbRead>(&request.what)) {
-      flight->bytes.resize(read->most_bytes);
-      flight->reads = true;
-      libusb_fill_bulk_transfer(transfer, handle_, read->endpoint, flight->bytes.data(),
-                                static_cast<int>(flight->bytes.size()), &Session::ended, flight.get(), timeout);
+      flight.bytes.resize(read->most_bytes);
+      flight.reads = true;
+      fill_bulk(flight, read->endpoint, timeout);
     }
-    transfer->flags = LIBUSB_TRANSFER_FREE_TRANSFER;
-    const std::lock_guard lock(mutex_);
-    if (libusb_submit_transfer(transfer) != 0) {
-      transfer->flags = 0;
-      libusb_free_transfer(transfer);
-      return false;
-    }
-    in_flight_.insert(transfer);
-    static_cast<void>(flight.release());  // its end takes it back
-    return true;
+    return send_off(flight);
   }
 
-  void cancel_all() noexcept {
-    const std::lock_guard lock(mutex_);
-    for (libusb_transfer* transfer : in_flight_) libusb_cancel_transfer(transfer);
+  // When none of the reserved transfers is free, as many of the same are on their way already.
+  void submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept {
+    for (const auto& flight : std::span(flights_).subspan(1)) {
+      if (flight->busy.load(std::memory_order_acquire)) continue;
+      flight->bytes.assign(bytes.begin(), bytes.end());  // within what is reserved
+      fill_bulk(*flight, endpoint, kUrgentTimeout);
+      static_cast<void>(send_off(*flight));  // should it fail, so does the next transfer, and that is told
+      return;
+    }
   }
+
+  // Of one that has ended meanwhile libusb knows it.
+  void cancel() noexcept { static_cast<void>(libusb_cancel_transfer(ordinary().transfer)); }
 
   void close() noexcept {
     if (closing_.exchange(true)) return;
@@ -127,11 +130,41 @@ class UsbPort::Session {
 
  private:
   struct Flight {
-    Session* session = nullptr;
+    libusb_transfer* transfer = nullptr;
     std::vector<unsigned char> bytes;
     bool reads = false;
     OnEnd on_end;
+    std::atomic<bool> busy = false;
   };
+
+  Flight& ordinary() { return *flights_.front(); }
+  bool make_flights() {
+    while (flights_.size() < 1 + kUrgentTransfers) {
+      auto flight = std::make_unique<Flight>();
+      flight->bytes.reserve(kUrgentBytes);
+      flight->transfer = libusb_alloc_transfer(0);
+      if (flight->transfer == nullptr) return false;
+      flights_.push_back(std::move(flight));
+    }
+    return true;
+  }
+  // One that libusb never gave back stays where it is: the kernel may still write into it.
+  static void free(std::unique_ptr<Flight> flight) {
+    if (flight->busy)
+      static_cast<void>(flight.release());
+    else
+      libusb_free_transfer(flight->transfer);
+  }
+  void fill_bulk(Flight& flight, std::uint8_t endpoint, unsigned timeout) noexcept {
+    libusb_fill_bulk_transfer(flight.transfer, handle_, endpoint, flight.bytes.data(),
+                              static_cast<int>(flight.bytes.size()), &Session::ended, &flight, timeout);
+  }
+  static bool send_off(Flight& flight) noexcept {
+    flight.busy.store(true, std::memory_order_relaxed);  // what it hands over is ordered by libusb's own locks
+    if (libusb_submit_transfer(flight.transfer) == 0) return true;
+    flight.busy.store(false, std::memory_order_relaxed);
+    return false;
+  }
 
   Status claim(const UsbAddress& address, const std::vector<libusb_device*>& found, const std::string& places) {
     const std::string name = fmt::format("usb:{:04x}:{:04x}", address.vendor, address.product);
@@ -165,14 +198,14 @@ class UsbPort::Session {
   }
 
   static void LIBUSB_CALL ended(libusb_transfer* transfer) {
-    const std::unique_ptr<Flight> flight(static_cast<Flight*>(transfer->user_data));
+    Flight& flight = *static_cast<Flight*>(transfer->user_data);
     const auto length = static_cast<std::size_t>(transfer->actual_length);
     End end = End::kFailed;
     const char* why = "transfer error";
     switch (transfer->status) {
       case LIBUSB_TRANSFER_COMPLETED: {
         const bool whole =
-            flight->reads || transfer->type == LIBUSB_TRANSFER_TYPE_CONTROL || length == flight->bytes.size();
+            flight.reads || transfer->type == LIBUSB_TRANSFER_TYPE_CONTROL || length == flight.bytes.size();
         end = whole ? End::kDone : End::kTimedOut;
         break;
       }
@@ -191,13 +224,10 @@ class UsbPort::Session {
         break;
     }
     std::string bytes;
-    if (flight->reads) bytes.assign(flight->bytes.begin(), flight->bytes.begin() + transfer->actual_length);
-    Session* session = flight->session;
-    {
-      const std::lock_guard lock(session->mutex_);
-      session->in_flight_.erase(transfer);
-    }
-    flight->on_end(end, std::move(bytes), why);
+    if (flight.reads) bytes.assign(flight.bytes.begin(), flight.bytes.begin() + transfer->actual_length);
+    const OnEnd on_end = std::exchange(flight.on_end, nullptr);
+    flight.busy.store(false, std::memory_order_release);  // from here on it may be another one's
+    if (on_end) on_end(end, std::move(bytes), why);
   }
 
   void reap() {
@@ -212,21 +242,24 @@ class UsbPort::Session {
     }
   }
 
-  bool idle() {
-    const std::lock_guard lock(mutex_);
-    return in_flight_.empty();
+  bool idle() const {
+    return std::ranges::none_of(flights_,
+                                [](const auto& flight) { return flight->busy.load(std::memory_order_acquire); });
+  }
+  void cancel_all() noexcept {
+    for (const auto& flight : flights_) static_cast<void>(libusb_cancel_transfer(flight->transfer));
   }
 
   libusb_context* context_ = nullptr;
   libusb_device_handle* handle_ = nullptr;
   std::thread thread_;
   std::atomic<bool> closing_ = false;
-  std::mutex mutex_;
-  std::set<libusb_transfer*> in_flight_;  // guarded by mutex_
+  // The ordinary one, then the urgent ones: as they were made, until the thread has ended.
+  std::vector<std::unique_ptr<Flight>> flights_;
 };
 
 UsbPort::UsbPort(boost::asio::io_context& io, UsbAddress address)
-    : io_(io), address_(std::move(address)), generation_(std::make_shared<int>(0)) {}
+    : io_(io), address_(std::move(address)), opened_(std::make_shared<int>(0)), generation_(std::make_shared<int>(0)) {}
 
 UsbPort::~UsbPort() { UsbPort::close(); }
 
@@ -252,32 +285,33 @@ void UsbPort::next() {
   under_way_ = true;
   const UsbRequest request = std::move(waiting_.front());
   waiting_.pop_front();
-  const auto on_end = [this, alive = std::weak_ptr<int>(generation_)](Session::End end, const std::string& bytes,
-                                                                      const char* why) {
-    boost::asio::post(io_, [this, alive, end, bytes, why] {
-      if (alive.expired()) return;
+  const auto on_end = [this, opened = std::weak_ptr<int>(opened_), wanted = std::weak_ptr<int>(generation_)](
+                          Session::End end, const std::string& bytes, const char* why) {
+    boost::asio::post(io_, [this, opened, wanted, end, bytes, why] {
+      if (opened.expired()) return;
       under_way_ = false;
-      if (end == Session::End::kFailed) return fail(gone(why));
-      // A copy: the handler may close this port.
-      const OnReply on_reply = on_reply_;
-      on_reply({end == Session::End::kDone, bytes});
-      if (!alive.expired()) next();
+      if (!wanted.expired()) {
+        if (end == Session::End::kFailed) return fail(gone(why));
+        // A copy: the handler may close this port.
+        const OnReply on_reply = on_reply_;
+        on_reply({end == Session::End::kDone, bytes});
+      }
+      if (!opened.expired()) next();
     });
   };
   if (!session_->submit(request, on_end)) fail(gone("it takes no transfers"));
 }
 
-void UsbPort::submit_urgent(UsbWrite write) noexcept {
+void UsbPort::submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept {
   if (!session_) return;
+  session_->submit_urgent(endpoint, bytes);
+  session_->cancel();
   generation_ = std::make_shared<int>(0);
   waiting_.clear();
-  under_way_ = false;
-  session_->cancel_all();
-  // Should it fail, so does the next transfer, and that is told.
-  session_->submit({std::move(write), kUrgentTimeout}, [](Session::End, const std::string&, const char*) {});
 }
 
 void UsbPort::close() noexcept {
+  opened_ = std::make_shared<int>(0);
   generation_ = std::make_shared<int>(0);
   waiting_.clear();
   under_way_ = false;

@@ -71,7 +71,7 @@ TEST_F(BoardPortTest, AnUrgentWriteGivesUpWhatWaitsUnanswered) {
   SimUsb usb(io, path());
   ASSERT_TRUE(open(usb).ok());
   for (int i = 0; i < 3; ++i) usb.submit({UsbRead{0x82, 32}, std::chrono::hours(1)});
-  usb.submit_urgent({0x02, "\xA0"});
+  usb.submit_urgent(0x02, "\xA0");
   usb.submit({UsbRead{0x82, 32}, std::chrono::seconds(5)});
   ASSERT_TRUE(wait_for([&] { return !replies.empty(); }));
   EXPECT_EQ(replies[0].bytes.size(), 6U) << "of the urgent question";

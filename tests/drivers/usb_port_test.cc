@@ -4,10 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <fstream>
 
 #include "drivers/lihuiyu/lihuiyu_laser.h"
+#include "drivers/lihuiyu/packet.h"
 #include "drivers/transport/make_usb_transport.h"
 #include "tests/support/board_file.h"
 #include "tests/support/lihuiyu_job.h"
@@ -111,6 +113,37 @@ TEST_F(UsbPortTest, AnUnpluggedBoardEndsTheJob) {
   EXPECT_EQ(find<laser_event::Aborted>()->error.code, ErrorCode::kDisconnected);
   EXPECT_THAT(find<laser_event::Aborted>()->suspect, ::testing::SizeIs(1));
   EXPECT_FALSE(laser->status().connected);
+}
+
+// STOP, while the board keeps a transfer waiting.
+TEST(UsbPortStop, TheUrgentWriteIsSubmittedBeforeAnythingIsCalledBack) {
+  tests::BoardFile board{fast_board()};
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  const auto port = make_usb_transport("usb:1a86:5512", io).value();
+  std::vector<UsbReply> replies;
+  ASSERT_TRUE(port->open([&](const UsbReply& reply) { replies.push_back(reply); }, {}).ok());
+  const auto wait_for = [&](std::size_t count) {
+    for (int i = 0; i < 1000 && replies.size() < count; ++i) io.run_one_for(std::chrono::milliseconds(10));
+    return replies.size() == count;
+  };
+  port->submit({lihuiyu::epp_setup(), std::chrono::seconds(5)});
+  ASSERT_TRUE(wait_for(1));
+  for (int i = 0; i < 3; ++i) port->submit({UsbRead{0x82, 32}, std::chrono::hours(1)});  // nothing was asked
+  port->submit_urgent(0x02, lihuiyu::kAskStatus);
+  EXPECT_EQ(board.asked(), "crwd");
+  // It goes on with what comes after, and what was given up is answered to nobody.
+  port->submit({UsbRead{0x82, 32}, std::chrono::seconds(5)});
+  ASSERT_TRUE(wait_for(2));
+  EXPECT_EQ(replies[1].bytes.size(), 6U) << "of the urgent question";
+  EXPECT_EQ(board.asked(), "crwdr");
+  // As often as it is pressed.
+  port->submit({UsbRead{0x82, 32}, std::chrono::hours(1)});
+  for (int i = 0; i < 20; ++i) port->submit_urgent(0x02, lihuiyu::kAskStatus);
+  port->submit({UsbRead{0x82, 32}, std::chrono::seconds(5)});
+  ASSERT_TRUE(wait_for(3));
+  EXPECT_EQ(replies[2].bytes.size(), 6U);
+  port->close();
 }
 
 TEST(UsbAddress, NamesWhatIsWrong) {

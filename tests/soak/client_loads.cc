@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -22,10 +24,18 @@ using daemon::ApiOperation;
 // A connection that never waits, neither for room to send nor for an answer.
 class HostileSocket {
  public:
-  explicit HostileSocket(int port) : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  HostileSocket(const ClientDoors& doors, bool local)
+      : descriptor_(::socket(local ? AF_UNIX : AF_INET, SOCK_STREAM | SOCK_CLOEXEC | (local ? SOCK_NONBLOCK : 0), 0)) {
+    if (local) {
+      sockaddr_un door{};
+      door.sun_family = AF_UNIX;
+      doors.socket.copy(door.sun_path, sizeof door.sun_path - 1);
+      open_ = ::connect(descriptor_, reinterpret_cast<const sockaddr*>(&door), sizeof door) == 0;
+      return;
+    }
     sockaddr_in door{};
     door.sin_family = AF_INET;
-    door.sin_port = htons(static_cast<std::uint16_t>(port));
+    door.sin_port = htons(static_cast<std::uint16_t>(doors.port));
     door.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     open_ = ::connect(descriptor_, reinterpret_cast<const sockaddr*>(&door), sizeof door) == 0;
   }
@@ -58,13 +68,20 @@ class HostileSocket {
   bool open_ = false;
 };
 
-const ApiOperation& operation_at(std::size_t number) {
-  // STOP would end the very burn that is measured.
-  static const std::vector<ApiOperation> operations = [] {
+enum class Who { kAnybody, kOperator, kLocalOperator };
+
+const ApiOperation& operation_at(std::size_t number, Who who) {
+  static const auto all_but = [](std::initializer_list<std::string_view> ids) {
     std::vector<ApiOperation> all(daemon::api_operations().begin(), daemon::api_operations().end());
-    std::erase_if(all, [](const ApiOperation& operation) { return operation.id == "stop"; });
+    std::erase_if(all, [ids](const ApiOperation& one) { return std::ranges::find(ids, one.id) != ids.end(); });
     return all;
-  }();
+  };
+  // STOP would end the very burn that is measured. The word for anything else an anonymous client does not have.
+  static const std::vector<ApiOperation> anybodys = all_but({"stop"});
+  static const std::vector<ApiOperation> operators =
+      all_but({"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop",
+               "laserOverrides", "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity"});
+  const auto& operations = who == Who::kAnybody ? anybodys : operators;
   return operations[number % operations.size()];
 }
 
@@ -75,15 +92,20 @@ class HostileCrowd final : public ClientLoad {
   struct Plan {
     int count = 0;
     std::function<std::string(const ApiOperation&, const std::string& host)> begin;
+    Who who = Who::kAnybody;
     std::string feed;
     std::size_t read_before_leaving = 0;  // of the reply
     bool stay = true;
     bool replies = false;                // reads them, and asks the next thing at once
+    std::size_t reads = 65536;           // bytes a round, while it stays; 0: it never reads
     std::chrono::microseconds pause{0};  // after each round of all
   };
 
-  HostileCrowd(int port, Plan plan)
-      : plan_(std::move(plan)), port_(port), host_("127.0.0.1:" + std::to_string(port)), thread_([this] { run(); }) {}
+  HostileCrowd(ClientDoors doors, Plan plan)
+      : plan_(std::move(plan)),
+        doors_(std::move(doors)),
+        host_("127.0.0.1:" + std::to_string(doors_.port)),
+        thread_([this] { run(); }) {}
   ~HostileCrowd() override {
     ending_ = true;
     thread_.join();
@@ -110,9 +132,15 @@ class HostileCrowd final : public ClientLoad {
     }
   }
 
+  std::string next_request() {
+    std::string request = plan_.begin(operation_at(begun_++, plan_.who), host_);
+    if (plan_.who == Who::kOperator)
+      request.insert(request.find("\r\n") + 2, "Authorization: Bearer " + doors_.session + "\r\n");
+    return request;
+  }
   HostileSocket fresh() {
-    HostileSocket socket(port_);
-    sent_ += socket.send(plan_.begin(operation_at(begun_++), host_));
+    HostileSocket socket(doors_, plan_.who == Who::kLocalOperator);
+    sent_ += socket.send(next_request());
     return socket;
   }
 
@@ -121,9 +149,9 @@ class HostileCrowd final : public ClientLoad {
     if (plan_.read_before_leaving > 0) taken_ += socket.take(plan_.read_before_leaving);
     if (plan_.replies) {
       taken_ += socket.take();
-      sent_ += socket.send(plan_.begin(operation_at(begun_++), host_));
-    } else if (plan_.stay) {
-      taken_ += socket.take();
+      sent_ += socket.send(next_request());
+    } else if (plan_.stay && plan_.reads > 0) {
+      taken_ += socket.take(plan_.reads);
     }
     if (socket.open() && plan_.stay) return;
     if (!socket.open()) ++thrown_out_;
@@ -131,7 +159,7 @@ class HostileCrowd final : public ClientLoad {
   }
 
   const Plan plan_;
-  const int port_;
+  const ClientDoors doors_;
   const std::string host_;
   std::atomic<std::size_t> begun_{0}, thrown_out_{0}, sent_{0}, taken_{0};
   std::atomic<bool> ending_{false};
@@ -153,6 +181,13 @@ std::string large_question(const ApiOperation& operation, const std::string& hos
   return request;
 }
 
+// Hears of every change, and reads of none.
+std::string listen(const ApiOperation&, const std::string& host) {
+  return "GET /api/v1/events HTTP/1.1\r\nHost: " + host +
+         "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n";
+}
+
 std::string whole(const ApiOperation& operation, const std::string& host) {
   return testing::whole_request(operation, host);
 }
@@ -162,11 +197,13 @@ std::string whole(const ApiOperation& operation, const std::string& host) {
 std::vector<ClientLoadKind> client_loads() {
   using Begun = std::unique_ptr<ClientLoad>;
   const auto crowd = [](HostileCrowd::Plan plan) {
-    return [plan = std::move(plan)](int port) -> Begun { return std::make_unique<HostileCrowd>(port, plan); };
+    return [plan = std::move(plan)](const ClientDoors& doors) -> Begun {
+      return std::make_unique<HostileCrowd>(doors, plan);
+    };
   };
   using std::chrono::microseconds;
   std::vector<ClientLoadKind> kinds;
-  kinds.push_back({"quiet", "nobody", [](int) -> Begun { return std::make_unique<Nobody>(); }});
+  kinds.push_back({"quiet", "nobody", [](const ClientDoors&) -> Begun { return std::make_unique<Nobody>(); }});
   HostileCrowd::Plan plan;
   plan.count = 200;
   plan.begin = testing::slow_header;
@@ -199,7 +236,44 @@ std::vector<ClientLoadKind> client_loads() {
   plan.begin = whole;
   plan.replies = true;
   plan.pause = microseconds(5000);
+  const HostileCrowd::Plan flood = plan;
   kinds.push_back({"flood", "64 connections that ask without a pause", crowd(plan)});
+  plan = {};
+  plan.count = 64;
+  plan.begin = large_question;
+  plan.reads = 64;
+  plan.pause = microseconds(100'000);
+  kinds.push_back({"slow-read", "64 connections that read 640 bytes a second of large replies", crowd(plan)});
+  plan.begin = listen;
+  plan.reads = 0;
+  kinds.push_back({"deaf", "64 listeners to the events that never read", crowd(plan)});
+  plan.who = Who::kOperator;
+  kinds.push_back({"op-deaf", "64 listeners of an operator that never read", crowd(plan)});
+  plan = flood;
+  plan.who = Who::kOperator;
+  kinds.push_back({"operators", "64 connections of an operator that ask without a pause", crowd(plan)});
+  plan.who = Who::kLocalOperator;
+  kinds.push_back({"unix", "64 at the Unix socket that ask without a pause", crowd(plan)});
+  plan = {};
+  plan.count = 16;
+  plan.who = Who::kOperator;
+  plan.begin = testing::huge_body;
+  plan.feed = std::string(65536, 'x');
+  plan.pause = microseconds(1000);
+  kinds.push_back({"op-huge", "16 connections of an operator that send bodies without end", crowd(plan)});
+  plan = {};
+  plan.count = 200;
+  plan.who = Who::kLocalOperator;
+  plan.begin = testing::slow_header;
+  plan.pause = microseconds(100'000);
+  kinds.push_back({"unix-slow", "200 at the Unix socket with half a header", crowd(plan)});
+  plan = {};
+  plan.count = 48;
+  plan.who = Who::kLocalOperator;
+  plan.begin = whole;
+  plan.stay = false;
+  plan.pause = microseconds(48'000);
+  kinds.push_back({"unix-gone", "1,000 a second at the Unix socket that ask and hang up", crowd(plan)});
   return kinds;
 }
 

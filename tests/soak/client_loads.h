@@ -1,5 +1,6 @@
-// Hostile clients at the TCP door of a daemon, who walk every route of the API: each load begins when it is made and
-// ends with it.
+// Hostile clients at the doors of a daemon, who walk every route of the API: each load begins when it is made and ends
+// with it. Operators leave out what moves, stops or blocks the machine: that is their right, and would end the burn
+// that is measured.
 #pragma once
 
 #include <functional>
@@ -16,13 +17,21 @@ class ClientLoad {
   virtual std::string done() const = 0;
 };
 
+// Where they come in, and as whom.
+struct ClientDoors {
+  int port = 0;
+  std::string socket;
+  std::string session;  // an operator's: of a console link that nobody else has
+};
+
 struct ClientLoadKind {
   std::string name;
   std::string what;  // in a table's words
-  std::function<std::unique_ptr<ClientLoad>(int port)> begin;
+  std::function<std::unique_ptr<ClientLoad>(const ClientDoors& doors)> begin;
 };
 
-// quiet, slow-header, slow-body, huge, gone, half-read, thousand, flood.
+// Of anonymous clients: quiet, slow-header, slow-body, huge, gone, half-read, thousand, flood, slow-read, deaf. Of
+// operators over TCP: operators, op-huge, op-deaf; of those at the Unix socket: unix, unix-slow, unix-gone.
 std::vector<ClientLoadKind> client_loads();
 
 }  // namespace veneer::tests

@@ -1,7 +1,8 @@
-// What hostile clients cost those who mean well: the real daemon streams a pattern to a controller in real time while a
-// crowd at the TCP door is slow, huge, gone or a thousand, on every route in turn. Measured are STOP, from the request
-// to the reset byte on the wire, by anybody over TCP and over the Unix socket and by an operator's console; and how
-// long after that STOP the console heard of it on the event stream.
+// What hostile clients cost those who mean well: the real daemon streams a pattern to a machine in real time while a
+// crowd at its doors, anonymous or of operators, is slow, huge, gone or a thousand, on every route in turn. Measured
+// are STOP, from the request to the reset on the wire (GRBL: the byte at the other end of the line; Lihuiyu: the packet
+// with the kernel, which umockdev plays), by anybody over TCP and over the Unix socket and by an operator's console;
+// and how long after that STOP the console heard of it on the event stream.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -18,6 +19,7 @@
 #include "tests/soak/client_loads.h"
 #include "tests/soak/stop_loads.h"
 #include "tests/soak/stop_measure.h"
+#include "tests/support/board_file.h"
 #include "tests/support/event_listener.h"
 #include "tests/support/temp_directory.h"
 
@@ -28,18 +30,24 @@ using namespace veneer::tests;
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+// Of a new console link; "" when there is none.
+std::string operators_session(const LoneDaemon& daemon, int port) {
+  const auto link = daemon.api().post("/console-links");
+  const std::string url = link ? link->value("url", "") : "";
+  const auto at = url.find("token=");
+  if (at == std::string::npos) return "";
+  const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port});
+  const auto session = over_tcp.post("/session", {{"token", url.substr(at + 6)}});
+  return session ? session->value("session", "") : "";
+}
+
 // The console: a session by a link, its event stream, and when each change of state was heard of.
 class Console {
  public:
-  static std::unique_ptr<Console> open(const LaserOnlyCell& cell, int port) {
-    const auto link = cell.api().post("/console-links");
-    const std::string url = link ? link->value("url", "") : "";
-    const auto at = url.find("token=");
-    if (at == std::string::npos) return nullptr;
-    const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port});
-    const auto session = over_tcp.post("/session", {{"token", url.substr(at + 6)}});
-    if (!session) return nullptr;
-    return std::unique_ptr<Console>(new Console(port, session->value("session", "")));
+  static std::unique_ptr<Console> open(const LoneDaemon& daemon, int port) {
+    const std::string session = operators_session(daemon, port);
+    if (session.empty()) return nullptr;
+    return std::unique_ptr<Console>(new Console(port, session));
   }
   ~Console() {
     listener_.end();
@@ -105,17 +113,66 @@ struct Figures {
   int failed = 0;
 };
 
-Result<Figures> measure(const ClientLoadKind& kind, int count, const fs::path& bin_dir, const fs::path& data,
-                        unsigned seed) {
-  LoneDaemonOptions options;
-  options.listen = "127.0.0.1:0";
-  options.data = data;
-  auto cell = LaserOnlyCell::start(bin_dir, LaserOnlyCell::quick_laser(), options);
-  if (!cell) return cell.error();
-  LaserOnlyCell& c = **cell;
+// The daemon with one of the two families. What it is connected to outlives it.
+class Machine {
+ public:
+  static Result<std::unique_ptr<Machine>> start(bool lihuiyu, const fs::path& bin_dir, const fs::path& data) {
+    LoneDaemonOptions options;
+    options.listen = "127.0.0.1:0";
+    options.data = data;
+    options.tables = table_of_camera(data);
+    auto out = std::make_unique<Machine>();
+    if (!lihuiyu) {
+      auto cell = LaserOnlyCell::start(bin_dir, LaserOnlyCell::quick_laser(), options);
+      if (!cell) return cell.error();
+      out->grbl_ = std::move(*cell);
+      return out;
+    }
+    out->board_ = std::make_unique<BoardFile>(quick_board());
+    out->lihuiyu_ = std::make_unique<LoneDaemon>();
+    const Status started =
+        out->lihuiyu_->start(bin_dir, "kind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\nboard = \"m3\"\n", options);
+    if (!started) return started.error();
+    return out;
+  }
+  ~Machine() { lihuiyu_.reset(); }
+
+  StopMachine stop_machine() {
+    if (grbl_) return machine_of(*grbl_);
+    return {*lihuiyu_,
+            [this] { return board_->with_board([](sim::LihuiyuBoard& board) { return board.beam_commanded(); }); },
+            [this] { return board_->resets(); }, 150};
+  }
+
+ private:
+  // In a hurry where no beam is on.
+  static sim::BoardOptions quick_board() {
+    sim::BoardOptions options;
+    options.m3 = true;
+    options.travel_x_mm = 300;
+    options.travel_y_mm = 200;
+    options.rapid_mm_s = 3000;
+    options.homing_mm_s = 3000;
+    options.acceleration_mm_s2 = 1e6;
+    options.boot_time = std::chrono::milliseconds(1);
+    return options;
+  }
+
+  std::unique_ptr<LaserOnlyCell> grbl_;
+  std::unique_ptr<BoardFile> board_;
+  std::unique_ptr<LoneDaemon> lihuiyu_;
+};
+
+Result<Figures> measure(const ClientLoadKind& kind, bool lihuiyu, int count, const fs::path& bin_dir,
+                        const fs::path& data, unsigned seed) {
+  auto machine = Machine::start(lihuiyu, bin_dir, data);
+  if (!machine) return machine.error();
+  const StopMachine stop_machine = (*machine)->stop_machine();
+  const LoneDaemon& c = stop_machine.daemon;
   const int port = c.tcp_port();
   const auto console = Console::open(c, port);
-  if (!console) return Error{ErrorCode::kInternal, "the console's session cannot be opened"};
+  const ClientDoors doors{port, c.socket(), operators_session(c, port)};
+  if (!console || doors.session.empty()) return Error{ErrorCode::kInternal, "no console's session can be opened"};
   const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port}), over_unix(cli::ApiAddress{c.socket(), "", 0});
   Figures out;
   out.stops = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
@@ -123,10 +180,10 @@ Result<Figures> measure(const ClientLoadKind& kind, int count, const fs::path& b
                {"console", [&] { return console->stop(); }, {}}};
   std::mt19937 random(seed);
   {
-    const auto load = kind.begin(port);
+    const auto load = kind.begin(doors);
     for (int i = 0; i < count; ++i)
       for (StopDoor& door : out.stops) {
-        const OneStop stop = one_stop(c, door, random);
+        const OneStop stop = one_stop(stop_machine, door, random);
         const auto heard = stop.ms < 0 ? std::nullopt : console->heard_of_abort(stop.asked);
         const auto asked = Clock::now();
         const bool looked = console->look();
@@ -176,15 +233,20 @@ int main(int argc, char** argv) {
   int stops = 50;
   unsigned seed = 7;
   double stop_limit_ms = 50, event_limit_ms = 1000;
-  std::string out, only;
+  std::string out, only, family = "grbl";
   app.add_option("--stops", stops, "How many by each door under each load")->capture_default_str();
   app.add_option("--seed", seed, "Of the moments")->capture_default_str();
   app.add_option("--load", only, "Only this one, by its name in the table");
+  app.add_option("--laser", family, "The family of the machine")
+      ->check(CLI::IsMember({"grbl", "lihuiyu"}))
+      ->capture_default_str();
   app.add_option("--stop-limit-ms", stop_limit_ms, "For the 99th percentile of each door")->capture_default_str();
   app.add_option("--event-limit-ms", event_limit_ms, "For the slowest event")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
 
+  const bool lihuiyu = family == "lihuiyu";
+  if (lihuiyu) be_under_umockdev(argc, argv);
   allow_descriptors();
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // a row appears when it is done, in a file too
   const fs::path bin_dir = fs::read_symlink("/proc/self/exe").parent_path();
@@ -197,7 +259,7 @@ int main(int argc, char** argv) {
   bool good = true;
   for (const ClientLoadKind& kind : client_loads()) {
     if (!only.empty() && kind.name != only) continue;
-    const auto figures = measure(kind, stops, bin_dir, data.path(), seed);
+    const auto figures = measure(kind, lihuiyu, stops, bin_dir, data.path(), seed);
     if (!figures) {
       fmt::print("{:<12} {}\n", kind.name, figures.error().message);
       good = false;
@@ -212,6 +274,7 @@ int main(int argc, char** argv) {
     good = good && figures->failed == 0 && percentile(figures->events_ms, 1) <= event_limit_ms;
     fmt::print("{:<12} {}: {} failed; {}\n", kind.name, kind.what, figures->failed, figures->done);
   }
-  if (!out.empty()) std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"clients", table.rows}}.dump(2);
+  if (!out.empty())
+    std::ofstream(out) << nlohmann::json{{"schema_version", 1}, {"laser", family}, {"clients", table.rows}}.dump(2);
   return good && !table.rows.empty() ? 0 : 1;
 }

@@ -7,9 +7,11 @@
 #   stop         100 STOPs each over TCP, over the Unix socket and by veneerctl, from the request to the byte on the wire,
 #                quiet and under each of seven loads; also as stop.json
 #   clients      50 STOPs each over TCP, over the Unix socket and by a console, and how soon the console hears of each, while
-#                clients walk every route slowly, hugely, hanging up or a thousand at once; also as clients.json
+#                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
+#                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
-#   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on; several cuts
+#   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on, 48 lost looks at the bed and 48
+#                deaths in calibrations; several cuts
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
@@ -59,6 +61,9 @@ show_table=1 campaign "stop/latency" "$seed" "$build/bin/veneer-soak-stop" --sto
 
 seed=$(fresh_seed)
 show_table=1 campaign "clients/hostile" "$seed" "$build/bin/veneer-soak-clients" --stops 50 --seed "$seed" --out "$(dirname "$out")/clients.json"
+seed=$(fresh_seed)
+show_table=1 campaign "clients/lihuiyu" "$seed" "$build/bin/veneer-soak-clients" --laser lihuiyu --stops 20 --seed "$seed" \
+  --out "$(dirname "$out")/clients-lihuiyu.json"
 
 seed=$(fresh_seed)
 show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian" --seed "$seed" --dir "$(dirname "$out")/soak-guardian" \
@@ -67,7 +72,7 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian"
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
   show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 \
-    VENEER_HOSTILE_PICTURES=125 "$build/tests/scenario_tests" scenarios/workers_test.cc
+    VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_HOSTILE_PICTURES=125 "$build/tests/scenario_tests" scenarios/workers_test.cc
 done
 
 seed=$(fresh_seed)

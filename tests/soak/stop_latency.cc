@@ -33,6 +33,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
   LoneDaemonOptions options;
   options.listen = "127.0.0.1:0";
   options.data = data;
+  options.tables = table_of_camera(data);
   std::optional<FullPipe> full;
   if (kind.stalled_log) {
     options.log = dir / "log";
@@ -57,7 +58,7 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
     // By turns, so that all meet the same load.
     for (int i = 0; i < stops; ++i)
       for (StopDoor& door : out.doors) {
-        const double ms = one_stop(c, door, random).ms;
+        const double ms = one_stop(machine_of(c), door, random).ms;
         fmt::print(stderr, "{} {} of {}: {} {:.1f} ms\n", kind.name, i + 1, stops, door.name, ms);
         if (ms < 0)
           ++out.failed;

@@ -368,6 +368,8 @@ Status book_pieces(daemon::Repositories& r) {
 
 }  // namespace
 
+static fs::path empty_bed(const fs::path& data_dir) { return data_dir / "empty-bed.png"; }
+
 Status prepare_stop_data(const fs::path& data_dir) {
   fs::create_directories(data_dir);
   asio::io_context reactor;
@@ -388,7 +390,17 @@ Status prepare_stop_data(const fs::path& data_dir) {
   panel.width = panel.height = daemon::kMapResolution.to_mm(Pixels(wood.cols));
   panel.map_file = map->file, panel.mask_file = mask->file, panel.map_hash = map->sha256;
   panel.created_at = kThen;
-  return (*database)->call([&](daemon::Repositories& r) { return r.panels.add(panel, {}, {}); });
+  const fs::path bed = empty_bed(data_dir);
+  cv::imwrite(bed.string(), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
+  fs::last_write_time(bed, fs::file_time_type::clock::now() + std::chrono::hours(24 * 365));
+  // Only wood of which the back is known is planned.
+  const db::FiducialRecord tag{
+      db::FiducialKind::kTag, 200, Face::kBack, {{-30_mm, 0_mm}, {-22_mm, 0_mm}, {-22_mm, 8_mm}, {-30_mm, 8_mm}}};
+  return (*database)->call([&](daemon::Repositories& r) { return r.panels.add(panel, {}, {tag}); });
+}
+
+std::string table_of_camera(const fs::path& data_dir) {
+  return fmt::format("[camera]\nkind = \"file\"\ndevice = \"{}\"\n", empty_bed(data_dir).string());
 }
 
 Status certify_kerf(const fs::path& data_dir, const std::string& laser_port) {

@@ -34,6 +34,8 @@ std::vector<StopLoadKind> stop_loads();
 
 // A data folder with a panel of which 100,000 pieces are booked, and one whose wood is free, to plan on.
 Status prepare_stop_data(const std::filesystem::path& data_dir);
+// The camera of a daemon with this data: it sees an empty bed, in a picture that is newer than all looks at it.
+std::string table_of_camera(const std::filesystem::path& data_dir);
 // The kerf of a laser at this port, without which nothing is planned.
 Status certify_kerf(const std::filesystem::path& data_dir, const std::string& laser_port);
 

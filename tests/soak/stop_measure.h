@@ -35,18 +35,32 @@ struct OneStop {
   std::chrono::steady_clock::time_point asked;
 };
 
-// Burns until the beam is on, says STOP somewhere in the stream, waits for the end, Clears.
-inline OneStop one_stop(LaserOnlyCell& cell, const StopDoor& door, std::mt19937& random) {
+// The daemon, and what its machine truly does.
+struct StopMachine {
+  LoneDaemon& daemon;
+  std::function<bool()> beam_on;
+  std::function<std::vector<std::chrono::steady_clock::time_point>()> resets;  // when each was there
+  double pattern_mm;  // large enough that the burn lasts longer than the measurement
+};
+
+inline StopMachine machine_of(LaserOnlyCell& cell) {
+  return {cell, [&cell] { return cell.laser.beam_on(); }, [&cell] { return cell.laser.resets(); }, 300};
+}
+
+// Burns until the beam is on, says STOP somewhere in the stream, waits for the end, Clears. A crowd may take the share
+// of whoever measures for a moment: then it asks again. STOP is said once.
+inline OneStop one_stop(const StopMachine& machine, const StopDoor& door, std::mt19937& random) {
   OneStop out;
-  if (!cell.begin_pattern(300)) return out;
-  if (!cell.wait_for([&] { return cell.laser.beam_on(); })) return out;
+  const LoneDaemon& daemon = machine.daemon;
+  if (!daemon.wait_for([&] { return daemon.begin_pattern(machine.pattern_mm).ok(); })) return out;
+  if (!daemon.wait_for(machine.beam_on)) return out;
   std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 400));  // anywhere in the stream
-  const std::size_t before = cell.laser.resets().size();
+  const std::size_t before = machine.resets().size();
   out.asked = std::chrono::steady_clock::now();
   if (!door.stop()) return out;
-  if (!cell.wait_for([&] { return cell.laser.resets().size() > before && cell.state() == "Aborted"; })) return out;
-  const double ms = ms_between(out.asked, cell.laser.resets()[before]);
-  if (cell.api().post("/commands/clear").ok()) out.ms = ms;
+  if (!daemon.wait_for([&] { return machine.resets().size() > before && daemon.state() == "Aborted"; })) return out;
+  const double ms = ms_between(out.asked, machine.resets()[before]);
+  if (daemon.wait_for([&] { return daemon.api().post("/commands/clear").ok(); })) out.ms = ms;
   return out;
 }
 

@@ -98,9 +98,7 @@ class ApiServer {
   daemon::EventHub hub_;
   daemon::ConsoleLinks links_{clock_};
   daemon::TaskRegistry tasks_{reactor_, steady_, daemon::make_reactor_timer(reactor_),
-                              [this](const daemon::TaskView& task) {
-                                hub_.broadcast_text(R"({"type":"task","task":)" + daemon::to_text(task) + "}");
-                              }};
+                              [this](const daemon::TaskView& task) { hub_.broadcast_text(daemon::task_event(task)); }};
   std::unique_ptr<daemon::HttpServer> server_;
   std::atomic<int> stops_{0};
   std::thread thread_;

@@ -84,6 +84,7 @@ std::vector<sim::BurnSegment> BoardFile::burns() {
 // What a former process left under way is of no use to the next.
 void BoardFile::opened_anew() {
   host_.reopen();
+  asked_.clear();
   for (const auto& [id, flying] : flying_) done_.push_back(flying);
   flying_.clear();
   for (const Flying& flying : std::exchange(done_, {})) {
@@ -152,8 +153,12 @@ bool BoardFile::submit(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
   } else if ((urb.endpoint & 0x80) != 0) {
     transfer.what = sim::HostRead{urb.endpoint, bytes.size()};
   } else {
+    // "I" and nothing else: a program begins with it too, but goes on.
+    if (bytes.size() > 3 && bytes.compare(2, 2, "IF") == 0 && bytes.find_first_not_of('F', 3) >= bytes.size() - 2)
+      resets_.push_back(std::chrono::steady_clock::now());
     transfer.what = sim::HostWrite{urb.endpoint, bytes};
   }
+  asked_ += urb.type == USBDEVFS_URB_TYPE_CONTROL ? 'c' : (urb.endpoint & 0x80) != 0 ? 'r' : 'w';
   flying_[transfer.id] = {data, buffer};
   host_.submit(std::move(transfer), now());
   return complete(client, 0);
@@ -194,6 +199,7 @@ bool BoardFile::reap(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
 
 bool BoardFile::discard(UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
   if (arg == nullptr) return complete(client, EFAULT);
+  asked_ += 'd';
   gulong address = 0;
   std::memcpy(&address, arg->data, sizeof(address));
   for (auto flying = flying_.begin(); flying != flying_.end(); ++flying) {

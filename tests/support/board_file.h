@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "drivers/sim/lihuiyu_board/usb_host.h"
@@ -34,6 +35,17 @@ class BoardFile : private sim::BurnSink {
     return use(board_);
   }
   std::vector<sim::BurnSegment> burns();
+  // What was asked of the kernel since the device was opened last: a letter a transfer, (w)rite, (r)ead, (c)ontrol, or
+  // (d)iscard.
+  std::string asked() {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+  // When each reset packet was submitted.
+  std::vector<std::chrono::steady_clock::time_point> resets() {
+    const std::lock_guard lock(mutex_);
+    return resets_;
+  }
   // The interface was taken from the kernel's driver, and the chip put into its mode before all else.
   bool set_up_in_order() const { return claimed_detached_ && configured_first_; }
 
@@ -54,6 +66,8 @@ class BoardFile : private sim::BurnSink {
 
   std::mutex mutex_;  // guards all below
   std::vector<sim::BurnSegment> burns_;
+  std::string asked_;
+  std::vector<std::chrono::steady_clock::time_point> resets_;
   sim::LihuiyuBoard board_;
   sim::UsbHost host_;
   UMockdevTestbed* testbed_;

@@ -23,7 +23,7 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
     boost::asio::post(io_, [seen = seen, reply = std::move(reply)] { reply(seen); });
   }
   void hands_were_in() override { ++hands; }
-  void stock_in_sight(std::function<void(Result<std::vector<PanelId>>)> reply) override {
+  void stock_in_sight(std::function<void(Result<daemon::StockSight>)> reply) override {
     ++looks;
     boost::asio::post(io_, [stock = stock, reply = std::move(reply)] { reply(stock); });
   }
@@ -72,7 +72,7 @@ class LaidBed final : public daemon::BedView, public daemon::RunPlanner {
   double reach_x = 20;                   // how far to the right each cut goes
   std::vector<daemon::RunSetup> setups;  // empty: one for each panel
   Result<daemon::ProvenPose> seen = Error{ErrorCode::kNotFound, "no panel is on the bed"};
-  Result<std::vector<PanelId>> stock = std::vector<PanelId>{};  // that shows a tag
+  Result<daemon::StockSight> stock = daemon::StockSight{};  // of it, on the bed
   std::function<void()> on_prepare;
   int looks = 0;
   int hands = 0;  // how often they were said to have been in

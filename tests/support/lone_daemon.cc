@@ -17,8 +17,8 @@ Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser, cons
   data_ = options.data.empty() ? dir_ / "data" : options.data;
   guardian_ = options.guardian;
   std::ofstream(dir_ / "veneerd.toml") << fmt::format(
-      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"{}\"\n[store]\ndata_dir = \"{}\"\n", laser, socket(), options.listen,
-      data_.string());
+      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"{}\"\n[store]\ndata_dir = \"{}\"\n{}", laser, socket(),
+      options.listen, data_.string(), options.tables);
   fs::create_directories(data_);
   return start_process();
 }
@@ -72,7 +72,9 @@ std::string LoneDaemon::state() const {
 Status LoneDaemon::begin_pattern(double size_mm) const {
   const auto status = api_->get("/status");
   if (!status) return status.error();
-  const auto begun = api_->post("/laser/test-pattern", {{"size_mm", size_mm}, {"confirmed", (*status)["confirm"]}});
+  nlohmann::json confirmed = (*status)["confirm"];
+  confirmed.push_back("scrap on the bed");
+  const auto begun = api_->post("/laser/test-pattern", {{"size_mm", size_mm}, {"confirmed", confirmed}});
   return begun ? Ok() : Status(begun.error());
 }
 

@@ -19,6 +19,7 @@ struct LoneDaemonOptions {
   std::string listen;          // of the API over TCP: "127.0.0.1:0" for any port; "" = none
   std::filesystem::path log;   // where what it says goes; "" = a file of its own
   std::filesystem::path data;  // its data folder, already there; "" = a new one
+  std::string tables;          // more of its configuration: whole tables of TOML
   std::string guardian;        // socket of the guardian; "" = it starts one of its own
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 using Protocol = boost::asio::local::stream_protocol;
 
-std::string hex_of(const std::string& bytes) {
+std::string hex_of(std::string_view bytes) {
   if (bytes.empty()) return "-";
   std::string out;
   for (const char c : bytes) out += fmt::format("{:02x}", static_cast<unsigned char>(c));
@@ -105,10 +105,10 @@ void SimUsb::submit(UsbRequest request) {
     send(fmt::format("read {} {} {} {}\n", id, timeout, read->endpoint, read->most_bytes));
 }
 
-void SimUsb::submit_urgent(UsbWrite write) noexcept {
+void SimUsb::submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept {
   if (!socket_.is_open()) return;
+  send(fmt::format("urgent {} {}\n", endpoint, hex_of(bytes)));
   first_reply_ = next_id_;
-  send(fmt::format("urgent {} {}\n", write.endpoint, hex_of(write.bytes)));
 }
 
 // The kernel holds thousands of lines; a twin that takes none at all shows when it is read from.

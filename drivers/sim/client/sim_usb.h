@@ -26,7 +26,7 @@ class SimUsb final : public UsbTransport {
 
   Status open(OnReply on_reply, OnClosed on_closed) override;
   void submit(UsbRequest request) override;
-  void submit_urgent(UsbWrite write) noexcept override;
+  void submit_urgent(std::uint8_t endpoint, std::string_view bytes) noexcept override;
   void close() noexcept override;
 
  private:

@@ -298,8 +298,11 @@ class AThousandConnections : public ::testing::Test {
   static constexpr int kCrowd = 1000;
   AThousandConnections() : asked(Asked::Then::kKeep), server({}, {}, asked.binder()) {
     allow_descriptors(4096);
+    session = new_session();
+  }
+  std::string new_session() {
     const std::string token = *server.on_reactor([&] { return server.links().new_link("uid 1000"); });
-    session = server.on_reactor([&] { return server.links().redeem(token)->secret; });
+    return server.on_reactor([&] { return server.links().redeem(token)->secret; });
   }
   std::string as_console(const std::string& request) const {
     return request + "\r\nHost: " + server.host() + "\r\nAuthorization: Bearer " + session +
@@ -351,6 +354,45 @@ TEST_F(AThousandConnections, ThatAllAskGetTheirShareAndShutOutNobody) {
   expect_console_and_stop(before, listener);
   // Those whose connection was taken from them leave no work.
   EXPECT_LE(static_cast<std::ptrdiff_t>(asked.number()) - asked.gone(), 24);
+  asked.forget();
+}
+
+// Whoever may start the laser is no better a client for it, and neither is a program of his that went wild.
+TEST_F(AThousandConnections, OfOneOperatorShutOutNeitherOthersNorStop) {
+  auto before = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(before.ask(as_console("GET /api/v1/session HTTP/1.1")).status, 200);
+  EventListener listener(server.port(), session);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  const std::string as_the_other = "\r\nHost: " + server.host() + "\r\nAuthorization: Bearer " + new_session();
+  std::vector<HttpProbe> crowd;
+  for (int i = 0; i < kCrowd; ++i) {
+    crowd.push_back(HttpProbe::over_tcp(server.port()));
+    // A question, half a header, half a body, in turn.
+    crowd.back().send((i % 3 == 0 ? "GET /api/v1/panels HTTP/1.1" : "POST /api/v1/jobs HTTP/1.1") + as_the_other +
+                      (i % 3 == 0   ? "\r\n\r\n"
+                       : i % 3 == 1 ? "\r\nX-Slow: "
+                                    : "\r\nContent-Length: 1000\r\n\r\n{"));
+  }
+  expect_console_and_stop(before, listener);
+  EXPECT_LE(server.on_reactor([&] { return server.server().connections(); }), 2 * HttpServerOptions().max_connections);
+  asked.forget();
+}
+
+// The one that comes for STOP there may be of the same user as the crowd.
+TEST_F(AThousandConnections, AtTheUnixSocketShutOutNeitherTheConsoleNorStop) {
+  auto before = HttpProbe::over_tcp(server.port());
+  EXPECT_EQ(before.ask(as_console("GET /api/v1/session HTTP/1.1")).status, 200);
+  EventListener listener(server.port(), session);
+  EXPECT_EQ(listener.next()["type"], "hello");
+  std::vector<HttpProbe> crowd;
+  for (int i = 0; i < kCrowd; ++i) {
+    crowd.push_back(HttpProbe::over_unix(server.socket()));
+    crowd.back().send(i % 3 == 0   ? "GET /api/v1/panels HTTP/1.1\r\nHost: x\r\n\r\n"
+                      : i % 3 == 1 ? "POST /api/v1/jobs HTTP/1.1\r\nHost: "
+                                   : "POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n{");
+  }
+  expect_console_and_stop(before, listener);
+  EXPECT_LE(server.on_reactor([&] { return server.server().connections(); }), 2 * HttpServerOptions().max_connections);
   asked.forget();
 }
 

@@ -58,6 +58,27 @@ TEST_F(Tasks, TheListLeavesResultsOut) {
   EXPECT_EQ(to_list_json(view)["state"], "done");
 }
 
+// A plan's result is megabytes, and each of the listeners would get it.
+TEST_F(Tasks, AnEventSaysWhatCameOfItInShort) {
+  const TaskReporter reporter = registry_->start("plan", "matching");
+  EXPECT_EQ(nlohmann::json::parse(task_event(events_[0])),
+            (nlohmann::json{{"type", "task"}, {"task", to_list_json(events_[0])}}));
+  nlohmann::json result = {{"pieces", 304}, {"panels", {"P-0001", "P-0002"}}, {"svg", std::string(1'000'000, 'x')}};
+  for (int i = 0; i < 50; ++i) result["outlines"].push_back({{"mark", "A1-1"}, {"points", {1, 2, 3}}});
+  for (int i = 0; i < 200; ++i) result["text " + std::to_string(i)] = std::string(200, 'n');
+  reporter.done(result);
+  run();
+  const std::string told = task_event(events_.back());
+  EXPECT_LT(told.size(), 4500U);
+  const nlohmann::json task = nlohmann::json::parse(told)["task"];
+  EXPECT_EQ(task["state"], "done");
+  EXPECT_EQ(task["id"], reporter.id());
+  EXPECT_EQ(task["summary"]["panels"], (nlohmann::json{"P-0001", "P-0002"}));
+  EXPECT_FALSE(task["summary"].contains("outlines"));
+  EXPECT_FALSE(task["summary"].contains("svg"));
+  EXPECT_FALSE(task.contains("result"));
+}
+
 // A worker may say something else with each line: no reason to write to every client each time.
 TEST_F(Tasks, AFloodOfTextsIsOneEventPerIntervalAndTheLastIsTold) {
   const TaskReporter reporter = registry_->start("plan", "matching");

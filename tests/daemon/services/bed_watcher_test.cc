@@ -48,6 +48,10 @@ cv::Mat board_with_tag(int id) {
                                                 }}});
 }
 
+cv::Mat bare_bed() { return test::photograph(test::TrueCamera{}, {}); }
+
+constexpr int kNoTag = -1;
+
 class BedWatcherTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -58,26 +62,43 @@ class BedWatcherTest : public ::testing::Test {
     config_.store.data_dir = folder_ / "data";
     watcher_ = std::make_unique<BedWatcher>(io_, camera_, worker_, workers_, *database_, config_, [] {});
   }
-  void stock_panel(int tag_id) {
-    const Status added = database_->call([tag_id](Repositories& r) {
+  static db::FiducialRecord tag(int id, Face face) {
+    return {
+        db::FiducialKind::kTag,
+        id,
+        face,
+        {point<PanelFrame>(80, 30), point<PanelFrame>(60, 30), point<PanelFrame>(60, 50), point<PanelFrame>(80, 50)}};
+  }
+  void stock_panel(int back_tag, int show_tag = 100) {
+    const Status added = database_->call([=](Repositories& r) {
       db::PanelRecord panel;
       panel.id = PanelId{"P-0001"};
       panel.name = "walnut";
       panel.width = Millimetres(120);
       panel.height = Millimetres(80);
       panel.created_at = "2026-01-01T00:00:00.000Z";
-      const db::FiducialRecord tag{
-          db::FiducialKind::kTag,
-          tag_id,
-          Face::kBack,
-          {point<PanelFrame>(80, 30), point<PanelFrame>(60, 30), point<PanelFrame>(60, 50), point<PanelFrame>(80, 50)}};
-      return r.panels.add(panel, {}, {tag});
+      std::vector<db::FiducialRecord> tags;
+      if (back_tag != kNoTag) tags.push_back(tag(back_tag, Face::kBack));
+      if (show_tag != kNoTag) tags.push_back(tag(show_tag, Face::kShow));
+      return r.panels.add(panel, {}, tags);
     });
     ASSERT_TRUE(added.ok()) << added.error().message;
   }
-  Result<std::vector<PanelId>> stock_in_sight() {
-    std::optional<Result<std::vector<PanelId>>> out;
-    watcher_->stock_in_sight([&](Result<std::vector<PanelId>> seen) { out = std::move(seen); });
+  void scan(const std::string& at) {
+    db::ScanRecord scan;
+    scan.panel = PanelId{"P-0001"};
+    scan.device = "test";
+    scan.file = at;
+    scan.sha256 = std::string(64, '0');
+    scan.dpi = 300;
+    scan.lattice = "{}";
+    scan.taken_at = at;
+    const Status added = database_->call([&](Repositories& r) { return r.panels.add_scans(scan.panel, {scan}, {}); });
+    ASSERT_TRUE(added.ok()) << added.error().message;
+  }
+  Result<StockSight> stock_in_sight() {
+    std::optional<Result<StockSight>> out;
+    watcher_->stock_in_sight([&](Result<StockSight> seen) { out = std::move(seen); });
     worker_.call([] { return 0; });
     io_.restart();
     io_.poll();
@@ -108,16 +129,82 @@ TEST_F(BedWatcherTest, OneTagTellsAPanelOfTheStockWithoutAnyCalibration) {
   camera_.picture = board_with_tag(215);
   const auto seen = stock_in_sight();
   ASSERT_TRUE(seen.ok()) << seen.error().message;
-  EXPECT_THAT(*seen, ElementsAre(PanelId{"P-0001"}));
+  EXPECT_THAT(seen->panels, ElementsAre(PanelId{"P-0001"}));
   EXPECT_FALSE(watcher_->picture().empty()) << "people see what was looked at";
 }
 
-TEST_F(BedWatcherTest, AStrangersTagIsNoStock) {
+TEST_F(BedWatcherTest, AStrangersTagLeavesADoubt) {
   stock_panel(215);
   camera_.picture = board_with_tag(300);
   const auto seen = stock_in_sight();
   ASSERT_TRUE(seen.ok()) << seen.error().message;
-  EXPECT_THAT(*seen, IsEmpty());
+  EXPECT_THAT(seen->panels, IsEmpty());
+  EXPECT_THAT(seen->doubts, ElementsAre("tag 300 of no known panel is in sight"));
+}
+
+TEST_F(BedWatcherTest, AnEmptyBedWithAllOfTheStockKnownLeavesNone) {
+  stock_panel(215);
+  camera_.picture = bare_bed();
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(seen->panels, IsEmpty());
+  EXPECT_THAT(seen->doubts, IsEmpty());
+}
+
+TEST_F(BedWatcherTest, APanelWithHolesOnlyMayLieThereUnseen) {
+  stock_panel(215, kNoTag);
+  camera_.picture = bare_bed();
+  EXPECT_THAT(stock_in_sight()->doubts,
+              ElementsAre("panel P-0001 would not be seen with the face up on which no tag is known"));
+}
+
+TEST_F(BedWatcherTest, WhereNoPanelHasATagAPictureWouldTellNothing) {
+  stock_panel(kNoTag, kNoTag);
+  const auto seen = stock_in_sight();
+  ASSERT_TRUE(seen.ok()) << seen.error().message;
+  EXPECT_THAT(seen->doubts, ElementsAre(HasSubstr("panel P-0001 would not be seen")));
+  EXPECT_EQ(camera_.pictures, 0);
+}
+
+TEST_F(BedWatcherTest, APanelThatWasSeenLastIsThereUntilItIsSeenElsewhere) {
+  stock_panel(215);
+  camera_.picture = board_with_tag(215);
+  ASSERT_THAT(stock_in_sight()->panels, ElementsAre(PanelId{"P-0001"}));
+  camera_.picture = bare_bed();  // or scrap that was laid over it
+  const std::string there =
+      "panel P-0001 lay there when the camera saw a panel last, and nothing tells that it is gone";
+  EXPECT_THAT(stock_in_sight()->doubts, ElementsAre(there));
+  EXPECT_THAT(stock_in_sight()->doubts, ElementsAre(there)) << "a second look that sees nothing tells no more";
+  scan("2020-01-01T00:00:00.000Z");
+  EXPECT_THAT(stock_in_sight()->doubts, ElementsAre(there)) << "scanned before it lay on the bed";
+  scan("2999-01-01T00:00:00.000Z");
+  EXPECT_THAT(stock_in_sight()->doubts, IsEmpty());
+}
+
+TEST_F(BedWatcherTest, AfterARestartTheLastRunTellsWhatLayThere) {
+  stock_panel(215);
+  const Status ran = database_->call([](Repositories& r) -> Status {
+    db::NewPlan plan;
+    plan.name = "test";
+    plan.plan_json = plan.options_json = "{}";
+    db::PlannedPatch& piece = plan.pieces.emplace_back();
+    piece.mark = "A1-1";
+    piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(10, 0), point<ArtworkFrame>(10, 10)};
+    piece.panel = PanelId{"P-0001"};
+    piece.panel_outline = {point<PanelFrame>(0, 0), point<PanelFrame>(10, 0), point<PanelFrame>(10, 10)};
+    piece.allocation = Region<PanelFrame>(piece.panel_outline);
+    plan.planned_on = {{PanelId{"P-0001"}, 1}};
+    const auto job = r.jobs.create(plan, "2026-01-01T00:00:00.000Z");
+    if (!job) return job.error();
+    const auto run = r.jobs.start_run(*job, PanelId{"P-0001"}, {}, Millimetres(0.02), "2026-01-02T00:00:00.000Z");
+    if (!run) return run.error();
+    return r.jobs.finish_run(*run, false, "2026-01-03T00:00:00.000Z");
+  });
+  ASSERT_TRUE(ran.ok()) << ran.error().message;
+  camera_.picture = bare_bed();
+  EXPECT_THAT(stock_in_sight()->doubts, ElementsAre(HasSubstr("panel P-0001 lay there")));
+  scan("2026-01-04T00:00:00.000Z");
+  EXPECT_THAT(stock_in_sight()->doubts, IsEmpty());
 }
 
 TEST_F(BedWatcherTest, WithoutACameraNobodyCanTell) {
@@ -187,7 +274,8 @@ TEST_F(BedWatcherTest, ALookThatNobodyAnswersEndsWithASentence) {
 TEST_F(BedWatcherTest, WithoutStockNobodyNeedsToLook) {
   const auto seen = stock_in_sight();
   ASSERT_TRUE(seen.ok()) << seen.error().message;
-  EXPECT_THAT(*seen, IsEmpty());
+  EXPECT_THAT(seen->panels, IsEmpty());
+  EXPECT_THAT(seen->doubts, IsEmpty());
   EXPECT_EQ(camera_.pictures, 0);
 }
 

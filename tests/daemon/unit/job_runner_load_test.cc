@@ -214,7 +214,7 @@ TEST_F(JobRunnerTest, WhileTheFrameIsTracedNothingElseBeginsAndStopStops) {
   runner_->frame(PowerFraction(0), "test", [&](Status s) { traced = std::move(s); });
   settle();
   EXPECT_TRUE(runner_->view().framing);
-  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("being traced"));
+  EXPECT_THAT(command(CellCommand::kUnsuspend).error().message, HasSubstr("tracing the frame"));
   EXPECT_FALSE(frame().ok());
   EXPECT_FALSE(traced);
   laser_.calls.clear();
@@ -238,7 +238,7 @@ TEST_F(JobRunnerTest, HoldEndsAFrameBeamFirst) {
   EXPECT_TRUE(command(CellCommand::kHold).ok());
   EXPECT_EQ(laser_.calls.front(), "abort");
   EXPECT_EQ(state(), CellState::kAborted);
-  EXPECT_THAT(runner_->view().reason, HasSubstr("held while the frame was traced"));
+  EXPECT_THAT(runner_->view().reason, HasSubstr("held while tracing the frame"));
   EXPECT_FALSE(runner_->may_move());
 }
 

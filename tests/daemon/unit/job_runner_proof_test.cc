@@ -386,9 +386,10 @@ class PatternTest : public ProofTest {
     stroke.power = PowerFraction(power);
     return {{stroke}};
   }
-  Status burn(double power) {
+  Status burn(double power, std::vector<std::string> confirmed = {}) {
     std::optional<Status> out;
-    runner_->burn_pattern(pattern(power), "test", [&](Status s) { out = std::move(s); });
+    runner_->burn_pattern(
+        pattern(power), "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
     settle();
     if (laser_.burning()) laser_.finish(), settle();
     return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
@@ -397,15 +398,36 @@ class PatternTest : public ProofTest {
 
 TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  bed_.stock = std::vector{PanelId{"P-0001"}};
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
   const Status burnt = burn(0.2);
   ASSERT_FALSE(burnt.ok());
   EXPECT_THAT(burnt.error().message, AllOf(HasSubstr("panel P-0001 of the stock"), HasSubstr("take it off")));
   EXPECT_EQ(state(), CellState::kIdle);
   EXPECT_EQ(starts(), 0);
-  bed_.stock = std::vector<PanelId>{};
+  bed_.stock = StockSight{};
   EXPECT_TRUE(burn(0.2).ok());
   EXPECT_EQ(starts(), 1);
+}
+
+TEST_F(PatternTest, WhereStockMayLieUnseenAPersonSaysThatItIsScrap) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{}, {"tag 300 of no known panel is in sight"}};
+  const Status burnt = burn(0.2);
+  ASSERT_FALSE(burnt.ok());
+  EXPECT_THAT(burnt.error().message,
+              AllOf(HasSubstr("tag 300 of no known panel"), HasSubstr("--confirm \"scrap on the bed\"")));
+  EXPECT_EQ(starts(), 0);
+  EXPECT_TRUE(burn(0, {}).ok()) << "dark";
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_TRUE(burn(0.2, {"scrap on the bed"}).ok());
+  const auto audit = database_->call([](Repositories& r) { return r.audit.latest(1); });
+  ASSERT_TRUE(audit.ok());
+  ASSERT_FALSE(audit->empty());
+  EXPECT_THAT(audit->front().detail, HasSubstr("scrap on the bed"));
+  // A tag that is known is no doubt, and nobody's word weighs against it.
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
+  EXPECT_THAT(burn(0.2, {"scrap on the bed"}).error().message, HasSubstr("panel P-0001 of the stock"));
 }
 
 TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
@@ -424,7 +446,7 @@ TEST_F(PatternTest, SaysWhatTheMachineRemarked) {
 
 TEST_F(PatternTest, RunsDarkOverAnything) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
-  bed_.stock = std::vector{PanelId{"P-0001"}};
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
   EXPECT_TRUE(burn(0).ok());
   EXPECT_EQ(starts(), 1);
   EXPECT_EQ(bed_.looks, 0);

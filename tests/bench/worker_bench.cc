@@ -1,0 +1,131 @@
+// What a process of its own costs a plan: the daemon's plan service, its work done by veneer-worker and in this
+// process, by turns on the same wood. Counters are medians, in seconds.
+//
+// Target: 0.1 s. Fails when the two do not plan the same.
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "daemon/services/plan_service.h"
+#include "daemon/store/calibration.h"
+#include "daemon/workers/worker_processes.h"
+#include "tests/support/temp_directory.h"
+#include "tests/support/work_here.h"
+
+namespace veneer::daemon {
+namespace {
+
+template <class T>
+T sure(Result<T> result) {
+  if (result.ok()) return std::move(result).value();
+  fmt::print(stderr, "{}\n", result.error().message);
+  std::abort();
+}
+void sure(const Status& status) {
+  if (status.ok()) return;
+  fmt::print(stderr, "{}\n", status.error().message);
+  std::abort();
+}
+
+cv::Mat random_wood(int side) {
+  cv::Mat wood(side, side, CV_8UC3);
+  cv::randu(wood, 0, 255);
+  cv::GaussianBlur(wood, wood, {0, 0}, 6);
+  cv::normalize(wood, wood, 0, 255, cv::NORM_MINMAX);
+  return wood;
+}
+
+// A cell's store with one panel of 150 mm, free and known on both faces.
+class Cell {
+ public:
+  Cell() {
+    config.store.data_dir = folder_.path();
+    db::CertificateRecord certificate;
+    certificate.kind = db::CertificateKind::kKerf;
+    certificate.issued_at = kThen;
+    certificate.expires_at = "2999-01-01T00:00:00.000Z";
+    calib::KerfMeasurement kerf;
+    kerf.mean = Millimetres(0.1);
+    certificate.payload = to_payload(kerf).dump();
+    sure(database->call([&](Repositories& r) { return r.certificates.issue(certificate); }));
+    const cv::Mat wood = random_wood(1800);
+    const auto map = sure(library.store_picture(wood, "panels/P-0001", "map"));
+    const auto mask =
+        sure(library.store_picture(cv::Mat(wood.size(), CV_8UC1, cv::Scalar(255)), "panels/P-0001", "mask"));
+    db::PanelRecord panel;
+    panel.id = PanelId{"P-0001"};
+    panel.name = "wood";
+    panel.width = panel.height = kMapResolution.to_mm(Pixels(wood.cols));
+    panel.map_file = map.file, panel.mask_file = mask.file, panel.map_hash = map.sha256;
+    panel.created_at = kThen;
+    db::FiducialRecord tag;  // beside all wood
+    tag.face = Face::kBack;
+    tag.tag_id = 200;
+    tag.corners = {{-30_mm, 0_mm}, {-22_mm, 0_mm}, {-22_mm, 8_mm}, {-30_mm, 8_mm}};
+    sure(database->call([&](Repositories& r) { return r.panels.add(panel, {}, {tag}); }));
+    std::vector<unsigned char> png;
+    cv::imencode(".png", random_wood(500), png);
+    picture_ = std::string(png.begin(), png.end());
+  }
+  // Seconds; `cost` is the plan's.
+  double plan(WorkRunner& workers, double& cost) {
+    JobRequest request;
+    request.name = "bench";
+    request.picture = picture_;
+    request.size = Millimetres(40);
+    request.options.patch = Millimetres(5);
+    PlanService service(*database, library, workers, config, make_null_logger());
+    const auto began = std::chrono::steady_clock::now();
+    const JobOutcome made = sure(service.make_plan(request, "bench", [](double, const std::string&) {}, {}));
+    cost = made.cost_per_pixel;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  }
+
+  static constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
+  Config config;
+
+ private:
+  testing::TempDirectory folder_{testing::TempDirectory::Place::kDisk};
+  boost::asio::io_context reactor_;
+  std::string picture_;
+
+ public:
+  std::unique_ptr<DatabaseThread> database = sure(DatabaseThread::open(folder_ / "bench.db", reactor_));
+  PanelLibrary library{folder_.path()};
+};
+
+double median(std::vector<double> values) {
+  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
+  return values[values.size() / 2];
+}
+
+void worker_overhead(benchmark::State& state) {
+  Cell cell;
+  WorkerProcesses processes({VENEER_WORKER, usual_worker_memory(), {}}, make_null_logger());
+  testing::WorkHere here;
+  std::vector<double> by_worker, at_once, more;
+  double cost = 0, same = 0;
+  cell.plan(here, cost);  // makes the wood's index, which all others read
+  for (auto unused : state) {
+    by_worker.push_back(cell.plan(processes, cost));
+    at_once.push_back(cell.plan(here, same));
+    more.push_back(by_worker.back() - at_once.back());
+    if (cost != same) state.SkipWithError("the worker's plan is another one");
+  }
+  state.counters["worker_s"] = median(by_worker);
+  state.counters["here_s"] = median(at_once);
+  state.counters["overhead_s"] = median(more);
+  state.counters["overhead_most_s"] = *std::ranges::max_element(more);
+}
+BENCHMARK(worker_overhead)->Iterations(21)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace veneer::daemon
