@@ -1,5 +1,6 @@
 // The page: which screen is shown, and when it is drawn again.
-import {put} from "./dom.js";
+import {h, put} from "./dom.js";
+import {t} from "./words.js";
 import {enter} from "./link.js";
 import {begin, changed, follow, model} from "./model.js";
 import {loadPictures} from "./pictures.js";
@@ -33,7 +34,7 @@ function draw() {
   const {screen, rest} = address();
   showFrame(kScreens, screen.id);
   place.className = `screen-${screen.id}`;
-  put(place, ...[screen.draw(...rest)].flat());
+  put(place, h("h1.unseen", {}, t(`screen.${screen.id}`)), ...[screen.draw(...rest)].flat());
   loadPictures(place);
   if (screen.drawn) screen.drawn(place, ...rest);
 }
@@ -48,6 +49,8 @@ function go() {
   place.replaceChildren();
   if (screen.enter) screen.enter(...rest);
   draw();
+  const tab = document.querySelector("#nav [aria-current]");
+  if (tab) tab.scrollIntoView({block: "nearest", inline: "center"});
   if (!first) { place.focus({preventScroll: true}); scrollTo(0, 0); }
 }
 

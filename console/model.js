@@ -12,7 +12,8 @@ export const model = {
   plans: [],      // newest first
   tasks: new Map(),   // by id, as they were told last
   pieces: new Map(),  // by job, of those that were asked for
-  bedAt: 0,       // when the bed was photographed last, in ms of performance.now()
+  bedLooks: 0,    // how often the bed was photographed since the page was opened
+  bedAt: 0,       // when it was last, in ms of performance.now(); 0 = before that
 };
 
 const kStaleMs = 6000;
@@ -71,12 +72,12 @@ function takeTask(task) {
 }
 
 function take(event) {
-  if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); model.bedAt = performance.now(); changed(); }
+  if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.bedLooks; model.bedAt = 0; changed(); }
   if (event.type === "status" && event.status) takeStatus(event.status);
   if (event.type === "task" && event.task) takeTask(event.task);
   if (event.type === "job") { loadJobs(); renewPieces(event.job); }
   if (event.type === "panel") { loadPanels(); loadPlans(); for (const job of model.pieces.keys()) renewPieces(job); }
-  if (event.type === "bed") { model.bedAt = performance.now(); changed(); }
+  if (event.type === "bed") { ++model.bedLooks; model.bedAt = performance.now(); changed(); }
 }
 
 // One look at a time; whoever asks meanwhile gets another one after it.

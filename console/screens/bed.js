@@ -41,7 +41,7 @@ function lines() {
   for (const piece of toolpath.pieces) {
     const state = known.get(piece.piece);
     const now = cell.job && cell.job.current_piece === piece.mark;
-    out.push(path("engrave", of(piece, "engrave"), false), path(`cut ${state || ""} ${now ? "now" : ""}`, of(piece, "cut"), false));
+    out.push(path("engrave", of(piece, "engrave"), false), path(`line ${state ? `is-${state}` : ""} ${now ? "is-now" : ""}`, of(piece, "cut"), false));
   }
   return out;
 }
@@ -49,10 +49,9 @@ function lines() {
 export function bedCard() {
   followToolpath();
   const drawn = lines();
-  const there = model.bedAt > 0;
   return card(t("bed"),
-    there && h("p.dim.age", {}, ago(performance.now() - model.bedAt)),
-    there ? h("div.view", {}, picture("/bed.jpg", t("bed.alt"), {version: model.bedAt}), svg("svg", {viewBox: "0 0 1 1", preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn))
-          : empty(t("bed.none")),
+    model.bedAt > 0 && h("p.dim.age", {}, ago(performance.now() - model.bedAt)),
+    h("div.view", {}, picture("/bed.jpg", t("bed.alt"), {version: String(model.bedLooks)}), empty(t("bed.none")),
+      svg("svg", {viewBox: "0 0 1 1", preserveAspectRatio: "none", "aria-hidden": "true"}, ...drawn)),
     drawn.length > 0 && h("p.key.dim", {}, h("i.key-line-cut"), t("key.cut_line"), h("i.key-done"), t("key.done"), h("i.key-line-engrave"), t("key.engrave"), h("i.key-line-frame"), t("key.frame")));
 }

@@ -63,7 +63,9 @@ function machine(cell) {
 }
 
 function calibration(cell) {
-  return card(t("calibration"), facts(...Object.entries(cell.calibration || {}).map(([device, state]) => fact(t(device), state.replaceAll("_", " "), state !== "valid"))));
+  const known = cell.calibration || {};
+  return card(t("calibration"), facts(...["scanner", "camera", "axes", "kerf"].filter((device) => known[device]).map((device) =>
+    fact(t(device), known[device].replaceAll("_", " "), known[device] !== "valid"))));
 }
 
 function stock() {

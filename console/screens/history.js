@@ -38,7 +38,7 @@ function oneJob(id) {
   const act = (path, label, more = {}) => button(label, async () => { await command(`/jobs/${id}/${path}`); loadJobs(); }, {disabled: !mayChange(), ...more});
   const over = ["complete", "cancelled"].includes(told.state);
   return [
-    h("div.tools", {}, back, h("h1", {}, t("history.job", {n: id, name: told.name}))),
+    h("div.tools", {}, back, h("h2.title", {}, t("history.job", {n: id, name: told.name}))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("job"), picture(`/jobs/${id}/preview.png?width=640`, t("history.preview", {n: id}), {version: told.newest_plan}),
         facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), told.next && fact(t("history.next"), asSentence(told.next)),

@@ -6,7 +6,7 @@ import {changed, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {woodOf} from "./pieces.js";
-import {openMap} from "./panel_map.js";
+import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
@@ -62,6 +62,7 @@ export function panelDrawn(place, id) {
   openMap(canvas, panel, tapped).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
+    changed();
     map.show(shown.allocations);
     if (shown.piece) map.choose(shown.piece);
   }, (fault) => showRefusal(t("map.none", {why: fault.message})));
@@ -73,10 +74,12 @@ export function drawPanel(id) {
   const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
   if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
   return [
-    h("div.tools", {}, back, h("h1", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
+    h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
       button(t("panel.label"), () => openLabel(id))),
     h("div.columns.two", {},
-      h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}), h("p.dim", {}, t("panel.tap")))),
+      h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
+        h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
+        h("p.dim", {}, t("panel.tap")))),
       h("div.column", {}, passportCard(), differencesCard(), factsCard(panel), areaCard(panel), piecesCard())),
   ];
 }

@@ -14,6 +14,11 @@ const kStates = {  // what a state is drawn as, and on which layer
   scrap: ["scrap", {color: "#15181a", fillColor: "#5a6064", fillOpacity: .8, weight: 1}],
 };
 
+// What lies over the scan, and whether it is shown: of every panel that is looked at.
+export const kLayers = ["free", "reserved", "cut", "suspect", "scrap", "fiducials", "zones"];
+const hiddenLayers = new Set(["free", "zones"]);
+export const isShown = (layer) => !hiddenLayers.has(layer);
+
 const at = ([x, y]) => [y, x];  // Leaflet's latitude is our y
 let leaflet = null;
 
@@ -28,16 +33,15 @@ async function library() {
 }
 
 // Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
-// choose(piece), close()}
+// choose(piece), layer(name, shown), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
   const box = [[0, 0], [panel.height_mm, panel.width_mm]];
   const map = L.map(place, {crs: L.CRS.Simple, minZoom: -4, maxZoom: 6, zoomSnap: .25, attributionControl: false, maxBoundsViscosity: .8, preferCanvas: true});
   map.setMaxBounds(L.latLngBounds(box).pad(.5));
   map.fitBounds(box);
-  const layers = Object.fromEntries(["free", "reserved", "cut", "suspect", "scrap", "fiducials", "zones"].map((name) => [name, L.layerGroup()]));
-  for (const name of ["reserved", "cut", "suspect", "scrap", "fiducials"]) layers[name].addTo(map);
-  L.control.layers({}, Object.fromEntries(Object.entries(layers).map(([name, layer]) => [t(`layer.${name}`), layer])), {collapsed: place.clientWidth < 700, position: "topright"}).addTo(map);
+  const layers = Object.fromEntries(kLayers.map((name) => [name, L.layerGroup()]));
+  for (const name of kLayers) if (isShown(name)) layers[name].addTo(map);
 
   const path = `/panels/${encodeURIComponent(panel.id)}`;
   let scan = null, closed = false;
@@ -56,10 +60,12 @@ export async function openMap(place, panel, onPiece) {
     close = true;
     lay(kCloseWidth);
   });
-  layers.free.on("add", async () => {
+  const freeWood = async () => {
     const url = layers.free.getLayers().length ? "" : await pictureUrl(`${path}/stock.png?width=${kFirstWidth}`);
     if (url && !closed) layers.free.addLayer(L.imageOverlay(url, box));
-  });
+  };
+  layers.free.on("add", freeWood);
+  if (isShown("free")) freeWood();
 
   for (const fiducial of panel.fiducials || []) {
     const name = fiducial.kind === "tag" ? `${fiducial.tag_id}` : "○";
@@ -98,6 +104,10 @@ export async function openMap(place, panel, onPiece) {
       if (!polygon) return;
       polygon.setStyle({color: "#c00000", weight: 5}).bringToFront();
       if (!map.getBounds().contains(polygon.getBounds())) map.panTo(polygon.getBounds().getCenter());
+    },
+    layer(name, shown) {
+      if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
+      if (shown) layers[name].addTo(map); else layers[name].remove();
     },
     close() { closed = true; map.remove(); },
   };

@@ -45,7 +45,7 @@ function loadCard() {
     if (load.estimate_s > 0) rows.push(fact(t("load.takes"), t("load.about", {span: span(load.estimate_s)})));
     if (load.found) rows.push(fact(t("load.fit"), `${load.rms_mm.toFixed(3)} mm`));
   }
-  return card(t("load"), h("div.load", {},
+  return h("section.card", {"aria-label": t("load"), "data-card": "load"}, h("h2", {}, t("load")), h("div.load", {},
     panel && picture(`/panels/${encodeURIComponent(panel)}/map.png?width=320`, t("load.wood", {panel})),
     h("div", {},
       h("p.big", {}, load ? t(load.found ? "load.on" : "load.lay", {panel}) : bedWords()),

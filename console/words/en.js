@@ -78,7 +78,7 @@ export const words = {
   "panel.label": "Label to print", "panel.map": "Map of {panel}", "panel.pieces": "Pieces of this panel", "panel.no_pieces": "Nothing was cut or planned from it yet.",
   "panel.tap": "Tap a piece for where it belongs and what became of it.",
   "panel.part": "of the panel", "area.free": "free", "area.reserved": "reserved", "area.cut": "cut", "area.kerf": "kerf", "area.suspect": "suspect", "area.scrap": "lost", "area.unusable": "not usable",
-  "layer.free": "free wood (light) on the mask", "layer.reserved": "reserved or leased", "layer.cut": "cut", "layer.suspect": "suspect", "layer.scrap": "lost or written off",
+  "layer.free": "what is free, as it is counted", "layer.reserved": "reserved or leased", "layer.cut": "cut", "layer.suspect": "suspect", "layer.scrap": "lost or written off",
   "layer.fiducials": "tags and holes", "layer.zones": "strips of wood",
   "map.loading": "The map is on its way.", "map.none": "The map cannot be shown: {why}",
   "passport": "Piece {mark}", "passport.close": "Close", "passport.job": "Job", "passport.state": "State", "passport.since": "since {at}",

@@ -227,7 +227,7 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
   if (view.state == CellState::kAborted)
     return {Step::kClear, "When the cause is gone and nobody's hands are in the machine: Clear, then Reset.",
             "veneerctl clear"};
-  if (view.state == CellState::kComplete)
+  if (view.state == CellState::kComplete && view.job)
     return {Step::kReset, "The cut is done: take the pieces out of the machine, then Reset makes it ready.",
             "veneerctl reset"};
   if (auto step = certificate_wanted(needs)) return *step;

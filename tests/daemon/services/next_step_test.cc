@@ -135,6 +135,15 @@ TEST(NextStep, AfterAStopTheWayBackAndThenThePieces) {
   EXPECT_EQ(next_step(view, needs).sentence, "2 pieces of job 1 are missing: find other wood for them.");
 }
 
+TEST(NextStep, AfterTheLastPieceThePiecesAreTakenOutAndAfterAPatternTheNextCertificateComes) {
+  CellView view = in(CellState::kComplete);
+  CellNeeds needs = ready();
+  needs.certificates.back().state = CertificateState::kMissing;
+  EXPECT_EQ(next_step(view, needs).step, Step::kCalibrateKerf) << "a pattern was burnt, and no job cut";
+  view.job.emplace();
+  EXPECT_THAT(next_step(view, needs).sentence, StartsWith("The cut is done: take the pieces out"));
+}
+
 TEST(NextStep, ADatabaseThatMayBeDamagedComesBeforeEverythingButTheMachine) {
   CellNeeds needs;
   needs.database_busy = "The database is being checked.";
