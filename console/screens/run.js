@@ -114,10 +114,11 @@ function jobCard() {
 
 function jobsCard() {
   const chosen = startable();
-  const done = model.jobs.filter((job) => !job.archived && !job.suspect && ["complete", "cancelled"].includes(job.state)).length;
+  const inSight = model.jobs.filter((job) => !job.archived);
+  const done = inSight.filter((job) => !job.suspect && ["complete", "cancelled"].includes(job.state)).length;
   return card(t("jobs"),
-    !model.jobs.length && empty(t("jobs.none")),
-    h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...model.jobs.slice().reverse().map((job) => h("label", {"data-key": job.id},
+    !inSight.length && empty(t("jobs.none")),
+    h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.reverse().map((job) => h("label", {"data-key": job.id},
       h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
       picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan}),
       h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))))),

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """console_day.py LINK PICTURES: an operator's short day in the browser, from the link to STOP.
 
 Each step waits for what the page shows, never for a time. Pictures of every screen at three sizes land in PICTURES.
@@ -6,6 +6,7 @@ Each step waits for what the page shows, never for a time. Pictures of every scr
 import os
 import subprocess
 import sys
+import time
 
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
@@ -124,7 +125,7 @@ class Day:
     def plan_a_picture(self):
         self.go("new")
         self.find("#picture-file").send_keys(os.environ["PICTURE"])
-        for field, value in (("#picture-size", "26"), ("#picture-patch", "13")):
+        for field, value in (("#picture-size", "20"), ("#picture-patch", "10")):
             self.find(field).clear()
             self.find(field).send_keys(value)
         self.press("#do-plan")
@@ -186,14 +187,12 @@ class Day:
 
 def main():
     day = Day(sys.argv[1], sys.argv[2])
+    began = time.monotonic()
     try:
-        day.morning()
-        day.look_at_the_wood()
-        day.plan_a_picture()
-        day.run_it()
-        day.look_back()
-        day.stop()
-        day.check_console()
+        for part in (day.morning, day.look_at_the_wood, day.plan_a_picture, day.run_it, day.look_back, day.stop,
+                     day.check_console):
+            part()
+            print(f"{part.__name__}: {time.monotonic() - began:.1f} s")
     finally:
         day.browser.quit()
 

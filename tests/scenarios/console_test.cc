@@ -25,7 +25,7 @@ TEST_F(Console, AnOperatorsShortDay) {
   // Outlives a failure, so that it is seen what the operator saw.
   const std::filesystem::path pictures = VENEER_PAGES;
   std::filesystem::create_directories(pictures);
-  auto day = ChildProcess::start({"python3", VENEER_CONSOLE_DAY, link(), pictures.string()}, dir_ / "day.log",
+  auto day = ChildProcess::start({"/usr/bin/python3", VENEER_CONSOLE_DAY, link(), pictures.string()}, dir_ / "day.log",
                                  {{"VENEERCTL", (bin_dir() / "veneerctl").string()},
                                   {"VENEERD_SOCKET", cell_->api_socket().string()},
                                   {"VENEER_TWIN_SOCKET", cell_->twin_socket().string()},
