@@ -1,7 +1,7 @@
 // What an operator may do now, and doing it: every change goes through here and says when it was refused.
 import {t, asSentence} from "./words.js";
 import {ask} from "./link.js";
-import {askStatus, changed, databaseSound, isOver, mayChange, model} from "./model.js";
+import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, model} from "./model.js";
 
 const refusal = document.getElementById("refusal");
 
@@ -68,12 +68,12 @@ export const recutMarks = new Set();
 // state asks again.
 export function askedNames() {
   const {cell} = model;
-  if (!cell || !(cell.state === "Suspended" || recutMarks.size)) return [];
-  const names = cell.confirm || [];
-  const key = JSON.stringify([names, cell.state, cell.load && cell.load.panel, cell.load && cell.load.setup]);
+  const names = cell && (cell.state === "Suspended" || recutMarks.size) ? cell.confirm || [] : [];
+  const key = JSON.stringify([names, cell && cell.state, cell && cell.load && [cell.load.panel, cell.load.setup]]);
   if (askedFor !== key) { askedFor = key; confirmed.clear(); }
   return names;
 }
+followStatus(askedNames);  // also while another screen is shown, or none
 export const isConfirmed = (name) => confirmed.has(name);
 export function confirmName(name, is) {
   if (is) confirmed.add(name); else confirmed.delete(name);

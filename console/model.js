@@ -32,6 +32,9 @@ export const isOver = (job) => ["complete", "incomplete", "cancelled"].includes(
 const followers = [];
 let due = false;
 export const follow = (told) => followers.push(told);
+// At once with each status, none left out: a page that nobody sees is drawn by no browser.
+const statusFollowers = [];
+export const followStatus = (told) => statusFollowers.push(told);
 export function changed() {
   if (due) return;
   due = true;
@@ -50,6 +53,7 @@ function takeStatus(fresh) {
   model.cell = fresh;
   model.cellAt = performance.now();
   followStop(fresh.state);
+  for (const told of statusFollowers) told();
   for (const task of fresh.tasks || []) model.tasks.set(task.id, task);
   const count = (cell) => (cell && cell.job ? `${cell.job.id} ${cell.job.cut} ${cell.job.suspect}` : "");
   const turned = !before || before.state !== fresh.state;

@@ -357,7 +357,8 @@ std::vector<CellNeeds::Certificate> Cell::certificates() const {
   std::vector<CellNeeds::Certificate> out;
   for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                           db::CertificateKind::kKerf})
-    out.push_back({kind, calibration ? calibration->standing.at(kind).at(utc_timestamp()) : CertificateState::kMissing});
+    out.push_back(
+        {kind, calibration ? calibration->standing.at(kind).at(utc_timestamp()) : CertificateState::kMissing});
   return out;
 }
 

@@ -110,7 +110,7 @@ class Cell {
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
-  std::string lease_end_;  // of the lease that ends next; "" when none is known
+  std::string lease_end_;                       // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;
 };
 

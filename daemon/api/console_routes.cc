@@ -62,7 +62,9 @@ void answer_new_link(const ApiRequest& request, ConsoleLinks& links, int port, c
 
 }  // namespace
 
-ApiReply stopped_page(ApiReply told) { return told.status == 200 ? page_file(console::stopped_page()) : std::move(told); }
+ApiReply stopped_page(ApiReply told) {
+  return told.status == 200 ? page_file(console::stopped_page()) : std::move(told);
+}
 
 void bind_console_routes(Router& router, ConsoleLinks& links, std::function<int()> tcp_port) {
   router.add("GET", "/", Role::kViewer, [](const ApiRequest&, const Reply& reply) { reply(redirect_to_console()); });

@@ -27,12 +27,12 @@ NextStep while_suspended(const CellView& view, const CellNeeds& needs) {
   if (!view.load) return {Step::kWait, "The cell chooses the next panel: wait.", ""};
   const LoadView& load = *view.load;
   if (!load.found)
-    return {Step::kLoad,
-            load.setup.how.empty()
-                ? fmt::format("Lay panel {} on the bed, face down: the camera finds it there.", load.panel.value)
-                : fmt::format("Lay panel {} on the bed, {}: the camera finds it there.", load.panel.value,
-                              load.setup.how),
-            ""};
+    return {
+        Step::kLoad,
+        load.setup.how.empty()
+            ? fmt::format("Lay panel {} on the bed, face down: the camera finds it there.", load.panel.value)
+            : fmt::format("Lay panel {} on the bed, {}: the camera finds it there.", load.panel.value, load.setup.how),
+        ""};
   if (needs.confirm.empty())
     return {Step::kConfirm,
             fmt::format("Panel {} is found: look that it lies flat and nothing is in the way, then Unsuspend cuts it.",
@@ -100,9 +100,10 @@ constexpr std::array kCertificates = {
     CertificateWords{db::CertificateKind::kScanner, Step::kCalibrateScanner, "The scanner",
                      "lay the printed grid on the glass, print down, and calibrate the scanner",
                      "veneerctl calibrate scanner"},
-    CertificateWords{db::CertificateKind::kCamera, Step::kCalibrateCamera, "The camera",
-                     "lay the printed grid on the bed, print up, and calibrate the camera with four views at two heights",
-                     "veneerctl calibrate camera --height-mm 0 --more"},
+    CertificateWords{
+        db::CertificateKind::kCamera, Step::kCalibrateCamera, "The camera",
+        "lay the printed grid on the bed, print up, and calibrate the camera with four views at two heights",
+        "veneerctl calibrate camera --height-mm 0 --more"},
     CertificateWords{db::CertificateKind::kAxes, Step::kCalibrateLaser, "The laser",
                      "lay a bare board in the middle of the bed, and have the pattern burnt into it",
                      "veneerctl calibrate laser"},
@@ -141,8 +142,8 @@ std::optional<NextStep> certificate_wanted(const CellNeeds& needs) {
 
 NextStep scan_wanted(const std::vector<PanelId>& to_scan) {
   const std::string more =
-      to_scan.size() == 1 ? "" : fmt::format(", and so {} {} more", to_scan.size() == 2 ? "does" : "do",
-                                             to_scan.size() - 1);
+      to_scan.size() == 1 ? ""
+                          : fmt::format(", and so {} {} more", to_scan.size() == 2 ? "does" : "do", to_scan.size() - 1);
   return {Step::kScan,
           fmt::format("Panel {} waits for a scan{}: lay it on the scanner, show face on the glass.", to_scan[0].value,
                       more),

@@ -52,10 +52,10 @@ struct CellNeeds {
   bool database_damaged = false;
   std::string database_busy;  // a sentence while it is checked, or damaged; "" when it is good
   std::vector<Certificate> certificates;
-  int panels = 0;                     // in stock
-  std::vector<PanelId> to_scan;       // of those, nothing is planned from until they are scanned
-  std::vector<std::string> confirm;   // asked for by name before the beam comes on
-  std::optional<Waiting> job, plan;   // with pieces to cut, the oldest; the newest plan of which no job was made
+  int panels = 0;                        // in stock
+  std::vector<PanelId> to_scan;          // of those, nothing is planned from until they are scanned
+  std::vector<std::string> confirm;      // asked for by name before the beam comes on
+  std::optional<Waiting> job, plan;      // with pieces to cut, the oldest; the newest plan of which no job was made
   double device_seconds_per_second = 1;  // of a simulated cell's clock
 };
 

@@ -275,10 +275,10 @@ TEST(Render, TheNextStepIsOneSentenceAndItsCommand) {
                         {{"step", "scan"},
                          {"sentence", "There is no wood in stock: lay a panel on the scanner."},
                          {"command", "veneerctl panel scan"}}}};
-  EXPECT_EQ(render_next(status),
-            "There is no wood in stock: lay a panel on the scanner.\n  veneerctl panel scan\n");
-  EXPECT_THAT(render_status(status),
-              HasSubstr("Next         There is no wood in stock: lay a panel on the scanner. (veneerctl panel scan)\n"));
+  EXPECT_EQ(render_next(status), "There is no wood in stock: lay a panel on the scanner.\n  veneerctl panel scan\n");
+  EXPECT_THAT(
+      render_status(status),
+      HasSubstr("Next         There is no wood in stock: lay a panel on the scanner. (veneerctl panel scan)\n"));
   EXPECT_EQ(render_next({{"next_step", {{"sentence", "Wait."}, {"command", nullptr}}}}), "Wait.\n");
 }
 

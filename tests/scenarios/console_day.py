@@ -153,6 +153,7 @@ class Day:
         self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
         self.until_says("#next", "Panel P-0001 is found")
         self.show("found")
+        self.tick_what_is_asked()
         self.press("[data-command=unsuspend]")
         self.until_says("#state-word", "Execute")
         self.until_says("[data-card=load]", "Panel P-0001 is being cut")
@@ -164,6 +165,30 @@ class Day:
         self.until_says("#state-word", "Complete")
         self.until_says("#next", "take the pieces out of the machine, then Reset")
         self.show("complete")
+
+    def tick_what_is_asked(self):
+        """Nothing can be begun before, and what was ticked for an earlier beginning does not count."""
+        ticks = self.browser.find_elements(By.CSS_SELECTOR, ".confirm input")
+        assert len(ticks) == 2 and not any(tick.is_selected() for tick in ticks), "two things are asked for"
+        assert not self.find("[data-command=unsuspend]").is_enabled()
+        for tick in ticks:
+            tick.click()
+
+    def begin_again(self):
+        """The same job, panel and set-up once more, after an End: nothing is ticked then."""
+        self.go("run")
+        self.press("[data-command=reset]")
+        self.until_says("#state-word", "Idle")
+        self.press("#do-start")
+        self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
+        self.tick_what_is_asked()
+        self.press("[data-command=stop]")
+        self.until_says("#state-word", "Stopped")
+        self.press("[data-command=reset]")
+        self.until_says("#state-word", "Idle")
+        self.press("#do-start")
+        self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
+        self.tick_what_is_asked()
 
     def look_back(self):
         for screen in ("assembly", "history", "log", "scan"):
@@ -189,7 +214,8 @@ def main():
     day = Day(sys.argv[1], sys.argv[2])
     began = time.monotonic()
     try:
-        for part in (day.morning, day.look_at_the_wood, day.plan_a_picture, day.run_it, day.look_back, day.stop,
+        for part in (day.morning, day.look_at_the_wood, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
+                     day.stop,
                      day.check_console):
             part()
             print(f"{part.__name__}: {time.monotonic() - began:.1f} s")

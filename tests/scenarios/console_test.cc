@@ -14,6 +14,11 @@ class Console : public OperatedCell {
  protected:
   // Slow enough that Hold is pressed while something is left to cut.
   double time_scale() const override { return 6; }
+  SimulatedCellOptions options() const override {
+    SimulatedCellOptions out = OperatedCell::options();
+    out.daemon_tables = "[before_motion]\nconfirm = [\"exhaust\", \"air assist\"]\n";
+    return out;
+  }
   std::string link() const {
     const auto made = cell_->api().post("/console-links");
     return made ? (*made)["url"].get<std::string>() : made.error().message;

@@ -29,8 +29,9 @@ class NextStepOfTheCell : public testing::RoutedCell {
 
 TEST_F(NextStepOfTheCell, ANewCellIsCalibratedFirst) {
   EXPECT_EQ(next(), json({{"step", "calibrate_scanner"},
-                          {"sentence", "The scanner is not calibrated yet: lay the printed grid on the glass, print "
-                                       "down, and calibrate the scanner."},
+                          {"sentence",
+                           "The scanner is not calibrated yet: lay the printed grid on the glass, print "
+                           "down, and calibrate the scanner."},
                           {"command", "veneerctl calibrate scanner"}}));
 }
 

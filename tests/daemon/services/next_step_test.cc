@@ -51,9 +51,9 @@ TEST(NextStep, AnUnpackedMachineIsCalibratedDeviceByDevice) {
     commands.push_back(next_step(stopped, needs).command);
     certificate.state = CertificateState::kValid;
   }
-  EXPECT_THAT(commands, ::testing::ElementsAre("veneerctl calibrate scanner",
-                                               "veneerctl calibrate camera --height-mm 0 --more",
-                                               "veneerctl calibrate laser", "veneerctl calibrate kerf"));
+  EXPECT_THAT(commands,
+              ::testing::ElementsAre("veneerctl calibrate scanner", "veneerctl calibrate camera --height-mm 0 --more",
+                                     "veneerctl calibrate laser", "veneerctl calibrate kerf"));
   EXPECT_EQ(next_step(stopped, needs).step, Step::kScan);
   EXPECT_EQ(next_step(stopped, needs).sentence,
             "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.");
@@ -65,8 +65,7 @@ TEST(NextStep, ACertificateThatNoLongerHoldsSaysWhy) {
   EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence,
               StartsWith("The laser must be calibrated anew, because the camera was: "));
   needs.certificates[0].state = CertificateState::kExpired;
-  EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence,
-              StartsWith("The scanner was calibrated too long ago: "))
+  EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence, StartsWith("The scanner was calibrated too long ago: "))
       << "the first that stands in the way";
 }
 
@@ -108,10 +107,9 @@ TEST(NextStep, WhileTheLaserIsAtWorkNothingElseIsAskedFor) {
   view.job->current_piece = "A3-12";
   view.job->eta_seconds = 3000;
   EXPECT_EQ(next_step(view, needs).sentence, "Piece A3-12 is being cut, about 5 min left: stay beside the machine.");
-  for (const CellState state :
-       {CellState::kResetting, CellState::kStarting, CellState::kHolding, CellState::kUnholding, CellState::kSuspending,
-        CellState::kUnsuspending, CellState::kCompleting, CellState::kStopping, CellState::kAborting,
-        CellState::kClearing}) {
+  for (const CellState state : {CellState::kResetting, CellState::kStarting, CellState::kHolding, CellState::kUnholding,
+                                CellState::kSuspending, CellState::kUnsuspending, CellState::kCompleting,
+                                CellState::kStopping, CellState::kAborting, CellState::kClearing}) {
     const NextStep step = next_step(in(state), needs);
     EXPECT_EQ(step.step, Step::kWait) << to_string(state);
     EXPECT_THAT(step.sentence, EndsWith(".")) << to_string(state);
