@@ -68,7 +68,7 @@ export async function askAll(path, list, most = Infinity) {
 export function listen(take) {
   const session = sessionStorage.getItem(kSession);
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
-  const socket = new WebSocket(`ws://${location.host}/api/v1/events`, protocols);
+  const socket = new WebSocket(`ws://${location.host}` + "/api/v1/events", protocols);
   socket.onopen = () => take({type: "open"});
   socket.onmessage = (message) => {
     let event;

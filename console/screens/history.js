@@ -31,11 +31,15 @@ function load(id) {
   get(`/jobs/${id}`).then((job) => { told = job; changed(); }, (fault) => showRefusal(fault.message));
 }
 
+async function archive(id, back) {
+  if (back) await command(`/jobs/${id}/unarchive`); else await command(`/jobs/${id}/archive`);
+  loadJobs();
+}
+
 function oneJob(id) {
   load(id);
   const back = link("#history", `← ${t("history.back")}`, {class: "back"});
   if (!told || told.id !== id) return back;
-  const act = (path, label, more = {}) => button(label, async () => { await command(`/jobs/${id}/${path}`); loadJobs(); }, {disabled: !mayChange(), ...more});
   const over = ["complete", "cancelled"].includes(told.state);
   return [
     h("div.tools", {}, back, h("h2.title", {}, t("history.job", {n: id, name: told.name}))),
@@ -44,7 +48,7 @@ function oneJob(id) {
         facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), told.next && fact(t("history.next"), asSentence(told.next)),
           ...(told.panels || []).map((one) => fact(one.panel, t("job.cut", {cut: one.cut, n: one.pieces})))),
         h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}),
-          over && act(told.archived ? "unarchive" : "archive", t(told.archived ? "history.unarchive" : "history.archive")),
+          over && button(t(told.archived ? "history.unarchive" : "history.archive"), () => archive(id, told.archived), {disabled: !mayChange()}),
           !over && !told.now && button(t("history.cancel"), async () => { if (confirm(t("history.cancel_sure", {n: id}))) { await command(`/jobs/${id}/cancel`); loadJobs(); } }, {disabled: !mayChange()})))),
       h("div.column", {}, card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},
         h("div", {}, h("b", {}, t("history.run", {panel: run.panel, at: dayTime(run.started), result: run.result === "done" ? t("history.done") : run.result || t("history.running")})),

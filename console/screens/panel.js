@@ -13,7 +13,7 @@ const shown = {id: "", panel: null, fault: "", allocations: [], differences: [],
 let map = null;      // the open map
 let mapOf = "";
 
-const pathOf = (id) => `/panels/${encodeURIComponent(id)}`;
+const code = encodeURIComponent;
 
 export function enterPanel(id, piece) {
   Object.assign(shown, {id, panel: null, fault: "", allocations: [], differences: [], piece: Number(piece) || null, passport: null, version: ""});
@@ -29,7 +29,7 @@ async function load() {
   if (shown.version === version) return;
   shown.version = version;
   try {
-    const [panel, allocations, differences] = await Promise.all([get(pathOf(id)), askAll(`${pathOf(id)}/ledger`, "allocations"), askAll(`${pathOf(id)}/differences`, "differences")]);
+    const [panel, allocations, differences] = await Promise.all([get(`/panels/${code(id)}`), askAll(`/panels/${code(id)}/ledger`, "allocations"), askAll(`/panels/${code(id)}/differences`, "differences")]);
     if (shown.id !== id) return;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
@@ -88,7 +88,7 @@ export function drawPanel(id) {
 async function openLabel(id) {
   const tab = window.open("", "_blank");
   try {
-    const reply = await fetch(`/api/v1${pathOf(id)}/label?format=pdf`, {headers: headersOf({})});
+    const reply = await fetch(`/api/v1/panels/${code(id)}/label?format=pdf`, {headers: headersOf({})});
     if (!reply.ok) throw new Error(String(reply.status));
     tab.location = URL.createObjectURL(await reply.blob());
   } catch (fault) {
@@ -119,7 +119,7 @@ function passportCard() {
 function differencesCard() {
   if (!shown.differences.length) return null;
   const decide = (one, verdict, words) => button(words, async () => {
-    await command(`${pathOf(shown.id)}/differences/${one.id}/decide`, {body: {verdict}});
+    await command(`/panels/${code(shown.id)}/differences/${one.id}/decide`, {body: {verdict}});
     shown.version = "";
     loadPanels();
   }, {disabled: !mayChange()});

@@ -43,10 +43,10 @@ export async function openMap(place, panel, onPiece) {
   const layers = Object.fromEntries(kLayers.map((name) => [name, L.layerGroup()]));
   for (const name of kLayers) if (isShown(name)) layers[name].addTo(map);
 
-  const path = `/panels/${encodeURIComponent(panel.id)}`;
+  const id = encodeURIComponent(panel.id);
   let scan = null, closed = false;
   const lay = async (width) => {
-    const url = await pictureUrl(`${path}/map.png?width=${width}`);
+    const url = await pictureUrl(`/panels/${id}/map.png?width=${width}`);
     if (closed || !url) return;
     const before = scan;
     scan = L.imageOverlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
@@ -61,7 +61,7 @@ export async function openMap(place, panel, onPiece) {
     lay(kCloseWidth);
   });
   const freeWood = async () => {
-    const url = layers.free.getLayers().length ? "" : await pictureUrl(`${path}/stock.png?width=${kFirstWidth}`);
+    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
     if (url && !closed) layers.free.addLayer(L.imageOverlay(url, box));
   };
   layers.free.on("add", freeWood);
