@@ -103,7 +103,7 @@ class Day:
 
     def morning(self):
         self.until_says("#role", "you operate")
-        self.until_says("#next", "Job 1 “portrait” has 16 pieces to cut: Reset homes the laser first")
+        self.until_says("#next", "Job 1 “control” has 16 pieces to cut: Reset homes the laser first")
         taken = self.browser.execute_script(
             "return performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
             ".reduce((all, entry) => all + entry.transferSize, 0)")
