@@ -1,4 +1,4 @@
-// status, the commands to the cell, STOP, the console link.
+// status, next, the commands to the cell, STOP, the console link.
 #include <array>
 #include <memory>
 #include <string>
@@ -88,6 +88,9 @@ void add_stop_command(CLI::App& app, CommandContext& context) {
 void add_cell_commands(CLI::App& app, CommandContext& context) {
   app.add_subcommand("status", "The cell at a glance")->callback([&context] {
     context.finish(context.client().get("/status"), render_status);
+  });
+  app.add_subcommand("next", "What to do next at the cell, in one sentence")->callback([&context] {
+    context.finish(context.client().get("/status"), render_next);
   });
   add_stop_command(app, context);
   app.add_subcommand("console", "A one-time link that lets a browser operate the cell")->callback([&context] {

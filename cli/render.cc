@@ -124,6 +124,12 @@ std::string what_next(const std::string& state) {
   return "";
 }
 
+// "There is no wood in stock: ... (veneerctl panel scan)". "" from a cell that tells none.
+std::string next_step_words(const json& step) {
+  const std::string command = text_or(step, "command", "");
+  return text_or(step, "sentence", "") + (command.empty() ? "" : " (" + command + ")");
+}
+
 // What a person has to know and do before Unsuspend.
 std::string before_motion_words(const json& load, const json& confirm) {
   std::string text;
@@ -152,7 +158,8 @@ std::string render_status(const json& status) {
   if (const auto pieces = whole_or(job, "pieces", 0); pieces > 0) {
     text += line("", progress_line(static_cast<double>(whole_or(job, "cut", 0)) / static_cast<double>(pieces), "", 40));
   }
-  text += line("Next", text_or(status, "next", ""));
+  const std::string next = text_or(status, "next", "");
+  text += line("Next", next.empty() ? next_step_words(member(status, "next_step")) : next);
   const json& load = member(status, "load");
   if (load.is_object())
     text += line("On the bed", load_words(load)) + before_motion_words(load, member(status, "confirm"));
@@ -175,6 +182,13 @@ std::string render_status(const json& status) {
   }
   while (text.ends_with("\n\n")) text.pop_back();
   return text;
+}
+
+std::string render_next(const json& status) {
+  const json& step = member(status, "next_step");
+  const std::string command = text_or(step, "command", "");
+  return text_or(step, "sentence", "The cell does not say what comes next.") + "\n" +
+         (command.empty() ? "" : "  " + command + "\n");
 }
 
 std::string render_certificates(const json& reply) {

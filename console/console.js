@@ -1,109 +1,60 @@
-// The operator's page: what it knows of the cell, and how old that is. When nothing comes any more it says so.
-"use strict";
+// The page: which screen is shown, and when it is drawn again.
+import {h, put} from "./dom.js";
+import {t} from "./words.js";
+import {enter} from "./link.js";
+import {begin, changed, follow, model} from "./model.js";
+import {loadPictures} from "./pictures.js";
+import {showRefusal} from "./commands.js";
+import {showAge, showFrame} from "./frame.js";
+import * as cell from "./screens/cell.js";
+import * as panels from "./screens/panels.js";
+import * as newPicture from "./screens/new_picture.js";
+import * as run from "./screens/run.js";
+import * as assembly from "./screens/assembly.js";
+import * as scan from "./screens/scan.js";
+import * as history from "./screens/history.js";
+import * as log from "./screens/log.js";
 
-const $ = (id) => document.getElementById(id);
-const kPollMs = 2000;
-const kStaleMs = 6000;
-const kListsMs = 5000;  // between two looks at jobs and panels while pieces are being cut
+// A screen has draw(rest of the address) -> nodes, and perhaps enter(rest) for when it is gone to, drawn(place) for
+// what has to be drawn once its nodes are there.
+const kScreens = [
+  {id: "cell", ...cell}, {id: "panels", ...panels}, {id: "scan", ...scan}, {id: "new", ...newPicture}, {id: "run", ...run},
+  {id: "assembly", ...assembly}, {id: "history", ...history}, {id: "log", ...log},
+];
+const place = document.getElementById("main");
+let shown = "";
 
-let cell = null;        // the last GET /status
-let statusAt = 0;       // when it came, in ms of performance.now()
-let role = "viewer";
-let jobs = [];
-let panels = [];
-let chosenJob = 0;      // what Start starts; 0 = the one under way, else the newest
-let listsAt = 0;
-
-// ---- what has come --------------------------------------------------------------------------------------------------
-
-function takeStatus(fresh) {
-  const before = cell;
-  cell = fresh;
-  statusAt = performance.now();
-  const jobBefore = before && before.job ? `${before.job.id} ${before.job.cut} ${before.job.suspect}` : "";
-  const jobNow = cell.job ? `${cell.job.id} ${cell.job.cut} ${cell.job.suspect}` : "";
-  const turned = !before || before.state !== cell.state;
-  if (turned || before.panels !== cell.panels) loadPanels();
-  if (turned) loadJobs();
-  forgetStop();
-  if (jobBefore !== jobNow) {
-    loadPieces();
-    recountJobs();
-    if (!turned && performance.now() - listsAt > kListsMs) { loadJobs(); loadPanels(); }
-  }
-  show();
+function address() {
+  const [id, ...rest] = decodeURIComponent(location.hash.slice(1)).split("/");
+  const screen = kScreens.find((one) => one.id === id) || kScreens[0];
+  return {screen, rest};
 }
 
-function takeTask(task) {
-  if (!cell) return;
-  cell.tasks = (cell.tasks || []).filter((known) => known.id !== task.id);
-  if (task.state === "running") cell.tasks.push(task);
-  if (task.state === "failed" && task.error) {
-    showRefusal(task.error.message);
-  }
-  noteRedone(task);
-  showTasks();
+function draw() {
+  const {screen, rest} = address();
+  showFrame(kScreens, screen.id);
+  place.className = `screen-${screen.id}`;
+  put(place, h("h1.unseen", {}, t(`screen.${screen.id}`)), ...[screen.draw(...rest)].flat());
+  loadPictures(place);
+  if (screen.drawn) screen.drawn(place, ...rest);
 }
 
-function show() {
-  if (!cell) return;
-  showState();
-  showLoad();
-  showToolpath();
-  showConfirm();
-  showJob();
-  showRecut();
-  showSuspects();
-  showMissing();
-  showLost();
-  showTasks();
-  showFacts();
-  showCommands();
-  drawMap();
+function go() {
+  const {screen, rest} = address();
+  const here = [screen.id, ...rest].join("/");
+  if (here === shown) return;
+  const first = shown === "";
+  shown = here;
+  showRefusal("");
+  place.replaceChildren();
+  if (screen.enter) screen.enter(...rest);
+  draw();
+  const tab = document.querySelector("#nav [aria-current]");
+  if (tab) tab.scrollIntoView({block: "nearest", inline: "center"});
+  if (!first) { place.focus({preventScroll: true}); scrollTo(0, 0); }
 }
 
-// ---- the age of it all ----------------------------------------------------------------------------------------------
-
-function ago(ms) { return ms < 1500 ? "now" : `${minutes(ms / 1000)} ago`; }
-
-function tick() {
-  const age = performance.now() - statusAt;
-  const dead = !cell || age > kStaleMs;
-  document.body.classList.toggle("not-live", dead);
-  // Nobody operates on what may be no longer true; STOP is not among these.
-  if (dead) for (const button of document.querySelectorAll("main button, .shelf button")) button.disabled = true;
-  if (!dead) showLeases();
-  $("live").classList.toggle("off", dead);
-  $("live").textContent = !cell ? "connecting" : dead ? "▲ SCREEN NOT LIVE" : `live, data ${age < 1500 ? "now" : `${(age / 1000).toFixed(0)} s old`}`;
-  $("dead").hidden = !dead || performance.now() < kStaleMs;
-  $("dead").textContent = cell
-      ? `This screen is not live: what it shows is ${minutes(age / 1000)} old. STOP is still tried when pressed; the emergency stop on the machine always works.`
-      : "This screen has heard nothing from the cell yet. STOP is still tried when pressed.";
-  $("bed-age").textContent = bedAt ? ago(performance.now() - bedAt) : "";
-}
-
-$("stop").addEventListener("submit", stop);
-$("do-start").addEventListener("click", () => { const job = startable(); if (job) command(`/api/v1/jobs/${job.id}/start`); });
-for (const button of document.querySelectorAll("[data-command]")) {
-  const name = button.dataset.command;
-  const body = () => (name === "unsuspend" ? {confirmed: confirmedNames()} : null);
-  button.addEventListener("click", () => command(`/api/v1/commands/${name}`, body()));
-}
-// Answered when the frame is traced.
-$("do-frame").addEventListener("click", () => command("/api/v1/commands/frame",
-    framePercent() > 0 ? {power: framePercent() / 100, confirmed: confirmedNames()} : {}, 120000));
-$("frame-percent").addEventListener("input", () => { if (cell) showCommands(); });
-$("do-recut").addEventListener("click", recutChosen);
-$("lost-card").addEventListener("toggle", loadLost);
-$("lost-job").addEventListener("change", loadLost);
-$("lost-mark").addEventListener("change", showLost);
-$("do-lost").addEventListener("click", nameLost);
-$("archive-done").addEventListener("click", archiveDone);
-$("show-archived").addEventListener("change", loadJobs);
-enter().then(() => {
-  poll();
-  listen();
-  loadJobs();
-  showBed();
-});
-setInterval(tick, 500);
+addEventListener("hashchange", go);
+follow(draw);
+enter().catch((fault) => showRefusal(fault.message)).then(() => { begin(); go(); });
+setInterval(() => { showAge(); if (model.cell) changed(); }, 500);

@@ -13,5 +13,7 @@ struct PageFile {
 };
 
 std::span<const PageFile> page_files();
+// Shown after STOP to a browser without scripts; at no address of its own, since it says that STOP was taken.
+const PageFile& stopped_page();
 
 }  // namespace veneer::console

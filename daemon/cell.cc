@@ -105,6 +105,32 @@ void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& lo
   runner.begin(recovered.found);
 }
 
+// The oldest with pieces to cut that is not being cut.
+std::optional<CellNeeds::Waiting> waiting_job_of(Repositories& r) {
+  constexpr int kLooked = 200;
+  const auto jobs = r.jobs.list({0}, kLooked, false);
+  if (!jobs) return std::nullopt;
+  for (const db::JobRecord& job : *jobs)
+    if (const JobRest rest = rest_of(job); rest.open > 0 && job.state != db::JobState::kRunning)
+      return CellNeeds::Waiting{job.id.value, job.name, rest.open};
+  return std::nullopt;
+}
+
+// The newest plan, when no job was made of it and one can be.
+std::optional<CellNeeds::Waiting> waiting_plan_of(Repositories& r) {
+  const auto plans = r.plans.list({0}, 1);
+  if (!plans || plans->empty()) return std::nullopt;
+  const db::PlanRecord& plan = plans->front();
+  if (!plan.jobs.empty() || !plan.outdated.empty()) return std::nullopt;
+  return CellNeeds::Waiting{plan.id.value, plan.name, plan.placed};
+}
+
+json to_json(const NextStep& next) {
+  return {{"step", to_string(next.step)},
+          {"sentence", next.sentence},
+          {"command", next.command.empty() ? json() : json(next.command)}};
+}
+
 json overrides_json(const LaserOverrides& o) { return {{"feed", o.feed}, {"rapid", o.rapid}, {"power", o.power}}; }
 
 }  // namespace
@@ -124,6 +150,7 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
             [this](const TaskView& task) {
               if (hub.clients() > 0) hub.broadcast_text(task_event(task));
               if (task_audit_) task_audit_->changed(task);
+              if (runner && task.state != TaskState::kRunning) refresh_counts();
             }),
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
@@ -177,6 +204,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {
                                            c.follow_laser();
+                                           c.follow_state();
                                            c.broadcast_status();
                                          });
   if (c.database->needs_check()) {
@@ -217,11 +245,14 @@ void Cell::refresh_counts() {
   struct Counts {
     int panels = 0;
     std::vector<PanelId> to_scan;
+    std::optional<CellNeeds::Waiting> job, plan;
     std::optional<Calibration> calibration;
   };
   database->async(
       [](Repositories& r) {
         Counts counts;
+        counts.job = waiting_job_of(r);
+        counts.plan = waiting_plan_of(r);
         if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
         if (const auto waiting = r.facts.panels_to_scan())
           for (const db::PanelToScan& one : *waiting) counts.to_scan.push_back(one.panel);
@@ -231,6 +262,8 @@ void Cell::refresh_counts() {
       [this](Counts counts) {
         panels = counts.panels;
         panels_to_scan = std::move(counts.to_scan);
+        waiting_job = std::move(counts.job);
+        waiting_plan = std::move(counts.plan);
         calibration = std::move(counts.calibration);
         broadcast_status();
       });
@@ -299,6 +332,7 @@ json Cell::status() const {
   if (const std::string now = view.job ? now_words(view, view.job->id) : ""; !now.empty()) out["job"]["now"] = now;
   const std::string next = next_words(view, panels_to_scan);
   out["next"] = next.empty() ? json() : json(next);
+  out["next_step"] = to_json(this->next());
   out["panels_to_scan"] = {{"count", panels_to_scan.size()}, {"panels", json::array()}};
   for (std::size_t i = 0; i < std::min(panels_to_scan.size(), kWaitingNamed); ++i)
     out["panels_to_scan"]["panels"].push_back(panels_to_scan[i].value);
@@ -311,18 +345,48 @@ json Cell::status() const {
       view.can_recut > 0
           ? json{{"job", view.recut_job.value}, {"panel", view.recut_panel.value}, {"pieces", view.can_recut}}
           : json();
-  out["confirm"] = runner->options().confirm;
-  for (const std::string& unlikely : runner->limits().to_confirm) out["confirm"].push_back(unlikely);
-  const auto word = [this, now = utc_timestamp()](db::CertificateKind kind) {
-    return to_string(calibration ? calibration->standing.at(kind).at(now) : CertificateState::kMissing);
-  };
-  out["calibration"] = {{"scanner", word(db::CertificateKind::kScanner)},
-                        {"camera", word(db::CertificateKind::kCamera)},
-                        {"axes", word(db::CertificateKind::kAxes)},
-                        {"kerf", word(db::CertificateKind::kKerf)}};
+  out["confirm"] = asked_by_name();
+  out["calibration"] = json::object();
+  for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);
   out["tasks"] = json::array();
   for (const auto* task : tasks.running()) out["tasks"].push_back(to_list_json(*task));
   return out;
+}
+
+std::vector<CellNeeds::Certificate> Cell::certificates() const {
+  std::vector<CellNeeds::Certificate> out;
+  for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
+                          db::CertificateKind::kKerf})
+    out.push_back(
+        {kind, calibration ? calibration->standing.at(kind).at(utc_timestamp()) : CertificateState::kMissing});
+  return out;
+}
+
+std::vector<std::string> Cell::asked_by_name() const {
+  std::vector<std::string> out = runner->options().confirm;
+  out.insert(out.end(), runner->limits().to_confirm.begin(), runner->limits().to_confirm.end());
+  return out;
+}
+
+NextStep Cell::next() const {
+  CellNeeds needs;
+  needs.database_damaged = integrity->state() == DatabaseCheck::State::kDamaged;
+  needs.database_busy = integrity->sentence();
+  needs.certificates = certificates();
+  needs.panels = panels;
+  needs.to_scan = panels_to_scan;
+  needs.confirm = asked_by_name();
+  needs.job = waiting_job;
+  needs.plan = waiting_plan;
+  needs.device_seconds_per_second = config.sim.time_scale;
+  return next_step(runner->view(), needs);
+}
+
+// What waits to be cut is another thing after a run.
+void Cell::follow_state() {
+  if (!runner || runner->view().state == counted_in_) return;
+  counted_in_ = runner->view().state;
+  refresh_counts();
 }
 
 // Another laser makes certificates void; the runner has told the database of it before.

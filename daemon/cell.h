@@ -21,6 +21,7 @@
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/next_step.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
@@ -85,6 +86,7 @@ class Cell {
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   int panels = 0;
   std::vector<PanelId> panels_to_scan;  // of those: nothing is planned from them until they are scanned
+  std::optional<CellNeeds::Waiting> waiting_job, waiting_plan;
   std::optional<Calibration> calibration;
   void refresh_counts();
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
@@ -99,11 +101,16 @@ class Cell {
   void look_regularly();
   void end_leases();
   void follow_laser();
+  void follow_state();
+  std::vector<CellNeeds::Certificate> certificates() const;  // as they stand now
+  std::vector<std::string> asked_by_name() const;            // before the beam comes on
+  NextStep next() const;
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
-  std::string lease_end_;  // of the lease that ends next; "" when none is known
+  CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
+  std::string lease_end_;                       // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;
 };
 

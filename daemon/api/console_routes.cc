@@ -1,8 +1,10 @@
 #include "daemon/api/console_routes.h"
 
+#include <span>
 #include <string>
 #include <utility>
 
+#include "base/hash.h"
 #include "console/console_page.h"
 #include "daemon/api/request_reader.h"
 
@@ -19,6 +21,10 @@ ApiReply redirect_to_console() {
   reply.status = 303;
   reply.headers.emplace_back("Location", "/console");
   return reply;
+}
+
+std::string etag_of(const console::PageFile& file) {
+  return "\"" + sha256_hex(std::as_bytes(std::span(file.content))) + "\"";
 }
 
 ApiReply page_file(const console::PageFile& file) {
@@ -56,14 +62,22 @@ void answer_new_link(const ApiRequest& request, ConsoleLinks& links, int port, c
 
 }  // namespace
 
+ApiReply stopped_page(ApiReply told) {
+  return told.status == 200 ? page_file(console::stopped_page()) : std::move(told);
+}
+
 void bind_console_routes(Router& router, ConsoleLinks& links, std::function<int()> tcp_port) {
   router.add("GET", "/", Role::kViewer, [](const ApiRequest&, const Reply& reply) { reply(redirect_to_console()); });
   for (const console::PageFile& file : console::page_files()) {
-    router.add("GET", file.path, Role::kViewer, [file](const ApiRequest& request, const Reply& reply) {
-      auto query = RequestReader::query_of(request);
-      if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-      reply(page_file(file));
-    });
+    router.add("GET", file.path, Role::kViewer,
+               [file, etag = etag_of(file)](const ApiRequest& request, const Reply& reply) {
+                 auto query = RequestReader::query_of(request);
+                 if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+                 if (etag_matches(request.if_none_match, etag)) return reply(ApiReply::not_modified(etag));
+                 ApiReply page = page_file(file);
+                 page.etag = etag;
+                 reply(std::move(page));
+               });
   }
   router.bind("getSession", [](const ApiRequest& request, const Reply& reply) {
     reply(ApiReply::json({{"role", to_string(request.caller.role)}, {"who", request.caller.who}}));

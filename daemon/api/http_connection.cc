@@ -12,6 +12,7 @@
 #include <limits>
 #include <utility>
 
+#include "daemon/api/console_routes.h"
 #include "daemon/api/event_client.h"
 #include "daemon/threads/worker.h"
 
@@ -57,6 +58,11 @@ BrowserHeaders browser_headers(const Fields& fields) {
 
 bool is_stop(const http::request<http::string_body>& request) {
   return request.method() == http::verb::post && path_of(request.target()) == kStopPath;
+}
+
+// A form that was sent without a script; scripts and programs take anything.
+bool wants_page(const http::request<http::string_body>& request) {
+  return std::string_view(request[http::field::accept]).find("text/html") != std::string_view::npos;
 }
 
 std::string role_needed(const Caller& caller, Role role) {
@@ -160,7 +166,8 @@ void HttpConnection::on_header(error_code fault) {
   caller_ = peer_ ? *peer_ : caller_over_tcp(headers, shared_->links);
   if (is_stop(request)) {
     // Before anything that may wait, a line of the log included.
-    answer(shared_->on_stop(caller_), !parser_->is_done());
+    ApiReply told = shared_->on_stop(caller_);
+    answer(wants_page(request) ? stopped_page(std::move(told)) : std::move(told), !parser_->is_done());
     shared_->log->warn("STOP from {}", caller_.who);
     return;
   }

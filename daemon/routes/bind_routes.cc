@@ -45,6 +45,7 @@ void bind_routes(Router& router, Cell& cell) {
       [&c, on_reactor](JobId job) {
         on_reactor([&c, job] {
           c.runner->job_changed(job);
+          c.refresh_counts();
           c.hub.broadcast({{"type", "job"}, {"job", job.value}});
         });
       },

@@ -92,7 +92,7 @@ TEST(Render, NothingOfAnotherTypeThrows) {
     for (const auto render :
          {render_status, render_panels, render_panel, render_registration, render_scan_result, render_certificates,
           render_jobs, render_job, render_new_job, render_plans, render_plan, render_new_plan, render_tasks,
-          render_task, render_state, render_twin, render_plain, render_pieces}) {
+          render_next, render_task, render_state, render_twin, render_plain, render_pieces}) {
       render(odd);
     }
   }
@@ -266,6 +266,20 @@ TEST(Render, AJobThatWaitsForItsPanelIsNotCalledAborted) {
 TEST(Render, WhatIsLeftOfAJobIsSaidWithTheStatus) {
   const std::string text = render_status({{"state", "Aborted"}, {"next", "4 of 10 pieces are cut: Clear, then Reset"}});
   EXPECT_NE(text.find("Next         4 of 10 pieces are cut: Clear, then Reset\n"), std::string::npos) << text;
+}
+
+TEST(Render, TheNextStepIsOneSentenceAndItsCommand) {
+  const json status = {{"state", "Stopped"},
+                       {"next", nullptr},
+                       {"next_step",
+                        {{"step", "scan"},
+                         {"sentence", "There is no wood in stock: lay a panel on the scanner."},
+                         {"command", "veneerctl panel scan"}}}};
+  EXPECT_EQ(render_next(status), "There is no wood in stock: lay a panel on the scanner.\n  veneerctl panel scan\n");
+  EXPECT_THAT(
+      render_status(status),
+      HasSubstr("Next         There is no wood in stock: lay a panel on the scanner. (veneerctl panel scan)\n"));
+  EXPECT_EQ(render_next({{"next_step", {{"sentence", "Wait."}, {"command", nullptr}}}}), "Wait.\n");
 }
 
 TEST(Render, WhatHasToBeKnownAndConfirmedBeforeMotion) {

@@ -134,6 +134,17 @@ TEST(Veneerctl, StatusIsForPeopleAndWithJsonForScripts) {
   EXPECT_EQ(json::parse(veneerctl({"--socket", server.host(), "--json", "status"}).out)["panels"], 2);
 }
 
+TEST(Veneerctl, NextSaysOneThing) {
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("getStatus", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json(
+          {{"state", "Stopped"},
+           {"next_step", {{"step", "reset"}, {"sentence", "Reset first."}, {"command", "veneerctl reset"}}}}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"next"}).out, "Reset first.\n  veneerctl reset\n");
+}
+
 TEST(Veneerctl, CommandsGoWhereTheyBelong) {
   std::vector<std::string> taken;
   ApiServer server({}, {}, [&](Router& router) {

@@ -179,6 +179,38 @@ TEST(Access, ForeignPagesReadNothingEither) {
   EXPECT_EQ(status("/console/console.js", "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Mode: no-cors\r\n"), 403);
 }
 
+// A browser whose scripts do not run sends the form; whoever reads no pages gets what it always got.
+TEST(Access, StopWithoutScriptsAnswersAPage) {
+  ApiServer server;
+  const auto stop = [&](const std::string& accept) {
+    auto probe = HttpProbe::over_tcp(server.port());
+    return probe.ask("POST /api/v1/stop HTTP/1.1\r\nHost: " + server.host() + "\r\nOrigin: http://" + server.host() +
+                     "\r\nContent-Type: application/x-www-form-urlencoded\r\nContent-Length: 0\r\n" + accept + "\r\n");
+  };
+  const auto page = stop("Accept: text/html,application/xhtml+xml,*/*;q=0.8\r\n");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.header("Content-Type"), "text/html; charset=utf-8");
+  EXPECT_NE(page.header("Content-Security-Policy"), "");
+  EXPECT_NE(page.body.find("STOP was taken"), std::string::npos);
+  EXPECT_EQ(server.stops(), 1);
+  for (const char* accept : {"Accept: */*\r\n", ""})
+    EXPECT_EQ(nlohmann::json::parse(stop(accept).body)["state"], "Aborting") << accept;
+  EXPECT_EQ(server.stops(), 3);
+}
+
+TEST(Access, ThePageIsSentOnceAndThenOnlyAskedFor) {
+  ApiServer server;
+  const auto get = [&](const std::string& headers) {
+    auto probe = HttpProbe::over_tcp(server.port());
+    return probe.ask("GET /console/console.js HTTP/1.1\r\nHost: " + server.host() + "\r\n" + headers + "\r\n");
+  };
+  const auto first = get("");
+  EXPECT_EQ(first.status, 200);
+  const auto again = get("If-None-Match: " + first.header("ETag") + "\r\n");
+  EXPECT_EQ(again.status, 304);
+  EXPECT_EQ(again.body, "");
+}
+
 TEST(Access, AConsoleLinkWorksOnce) {
   ApiServer server;
   auto maker = HttpProbe::over_unix(server.socket());

@@ -1,0 +1,75 @@
+// Nodes, and how a screen becomes what it is wanted to be: what is alike stays, with its focus and its finger on it.
+
+// h("button.wide#go", {disabled: true, onclick: f}, "Go", other nodes, lists of them, or null)
+export function h(spec, attributes = {}, ...children) {
+  return make(document.createElement(spec.match(/^[a-z0-9]+/)[0]), spec, attributes, children);
+}
+
+const kSvg = "http://www.w3.org/2000/svg";
+export function svg(spec, attributes = {}, ...children) {
+  return make(document.createElementNS(kSvg, spec.match(/^[a-zA-Z0-9]+/)[0]), spec, attributes, children);
+}
+
+function make(node, spec, attributes, children) {
+  for (const [, sign, word] of spec.matchAll(/([.#])([\w-]+)/g)) {
+    if (sign === "#") node.id = word; else node.classList.add(word);
+  }
+  node.wanted = {};
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on") || ["value", "checked", "share"].includes(name)) {
+      node.wanted[name] = value;
+      apply(node, name, value);
+    } else if (name === "class") {
+      if (value) node.classList.add(...value.split(" ").filter(Boolean));
+    } else if (value !== false && value !== null && value !== undefined) {
+      node.setAttribute(name, value === true ? "" : value);
+    }
+  }
+  node.append(...flat(children));
+  return node;
+}
+
+// `share`: of its parent's width. The page's policy forbids styles as text.
+function apply(node, name, value) {
+  if (name === "share") node.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
+  else if (node[name] !== value) node[name] = value;
+}
+
+const flat = (children) => children.flat(Infinity).filter((child) => child !== null && child !== undefined && child !== false && child !== "");
+
+// The children of `place` become these. A node with data-key keeps its self wherever it goes; what is inside a node with
+// data-keep is its own business.
+export function put(place, ...wanted) {
+  const nodes = flat(wanted).map((node) => (node instanceof Node ? node : document.createTextNode(node)));
+  const keyed = new Map();
+  for (const child of place.children) if (child.dataset.key) keyed.set(child.dataset.key, child);
+  let at = place.firstChild;
+  for (const node of nodes) {
+    const key = node.dataset ? node.dataset.key : undefined;
+    const same = key ? keyed.get(key) : at && alike(at, node) ? at : null;
+    if (!same) { place.insertBefore(node, at); continue; }
+    if (same === at) at = at.nextSibling; else place.insertBefore(same, at);
+    become(same, node);
+  }
+  while (at) { const gone = at; at = at.nextSibling; gone.remove(); }
+}
+
+const alike = (live, node) => live.nodeType === node.nodeType && live.nodeName === node.nodeName && !(live.dataset && live.dataset.key) && live.id === node.id;
+
+function become(live, node) {
+  if (live.nodeType === Node.TEXT_NODE) {
+    if (live.data !== node.data) live.data = node.data;
+    return;
+  }
+  if (node.dataset.keep !== undefined) return;
+  const own = live.hasAttribute("data-picture") ? ["style", "src", "hidden"] : ["style"];  // the picture is of pictures.js
+  for (const {name} of [...live.attributes]) if (!node.hasAttribute(name) && !own.includes(name)) live.removeAttribute(name);
+  for (const {name, value} of node.attributes) if (live.getAttribute(name) !== value && !own.includes(name)) live.setAttribute(name, value);
+  const before = live.wanted || {}, after = node.wanted || {};
+  for (const name of Object.keys(before)) if (name.startsWith("on") && !(name in after)) live[name] = null;
+  for (const [name, value] of Object.entries(after)) apply(live, name, value);
+  live.wanted = after;
+  put(live, ...node.childNodes);
+  // A choice is there only once its options are.
+  if (live.nodeName === "SELECT" && "value" in after && live.value !== after.value) live.value = after.value;
+}

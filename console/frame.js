@@ -1,0 +1,73 @@
+// What stands on every screen: the cell's state, how old all of it is, what to do next, the way to the screens.
+import {h, put} from "./dom.js";
+import {ago, asSentence, span, t} from "./words.js";
+import {isStale, model, operates} from "./model.js";
+import {kSteps} from "./commands.js";
+import {link} from "./parts.js";
+
+const $ = (id) => document.getElementById(id);
+
+// Marks and classes besides the words: shape as well as colour.
+const kLooks = {
+  Execute: ["▶", ""], Idle: ["●", ""], Complete: ["✓", "attention"], Stopped: ["■", ""],
+  Held: ["❚❚", "attention"], Suspended: ["◆", "attention"], Aborted: ["✖", "alarm"], Aborting: ["✖", "alarm"],
+};
+
+// For states that come without a reason of their own.
+function reasonOf(cell) {
+  const name = cell.job ? cell.job.name : t("the_job");
+  const found = cell.load && cell.load.found;
+  return t(`reason.${cell.state}${cell.state === "Suspended" ? (found ? ".found" : ".waits") : ""}`, {name}).replace(/^reason\..*/, "");
+}
+
+export function showFrame(screens, current) {
+  const {cell} = model;
+  put($("nav"), ...screens.map(({id}) => link(`#${id}`, t(`screen.${id}`), {"aria-current": id === current ? "page" : null})));
+  $("theme").hidden = false;
+  if (!cell) return;
+  const [mark, look] = kLooks[cell.state] || ["…", ""];
+  $("state").className = `state ${look}`;
+  const said = [["state-mark", mark], ["state-word", cell.state], ["state-reason", asSentence(cell.reason) || reasonOf(cell)],
+                ["role", operates() ? t("you_operate") : t("view_only")]];
+  for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
+  document.title = `${cell.state} – ${t(`screen.${current}`)}`;
+  showNext(cell.next_step);
+}
+
+function showNext(next) {
+  $("next").hidden = !next;
+  if (!next) return;
+  const screen = kSteps[next.step] || "";
+  put($("next"),
+    h("span.next-mark", {"aria-hidden": "true"}, next.step === "wait" ? "…" : "▶"),
+    h("p", {}, h("b", {}, t("next")), " ", next.sentence,
+      !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
+    screen && location.hash.slice(1).split("/")[0] !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
+}
+
+// Every half second: nobody operates on what may be no longer true. STOP is not among what is shut off then.
+export function showAge() {
+  const age = performance.now() - model.cellAt;
+  const dead = isStale();
+  document.body.classList.toggle("not-live", dead);
+  $("main").inert = dead && Boolean(model.cell);
+  $("live").classList.toggle("off", dead);
+  const words = !model.cell ? t("connecting") : dead ? `▲ ${t("not_live")}` : t("live", {age: ago(age)});
+  if ($("live").textContent !== words) $("live").textContent = words;
+  $("dead").hidden = !dead || performance.now() < 6000;
+  if (dead) $("dead").textContent = model.cell ? t("dead.since", {span: span(age / 1000)}) : t("dead.never");
+}
+
+// ---- light and dark -------------------------------------------------------------------------------------------------
+
+const kThemes = ["auto", "light", "dark"];
+const theme = () => localStorage.getItem("veneer_theme") || "auto";
+function showTheme() {
+  if (theme() === "auto") delete document.documentElement.dataset.theme; else document.documentElement.dataset.theme = theme();
+  $("theme").textContent = t(`theme.${theme()}`);
+}
+$("theme").addEventListener("click", () => {
+  localStorage.setItem("veneer_theme", kThemes[(kThemes.indexOf(theme()) + 1) % kThemes.length]);
+  showTheme();
+});
+showTheme();

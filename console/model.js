@@ -1,0 +1,139 @@
+// What the page knows of the cell, and how old that is. Screens read it and are told when it changes.
+import {ask, askAll, get, kPollMs, listen} from "./link.js";
+import {followStop} from "./stop.js";
+
+export const model = {
+  cell: null,     // the last GET /status
+  cellAt: 0,      // when it came, in ms of performance.now()
+  role: "viewer",
+  jobs: [],       // in sight; with archived ones when `archived`
+  archived: false,
+  panels: [],     // all, retired ones too
+  plans: [],      // newest first
+  tasks: new Map(),   // by id, as they were told last
+  pieces: new Map(),  // by job, of those that were asked for
+  bedLooks: 0,    // how often the bed was photographed since the page was opened
+  bedAt: 0,       // when it was last, in ms of performance.now(); 0 = before that
+};
+
+const kStaleMs = 6000;
+const kListsMs = 5000;  // between two looks at jobs and panels while pieces are being cut
+
+export const operates = () => model.role !== "viewer";
+export const databaseSound = () => !model.cell || !model.cell.database || model.cell.database.state === "good";
+export const mayChange = () => operates() && databaseSound() && !isStale();
+export const isStale = () => !model.cell || performance.now() - model.cellAt > kStaleMs;
+export const panelOf = (id) => model.panels.find((panel) => panel.id === id);
+export const jobOf = (id) => model.jobs.find((job) => job.id === id);
+export const isOver = (job) => ["complete", "incomplete", "cancelled"].includes(job.state);
+
+// ---- who wants to know ----------------------------------------------------------------------------------------------
+
+const followers = [];
+let due = false;
+export const follow = (told) => followers.push(told);
+// At once with each status, none left out: a page that nobody sees is drawn by no browser.
+const statusFollowers = [];
+export const followStatus = (told) => statusFollowers.push(told);
+export function changed() {
+  if (due) return;
+  due = true;
+  requestAnimationFrame(() => {
+    due = false;
+    for (const told of followers) told();
+  });
+}
+
+// ---- what has come --------------------------------------------------------------------------------------------------
+
+let listsAt = 0;
+
+function takeStatus(fresh) {
+  const before = model.cell;
+  model.cell = fresh;
+  model.cellAt = performance.now();
+  followStop(fresh.state);
+  for (const told of statusFollowers) told();
+  for (const task of fresh.tasks || []) model.tasks.set(task.id, task);
+  const count = (cell) => (cell && cell.job ? `${cell.job.id} ${cell.job.cut} ${cell.job.suspect}` : "");
+  const turned = !before || before.state !== fresh.state;
+  if (turned || before.panels !== fresh.panels) loadPanels();
+  if (turned) loadJobs();
+  if (count(before) !== count(fresh)) {
+    if (fresh.job) renewPieces(fresh.job.id);
+    if (!turned && performance.now() - listsAt > kListsMs) { loadJobs(); loadPanels(); }
+  }
+  changed();
+}
+
+// An event tells that a task is done; what came of it is asked for.
+async function takeTask(told) {
+  const done = told.state === "done" ? await get(`/tasks/${told.id}`).catch(() => null) : null;
+  const task = done || told;
+  model.tasks.set(task.id, task);
+  if (task.state !== "running") {
+    if (model.cell) model.cell.tasks = (model.cell.tasks || []).filter((known) => known.id !== task.id);
+    if (task.kind === "plan" || task.kind === "job") loadPlans();
+  }
+  changed();
+}
+
+function take(event) {
+  if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.bedLooks; model.bedAt = 0; changed(); }
+  if (event.type === "status" && event.status) takeStatus(event.status);
+  if (event.type === "task" && event.task) takeTask(event.task);
+  if (event.type === "job") { loadJobs(); renewPieces(event.job); }
+  if (event.type === "panel") { loadPanels(); loadPlans(); for (const job of model.pieces.keys()) renewPieces(job); }
+  if (event.type === "bed") { ++model.bedLooks; model.bedAt = performance.now(); changed(); }
+}
+
+// One look at a time; whoever asks meanwhile gets another one after it.
+function loader(load) {
+  let underWay = false, again = false;
+  return async function run() {
+    if (underWay) { again = true; return; }
+    underWay = true;
+    try { await load(); changed(); } catch (fault) { /* the age of the data tells */ }
+    underWay = false;
+    if (again) { again = false; run(); }
+  };
+}
+
+export const loadPanels = loader(async () => {
+  listsAt = performance.now();
+  model.panels = await askAll("/panels", "panels");
+});
+export const loadJobs = loader(async () => { model.jobs = await askAll(model.archived ? "/jobs?archived=true" : "/jobs", "jobs"); });
+export const loadPlans = loader(async () => { model.plans = await askAll("/plans", "plans", 200); });
+
+const pieceLoaders = new Map();
+function renewPieces(job) {
+  if (pieceLoaders.has(job)) pieceLoaders.get(job)();
+}
+// The job's pieces as known; asked for with the first call, and kept up to date from then on.
+export function piecesOf(job) {
+  if (!pieceLoaders.has(job)) {
+    pieceLoaders.set(job, loader(async () => { model.pieces.set(job, await askAll(`/jobs/${job}/pieces`, "pieces")); }));
+    renewPieces(job);
+  }
+  return model.pieces.get(job) || [];
+}
+
+export async function askStatus() {
+  try { takeStatus(await get("/status")); } catch (fault) { /* the age of the data tells */ }
+}
+
+async function poll() {
+  await askStatus();
+  try {
+    const {role} = await ask("GET", "/api/v1/session");
+    if (role !== model.role) { model.role = role; changed(); }
+  } catch (fault) { /* as before */ }
+  setTimeout(poll, kPollMs);
+}
+
+export function begin() {
+  poll();
+  listen(take);
+  loadJobs();
+}

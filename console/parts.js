@@ -1,0 +1,46 @@
+// Parts that several screens are made of.
+import {h} from "./dom.js";
+import {t, span} from "./words.js";
+import {model} from "./model.js";
+
+export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
+
+export const button = (label, act, {disabled = false, next = false, wide = false, small = "", ...more} = {}) =>
+    h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
+      label, small && h("small", {}, small));
+
+export const bar = (share, {suspect = 0, label = ""} = {}) =>
+    h("div.bar", {role: "progressbar", "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": Math.round(100 * share), "aria-label": label || t("progress")},
+      h("div.done", {share}), suspect > 0 && h("div.doubt", {share: suspect}));
+
+export const fact = (label, text, bad = false) =>
+    h("li", {class: bad ? "bad" : ""}, h("span", {"aria-hidden": "true"}, bad ? "▲" : ""), h("span.label", {}, label), h("span", {}, text));
+
+export const facts = (...rows) => h("ul.facts", {}, ...rows);
+
+export const empty = (text) => h("p.empty", {}, text);
+
+export const hint = (text) => (text ? h("p.dim.hint", {}, text) : null);
+
+export function taskRow(task, cancel = null) {
+  const failed = task.state === "failed" && task.error;
+  return h("li.task", {"data-key": `task-${task.id}`},
+    h("span", {}, failed ? `▲ ${task.error.message}` : `${task.text || task.kind}`),
+    task.state === "running" && bar(task.progress || 0, {label: task.text || task.kind}),
+    task.state === "running" && cancel && button(t("task.cancel"), cancel));
+}
+
+export function jobWords(job) {
+  // Of the job under way the status is newer than the list: one page tells one number.
+  const current = model.cell && model.cell.job && model.cell.job.id === job.id;
+  const {cut, suspect} = current ? model.cell.job : job;
+  const state = (current ? model.cell.job.now : job.now) || t(`job.${job.state}`);
+  const words = [t("job.number", {n: job.id}), job.archived ? t("job.archived") : "", state, t("job.cut", {cut, n: job.pieces})];
+  if (suspect) words.push(`▲ ${t("job.suspect", {n: suspect})}`);
+  if (job.state === "incomplete") words.push(`▲ ${t("job.missing", {n: job.missing})}`);
+  return words.filter(Boolean).join(", ");
+}
+
+export const leftWords = (job) => (typeof job.eta_s === "number" ? t("left", {span: span(job.eta_s)}) : "");
+
+export const link = (href, text, more = {}) => h("a", {href, ...more}, text);

@@ -1,0 +1,47 @@
+// Pictures are asked for as this console, not as anybody's <img>: a crowd of anonymous clients does not take its place.
+// Two at a time, so that nothing stands before STOP.
+import {h} from "./dom.js";
+import {headersOf, readingSignal} from "./link.js";
+
+const kAtOnce = 2;
+let underWay = 0;
+const waiting = [];
+
+// An <img> of what is at `path` of the API. `version` changes when it is another picture; it stays away until it is there.
+export const picture = (path, alt, {version = "", ...attributes} = {}) =>
+    h("img", {"data-picture": path, "data-version": version, alt, hidden: true, ...attributes});
+
+// "" when none comes.
+export async function pictureUrl(path) {
+  if (underWay >= kAtOnce) await new Promise((turn) => waiting.push(turn));
+  ++underWay;
+  try {
+    const reply = await fetch(`/api/v1${path}`, {cache: "no-cache", headers: headersOf({}), signal: readingSignal()});
+    return reply.ok ? URL.createObjectURL(await reply.blob()) : "";
+  } catch (fault) {
+    return "";
+  } finally {
+    --underWay;
+    if (waiting.length > 0) waiting.shift()();
+  }
+}
+
+// After a screen was put: fetches what is new on it. The last picture stays until the next is there.
+export function loadPictures(place) {
+  for (const image of place.querySelectorAll("img[data-picture]")) load(image);
+}
+
+async function load(image) {
+  const {picture: path, version} = image.dataset;
+  const wanted = `${path} ${version}`;
+  if (image.loading_ === wanted) return;
+  if (image.path_ !== path) image.hidden = true;
+  image.loading_ = wanted;
+  image.path_ = path;
+  const url = path ? await pictureUrl(path) : "";
+  if (image.loading_ !== wanted) return url && URL.revokeObjectURL(url);  // another one was wanted meanwhile
+  if (!url) return setTimeout(() => { if (image.loading_ === wanted) image.loading_ = ""; }, 5000);
+  if (image.src.startsWith("blob:")) URL.revokeObjectURL(image.src);
+  image.src = url;
+  image.hidden = false;
+}

@@ -1,0 +1,75 @@
+// The cell at a glance: what runs, what needs somebody, the machine, its calibration, the stock.
+import {h} from "../dom.js";
+import {asSentence, squareCm, t} from "../words.js";
+import {model, operates} from "../model.js";
+import {bar, card, empty, fact, facts, leftWords, link, taskRow} from "../parts.js";
+import {leasesCard} from "./leases.js";
+
+export function draw() {
+  const {cell} = model;
+  if (!cell) return empty(t("connecting"));
+  return [
+    !operates() && h("p.viewer", {}, t("viewer")),
+    h("div.columns", {},
+      h("div.column", {}, whatRuns(cell), attention(), workGoingOn()),
+      h("div.column", {}, machine(cell), calibration(cell)),
+      h("div.column", {}, stock(), leasesCard())),
+  ];
+}
+
+function whatRuns(cell) {
+  const {job} = cell;
+  if (!job) return card(t("under_way"), empty(t("nothing_runs")));
+  const now = [job.now, leftWords(job)].filter(Boolean).join(", ");
+  return card(t("under_way"),
+    h("p.big", {}, link("#run", job.name)),
+    bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
+    h("p", {}, t("job.progress", {cut: job.cut, n: job.pieces})), now && h("p.dim", {}, asSentence(now)), cell.next && h("p", {}, asSentence(cell.next)));
+}
+
+// Colour for what is not as it should be, and for nothing else.
+function attention() {
+  const sum = (what) => model.jobs.filter((job) => job.state !== "cancelled").reduce((all, job) => all + (job[what] || 0), 0);
+  const differing = model.panels.filter((panel) => !panel.retired && panel.open_differences > 0);
+  const scans = model.panels.filter((panel) => !panel.retired && panel.scan_again);
+  const rows = [["suspects", sum("suspect"), "#run"], ["missing", sum("missing"), "#run"],
+                ["differences", differing.length, differing.length ? `#panels/${differing[0].id}` : ""], ["scans", scans.length, "#scan"]].filter(([, n]) => n > 0);
+  if (!rows.length) return null;
+  return card(t("attention"), h("ul.list", {}, ...rows.map(([what, n, href]) => h("li.bad", {}, link(href, `▲ ${t(`attention.${what}`, {n})}`)))));
+}
+
+function workGoingOn() {
+  const running = [...model.tasks.values()].filter((task) => task.state === "running");
+  return running.length ? card(t("work"), h("ul.list", {}, ...running.map((task) => taskRow(task)))) : null;
+}
+
+function machine(cell) {
+  const laser = cell.laser || {};
+  const rows = [];
+  const words = [laser.state, laser.connected && laser.homed === false ? t("laser.not_homed") : ""].filter(Boolean).join(", ");
+  rows.push(laser.connected ? fact(t("laser"), words || t("laser.connected"))
+                            : fact(t("laser"), laser.why_not_connected || t("laser.none"), Boolean(laser.why_not_connected)));
+  if (laser.connected) rows.push(fact(t("beam"), t(laser.beam_on ? "beam.on" : "beam.off"), laser.beam_on && cell.state !== "Execute"));
+  if (laser.refusal) rows.push(fact(t("no_beam"), laser.refusal, true));
+  if (laser.controller && laser.controller !== "real") rows.push(fact(t("controller"), t(`controller.${laser.controller}`)));
+  rows.push(fact(t("lid"), t(`lid.${cell.lid || "unknown"}`), cell.lid === "open"));
+  const turned = Object.entries(laser.overrides_wanted || {}).filter(([, percent]) => percent !== 100);
+  if (turned.length) rows.push(fact(t("overrides"), turned.map(([what, percent]) => `${what} ${percent} %`).join(", "), true));
+  if (Array.isArray(laser.position_mm)) rows.push(fact(t("head"), `${laser.position_mm.map((v) => v.toFixed(1)).join(" / ")} mm`));
+  const database = cell.database || {};
+  if (database.state && database.state !== "good") rows.push(fact(t("database"), asSentence(database.sentence || database.state), database.state === "damaged"));
+  if (laser.firmware) rows.push(fact(t("firmware"), laser.firmware));
+  return card(t("machine"), facts(...rows));
+}
+
+function calibration(cell) {
+  const known = cell.calibration || {};
+  return card(t("calibration"), facts(...["scanner", "camera", "axes", "kerf"].filter((device) => known[device]).map((device) =>
+    fact(t(device), known[device].replaceAll("_", " "), known[device] !== "valid"))));
+}
+
+function stock() {
+  const there = model.panels.filter((panel) => !panel.retired);
+  const free = there.reduce((all, panel) => all + (panel.free_mm2 || 0), 0);
+  return card(t("stock"), h("p.big", {}, link("#panels", t("stock.panels", {n: there.length}))), h("p", {}, t("stock.free", {area: squareCm(free)})));
+}

@@ -1,0 +1,56 @@
+// Every job, archived ones too; of one of them its runs, who gave the word, and what became of its pieces.
+import {h} from "../dom.js";
+import {asSentence, dayTime, t} from "../words.js";
+import {get} from "../link.js";
+import {changed, loadJobs, mayChange, model} from "../model.js";
+import {command, showRefusal} from "../commands.js";
+import {button, card, empty, fact, facts, jobWords, link} from "../parts.js";
+import {picture} from "../pictures.js";
+
+let told = null;  // GET /jobs/{id}
+let version = "";
+
+export function enter() {
+  told = null;
+  version = "";
+  if (!model.archived) { model.archived = true; loadJobs(); }
+}
+
+export function draw(id) {
+  if (id) return oneJob(Number(id));
+  return card(t("history.jobs"), !model.jobs.length && empty(t("jobs.none")), h("ul.list", {}, ...model.jobs.slice().reverse().map((job) => h("li", {"data-key": job.id},
+    picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan, class: "wood"}),
+    h("div", {}, link(`#history/${job.id}`, job.name), h("div", {}, jobWords(job)), h("div.dim", {}, dayTime(job.created)))))));
+}
+
+function load(id) {
+  const known = model.jobs.find((job) => job.id === id);
+  const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived]) : ""}`;
+  if (version === wanted) return;
+  version = wanted;
+  get(`/jobs/${id}`).then((job) => { told = job; changed(); }, (fault) => showRefusal(fault.message));
+}
+
+async function archive(id, back) {
+  if (back) await command(`/jobs/${id}/unarchive`); else await command(`/jobs/${id}/archive`);
+  loadJobs();
+}
+
+function oneJob(id) {
+  load(id);
+  const back = link("#history", `← ${t("history.back")}`, {class: "back"});
+  if (!told || told.id !== id) return back;
+  const over = ["complete", "cancelled"].includes(told.state);
+  return [
+    h("div.tools", {}, back, h("h2.title", {}, t("history.job", {n: id, name: told.name}))),
+    h("div.columns.two", {},
+      h("div.column", {}, card(t("job"), picture(`/jobs/${id}/preview.png?width=640`, t("history.preview", {n: id}), {version: told.newest_plan}),
+        facts(fact(t("passport.state"), jobWords(told)), fact(t("history.made"), dayTime(told.created)), told.next && fact(t("history.next"), asSentence(told.next)),
+          ...(told.panels || []).map((one) => fact(one.panel, t("job.cut", {cut: one.cut, n: one.pieces})))),
+        h("div.commands", {}, link(`#assembly/${id}`, t("screen.assembly"), {class: "go"}),
+          over && button(t(told.archived ? "history.unarchive" : "history.archive"), () => archive(id, told.archived), {disabled: !mayChange()}),
+          !over && !told.now && button(t("history.cancel"), async () => { if (confirm(t("history.cancel_sure", {n: id}))) { await command(`/jobs/${id}/cancel`); loadJobs(); } }, {disabled: !mayChange()})))),
+      h("div.column", {}, card(t("history.runs"), h("ul.list", {}, ...(told.runs || []).map((run) => h("li", {"data-key": run.id},
+        h("div", {}, h("b", {}, t("history.run", {panel: run.panel, at: dayTime(run.started), result: run.result === "done" ? t("history.done") : run.result || t("history.running")})),
+          h("div.dim", {}, t("history.fit", {mm: run.pose_rms_mm.toFixed(3)})))))))))];
+}

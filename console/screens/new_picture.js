@@ -1,0 +1,90 @@
+// A picture becomes a plan, plans are compared, and one of them becomes a job. Planning reserves no wood.
+import {h} from "../dom.js";
+import {t} from "../words.js";
+import {changed, mayChange, model} from "../model.js";
+import {command, showRefusal} from "../commands.js";
+import {button, card, taskRow} from "../parts.js";
+import {plansCards} from "./plans.js";
+import {get} from "../link.js";
+
+const wanted = {
+  file: null, url: "", name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
+  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, optimize: "greedy", refine: false,
+};
+let woods = [];     // materials of zones in stock
+const begun = [];   // tasks of this tab, the newest first
+
+export async function enter() {
+  try { woods = (await get("/materials")).materials.map((one) => one.material || one.name).filter(Boolean); } catch (fault) { woods = []; }
+  changed();
+}
+
+export function draw() {
+  return h("div.columns.picture", {},
+    h("div.column", {}, formCard(), tasksCard()),
+    h("div.column.wide", {}, ...plansCards()));
+}
+
+// ---- what is asked for ----------------------------------------------------------------------------------------------
+
+function take(name, value) { wanted[name] = value; changed(); }
+
+const number = (name, label, min, more = {}) => h("label", {}, label,
+  h("input", {type: "number", inputmode: "decimal", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
+
+const slider = (name, label) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * wanted[name])} %`),
+  h("input", {type: "range", min: 0, max: 1, step: .05, value: String(wanted[name]), "aria-label": label, oninput: (event) => take(name, Number(event.target.value))}));
+
+const select = (name, label, options) => h("label", {}, label,
+  h("select", {value: wanted[name], onchange: (event) => take(name, event.target.value)}, ...options.map(([value, text]) => h("option", {value}, text))));
+
+function takeFile(event) {
+  const [file] = event.target.files;
+  if (wanted.url) URL.revokeObjectURL(wanted.url);
+  wanted.file = file || null;
+  wanted.url = file ? URL.createObjectURL(file) : "";
+  if (file) wanted.name = file.name.replace(/\.[^.]*$/, "");
+  changed();
+}
+
+function formCard() {
+  return card(t("picture.form"),
+    h("form.form", {onsubmit: plan},
+      h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
+      wanted.url && h("img.target", {src: wanted.url, alt: wanted.name}),
+      h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
+      h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
+      select("layout", t("picture.layout"), ["grid", "morph", "mosaic"].map((one) => [one, t(`layout.${one}`)])),
+      select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
+      h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
+      h("details", {}, h("summary", {}, t("picture.weights")),
+        ...["intensity", "edge", "colour", "texture", "hist"].map((one) => slider(`w_${one}`, t(`w.${one}`)))),
+      h("details", {}, h("summary", {}, t("picture.woods")),
+        !woods.length && h("p.dim", {}, t("picture.woods_all")),
+        h("div.chips", {}, ...woods.map((wood) => h("label", {"data-key": wood}, h("input", {type: "checkbox", checked: wanted.wood.has(wood),
+          onchange: (event) => { if (event.target.checked) wanted.wood.add(wood); else wanted.wood.delete(wood); changed(); }}), wood))),
+        number("max_panels", t("picture.panels"), 1)),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"))),
+      h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
+}
+
+async function plan(event) {
+  event.preventDefault();
+  if (!wanted.file) return showRefusal(t("picture.need"));
+  const query = new URLSearchParams({name: wanted.name || "picture", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm, layout: wanted.layout, optimize: wanted.optimize});
+  for (const weight of ["w_intensity", "w_edge", "w_colour", "w_texture", "w_hist"]) query.set(weight, String(wanted[weight]));
+  if (wanted.refine) query.set("refine", "dp");
+  if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
+  if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
+  const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
+  if (started) begun.unshift(started.task);
+  changed();
+}
+
+// ---- while the planner is at work -----------------------------------------------------------------------------------
+
+function tasksCard() {
+  const mine = begun.map((id) => model.tasks.get(id)).filter((task) => task && (task.state === "running" || task.state === "failed")).slice(0, 4);
+  if (!mine.length) return null;
+  return card(t("picture.wait"), h("ul.list", {role: "status"}, ...mine.map((task) => taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))));
+}

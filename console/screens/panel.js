@@ -1,0 +1,165 @@
+// One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
+import {h} from "../dom.js";
+import {dayTime, sizeOf, squareCm, t} from "../words.js";
+import {askAll, get, headersOf} from "../link.js";
+import {changed, loadPanels, mayChange, model} from "../model.js";
+import {command, showRefusal} from "../commands.js";
+import {bar, button, card, empty, fact, facts, link} from "../parts.js";
+import {woodOf} from "./pieces.js";
+import {isShown, kLayers, openMap} from "./panel_map.js";
+import {leasesOn} from "./leases.js";
+
+const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
+let map = null;      // the open map
+let mapOf = "";
+
+const code = encodeURIComponent;
+
+export function enterPanel(id, piece) {
+  Object.assign(shown, {id, panel: null, fault: "", allocations: [], differences: [], piece: Number(piece) || null, passport: null, version: ""});
+  if (map) { map.close(); map = null; }
+  mapOf = "";
+}
+
+// Asked for anew whenever the list says that the panel is another one.
+async function load() {
+  const {id} = shown;
+  const known = model.panels.find((panel) => panel.id === id);
+  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces]) : "?";
+  if (shown.version === version) return;
+  shown.version = version;
+  try {
+    const [panel, allocations, differences] = await Promise.all([get(`/panels/${code(id)}`), askAll(`/panels/${code(id)}/ledger`, "allocations"), askAll(`/panels/${code(id)}/differences`, "differences")]);
+    if (shown.id !== id) return;
+    Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
+    if (map) map.show(allocations);
+    if (shown.piece) look(shown.piece);
+  } catch (fault) {
+    shown.fault = fault.message;
+  }
+  changed();
+}
+
+async function look(piece) {
+  shown.piece = piece;
+  if (map) map.choose(piece);
+  try { shown.passport = await get(`/pieces/${piece}`); } catch (fault) { showRefusal(fault.message); }
+  changed();
+}
+
+function tapped(allocation) {
+  if (allocation.piece) return look(allocation.piece);
+  shown.piece = null;
+  shown.passport = {written_off: true, ...allocation};
+  changed();
+}
+
+export function panelDrawn(place, id) {
+  const {panel} = shown;
+  const canvas = place.querySelector(".map");
+  if (!panel || !canvas || mapOf === id) return;
+  mapOf = id;
+  openMap(canvas, panel, tapped).then((opened) => {
+    if (mapOf !== id || !canvas.isConnected) return opened.close();
+    map = opened;
+    changed();
+    map.show(shown.allocations);
+    if (shown.piece) map.choose(shown.piece);
+  }, (fault) => showRefusal(t("map.none", {why: fault.message})));
+}
+
+export function drawPanel(id) {
+  load();
+  const {panel, fault} = shown;
+  const back = link("#panels", `← ${t("panel.back")}`, {class: "back"});
+  if (!panel) return [back, fault ? empty(fault) : empty(t("map.loading"))];
+  return [
+    h("div.tools", {}, back, h("h2.title", {}, id, panel.name && panel.name !== id ? ` ${panel.name}` : ""), h("span.grow"),
+      button(t("panel.label"), () => openLabel(id))),
+    h("div.columns.two", {},
+      h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
+        h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
+        h("p.dim", {}, t("panel.tap")))),
+      h("div.column", {}, passportCard(), differencesCard(), factsCard(panel), areaCard(panel), piecesCard())),
+  ];
+}
+
+// A PDF that needs this console's header: fetched, and opened as what it is.
+async function openLabel(id) {
+  const tab = window.open("", "_blank");
+  try {
+    const reply = await fetch(`/api/v1/panels/${code(id)}/label?format=pdf`, {headers: headersOf({})});
+    if (!reply.ok) throw new Error(String(reply.status));
+    tab.location = URL.createObjectURL(await reply.blob());
+  } catch (fault) {
+    tab.close();
+    showRefusal(fault.message);
+  }
+}
+
+// ---- the piece that is looked at ------------------------------------------------------------------------------------
+
+function passportCard() {
+  const {passport} = shown;
+  if (!passport) return null;
+  const close = button(t("passport.close"), () => { shown.piece = null; shown.passport = null; if (map) map.choose(null); changed(); });
+  if (passport.written_off)
+    return card(t("passport.written_off"), facts(fact(t("passport.state"), t(`state.${passport.state}`)), fact(t("passport.wood"), squareCm(passport.area_mm2))), close);
+  const {mark, state, job, run, wood, history = []} = passport;
+  const since = history.length ? t("passport.since", {at: dayTime(history[history.length - 1].at)}) : "";
+  return card(t("passport", {mark}), h("div.load", {}, wood && woodOf({id: shown.piece, mark, panel: wood.panel, panel_outline_mm: wood.outline_mm}),
+    facts(fact(t("passport.job"), `${job.id}, ${job.name}`),
+      fact(t("passport.state"), [t(`state.${state}`), since].filter(Boolean).join(", "), state === "suspect"),
+      run && fact(t("passport.who"), [run.who, run.started && dayTime(run.started)].filter(Boolean).join(", ")))),
+    h("div.choices", {}, link(`#assembly/${job.id}/${encodeURIComponent(mark)}`, t("passport.place"), {class: "go"}), close));
+}
+
+// ---- what scan and ledger disagree about ----------------------------------------------------------------------------
+
+function differencesCard() {
+  if (!shown.differences.length) return null;
+  const decide = (one, verdict, words) => button(words, async () => {
+    await command(`/panels/${code(shown.id)}/differences/${one.id}/decide`, {body: {verdict}});
+    shown.version = "";
+    loadPanels();
+  }, {disabled: !mayChange()});
+  return card(`▲ ${t("panel.differences", {n: shown.differences.length})}`, h("ul.list", {}, ...shown.differences.map((one) => h("li", {"data-key": one.id},
+    h("span", {}, [t("difference.at", {x: one.place_mm[0].toFixed(1), y: one.place_mm[1].toFixed(1)}), t(`difference.${one.kind}`), `${one.area_mm2.toFixed(0)} mm²`,
+      ...(one.pieces || []).map((piece) => t("difference.piece", piece))].join(", ")),
+    h("span.choices", {}, decide(one, "written_off", t("difference.write_off")), decide(one, "accepted", t("difference.leave")))))));
+}
+
+// ---- facts ----------------------------------------------------------------------------------------------------------
+
+function factsCard(panel) {
+  const noted = panel.facts || {};
+  const left = panel.remnant || {};
+  const thickness = [noted.veneer_mm && t("panel.veneer", {mm: noted.veneer_mm}), noted.substrate_mm && t("panel.substrate", {mm: noted.substrate_mm})].filter(Boolean).join(", ");
+  return card(t("panel.facts"),
+    panel.retired && h("p", {}, t("panel.retired", {why: panel.retired.reason})),
+    panel.scan_again && h("p.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    facts(fact(t("panel.size"), sizeOf(panel)),
+      ...(left.woods || []).map((wood) => fact(t("panel.woods"), `${wood.material || t("panel.unnamed")}, ${t("stock.free", {area: squareCm(wood.free_mm2)})}`)),
+      noted.shelf && fact(t("panel.shelf"), noted.shelf), thickness && fact(t("panel.thickness"), thickness),
+      fact(t("panel.faces"), panel.faces.map((face) => t(`face.${face}`)).join(", ")),
+      panel.rms_mm !== null && fact(t("panel.fit"), `${panel.rms_mm.toFixed(3)} mm`),
+      left.square && fact(t("panel.square"), `${Math.floor(left.square.side_mm)} mm`), left.circle && fact(t("panel.circle"), `${Math.floor(left.circle.diameter_mm)} mm`),
+      ...(panel.treatments || []).map((one) => fact(t("panel.treated"), `${one.product}, ${one.on}`)),
+      fact(t("panel.created"), dayTime(panel.created))),
+    ...leasesOn(panel.id));
+}
+
+function areaCard(panel) {
+  const book = panel.area_book_mm2;
+  if (!book) return null;
+  return h("section.card", {"aria-label": t("panel.part")}, h("div.areas", {}, ...["free", "reserved", "cut", "kerf", "suspect", "scrap", "unusable"].filter((name) => book[name] > 0).map((name) =>
+    h("div", {}, h("span", {}, `${t(`area.${name}`)}, ${squareCm(book[name])}`), bar(book[name] / book.panel, {label: t(`area.${name}`)})))));
+}
+
+// For those who do not tap on a map.
+function piecesCard() {
+  const pieces = shown.allocations.filter((one) => one.piece && one.state !== "released");
+  return h("details.card", {"data-key": "pieces"}, h("summary", {}, `${t("panel.pieces")} (${pieces.length})`),
+    !pieces.length && empty(t("panel.no_pieces")),
+    h("div.chips", {}, ...pieces.map((one) => h("button", {type: "button", "data-key": one.piece, "aria-pressed": String(shown.piece === one.piece), onclick: () => look(one.piece)}, `${one.mark}, ${t(`state.${one.state}`)}`))));
+}

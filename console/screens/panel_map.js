@@ -1,0 +1,114 @@
+// A panel's map: its scan, and over it what is booked in its wood, its tags and its strips. Millimetres of the panel are
+// the map's coordinates (CRS.Simple), so that nothing is projected. The scan comes small first, and larger once somebody
+// looks closer.
+import {t} from "../words.js";
+import {pictureUrl} from "../pictures.js";
+
+const kFirstWidth = 1600, kCloseWidth = 6400;  // px, of the scan
+const kStates = {  // what a state is drawn as, and on which layer
+  leased: ["reserved", {color: "#0072b2", dashArray: "4 4", fillOpacity: .12}],
+  reserved: ["reserved", {color: "#0072b2", fillOpacity: .25}],
+  cutting: ["suspect", {color: "#e69f00", fillOpacity: .7}],
+  cut: ["cut", {color: "#15181a", fillColor: "#ffffff", fillOpacity: .85, weight: 1}],
+  suspect: ["suspect", {color: "#15181a", fillColor: "#e69f00", fillOpacity: .75, weight: 2}],
+  scrap: ["scrap", {color: "#15181a", fillColor: "#5a6064", fillOpacity: .8, weight: 1}],
+};
+
+// What lies over the scan, and whether it is shown: of every panel that is looked at.
+export const kLayers = ["free", "reserved", "cut", "suspect", "scrap", "fiducials", "zones"];
+const hiddenLayers = new Set(["free", "zones"]);
+export const isShown = (layer) => !hiddenLayers.has(layer);
+
+const at = ([x, y]) => [y, x];  // Leaflet's latitude is our y
+let leaflet = null;
+
+async function library() {
+  if (leaflet) return leaflet;
+  const sheet = document.createElement("link");
+  sheet.rel = "stylesheet";
+  sheet.href = "/console/lib/leaflet.css";
+  document.head.append(sheet);
+  leaflet = await import("/console/lib/leaflet.js");
+  return leaflet;
+}
+
+// Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
+// choose(piece), layer(name, shown), close()}
+export async function openMap(place, panel, onPiece) {
+  const L = await library();
+  const box = [[0, 0], [panel.height_mm, panel.width_mm]];
+  const map = L.map(place, {crs: L.CRS.Simple, minZoom: -4, maxZoom: 6, zoomSnap: .25, attributionControl: false, maxBoundsViscosity: .8, preferCanvas: true});
+  map.setMaxBounds(L.latLngBounds(box).pad(.5));
+  map.fitBounds(box);
+  const layers = Object.fromEntries(kLayers.map((name) => [name, L.layerGroup()]));
+  for (const name of kLayers) if (isShown(name)) layers[name].addTo(map);
+
+  const id = encodeURIComponent(panel.id);
+  let scan = null, closed = false;
+  const lay = async (width) => {
+    const url = await pictureUrl(`/panels/${id}/map.png?width=${width}`);
+    if (closed || !url) return;
+    const before = scan;
+    scan = L.imageOverlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
+    if (before) before.remove();
+  };
+  lay(Math.min(kFirstWidth, 8192));
+  let close = false;
+  map.on("zoomend", () => {
+    const perMm = 2 ** map.getZoom();
+    if (close || perMm * panel.width_mm < kFirstWidth) return;
+    close = true;
+    lay(kCloseWidth);
+  });
+  const freeWood = async () => {
+    const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
+    if (url && !closed) layers.free.addLayer(L.imageOverlay(url, box));
+  };
+  layers.free.on("add", freeWood);
+  if (isShown("free")) freeWood();
+
+  for (const fiducial of panel.fiducials || []) {
+    const name = fiducial.kind === "tag" ? `${fiducial.tag_id}` : "○";
+    const marker = fiducial.kind === "tag" && fiducial.corners_mm.length === 4
+        ? L.polygon(fiducial.corners_mm.map(at), {color: "#005f46", weight: 3, fillOpacity: .1, dashArray: fiducial.face === "back" ? "3 5" : null})
+        : L.circleMarker(at(fiducial.centre_mm), {radius: 6, color: "#005f46", weight: 3, fillOpacity: 0});
+    layers.fiducials.addLayer(marker.bindTooltip(`${name}, ${t(`face.${fiducial.face}`)}`));
+  }
+  for (const zone of panel.zones || []) {
+    if (!Array.isArray(zone.outline_mm) || zone.outline_mm.length < 3) continue;
+    layers.zones.addLayer(L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05}).bindTooltip(zone.material || t("panel.unnamed")));
+  }
+
+  const drawn = new Map();  // polygons by piece
+  let chosen = null;
+  return {
+    show(allocations) {
+      for (const polygon of drawn.values()) polygon.remove();
+      drawn.clear();
+      for (const name of ["reserved", "cut", "suspect", "scrap"]) layers[name].clearLayers();
+      allocations.forEach((one, number) => {
+        if (!kStates[one.state]) return;  // given back
+        const [layer, look] = kStates[one.state];
+        const rings = one.outline_mm && one.outline_mm.length > 2 ? [one.outline_mm.map(at)] : (one.allocation_mm || []).map((ring) => ring.map(at));
+        const polygon = L.polygon(rings, {weight: 2, ...look}).bindTooltip([one.mark, t(`state.${one.state}`)].filter(Boolean).join(", "));
+        polygon.on("click", () => onPiece(one));
+        drawn.set(one.piece || `none-${number}`, polygon);
+        layers[layer].addLayer(polygon);
+        polygon.usual_ = {weight: 2, ...look};
+      });
+    },
+    choose(piece) {
+      if (chosen && drawn.has(chosen)) drawn.get(chosen).setStyle(drawn.get(chosen).usual_);
+      chosen = piece;
+      const polygon = drawn.get(piece);
+      if (!polygon) return;
+      polygon.setStyle({color: "#c00000", weight: 5}).bringToFront();
+      if (!map.getBounds().contains(polygon.getBounds())) map.panTo(polygon.getBounds().getCenter());
+    },
+    layer(name, shown) {
+      if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
+      if (shown) layers[name].addTo(map); else layers[name].remove();
+    },
+    close() { closed = true; map.remove(); },
+  };
+}

@@ -1,0 +1,123 @@
+// What a person says of single pieces: not through, so cut again while the panel lies unmoved; what became of suspect
+// ones; and which are lost, so that other wood is found for them.
+import {h} from "../dom.js";
+import {asSentence, dayTime, t} from "../words.js";
+import {changed, databaseSound, loadJobs, mayChange, model, operates, piecesOf} from "../model.js";
+import {allConfirmed, command, confirmedNames, recutMarks} from "../commands.js";
+import {button, card, link} from "../parts.js";
+import {picture} from "../pictures.js";
+
+const kGone = ["scrap", "released", "unfilled"];
+const canBeWhole = (job) => job.missing > 0 && !["cancelled", "running", "planned"].includes(job.state);
+
+// Another picture when it is made again elsewhere.
+const placeOf = (piece) => `${piece.panel} ${JSON.stringify((piece.panel_outline_mm || [])[0])}`;
+export const woodOf = (piece) => picture(`/pieces/${piece.id}/picture.png?width=240`, t("wood_of", {mark: piece.mark}), {version: placeOf(piece), class: "wood"});
+
+// Picture, mark with its passport, where it belongs, and what may be said of it.
+const pieceRow = (job, piece, ...more) => h("li.piece", {"data-key": `${job.id}-${piece.mark}`},
+  piece.panel ? woodOf(piece) : null,
+  h("div", {}, piece.panel ? link(`#panels/${piece.panel}/${piece.id}`, piece.mark) : h("b", {}, piece.mark), h("div.dim", {}, `${job.name}, ${piece.panel || t("no_panel")}`)),
+  ...more);
+
+export const pieceCards = () => [recutCard(), suspectsCard(), missingCard(), lostCard()];
+
+// ---- not through ----------------------------------------------------------------------------------------------------
+
+// Of the panel that was cut last, whatever job the cell has to do with now.
+function recutCard() {
+  const {recut, state} = model.cell;
+  const cut = recut ? piecesOf(recut.job).filter((piece) => piece.state === "cut" && piece.panel === recut.panel) : [];
+  if (!cut.length || !["Suspended", "Complete", "Stopped", "Idle"].includes(state)) { recutMarks.clear(); return null; }
+  const marks = [...recutMarks];
+  return h("details.card", {"data-key": "recut"}, h("summary", {}, t("recut")), h("p.dim", {}, t("recut.about")),
+    h("div.chips", {}, ...cut.map(({mark}) => h("label", {"data-key": mark},
+      h("input", {type: "checkbox", checked: recutMarks.has(mark), onchange: (event) => { if (event.target.checked) recutMarks.add(mark); else recutMarks.delete(mark); changed(); }}), mark))),
+    h("div.commands", {}, button(marks.length ? t("recut.do", {marks: marks.join(", ")}) : t("recut.choose"), async () => {
+      if (await command(`/jobs/${recut.job}/recut`, {body: {pieces: marks, confirmed: confirmedNames()}})) recutMarks.clear();
+      changed();
+    }, {wide: true, disabled: !mayChange() || !marks.length || !allConfirmed()})));
+}
+
+// ---- suspect --------------------------------------------------------------------------------------------------------
+
+function sighting({seen, gone_share, at}) {
+  return t("seen", {day: dayTime(at), what: t(`seen.${seen}`, {share: `${Math.round(100 * gone_share)} %`})});
+}
+
+// Whatever the cell does: what became of a piece can be said at any time.
+function suspectsCard() {
+  const rows = model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) =>
+    pieceRow(job, piece,
+      h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), async () => {
+        await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict}});
+        loadJobs();
+      }, {disabled: !operates()}))),
+      piece.sighting && h("div.sighting", {}, sighting(piece.sighting)))));
+  return rows.length ? card(`▲ ${t("suspects")}`, h("p.dim", {}, t("suspects.about")), h("ul.list", {}, ...rows)) : null;
+}
+
+// ---- missing --------------------------------------------------------------------------------------------------------
+
+const redoing = new Map();  // job by the task that looks for its wood
+let redone = "";
+
+// Other wood for these marks, or for all that are missing.
+async function redo(job, marks) {
+  const begun = await command(`/jobs/${job}/redo`, {body: marks ? {pieces: marks} : {}});
+  if (begun) redoing.set(begun.task, job);
+  changed();
+}
+
+// How much worse the picture gets is told before anything is cut.
+function followRedoing() {
+  for (const id of redoing.keys()) {
+    const task = model.tasks.get(id);
+    if (!task || task.state === "running") continue;
+    redoing.delete(id);
+    const {result, error} = task;
+    if (error) redone = `▲ ${asSentence(error.message)}`;
+    if (result && result.redone) {
+      const change = 100 * (result.cost_per_pixel / result.cost_per_pixel_before - 1);
+      redone = `${t("redone", {n: result.redone.length, marks: result.redone[0].mark})} ${t("redone.cost", {share: Math.abs(change).toFixed(2), where: t(change > 0 ? "redone.farther" : "redone.nearer")})}`;
+    }
+    loadJobs();
+  }
+}
+
+const cannotRedo = (job) => !mayChange() || [...redoing.values()].includes(job);
+
+function missingCard() {
+  followRedoing();
+  const wanting = model.jobs.filter(canBeWhole);
+  if (!wanting.length && !redone) return null;
+  const rows = wanting.flatMap((job) => [
+    h("li", {"data-key": `job-${job.id}`}, h("b", {}, job.name), h("span", {}, t("attention.missing", {n: job.missing})),
+      job.missing > 1 && button(t("missing.all"), () => redo(job.id, null), {disabled: cannotRedo(job.id)})),
+    ...piecesOf(job.id).filter((piece) => kGone.includes(piece.state)).map((piece) =>
+      pieceRow(job, piece, button(t("missing.one"), () => redo(job.id, [piece.mark]), {disabled: cannotRedo(job.id)}))),
+  ]);
+  return card(`▲ ${t("missing")}`, h("p.dim", {}, t("missing.about")), h("ul.list", {}, ...rows), redone && h("p", {}, redone));
+}
+
+// ---- lost -----------------------------------------------------------------------------------------------------------
+
+// A piece that was cut, and then fell into the exhaust or broke: redo takes it as lost.
+let lost = {job: 0, mark: ""};
+
+function lostCard() {
+  const of = model.jobs.filter((job) => job.cut > 0 && !job.now).reverse();
+  if (!of.length) return null;
+  const job = of.find((one) => one.id === lost.job) || of[0];
+  const open = lost.open ? piecesOf(job.id).filter((piece) => piece.state === "cut") : [];
+  const piece = open.find((one) => one.mark === lost.mark);
+  return h("details.card", {"data-key": "lost", ontoggle: (event) => { lost.open = event.target.open; changed(); }},
+    h("summary", {}, t("lost")), h("p.dim", {}, t("lost.about")),
+    h("div.choices", {},
+      h("select", {"aria-label": t("lost.job"), value: String(job.id), onchange: (event) => { lost = {job: Number(event.target.value), mark: "", open: true}; changed(); }},
+        ...of.map((one) => h("option", {value: one.id}, `${t("job.number", {n: one.id})}, ${one.name}`))),
+      h("select", {"aria-label": t("lost.piece"), value: piece ? piece.mark : "", onchange: (event) => { lost = {...lost, job: job.id, mark: event.target.value}; changed(); }},
+        h("option", {value: ""}, t("lost.choose")), ...open.map((one) => h("option", {value: one.mark}, one.mark))),
+      piece ? woodOf(piece) : null,
+      button(t("lost.do"), () => { if (confirm(t("lost.sure", {mark: piece.mark}))) redo(job.id, [piece.mark]); }, {disabled: !piece || cannotRedo(job.id) || !databaseSound()})));
+}

@@ -1,0 +1,106 @@
+// Plans that were made: what each will look like, what it costs, which wood it takes; two of them side by side.
+import {h, svg} from "../dom.js";
+import {squareCm, t} from "../words.js";
+import {askAll} from "../link.js";
+import {changed, loadPlans, mayChange, model} from "../model.js";
+import {command} from "../commands.js";
+import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
+import {picture} from "../pictures.js";
+import {boxOf} from "./job_map.js";
+
+const kShown = 24;
+const ticked = [];          // at most two plans, the one ticked last behind
+const pieces = new Map();   // by plan: {pieces, taken}, null while they are on their way
+const jobTasks = new Map(); // plan by the task that makes its job
+let borders = true;
+
+function piecesOf(plan) {
+  if (!pieces.has(plan)) {
+    pieces.set(plan, null);
+    askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { pieces.set(plan, all); changed(); }, () => pieces.delete(plan));
+  }
+  return pieces.get(plan) || [];
+}
+
+export function plansCards() {
+  const {plans} = model;
+  const [first] = plans;
+  const compared = ticked.filter((id) => plans.some((plan) => plan.id === id));
+  const large = compared.length ? compared.map((id) => plans.find((plan) => plan.id === id)) : first ? [first] : [];
+  return [
+    h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map(planCard)),
+    card(t("plans"),
+      !plans.length && empty(t("plans.none")),
+      plans.length > 1 && h("p.dim", {}, t("plans.compare")),
+      h("ul.plans", {}, ...plans.slice(0, kShown).map((plan) => h("li", {"data-key": plan.id}, h("label", {},
+        h("input", {type: "checkbox", checked: ticked.includes(plan.id), onchange: () => tick(plan.id)}),
+        picture(`/plans/${plan.id}/preview.png?width=160`, ""),
+        h("span", {}, h("b", {}, `${plan.id} ${plan.name}`), h("span", {}, t("pieces", {n: plan.placed})), costOf(plan) && h("span.dim", {}, costOf(plan)))))))),
+  ];
+}
+
+function tick(plan) {
+  if (ticked.includes(plan)) ticked.splice(ticked.indexOf(plan), 1);
+  else ticked.push(plan);
+  if (ticked.length > 2) ticked.shift();
+  changed();
+}
+
+const costOf = (plan) => (plan.report && typeof plan.report.cost_per_pixel === "number" ? plan.report.cost_per_pixel.toFixed(4) : "");
+
+function planCard(plan) {
+  const {options = {}, report = {}} = plan;
+  const made = [...jobTasks].find(([, of]) => of === plan.id);
+  const task = made && model.tasks.get(made[0]);
+  return h("section.card", {"data-key": plan.id, "aria-label": t("plan.title", {n: plan.id, name: plan.name})},
+    h("h2", {}, t("plan.title", {n: plan.id, name: plan.name})),
+    preview(plan),
+    h("label.tick", {}, h("input", {type: "checkbox", checked: borders, onchange: (event) => { borders = event.target.checked; changed(); }}), t("plan.borders")),
+    facts(fact(t("plan.pieces"), t("plan.placed", {placed: plan.placed, n: plan.pieces}), plan.placed < plan.pieces),
+      costOf(plan) && fact(t("plan.cost"), `${costOf(plan)}, ${t("plan.cost_about")}`),
+      ...woodOf(plan),
+      fact(t("plan.asked"), t("plan.options", {size: options.size_mm, patch: options.patch_mm, layout: t(`layout.${options.layout}`)})),
+      report.without_lead > 0 && fact(t("plan.without_lead"), String(report.without_lead)),
+      ...(report.warnings || []).map((warning) => fact(t("plan.warning"), warning, true)),
+      ...plan.outdated_panels.map((panel) => fact(t("plan.warning"), t("plan.outdated", {panel}), true))),
+    task && task.state !== "done" && h("ul.list", {}, taskRow(task)),
+    ...plan.jobs.map((job) => h("p", {}, t("plan.has_job", {n: job}))),
+    h("div.commands", {},
+      plan.jobs.length ? link("#run", t("plan.run"), {class: "go wide"})
+                       : button(t("plan.job"), () => makeJob(plan.id), {wide: true, "data-command": "make-job", next: mayChange() && !plan.outdated_panels.length, disabled: !mayChange() || plan.outdated_panels.length > 0 || Boolean(task && task.state === "running")}),
+      !plan.jobs.length && button(t("plan.lease"), async () => { await command(`/plans/${plan.id}/lease`, {body: {days: 7}}); loadPlans(); }, {disabled: !mayChange() || Boolean(plan.lease)}),
+      !plan.jobs.length && button(t("plan.forget"), async () => { await command(`/plans/${plan.id}`, {method: "DELETE"}); loadPlans(); }, {disabled: !mayChange() || Boolean(plan.lease)})));
+}
+
+function preview(plan) {
+  const all = borders ? piecesOf(plan.id) : [];
+  const box = boxOf(all);
+  return h("div.view", {}, picture(`/plans/${plan.id}/preview.png?width=720`, t("plan.preview", {n: plan.id})),
+    box && svg("svg", {viewBox: `0 0 ${box.right - box.left} ${box.high - box.low}`, preserveAspectRatio: "none", "aria-hidden": "true"},
+      svg("path", {class: "border", d: all.map((piece) => `M${piece.artwork_outline_mm.map(([x, y]) => `${(x - box.left).toFixed(2)} ${(box.high - y).toFixed(2)}`).join("L")}Z`).join("")})));
+}
+
+function ringArea(ring) {
+  let twice = 0;
+  ring.forEach(([x, y], i) => { const [u, v] = ring[(i + 1) % ring.length]; twice += x * v - u * y; });
+  return Math.abs(twice) / 2;
+}
+
+// Counted in the pieces' outlines; what the laser burns around them comes on top.
+function woodOf(plan) {
+  const used = new Map();
+  for (const piece of piecesOf(plan.id)) {
+    if (!piece.panel) continue;
+    const one = used.get(piece.panel) || {area: 0, n: 0};
+    one.area += ringArea(piece.panel_outline_mm);
+    ++one.n;
+    used.set(piece.panel, one);
+  }
+  return [...used].sort().map(([panel, {area, n}]) => fact(t("plan.wood"), t("plan.panel_wood", {panel, area: squareCm(area), pieces: t("pieces", {n})})));
+}
+
+async function makeJob(plan) {
+  const started = await command("/jobs", {body: {plan}});
+  if (started) jobTasks.set(started.task, plan);
+  changed();
+}

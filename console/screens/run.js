@@ -1,0 +1,126 @@
+// One job through the laser: which panel and how, the bed, what is asked before the beam comes on, the commands, and
+// what is cut, piece by piece.
+import {h} from "../dom.js";
+import {asSentence, span, t} from "../words.js";
+import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
+import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
+import {bar, button, card, empty, fact, facts, jobWords, leftWords} from "../parts.js";
+import {picture} from "../pictures.js";
+import {bedCard, panelOnBed} from "./bed.js";
+import {drawJobMap, jobKey, jobMap} from "./job_map.js";
+import {pieceCards} from "./pieces.js";
+
+export function draw() {
+  if (!model.cell) return empty(t("connecting"));
+  return h("div.columns.run", {},
+    h("div.column", {"aria-label": t("load")}, loadCard(), bedCard()),
+    h("div.column.do", {"aria-label": t("commands")}, commandsCard()),
+    h("div.column", {"aria-label": t("job")}, jobCard(), ...pieceCards(), jobsCard()));
+}
+
+export const drawn = (place) => { if (model.cell) drawJobMap(place); };
+
+// ---- the panel ------------------------------------------------------------------------------------------------------
+
+const kLying = {Execute: "load.cut", Completing: "load.cut", Stopping: "load.cut", Held: "load.held", Holding: "load.held", Unholding: "load.looked", Unsuspending: "load.looked"};
+
+// What is said of the bed when no panel is asked for.
+function bedWords() {
+  const {cell} = model;
+  const panel = panelOnBed();
+  if (cell.state === "Complete") return t("load.take");
+  if (panel && kLying[cell.state]) return t(kLying[cell.state], {panel});
+  return t(kLying[cell.state] ? "load.some" : "load.none");
+}
+
+function loadCard() {
+  const {load} = model.cell;
+  const panel = load ? load.panel : panelOnBed();
+  const known = panel && panelOf(panel);
+  const rows = [];
+  if (load) {
+    if (load.how) rows.push(fact(t("load.how"), load.how));
+    if (load.setups > 1) rows.push(fact(t("load.setup"), t("load.setups", {n: load.setup, of: load.setups})));
+    if (load.focus_mm > 0) rows.push(fact(t("load.focus"), t("load.focus_mm", {mm: load.focus_mm.toFixed(1)})));
+    if (load.estimate_s > 0) rows.push(fact(t("load.takes"), t("load.about", {span: span(load.estimate_s)})));
+    if (load.found) rows.push(fact(t("load.fit"), `${load.rms_mm.toFixed(3)} mm`));
+  }
+  return h("section.card", {"aria-label": t("load"), "data-card": "load"}, h("h2", {}, t("load")), h("div.load", {},
+    panel && picture(`/panels/${encodeURIComponent(panel)}/map.png?width=320`, t("load.wood", {panel})),
+    h("div", {},
+      h("p.big", {}, load ? t(load.found ? "load.on" : "load.lay", {panel}) : bedWords()),
+      load && h("p", {}, t(load.face_up === "back" ? "load.back" : "load.show")),
+      known && known.facts && known.facts.shelf && h("p", {}, `${t("panel.shelf")}: ${known.facts.shelf}`),
+      facts(...rows),
+      load && h("p.fact", {}, `${load.found ? "✓" : "◆"} ${asSentence(load.sentence || t(load.found ? "load.found" : "load.not_found"))}`))));
+}
+
+// ---- commands -------------------------------------------------------------------------------------------------------
+
+let framePercent = 0;
+
+const kStepCommand = {reset: "reset", start: "start", confirm: "unsuspend", unhold: "unhold", clear: "clear"};
+
+function commandsCard() {
+  const {cell} = model;
+  const step = kStepCommand[(cell.next_step || {}).step];
+  const job = startable();
+  const one = (name, key, more = {}) => button(t(`do.${key}`), () => give(name), {disabled: !mayCommand(name), next: step === name && mayCommand(name), "data-command": name, ...more});
+  return card(t("commands"), h("div.commands", {},
+    button(job ? t("do.start_job", {name: job.name}) : t("do.start"), start, {wide: true, id: "do-start", disabled: !mayStart(), next: step === "start" && mayStart()}),
+    frame(cell), checkList(),
+    one("unsuspend", "unsuspend", {wide: true, small: t("do.unsuspend.small")}),
+    one("hold", "hold"), one("unhold", "unhold"),
+    one("stop-after-piece", "after", {wide: true}),
+    one("stop", "stop", {wide: true, small: t("do.stop.small")}),
+    one("clear", "clear"), one("reset", "reset")),
+    !operates() && h("p.hint", {}, t("viewer")),
+    !databaseSound() && h("p.hint", {}, asSentence(cell.database.sentence)));
+}
+
+// Traced dark, or with so much power that it leaves a line: that is asked for like a cut.
+function frame(cell) {
+  if (cell.state !== "Suspended") return null;
+  const most = 100 * ((cell.load && cell.load.frame_max_power) || 0);
+  const ready = mayChange() && panelFound();
+  const label = framePercent <= 0 ? t("do.frame") : t(ready && !allConfirmed() ? "do.frame_first" : "do.frame_power", {percent: framePercent});
+  return h("div.frame.wide", {"data-key": "frame"},
+    // Answered when the frame is traced.
+    button(label, () => command("/commands/frame", {timeoutMs: 120000, body: framePercent > 0 ? {power: framePercent / 100, confirmed: confirmedNames()} : {}}),
+      {disabled: !ready || (framePercent > 0 && !allConfirmed())}),
+    h("label", {}, t("frame.power"), h("input", {type: "number", min: 0, max: most, step: 0.5, value: String(framePercent), oninput: (event) => { framePercent = Math.max(0, Number(event.target.value) || 0); changed(); }})));
+}
+
+function checkList() {
+  const names = askedNames();
+  if (!names.length) return null;
+  return h("fieldset.confirm.wide", {"data-key": "confirm"}, h("legend", {}, t("confirm")),
+    ...names.map((name) => h("label", {"data-key": name},
+      h("input", {type: "checkbox", value: name, checked: isConfirmed(name), disabled: !operates(), onchange: (event) => confirmName(name, event.target.checked)}), asSentence(name).replace(/\.$/, ""))));
+}
+
+// ---- jobs -----------------------------------------------------------------------------------------------------------
+
+function jobCard() {
+  const {cell} = model;
+  const {job} = cell;
+  if (!job) return card(t("job"), empty(t("job.none")));
+  return card(t("job"), h("p.big", {}, job.name),
+    bar(job.pieces ? job.cut / job.pieces : 0, {suspect: job.pieces ? job.suspect / job.pieces : 0, label: t("job.progress", {cut: job.cut, n: job.pieces})}),
+    h("p", {id: "job-count"}, t("job.progress", {cut: job.cut, n: job.pieces}) + (job.suspect ? `, ▲ ${t("job.suspect", {n: job.suspect})}` : "")),
+    h("p.dim", {}, asSentence([job.now, leftWords(job)].filter(Boolean).join(", "))),
+    jobMap(job.id), jobKey());
+}
+
+function jobsCard() {
+  const chosen = startable();
+  const inSight = model.jobs.filter((job) => !job.archived);
+  const done = inSight.filter((job) => !job.suspect && ["complete", "cancelled"].includes(job.state)).length;
+  return card(t("jobs"),
+    !inSight.length && empty(t("jobs.none")),
+    h("div.jobs", {role: "radiogroup", "aria-label": t("jobs")}, ...inSight.reverse().map((job) => h("label", {"data-key": job.id},
+      h("input", {type: "radio", name: "job", disabled: isOver(job), checked: Boolean(chosen) && chosen.id === job.id, onchange: () => choose(job.id)}),
+      picture(`/jobs/${job.id}/preview.png?width=120`, "", {version: job.newest_plan}),
+      h("span", {}, h("b", {}, job.name), h("span", {}, jobWords(job)))))),
+    done > 0 && h("div.commands", {}, button(t("jobs.archive", {n: done}), async () => { await command("/jobs/archive-done"); loadJobs(); }, {wide: true, disabled: !mayChange()})));
+}

@@ -1,0 +1,24 @@
+// What the page says, from one catalogue of each language (words/en.js). What the cell itself says comes from the
+// daemon, in English.
+import {words as english} from "./words/en.js";
+
+// t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
+export function t(key, values = {}) {
+  let text = english[key];
+  if (text === undefined) return key;
+  if (typeof text === "object") text = text[new Intl.PluralRules("en").select(values.n)] || text.other;
+  return text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? values[name] : whole));
+}
+
+export const asSentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?)]$/.test(text) ? "" : ".") : "");
+
+export function span(seconds) {
+  if (seconds < 90) return t("seconds", {n: Math.round(seconds)});
+  if (seconds < 5400) return t("minutes", {n: Math.round(seconds / 60)});
+  return t("hours", {h: Math.floor(seconds / 3600), m: Math.round((seconds % 3600) / 60)});
+}
+export const ago = (ms) => (ms < 1500 ? t("now") : t("ago", {span: span(ms / 1000)}));
+export const clockTime = (at = new Date()) => at.toLocaleTimeString("en-GB");
+export const dayTime = (at) => new Date(at).toLocaleString("en-GB", {dateStyle: "medium", timeStyle: "short"});
+export const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
+export const sizeOf = (thing) => `${Math.round(thing.width_mm)} × ${Math.round(thing.height_mm)} mm`;

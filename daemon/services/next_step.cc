@@ -1,0 +1,249 @@
+#include "daemon/services/next_step.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "daemon/unit/job_words.h"
+
+namespace veneer::daemon {
+namespace {
+
+std::string quoted(const CellNeeds::Waiting& one) { return fmt::format("“{}”", one.name); }
+
+std::string pieces(int count) { return count == 1 ? "1 piece" : fmt::format("{} pieces", count); }
+
+std::string left_words(double seconds) {
+  if (seconds <= 0) return "";
+  if (seconds < 90) return fmt::format(", about {:.0f} s left", std::max(1.0, seconds));
+  return fmt::format(", about {:.0f} min left", seconds / 60);
+}
+
+// ---- while something is under way -----------------------------------------------------------------------------------
+
+NextStep while_suspended(const CellView& view, const CellNeeds& needs) {
+  if (view.framing) return {Step::kWait, "The frame is being traced, and the head moves: keep your hands out.", ""};
+  if (!view.load) return {Step::kWait, "The cell chooses the next panel: wait.", ""};
+  const LoadView& load = *view.load;
+  if (!load.found)
+    return {
+        Step::kLoad,
+        load.setup.how.empty()
+            ? fmt::format("Lay panel {} on the bed, face down: the camera finds it there.", load.panel.value)
+            : fmt::format("Lay panel {} on the bed, {}: the camera finds it there.", load.panel.value, load.setup.how),
+        ""};
+  if (needs.confirm.empty())
+    return {Step::kConfirm,
+            fmt::format("Panel {} is found: look that it lies flat and nothing is in the way, then Unsuspend cuts it.",
+                        load.panel.value),
+            "veneerctl unsuspend"};
+  return {Step::kConfirm,
+          fmt::format("Panel {} is found: tick what you have seen to, then Unsuspend cuts it.", load.panel.value),
+          "veneerctl unsuspend"};
+}
+
+NextStep while_cutting(const CellView& view, const CellNeeds& needs) {
+  const std::string doing = view.recutting ? "Pieces are being cut again"
+                            : view.job && !view.job->current_piece.empty()
+                                ? fmt::format("Piece {} is being cut", view.job->current_piece)
+                                : "The laser is at work";
+  const double left = view.job ? view.job->eta_seconds / needs.device_seconds_per_second : 0;
+  return {Step::kWait, fmt::format("{}{}: stay beside the machine.", doing, left_words(left)), ""};
+}
+
+std::optional<NextStep> under_way(const CellView& view, const CellNeeds& needs) {
+  switch (view.state) {
+    case CellState::kSuspended:
+      return while_suspended(view, needs);
+    case CellState::kExecute:
+    case CellState::kCompleting:
+      return while_cutting(view, needs);
+    case CellState::kHeld:
+      return NextStep{Step::kUnhold,
+                      "The cut is held: when nothing is in the way, Unhold looks whether the panel lies as it did and "
+                      "goes on where it stopped.",
+                      "veneerctl unhold"};
+    case CellState::kResetting:
+      return NextStep{Step::kWait, "The laser is being homed: hands off the machine.", ""};
+    case CellState::kStarting:
+    case CellState::kSuspending:
+      return NextStep{Step::kWait, "The job is being prepared: wait until the cell asks for its panel.", ""};
+    case CellState::kUnsuspending:
+    case CellState::kUnholding:
+      return NextStep{Step::kWait, "The camera looks at the panel, then the laser moves: keep your hands out.", ""};
+    case CellState::kHolding:
+    case CellState::kStopping:
+    case CellState::kAborting:
+    case CellState::kClearing:
+      return NextStep{Step::kWait, "The machine is coming to rest: wait.", ""};
+    case CellState::kStopped:
+    case CellState::kIdle:
+    case CellState::kComplete:
+    case CellState::kAborted:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+// ---- what keeps everything from being cut ---------------------------------------------------------------------------
+
+struct CertificateWords {
+  db::CertificateKind kind;
+  Step step;
+  const char* what;
+  const char* how;
+  const char* command;
+};
+
+constexpr std::array kCertificates = {
+    CertificateWords{db::CertificateKind::kScanner, Step::kCalibrateScanner, "The scanner",
+                     "lay the printed grid on the glass, print down, and calibrate the scanner",
+                     "veneerctl calibrate scanner"},
+    CertificateWords{
+        db::CertificateKind::kCamera, Step::kCalibrateCamera, "The camera",
+        "lay the printed grid on the bed, print up, and calibrate the camera with four views at two heights",
+        "veneerctl calibrate camera --height-mm 0 --more"},
+    CertificateWords{db::CertificateKind::kAxes, Step::kCalibrateLaser, "The laser",
+                     "lay a bare board in the middle of the bed, and have the pattern burnt into it",
+                     "veneerctl calibrate laser"},
+    CertificateWords{db::CertificateKind::kKerf, Step::kCalibrateKerf, "The width of a cut",
+                     "lay the board with the burnt lines on the glass, and have them measured",
+                     "veneerctl calibrate kerf"},
+};
+
+const char* what_is_wrong(CertificateState state) {
+  switch (state) {
+    case CertificateState::kExpired:
+      return "was calibrated too long ago";
+    case CertificateState::kOtherDevice:
+      return "was calibrated on another device, or set otherwise since";
+    case CertificateState::kReplaced:
+      return "must be calibrated anew, because the camera was";
+    case CertificateState::kAhead:
+      return "has a certificate that is dated later than this machine's clock";
+    case CertificateState::kMissing:
+    case CertificateState::kValid:
+      break;
+  }
+  return "is not calibrated yet";
+}
+
+std::optional<NextStep> certificate_wanted(const CellNeeds& needs) {
+  for (const CertificateWords& words : kCertificates) {
+    const auto known = std::ranges::find(needs.certificates, words.kind, &CellNeeds::Certificate::kind);
+    const CertificateState state = known == needs.certificates.end() ? CertificateState::kMissing : known->state;
+    if (state != CertificateState::kValid)
+      return NextStep{words.step, fmt::format("{} {}: {}.", words.what, what_is_wrong(state), words.how),
+                      words.command};
+  }
+  return std::nullopt;
+}
+
+NextStep scan_wanted(const std::vector<PanelId>& to_scan) {
+  const std::string more =
+      to_scan.size() == 1 ? ""
+                          : fmt::format(", and so {} {} more", to_scan.size() == 2 ? "does" : "do", to_scan.size() - 1);
+  return {Step::kScan,
+          fmt::format("Panel {} waits for a scan{}: lay it on the scanner, show face on the glass.", to_scan[0].value,
+                      more),
+          "veneerctl panel scan"};
+}
+
+// ---- jobs -----------------------------------------------------------------------------------------------------------
+
+// Of the job the unit had to do with last: what a person has to say of its pieces.
+std::optional<NextStep> pieces_wanted(const CellView& view) {
+  if (!view.rest) return std::nullopt;
+  const JobRest& rest = *view.rest;
+  if (rest.suspect > 0)
+    return NextStep{Step::kSettle,
+                    fmt::format("{} of job {} {} suspect: look at {}, and say what became of {}.", pieces(rest.suspect),
+                                rest.id.value, rest.suspect == 1 ? "is" : "are", rest.suspect == 1 ? "it" : "each",
+                                rest.suspect == 1 ? "it" : "each"),
+                    fmt::format("veneerctl job settle {}", rest.id.value)};
+  if (rest.missing > 0 && rest.open == 0)
+    return NextStep{Step::kRedo,
+                    fmt::format("{} of job {} {} missing: find other wood for {}.", pieces(rest.missing), rest.id.value,
+                                rest.missing == 1 ? "is" : "are", rest.missing == 1 ? "it" : "them"),
+                    fmt::format("veneerctl job redo {}", rest.id.value)};
+  return std::nullopt;
+}
+
+NextStep job_wanted(const CellView& view, const CellNeeds::Waiting& job) {
+  const std::string words = fmt::format("Job {} {} has {} to cut", job.id, quoted(job), pieces(job.pieces));
+  if (view.state == CellState::kIdle)
+    return {Step::kStart, words + ": Start asks for its panel first, and nothing moves before you say so.",
+            fmt::format("veneerctl job start {}", job.id)};
+  return {Step::kReset, words + ": Reset homes the laser first, so keep your hands off the machine.",
+          "veneerctl reset"};
+}
+
+}  // namespace
+
+std::string_view to_string(Step step) {
+  switch (step) {
+    case Step::kWait:
+      return "wait";
+    case Step::kRepairDatabase:
+      return "repair_database";
+    case Step::kCalibrateScanner:
+      return "calibrate_scanner";
+    case Step::kCalibrateCamera:
+      return "calibrate_camera";
+    case Step::kCalibrateLaser:
+      return "calibrate_laser";
+    case Step::kCalibrateKerf:
+      return "calibrate_kerf";
+    case Step::kScan:
+      return "scan";
+    case Step::kPlan:
+      return "plan";
+    case Step::kMakeJob:
+      return "make_job";
+    case Step::kReset:
+      return "reset";
+    case Step::kStart:
+      return "start";
+    case Step::kLoad:
+      return "load";
+    case Step::kConfirm:
+      return "confirm";
+    case Step::kUnhold:
+      return "unhold";
+    case Step::kClear:
+      return "clear";
+    case Step::kSettle:
+      return "settle";
+    case Step::kRedo:
+      return "redo";
+  }
+  return "wait";
+}
+
+NextStep next_step(const CellView& view, const CellNeeds& needs) {
+  if (auto step = under_way(view, needs)) return *step;
+  if (!needs.database_busy.empty())
+    return {needs.database_damaged ? Step::kRepairDatabase : Step::kWait, needs.database_busy, ""};
+  if (view.state == CellState::kAborted)
+    return {Step::kClear, "When the cause is gone and nobody's hands are in the machine: Clear, then Reset.",
+            "veneerctl clear"};
+  if (view.state == CellState::kComplete && view.job)
+    return {Step::kReset, "The cut is done: take the pieces out of the machine, then Reset makes it ready.",
+            "veneerctl reset"};
+  if (auto step = certificate_wanted(needs)) return *step;
+  if (auto step = pieces_wanted(view)) return *step;
+  if (!needs.to_scan.empty()) return scan_wanted(needs.to_scan);
+  if (needs.job) return job_wanted(view, *needs.job);
+  if (needs.panels == 0)
+    return {Step::kScan, "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.",
+            "veneerctl panel scan"};
+  if (needs.plan)
+    return {Step::kMakeJob,
+            fmt::format("Plan {} {} has no wood kept for it yet: make a job of it, or plan another picture.",
+                        needs.plan->id, quoted(*needs.plan)),
+            fmt::format("veneerctl job new --plan {}", needs.plan->id)};
+  return {Step::kPlan, "Wood is in stock, and no job waits: plan a picture.", "veneerctl job plan PICTURE"};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,161 @@
+// From an unpacked machine to the last piece, one sentence after the other.
+#include "daemon/services/next_step.h"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+std::vector<CellNeeds::Certificate> certificates(CertificateState state) {
+  return {{db::CertificateKind::kScanner, state},
+          {db::CertificateKind::kCamera, state},
+          {db::CertificateKind::kAxes, state},
+          {db::CertificateKind::kKerf, state}};
+}
+
+// Calibrated, with two panels in stock.
+CellNeeds ready() {
+  CellNeeds needs;
+  needs.certificates = certificates(CertificateState::kValid);
+  needs.panels = 2;
+  return needs;
+}
+
+CellView in(CellState state) {
+  CellView view;
+  view.state = state;
+  return view;
+}
+
+CellView waiting_for(const char* panel, bool found) {
+  CellView view = in(CellState::kSuspended);
+  view.load.emplace();
+  view.load->panel = PanelId{panel};
+  view.load->found = found;
+  return view;
+}
+
+TEST(NextStep, AnUnpackedMachineIsCalibratedDeviceByDevice) {
+  CellNeeds needs;
+  needs.certificates = certificates(CertificateState::kMissing);
+  const CellView stopped = in(CellState::kStopped);
+  std::vector<std::string> commands;
+  for (CellNeeds::Certificate& certificate : needs.certificates) {
+    commands.push_back(next_step(stopped, needs).command);
+    certificate.state = CertificateState::kValid;
+  }
+  EXPECT_THAT(commands,
+              ::testing::ElementsAre("veneerctl calibrate scanner", "veneerctl calibrate camera --height-mm 0 --more",
+                                     "veneerctl calibrate laser", "veneerctl calibrate kerf"));
+  EXPECT_EQ(next_step(stopped, needs).step, Step::kScan);
+  EXPECT_EQ(next_step(stopped, needs).sentence,
+            "There is no wood in stock: lay a panel on the scanner, show face on the glass, and scan it.");
+}
+
+TEST(NextStep, ACertificateThatNoLongerHoldsSaysWhy) {
+  CellNeeds needs = ready();
+  needs.certificates[2].state = CertificateState::kReplaced;
+  EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence,
+              StartsWith("The laser must be calibrated anew, because the camera was: "));
+  needs.certificates[0].state = CertificateState::kExpired;
+  EXPECT_THAT(next_step(in(CellState::kIdle), needs).sentence, StartsWith("The scanner was calibrated too long ago: "))
+      << "the first that stands in the way";
+}
+
+TEST(NextStep, FromWoodToThePictureAndItsJob) {
+  CellNeeds needs = ready();
+  const CellView stopped = in(CellState::kStopped);
+  EXPECT_EQ(next_step(stopped, needs).step, Step::kPlan);
+  needs.plan = {3, "portrait", 16};
+  EXPECT_EQ(next_step(stopped, needs).command, "veneerctl job new --plan 3");
+  needs.job = {1, "portrait", 16};
+  EXPECT_EQ(next_step(stopped, needs).sentence,
+            "Job 1 “portrait” has 16 pieces to cut: Reset homes the laser first, so keep your hands off the machine.");
+  EXPECT_EQ(next_step(in(CellState::kIdle), needs).command, "veneerctl job start 1");
+  needs.to_scan = {PanelId{"P-0001"}, PanelId{"P-0002"}, PanelId{"P-0004"}};
+  EXPECT_THAT(next_step(stopped, needs).sentence, StartsWith("Panel P-0001 waits for a scan, and so do 2 more: "));
+}
+
+TEST(NextStep, WhileAPanelIsWaitedForItIsNamed) {
+  EXPECT_EQ(next_step(waiting_for("P-0041", false), ready()).sentence,
+            "Lay panel P-0041 on the bed, face down: the camera finds it there.");
+  CellView second = waiting_for("P-0041", false);
+  second.load->setup.how = "turned by 180 degrees";
+  EXPECT_THAT(next_step(second, ready()).sentence, HasSubstr("on the bed, turned by 180 degrees:"));
+  const NextStep found = next_step(waiting_for("P-0041", true), ready());
+  EXPECT_EQ(found.step, Step::kConfirm);
+  EXPECT_EQ(found.command, "veneerctl unsuspend");
+  CellNeeds needs = ready();
+  needs.confirm = {"exhaust"};
+  EXPECT_THAT(next_step(waiting_for("P-0041", true), needs).sentence, HasSubstr("tick what you have seen to"));
+}
+
+// "Nothing to load" is not what an operator wants to read then, and neither is what else the cell needs.
+TEST(NextStep, WhileTheLaserIsAtWorkNothingElseIsAskedFor) {
+  CellNeeds needs;  // no certificate holds any more
+  needs.to_scan = {PanelId{"P-0009"}};
+  needs.device_seconds_per_second = 10;
+  CellView view = in(CellState::kExecute);
+  view.job.emplace();
+  view.job->current_piece = "A3-12";
+  view.job->eta_seconds = 3000;
+  EXPECT_EQ(next_step(view, needs).sentence, "Piece A3-12 is being cut, about 5 min left: stay beside the machine.");
+  for (const CellState state : {CellState::kResetting, CellState::kStarting, CellState::kHolding, CellState::kUnholding,
+                                CellState::kSuspending, CellState::kUnsuspending, CellState::kCompleting,
+                                CellState::kStopping, CellState::kAborting, CellState::kClearing}) {
+    const NextStep step = next_step(in(state), needs);
+    EXPECT_EQ(step.step, Step::kWait) << to_string(state);
+    EXPECT_THAT(step.sentence, EndsWith(".")) << to_string(state);
+  }
+}
+
+TEST(NextStep, AfterAStopTheWayBackAndThenThePieces) {
+  CellView view = in(CellState::kAborted);
+  view.rest.emplace();
+  view.rest->id = JobId{1};
+  view.rest->pieces = 16, view.rest->cut = 4, view.rest->suspect = 1, view.rest->open = 11;
+  CellNeeds needs = ready();
+  needs.job = {1, "portrait", 11};
+  EXPECT_EQ(next_step(view, needs).command, "veneerctl clear");
+  view.state = CellState::kStopped;
+  EXPECT_EQ(next_step(view, needs).sentence, "1 piece of job 1 is suspect: look at it, and say what became of it.");
+  view.rest->suspect = 0, view.rest->missing = 2;
+  EXPECT_EQ(next_step(view, needs).step, Step::kReset) << "what can be cut is cut first";
+  view.rest->open = 0;
+  needs.job.reset();
+  EXPECT_EQ(next_step(view, needs).sentence, "2 pieces of job 1 are missing: find other wood for them.");
+}
+
+TEST(NextStep, AfterTheLastPieceThePiecesAreTakenOutAndAfterAPatternTheNextCertificateComes) {
+  CellView view = in(CellState::kComplete);
+  CellNeeds needs = ready();
+  needs.certificates.back().state = CertificateState::kMissing;
+  EXPECT_EQ(next_step(view, needs).step, Step::kCalibrateKerf) << "a pattern was burnt, and no job cut";
+  view.job.emplace();
+  EXPECT_THAT(next_step(view, needs).sentence, StartsWith("The cut is done: take the pieces out"));
+}
+
+TEST(NextStep, ADatabaseThatMayBeDamagedComesBeforeEverythingButTheMachine) {
+  CellNeeds needs;
+  needs.database_busy = "The database is being checked.";
+  EXPECT_EQ(next_step(in(CellState::kStopped), needs).step, Step::kWait);
+  needs.database_damaged = true;
+  EXPECT_EQ(next_step(in(CellState::kStopped), needs).step, Step::kRepairDatabase);
+  EXPECT_EQ(next_step(in(CellState::kHeld), needs).step, Step::kUnhold);
+}
+
+TEST(NextStep, EveryStepHasAWordOfItsOwn) {
+  std::set<std::string_view> words;
+  for (int step = 0; step <= static_cast<int>(Step::kRedo); ++step) words.insert(to_string(static_cast<Step>(step)));
+  EXPECT_EQ(words.size(), static_cast<std::size_t>(Step::kRedo) + 1);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

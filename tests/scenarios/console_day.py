@@ -1,0 +1,227 @@
+#!/usr/bin/python3
+"""console_day.py LINK PICTURES: an operator's short day in the browser, from the link to STOP.
+
+Each step waits for what the page shows, never for a time. Pictures of every screen at three sizes land in PICTURES.
+"""
+import os
+import subprocess
+import sys
+import time
+
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+SIZES = {"desk": (1280, 800), "wide": (1920, 1080), "phone": (390, 844)}
+PATIENCE_S = 40
+FIRST_VIEW_BYTES = 500_000
+TARGET_PX = 45  # 12 mm at 96 px an inch
+
+
+class Day:
+    def __init__(self, link, pictures):
+        options = webdriver.ChromeOptions()
+        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
+            options.add_argument(argument)
+        options.binary_location = "/usr/bin/chromium"
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        self.pictures = pictures
+        self.size("desk")
+        self.browser.get(link)
+
+    # ---- what an operator sees and does
+
+    def find(self, css):
+        return self.browser.find_element(By.CSS_SELECTOR, css)
+
+    def text(self, css="body"):
+        # The page may draw anew between finding and reading.
+        return self.browser.execute_script(
+            "const found = document.querySelector(arguments[0]); return found ? found.innerText : ''", css)
+
+    def until(self, what, shown):
+        try:
+            WebDriverWait(self.browser, PATIENCE_S, poll_frequency=0.05).until(lambda _: shown())
+        except Exception as fault:
+            self.picture("failed", "desk")
+            raise SystemExit(f"{what} did not come: {fault}\nThe page says:\n{self.text()}") from fault
+
+    def until_says(self, css, words):
+        self.until(f"“{words}” in {css}", lambda: words in self.text(css))
+
+    def go(self, screen):
+        self.find(f'#nav a[href="#{screen}"]').click()
+        self.until(screen, lambda: self.find(f'#nav a[href="#{screen}"]').get_attribute("aria-current") == "page")
+
+    def press(self, css):
+        self.until(f"{css} to be allowed", lambda: self.browser.execute_script(
+            "const found = document.querySelector(arguments[0]);"
+            "if (!found || found.disabled) return false; found.click(); return true", css))
+
+    def hands(self, *arguments):
+        subprocess.run([os.environ["VENEERCTL"], "sim", *arguments], check=True, stdout=subprocess.DEVNULL)
+
+    # ---- what is looked at later
+
+    def size(self, name):
+        width, height = SIZES[name]
+        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
+
+    def picture(self, name, size):
+        self.browser.save_screenshot(os.path.join(self.pictures, f"{name}-{size}.png"))
+
+    def show(self, name):
+        for size in SIZES:
+            self.size(size)
+            self.check_frame(f"{name} at {size}")
+            self.picture(name, size)
+        self.size("desk")
+
+    def check_frame(self, where):
+        """STOP is on the screen and large, nothing runs out of its side, and every target is 12 mm high."""
+        seen = self.browser.execute_script("""
+            const box = document.querySelector('#stop button').getBoundingClientRect();
+            const small = [...document.querySelectorAll('button, select, nav a, .go, input[type=text], input[type=number], label:has(input)')]
+                .filter((one) => one.offsetParent && one.getBoundingClientRect().height < arguments[0] - 1)
+                .map((one) => one.innerText || one.id);
+            return {stop: [box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight, box.height],
+                    wide: document.documentElement.scrollWidth - innerWidth, small};""", TARGET_PX)
+        assert seen["stop"][0] and seen["stop"][1] >= TARGET_PX, f"{where}: STOP is not on the screen"
+        assert seen["wide"] <= 0, f"{where}: {seen['wide']} px run out of the side"
+        assert not seen["small"], f"{where}: smaller than 12 mm: {seen['small']}"
+
+    def check_console(self):
+        """No script failed, and the page's policy stood in nobody's way. A picture that is not there yet is a 404."""
+        errors = [entry["message"] for entry in self.browser.get_log("browser")
+                  if entry["level"] == "SEVERE" and "404" not in entry["message"]]
+        assert not errors, errors
+
+    # ---- the day
+
+    def morning(self):
+        self.until_says("#role", "you operate")
+        self.until_says("#next", "Job 1 “control” has 16 pieces to cut: Reset homes the laser first")
+        taken = self.browser.execute_script(
+            "return performance.getEntriesByType('resource').concat(performance.getEntriesByType('navigation'))"
+            ".reduce((all, entry) => all + entry.transferSize, 0)")
+        assert 0 < taken <= FIRST_VIEW_BYTES, f"the first view took {taken} bytes"
+        print("first view:", taken, "bytes")
+        self.show("cell")
+
+    def look_at_the_wood(self):
+        self.go("panels")
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until("the map", lambda: self.browser.execute_script(
+            "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
+        self.press("details[data-key=pieces] summary")
+        self.press("details[data-key=pieces] .chips button")
+        self.until_says("main", "PIECE A1-1")
+        self.until_says("main", "to be cut")
+        self.show("panel")
+
+    def plan_a_picture(self):
+        self.go("new")
+        self.find("#picture-file").send_keys(os.environ["PICTURE"])
+        for field, value in (("#picture-size", "20"), ("#picture-patch", "10")):
+            self.find(field).clear()
+            self.find(field).send_keys(value)
+        self.press("#do-plan")
+        self.until_says(".side-by-side", "PLAN 2")
+        self.press("#do-plan")
+        self.until_says(".side-by-side", "PLAN 3")
+        for plan in (2, 3):
+            self.press(f'ul.plans li[data-key="{plan}"] input')
+        self.until("two plans side by side", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, ".side-by-side > section")) == 2)
+        self.until_says(".side-by-side", "P-0001: ")
+        self.show("plans")
+        self.press('.side-by-side section[data-key="2"] [data-command=make-job]')
+        self.until_says('.side-by-side section[data-key="2"]', "Job 2 is made of it.")
+
+    def run_it(self):
+        self.go("run")
+        self.until_says("#do-start", "second")
+        self.press("[data-command=reset]")
+        self.until_says("#state-word", "Idle")
+        self.press("#do-start")
+        self.until_says("#next", "Lay panel P-0001 on the bed, face down")
+        self.until_says("[data-card=load]", "Load panel P-0001")
+        self.show("load")
+        self.hands("place", "control", "bed", "--face", "back")
+        self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
+        self.until_says("#next", "Panel P-0001 is found")
+        self.show("found")
+        self.tick_what_is_asked()
+        self.press("[data-command=unsuspend]")
+        self.until_says("#state-word", "Execute")
+        self.until_says("[data-card=load]", "Panel P-0001 is being cut")
+        self.press("[data-command=hold]")
+        self.until_says("#state-word", "Held")
+        self.until_says("[data-card=load]", "the cut is held")
+        self.show("held")
+        self.press("[data-command=unhold]")
+        self.until_says("#state-word", "Complete")
+        self.until_says("#next", "take the pieces out of the machine, then Reset")
+        self.show("complete")
+
+    def tick_what_is_asked(self):
+        """Nothing can be begun before, and what was ticked for an earlier beginning does not count."""
+        ticks = self.browser.find_elements(By.CSS_SELECTOR, ".confirm input")
+        assert len(ticks) == 2 and not any(tick.is_selected() for tick in ticks), "two things are asked for"
+        assert not self.find("[data-command=unsuspend]").is_enabled()
+        for tick in ticks:
+            tick.click()
+
+    def begin_again(self):
+        """The same job, panel and set-up once more, after an End: nothing is ticked then."""
+        self.go("run")
+        self.press("[data-command=reset]")
+        self.until_says("#state-word", "Idle")
+        self.press("#do-start")
+        self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
+        self.tick_what_is_asked()
+        self.press("[data-command=stop]")
+        self.until_says("#state-word", "Stopped")
+        self.press("[data-command=reset]")
+        self.until_says("#state-word", "Idle")
+        self.press("#do-start")
+        self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
+        self.tick_what_is_asked()
+
+    def look_back(self):
+        for screen in ("assembly", "history", "log", "scan"):
+            self.go(screen)
+            self.until(f"something on {screen}", lambda: len(self.text("main")) > 20)
+            self.show(screen)
+
+    def stop(self):
+        """From a screen that has nothing to do with the laser, scrolled to its end."""
+        self.go("log")
+        self.browser.execute_script("scrollTo(0, document.body.scrollHeight)")
+        self.find("#stop button").click()
+        self.until_says("#stop-note", "STOP confirmed")
+        self.check_frame("after STOP")
+        assert self.browser.execute_script(
+            "const box = document.querySelector('#stop-note').getBoundingClientRect(); return box.top >= 0 && box.bottom <= innerHeight"), \
+            "what became of STOP is not on the screen"
+        self.until_says("#next", "Clear, then Reset")
+        self.picture("stopped", "desk")
+
+
+def main():
+    day = Day(sys.argv[1], sys.argv[2])
+    began = time.monotonic()
+    try:
+        for part in (day.morning, day.look_at_the_wood, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
+                     day.stop,
+                     day.check_console):
+            part()
+            print(f"{part.__name__}: {time.monotonic() - began:.1f} s")
+    finally:
+        day.browser.quit()
+
+
+if __name__ == "__main__":
+    main()
