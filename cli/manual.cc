@@ -37,7 +37,8 @@ std::string sentence(const std::string& help) {
 std::string option_words(const CLI::Option& option) {
   std::string words = "\\fB" + plain(option.get_name(false, true)) + "\\fR";
   if (option.get_positional()) words = "\\fI" + plain(option.get_name(true)) + "\\fR";
-  if (option.get_type_size() > 0 && !option.get_positional()) words += " \\fI" + plain(option.get_type_name()) + "\\fR";
+  if (!option.get_type_name().empty() && !option.get_positional())
+    words += " \\fI" + plain(option.get_type_name()) + "\\fR";
   return words;
 }
 
@@ -74,8 +75,8 @@ void describe(const CLI::App& command, const std::string& path, std::string& tex
 }  // namespace
 
 std::string man_page(const CLI::App& command, const std::string& name, bool is_program) {
-  std::string path = name;
-  std::replace(path.begin(), path.end(), '-', ' ');
+  std::string path = name;  // "veneerctl stop-after-piece"
+  if (const std::size_t first = path.find('-'); first != std::string::npos) path[first] = ' ';
   std::string heading = name;
   std::transform(heading.begin(), heading.end(), heading.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });

@@ -5,23 +5,18 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 
 namespace veneer::cli {
 namespace {
 
-std::optional<double> number_of(const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 CLI::Validator number_that(bool (*is_well)(double), const char* name, const char* words) {
   return CLI::Validator(
-      [is_well, words](std::string& text) {
-        const auto value = number_of(text);
-        return value && is_well(*value) ? std::string() : fmt::format("\"{}\" is not {}", text, words);
+      [is_well, words](std::string& text) -> std::string {
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        if (error == std::errc::result_out_of_range) return fmt::format("\"{}\" is too large or too small", text);
+        const bool read = error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+        return read && is_well(value) ? std::string() : fmt::format("\"{}\" is not {}", text, words);
       },
       name);
 }

@@ -46,6 +46,9 @@ TEST_F(Manual, APageSaysWhatHelpSays) {
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-width\\-mm\\fR"));
   EXPECT_THAT(page, HasSubstr("Without it: 490."));
   EXPECT_THAT(page, HasSubstr("\\fBVENEER_TWIN_SOCKET\\fR"));
+  EXPECT_THAT(man_page(*app_.get_subcommand("stop-after-piece"), "veneerctl-stop-after-piece", false),
+              HasSubstr("\\fBveneerctl stop\\-after\\-piece\\fR"));
+  EXPECT_THAT(page, Not(HasSubstr("\\fI\\fR"))) << "a flag takes nothing";
   const std::string whole = man_page(app_, "veneerctl", true);
   EXPECT_THAT(whole, HasSubstr("\\fBveneerctl\\-job\\fR(1)"));
   EXPECT_THAT(whole, HasSubstr("is no emergency stop"));
