@@ -59,7 +59,7 @@ std::string fresh_key() {
 // One request on a connection of its own, run to its end or its deadline.
 class Exchange {
  public:
-  Exchange(const ApiAddress& address, std::chrono::seconds timeout)
+  Exchange(const ApiAddress& address, std::chrono::milliseconds timeout)
       : address_(address), timeout_(timeout), stream_(loop_) {}
 
   Result<ApiResponse> run(http::request<http::string_body> request) {
@@ -109,15 +109,15 @@ class Exchange {
     http::async_read(stream_, buffer_, parser_, [this](error_code fault, std::size_t) {
       if (!fault) return;
       const bool late = fault == boost::beast::error::timeout;
-      failed_ = late ? Error{ErrorCode::kTimeout, "veneerd at " + where() + " has not answered in " +
-                                                      std::to_string(timeout_.count()) + " s"}
+      failed_ = late ? Error{ErrorCode::kTimeout, fmt::format("veneerd at {} has not answered in {:g} s", where(),
+                                                              std::chrono::duration<double>(timeout_).count())}
                      : Error{ErrorCode::kDisconnected, "veneerd at " + where() + " hung up" +
                                                            (write_failed_ ? " while the request was being sent" : "")};
     });
   }
 
   const ApiAddress& address_;
-  std::chrono::seconds timeout_;
+  std::chrono::milliseconds timeout_;
   asio::io_context loop_;
   boost::beast::basic_stream<asio::generic::stream_protocol> stream_;
   boost::beast::flat_buffer buffer_;

@@ -30,7 +30,7 @@ struct ApiResponse {
 
 class ApiClient {
  public:
-  explicit ApiClient(ApiAddress address, std::chrono::seconds timeout = std::chrono::seconds(60))
+  explicit ApiClient(ApiAddress address, std::chrono::milliseconds timeout = std::chrono::seconds(60))
       : address_(std::move(address)), timeout_(timeout) {}
 
   // The daemon's errors come back as their own ErrorCode and message; kUnavailable when nobody listens.
@@ -61,7 +61,7 @@ class ApiClient {
 
  private:
   ApiAddress address_;
-  std::chrono::seconds timeout_;
+  std::chrono::milliseconds timeout_;
 };
 
 // For a query: "a b&c" -> "a%20b%26c".

@@ -98,7 +98,7 @@ void add_audit_command(CLI::App& app, CommandContext& context) {
   command->add_option("--since", options->since, "From this time on, in UTC: 2026-05-01 or 2026-05-01T07:30");
   command->add_option("--who", options->who, "Only what this one did, as the log calls him: \"uid 1000\", veneerd");
   command->add_option("--panel", options->panel, "Only rows that name this panel");
-  command->add_option("--limit", options->limit, "How many rows")->check(CLI::PositiveNumber)->capture_default_str();
+  command->add_option("--limit", options->limit, "How many rows")->check(positive_number())->capture_default_str();
   command->add_flag("--all", options->all, "All rows, however many");
   command->callback([&context, options] { context.finish(read_audit(context.client(), *options), render_audit); });
 }

@@ -1,5 +1,6 @@
 // status, next, the commands to the cell, STOP, the console link.
 #include <array>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -81,7 +82,13 @@ void add_job_stop(CLI::App& job, CommandContext& context) {
 
 void add_stop_command(CLI::App& app, CommandContext& context) {
   app.add_subcommand("stop", "STOP: beam off and abort, at once")->callback([&context] {
-    context.finish(context.client().post("/stop"), render_state);
+    // A daemon that hangs must not let anybody wait in front of a burning laser.
+    constexpr std::chrono::milliseconds kPatience{800};
+    auto stopped = context.client(kPatience).post("/stop");
+    if (!stopped)
+      stopped =
+          Error{stopped.error().code, "STOP is NOT confirmed, use the EMERGENCY STOP: " + stopped.error().message};
+    context.finish(stopped, render_state);
   });
 }
 

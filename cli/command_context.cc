@@ -9,21 +9,22 @@
 
 #include "cli/json_read.h"
 #include "cli/progress.h"
+#include "cli/unknown_command.h"
 
 namespace veneer::cli {
 
-ApiClient CommandContext::client() const {
+ApiClient CommandContext::client(std::chrono::milliseconds patience) const {
   const std::size_t colon = socket.rfind(':');
   int port = 0;
   if (socket.find('/') == std::string::npos && colon != std::string::npos &&
       std::from_chars(socket.data() + colon + 1, socket.data() + socket.size(), port).ec == std::errc()) {
-    return ApiClient(ApiAddress{"", socket.substr(0, colon), port});
+    return ApiClient(ApiAddress{"", socket.substr(0, colon), port}, patience);
   }
-  return ApiClient(ApiAddress{socket, "", 0});
+  return ApiClient(ApiAddress{socket, "", 0}, patience);
 }
 
 void fail(const Error& error, int exit_status) {
-  std::cerr << "veneerctl: " << error.message << std::endl;
+  std::cerr << "veneerctl: " << with_short_numbers(error.message) << std::endl;
   throw CLI::RuntimeError(exit_status);
 }
 
@@ -55,11 +56,18 @@ Result<nlohmann::json> CommandContext::run_task(const Result<nlohmann::json>& st
 }
 
 int run(CLI::App& app, int argc, char** argv) {
+  app.failure_message([](const CLI::App* which, const CLI::Error& wrong) {
+    return with_short_numbers(CLI::FailureMessage::simple(which, wrong));
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::RuntimeError& ended) {  // a command that failed and has said why
     return ended.get_exit_code();
   } catch (const CLI::ParseError& wrong) {  // also --help, which is no error
+    if (const std::string unknown = wrong.get_exit_code() == 0 ? "" : unknown_command(app); !unknown.empty()) {
+      std::cerr << "veneerctl: " << unknown << std::endl;
+      return kUnusableArguments;
+    }
     return app.exit(wrong) == 0 ? 0 : kUnusableArguments;
   }
   return 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "base/result.h"
 #include "cli/api_client.h"
+#include "cli/number_checks.h"
 
 namespace veneer::cli {
 
@@ -20,7 +22,7 @@ struct CommandContext {
   std::string twin_socket = "/run/veneer-twin/twin.sock";
   bool json = false;
 
-  ApiClient client() const;
+  ApiClient client(std::chrono::milliseconds patience = std::chrono::seconds(60)) const;
 
   using Render = std::function<std::string(const nlohmann::json&)>;
   // Prints the value (as JSON with "schema_version" under --json, else as `render` words it), or the error's sentence

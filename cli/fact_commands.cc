@@ -50,9 +50,9 @@ void add_panel_set(CLI::App& panel, CommandContext& context) {
       "looks different: it is not planned from before its next scan");
   set->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
   set->add_option("--shelf", options->shelf, "Where it lies; \"\" takes it back");
-  set->add_option("--veneer-mm", options->veneer_mm, "How thick the veneer is")->check(CLI::PositiveNumber);
+  set->add_option("--veneer-mm", options->veneer_mm, "How thick the veneer is")->check(positive_number());
   set->add_option("--substrate-mm", options->substrate_mm, "How thick what it is glued to is")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   set->add_option("--sanded", options->sanded, "With what, as in \"grit 240\"");
   set->add_option("--finished", options->finished, "With what, as in shellac");
   set->add_option("--day", options->day, "The day of that, as in 2026-05-01 [now]");

@@ -1,5 +1,5 @@
-// job list|show|start|pieces|recut|redo|settle|cancel|archive|unarchive and the commands to the cell under its name;
-// task list|show|cancel.
+// job list|show|map|start|pieces|recut|redo|settle|cancel|archive|unarchive and the commands to the cell under its
+// name; task list|show|cancel.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 
 #include "cli/command_context.h"
 #include "cli/json_read.h"
+#include "cli/map_command.h"
 #include "cli/new_job.h"
 #include "cli/render.h"
 #include "cli/render_words.h"
@@ -21,7 +22,7 @@ using nlohmann::json;
 CLI::App* add_with_number(CLI::App& parent, const char* name, const char* help, const char* what,
                           const std::shared_ptr<std::int64_t>& id) {
   CLI::App* command = parent.add_subcommand(name, help);
-  command->add_option(what, *id, "Its number")->required()->check(CLI::PositiveNumber);
+  command->add_option(what, *id, "Its number")->required()->check(positive_number());
   return command;
 }
 
@@ -103,7 +104,7 @@ void add_archive(CLI::App& job, CommandContext& context) {
   const auto jobs = std::make_shared<std::vector<std::int64_t>>();
   const auto done = std::make_shared<bool>(false);
   CLI::App* archive = job.add_subcommand("archive", "Take jobs that are over out of the list; nothing is removed");
-  archive->add_option("JOB", *jobs, "Their numbers")->check(CLI::PositiveNumber);
+  archive->add_option("JOB", *jobs, "Their numbers")->check(positive_number());
   archive->add_flag("--all-done", *done, "All that are complete or cancelled, with no piece missing or suspect");
   archive->callback([jobs, done, &context] {
     if (*done == !jobs->empty())
@@ -119,7 +120,7 @@ void add_archive(CLI::App& job, CommandContext& context) {
   });
   const auto back = std::make_shared<std::vector<std::int64_t>>();
   CLI::App* unarchive = job.add_subcommand("unarchive", "Put archived jobs back into the list");
-  unarchive->add_option("JOB", *back, "Their numbers")->required()->check(CLI::PositiveNumber);
+  unarchive->add_option("JOB", *back, "Their numbers")->required()->check(positive_number());
   unarchive->callback([back, &context] { context.finish(archive_each(context, *back, "unarchive"), render_jobs); });
 }
 
@@ -153,6 +154,7 @@ void add_job_commands(CLI::App& app, CommandContext& context) {
     context.finish(context.client().get_all(*all ? "/jobs?archived=true" : "/jobs", "jobs"), render_jobs);
   });
   add_job_show(*job, context);
+  add_job_map(*job, context);
   const auto id = std::make_shared<std::int64_t>(0);
   add_with_number(*job, "pieces", "The job's pieces", "JOB", id)->callback([id, &context] {
     context.finish(context.client().get_all("/jobs/" + std::to_string(*id) + "/pieces", "pieces"), render_pieces);

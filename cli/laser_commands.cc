@@ -45,7 +45,7 @@ void add_test_pattern(CLI::App& laser, CommandContext& context) {
   CLI::App* command = laser.add_subcommand(
       "test-pattern", "Home the laser and burn a test pattern to measure; needs nothing of the cell but its laser");
   command->add_option("--size-mm", options->size_mm, "Side of its square")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   CLI::Option* x = command->add_option("--x-mm", options->x_mm,
                                        "Its lower left corner [the middle of the bed; without homing switches the "
@@ -80,7 +80,7 @@ void add_jog(CLI::App& laser, CommandContext& context) {
   jog->add_option("--x-mm", options->x, "How far to the right, in millimetres; negative: to the left");
   jog->add_option("--y-mm", options->y, "How far away from the operator, in millimetres; negative: towards");
   jog->add_option("--speed-mm-s", options->speed, "Speed of the head, dark")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   jog->add_flag("--stop", options->stop, "End the jog that is on");
   jog->callback([options, &context] {

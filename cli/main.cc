@@ -2,24 +2,16 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <string_view>
 
-#include "cli/command_context.h"
+#include "cli/command_tree.h"
 
 namespace {
 
-// The planner is a program of its own beside this one, with some hundred libraries: STOP does not wait for them.
-struct PlannerCommand {
-  const char* name;
-  const char* help;
-};
-constexpr std::array kPlannerCommands = {
-    PlannerCommand{"plan", "Plan pictures from panels, without a cell"},
-    PlannerCommand{"series", "Plan a picture again and again from the same wood"},
-};
+using veneer::cli::kPlannerCommands;
+using veneer::cli::PlannerCommand;
 
 int run_planner(char** argv) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "veneerctl-plan";
@@ -52,28 +44,13 @@ bool asks_to_stop(int argc, char** argv) {
 
 int run(int argc, char** argv) {
   CLI::App app("Runs a scan-to-cut cell for computational parquetry", "veneerctl");
-  app.require_subcommand(1);
-  app.fallthrough();
-  app.set_version_flag("--version", VENEER_VERSION);
   veneer::cli::CommandContext context;
-  app.add_option("--socket", context.socket, "Where veneerd listens: a socket's path, or HOST:PORT")
-      ->envname("VENEERD_SOCKET")
-      ->capture_default_str();
-  app.add_flag("--json", context.json, "Print JSON");
+  veneer::cli::add_common_options(app, context, VENEER_VERSION);
   if (asks_to_stop(argc, argv)) {
     veneer::cli::add_stop_command(app, context);
     return veneer::cli::run(app, argc, argv);
   }
-  veneer::cli::add_cell_commands(app, context);
-  veneer::cli::add_panel_commands(app, context);
-  veneer::cli::add_fiducial_commands(app, context);
-  veneer::cli::add_job_commands(app, context);
-  veneer::cli::add_piece_commands(app, context);
-  veneer::cli::add_laser_commands(app, context);
-  veneer::cli::add_scanner_commands(app, context);
-  veneer::cli::add_recipe_commands(app, context);
-  veneer::cli::add_fact_commands(app, context);
-  veneer::cli::add_sim_commands(app, context);
+  veneer::cli::add_cell_tree(app, context);
   name_planner_commands(app);
   return veneer::cli::run(app, argc, argv);
 }

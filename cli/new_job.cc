@@ -39,9 +39,10 @@ struct NewJob {
   std::optional<bool> remnants_first;
   std::map<std::string, std::string> options;  // of the planner, those that are given
 
+  std::string title() const { return name.empty() ? std::filesystem::path(picture).stem().string() : name; }
+
   std::string query() const {
-    const std::string title = name.empty() ? std::filesystem::path(picture).stem().string() : name;
-    std::string text = "?name=" + url_encode(title);
+    std::string text = "?name=" + url_encode(title());
     const auto add_list = [&](const char* key, const std::vector<std::string>& list, const char* between = ",") {
       if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, between))));
     };
@@ -86,6 +87,14 @@ CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   return picture;
 }
 
+// The daemon knows a picture by its name in the lists; who sent it knows the file.
+Error of_the_file(Error error, const NewJob& wanted) {
+  for (const std::string before : {"", "the picture "})
+    if (const std::string begin = before + wanted.title(); error.message.starts_with(begin + " is "))
+      error.message = before + wanted.picture + error.message.substr(begin.size());
+  return error;
+}
+
 // Sends the picture to `path` and waits for what becomes of it.
 void plan_picture(const CommandContext& context, const char* path, const NewJob& wanted,
                   const CommandContext::Render& render) {
@@ -93,7 +102,8 @@ void plan_picture(const CommandContext& context, const char* path, const NewJob&
   if (!picture) return context.finish(picture.error(), render, kUnusableArguments);
   const auto started =
       context.client().request("POST", path + wanted.query(), *picture, content_type_of(wanted.picture));
-  context.finish(context.run_task(started), render);
+  const auto made = context.run_task(started);
+  context.finish(made ? made : Result<json>(of_the_file(made.error(), wanted)), render);
 }
 
 void add_plans_list(CLI::App& job, CommandContext& context) {
@@ -103,7 +113,7 @@ void add_plans_list(CLI::App& job, CommandContext& context) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* plans = job.add_subcommand("plans", "All plans, or one of them");
-  CLI::Option* id = plans->add_option("PLAN", options->id, "The number of one")->check(CLI::PositiveNumber);
+  CLI::Option* id = plans->add_option("PLAN", options->id, "The number of one")->check(positive_number());
   plans->add_option("--preview", options->preview, "Save its picture as planned (PNG)")->needs(id);
   plans->add_option("--plan", options->plan, "Save it as a file (JSON)")->needs(id);
   plans->callback([options, &context] {
@@ -124,7 +134,7 @@ void add_change(CLI::App& job, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* change = job.add_subcommand(
       "change", "Plan again with changes: another plan, in which what is not named keeps its place; the old one stays");
-  change->add_option("PLAN", options->id, "Its number")->required()->check(CLI::PositiveNumber);
+  change->add_option("PLAN", options->id, "Its number")->required()->check(positive_number());
   change->add_option("--name", options->name, "The new plan's name [the same]");
   for (const auto& [name, help] :
        {std::pair("pin", "MARK: keep only these in their places, plan all others anew (repeatable)"),
@@ -153,7 +163,7 @@ void add_leases(CLI::App& job, CommandContext& context) {
   CLI::App* lease = job.add_subcommand("lease", "Keep a plan's wood for it: no other plan or job gets it meanwhile");
   CLI::App* release = job.add_subcommand("release", "Give back the wood that a plan leases; the plan stays");
   for (CLI::App* command : {lease, release})
-    command->add_option("PLAN", options->id, "Its number")->required()->check(CLI::PositiveNumber);
+    command->add_option("PLAN", options->id, "Its number")->required()->check(positive_number());
   lease->add_option("--days", options->days, "For how long, from now on; a lease that it has is renewed")
       ->check(CLI::Range(1, 90))
       ->capture_default_str();
@@ -175,7 +185,7 @@ void add_new_job(CLI::App& job, CommandContext& context) {
       job.add_subcommand("new", "Plan a picture from free stock and reserve its wood; or reserve that of a plan");
   add_planning_options(*command, *wanted);
   command->add_option("--plan", wanted->plan, "Make it of this plan (see `job plans`); no picture and no option then")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   command->callback([wanted, command, &context] {
     if (wanted->plan == 0 && wanted->picture.empty())
       fail(unusable("say which PICTURE, or --plan N"), kUnusableArguments);

@@ -74,13 +74,13 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
   CLI::App* list = panel.add_subcommand("list", "All panels in stock, or those with the wood you look for");
   CLI::Option* all = list->add_flag("--all", options->retired_too, "Retired ones too");
   list->add_option("--min-free", options->min_free_cm2, "With at least so many cm2 of free wood, counted as follows")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_zero())
       ->excludes(all);
   list->add_option("--material,--wood", options->wood, "Wood of this material only")->excludes(all);
   CLI::Option* dark = list->add_flag("--dark", options->dark, "Dark wood only (CIE L* of 50 at most)")->excludes(all);
   list->add_flag("--light", options->light, "Light wood only (CIE L* of 65 at least)")->excludes(all)->excludes(dark);
   list->add_option("--patch", options->patch_mm, "Only where squares with sides of so many mm fit")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(all);
   list->callback([options, &context] {
     const std::string query = options->query();
@@ -152,7 +152,7 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
   const auto [revert, of_revert] =
       command("revert", "Take the last scan back: what the one before it showed counts again");
   revert->add_option("--to", of_revert->version, "Another one, as `panel scans` numbers them")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   revert->callback([of_revert = of_revert, target, &context] {
     json body = json::object();
     if (of_revert->version) body["version"] = *of_revert->version;
@@ -190,7 +190,7 @@ void add_differences(CLI::App& panel, CommandContext& context) {
     command->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
   decide->add_option("NUMBER", options->number, "As `panel differences` numbers them")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   decide
       ->add_option("VERDICT", options->verdict,
                    "written-off: the wood is gone for good, book it as scrap; accepted: leave things as they are")
@@ -224,10 +224,10 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
   calibrate->add_option("--height-mm", options->height_mm,
                         "Height above the bed: of the sheet's printed face (camera), of the board's face (laser)");
   calibrate->add_option("--board-width-mm", options->board_width_mm, "laser: how wide the board on the bed is, along x")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   calibrate
       ->add_option("--board-height-mm", options->board_height_mm, "laser: how high the board on the bed is, along y")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   add_confirm_option(*calibrate, options->confirmed);
   calibrate->callback([options, &context] {
     json body = {{"more", options->more}};

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/command_context.h"
+#include "cli/map_command.h"
 #include "cli/plan_command.h"
 #include "cli/series_command.h"
 
@@ -10,5 +11,6 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   veneer::cli::add_plan_command(app);
   veneer::cli::add_series_command(app);
+  veneer::cli::add_map_command(app);
   return veneer::cli::run(app, argc, argv);
 }

@@ -38,7 +38,7 @@ void add_set(CLI::App& recipe, CommandContext& context) {
   set->add_option("OPERATION", options->operation, "cut or engrave")
       ->required()
       ->check(CLI::IsMember({"cut", "engrave"}));
-  set->add_option("--speed-mm-s", options->speed_mm_s, "Speed of the head")->required()->check(CLI::PositiveNumber);
+  set->add_option("--speed-mm-s", options->speed_mm_s, "Speed of the head")->required()->check(positive_number());
   add_power_option(
       *set, "--power", [options](double power) { options->power = power; },
       "Power of the beam, as in 60% of the rated one")

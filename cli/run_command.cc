@@ -229,7 +229,7 @@ void add_run_command(CLI::App& laser, CommandContext& context) {
   add_power_option(
       *command, "--power", [options](double power) { options->all.power = power; },
       "Power of the beam, as in 60% of the rated one");
-  command->add_option("--speed-mm-s", options->all.speed_mm_s, "Speed of burning")->check(CLI::PositiveNumber);
+  command->add_option("--speed-mm-s", options->all.speed_mm_s, "Speed of burning")->check(positive_number());
   command->add_option("--passes", options->all.passes, "How often each line is burnt")->check(CLI::Range(1, 20));
   command->add_flag_callback(
       "--air", [options] { options->all.air = true; }, "With air assist");

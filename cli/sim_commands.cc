@@ -20,22 +20,23 @@ void call(const CommandContext& context, const std::string& cmd, const json& arg
 void add_new_sheets(CLI::App& sim, CommandContext& context) {
   struct Sheet {
     std::string name;
-    double width_mm = 420;
-    double height_mm = 280;
+    double width_mm = 240;  // a panel fits on the glass as it is shipped
+    double height_mm = 160;
     std::optional<int> strips;
   };
   for (const char* kind : {"new-panel", "new-board", "new-grid"}) {
     const auto sheet = std::make_shared<Sheet>();
     const std::string cmd = kind;
+    if (cmd == "new-board") sheet->width_mm = 490, sheet->height_mm = 290;
     CLI::App* command = sim.add_subcommand(cmd, cmd == "new-panel"   ? "Make a panel of veneer strips"
                                                 : cmd == "new-board" ? "Make a plain board for burnt patterns"
                                                                      : "Print an AprilGrid sheet");
     command->add_option("NAME", sheet->name, "What to call it")->required();
     if (cmd != "new-grid") {
-      command->add_option("--width-mm", sheet->width_mm, "Width")->check(CLI::PositiveNumber);
-      command->add_option("--height-mm", sheet->height_mm, "Height")->check(CLI::PositiveNumber);
+      command->add_option("--width-mm", sheet->width_mm, "Width")->check(positive_number())->capture_default_str();
+      command->add_option("--height-mm", sheet->height_mm, "Height")->check(positive_number())->capture_default_str();
     }
-    if (cmd == "new-panel") command->add_option("--strips", sheet->strips, "Veneer strips")->check(CLI::PositiveNumber);
+    if (cmd == "new-panel") command->add_option("--strips", sheet->strips, "Veneer strips")->check(positive_number());
     command->callback([sheet, cmd, &context] {
       json arguments = {{"name", sheet->name}};
       if (cmd != "new-grid") {
@@ -55,12 +56,14 @@ void add_place(CLI::App& sim, CommandContext& context) {
   };
   const auto place = std::make_shared<Place>();
   CLI::App* command = sim.add_subcommand("place", "Lay a sheet on the scanner or the bed");
-  command->add_option("SHEET", place->sheet, "Its name")->required();
+  command->add_option("SHEET", place->sheet, "Its name; grid, board and panel are made when they are not there yet")
+      ->required();
   command->add_option("WHERE,--on", place->on, "scanner or bed, with --on or without it")
       ->required()
       ->check(CLI::IsMember({"scanner", "bed"}));
   command->add_option("--face", place->face, "Scanner: the face at the glass; bed: the face that looks up")
-      ->check(CLI::IsMember({"show", "back"}));
+      ->check(CLI::IsMember({"show", "back"}))
+      ->capture_default_str();
   command->add_option("--part", place->part, "Which part of it lies on the glass (whole, left, right, ...)");
   command->add_option("--height-mm", place->height_mm, "On blocks of this height");
   command->add_option("--x-mm", place->x_mm, "Bed: where its middle comes to lie; it may stick out over the edge");

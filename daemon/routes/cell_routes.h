@@ -102,6 +102,8 @@ struct JobServices {
 void bind_job_routes(Router& router, const JobServices& services);
 // Plans that no wood is reserved for: make, look, change, compare, lease their wood, and then a job of one.
 void bind_plan_routes(Router& router, const JobServices& services);
+// Maps for putting pieces together.
+void bind_map_routes(Router& router, const JobServices& services);
 
 // What a piece tells of its life, and what was made of a place.
 struct PieceServices {

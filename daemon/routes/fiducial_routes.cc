@@ -13,14 +13,14 @@
 namespace veneer::daemon {
 namespace {
 
-ApiReply printed(const std::vector<calib::FiducialSheet>& pages, PageFormat format) {
+ApiReply printed(const std::vector<calib::FiducialSheet>& pages, planner::PageFormat format) {
   auto bytes = print_sheets(pages, format);
   if (!bytes) return ApiReply::error(bytes.error());
-  return ApiReply::bytes(std::move(*bytes), content_type_of(format));
+  return ApiReply::bytes(std::move(*bytes), planner::content_type_of(format));
 }
 
-PageFormat read_format(RequestReader& query) {
-  return page_format(query.word("format", {"pdf", "svg", "png"}).value_or("pdf"));
+planner::PageFormat read_format(RequestReader& query) {
+  return planner::page_format(query.word("format", {"pdf", "svg", "png"}).value_or("pdf"));
 }
 
 // What new panels' tags begin with unless somebody says so: no panel has had it, retired ones neither.
@@ -35,7 +35,7 @@ struct PanelTagsWanted {
   Millimetres width{0}, height{0};
   int panels = 1;
   std::optional<int> first;
-  PageFormat format = PageFormat::kPdf;
+  planner::PageFormat format = planner::PageFormat::kPdf;
 };
 
 Result<std::vector<calib::FiducialSheet>> sheets_of(Repositories& r, const PanelTagsWanted& wanted) {
@@ -55,7 +55,7 @@ Result<std::vector<calib::FiducialSheet>> sheets_of(Repositories& r, const Panel
     auto of_panel = calib::panel_sheets(*plan);
     pages.insert(pages.end(), std::make_move_iterator(of_panel.begin()), std::make_move_iterator(of_panel.end()));
   }
-  if (wanted.format != PageFormat::kPdf && pages.size() > 1)
+  if (wanted.format != planner::PageFormat::kPdf && pages.size() > 1)
     return Error{
         ErrorCode::kInvalidArgument,
         fmt::format("these are {} pages, and SVG and PNG have one: print them as PDF, or for one smaller panel",
@@ -86,7 +86,7 @@ void reply_panel_sheets(const StockServices& s, const ApiRequest& request, const
 void bind_fiducial_routes(Router& router, const StockServices& s) {
   router.bind("printGrid", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
-    const PageFormat format = read_format(query);
+    const planner::PageFormat format = read_format(query);
     if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     s.pictures.ask(request, reply, [format](Repositories&) { return printed({calib::grid_sheet()}, format); });
   });

@@ -161,9 +161,9 @@ void reply_label(const StockServices& s, const ApiRequest& request, const Reply&
   s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, wanted](Repositories& r) {
     const auto label = label_of(r, s, id);
     if (!label) return ApiReply::error(label.error());
-    auto bytes = draw_label(*label, page_format(wanted));
+    auto bytes = draw_label(*label, planner::page_format(wanted));
     if (!bytes) return ApiReply::error(bytes.error());
-    return ApiReply::bytes(std::move(*bytes), content_type_of(page_format(wanted)));
+    return ApiReply::bytes(std::move(*bytes), planner::content_type_of(planner::page_format(wanted)));
   });
 }
 

@@ -73,9 +73,9 @@ class SheetDrawing {
 
 }  // namespace
 
-Result<std::string> print_sheets(const std::vector<calib::FiducialSheet>& pages, PageFormat format) {
-  PrintedPage page(pages.front().width, pages.front().height, format);
-  for (std::size_t i = 0; i < pages.size() && (i == 0 || format == PageFormat::kPdf); ++i) {
+Result<std::string> print_sheets(const std::vector<calib::FiducialSheet>& pages, planner::PageFormat format) {
+  planner::PrintedPage page(pages.front().width, pages.front().height, format);
+  for (std::size_t i = 0; i < pages.size() && (i == 0 || format == planner::PageFormat::kPdf); ++i) {
     if (i > 0) page.next_page();
     if (const Status drawn = SheetDrawing(page.context(), pages[i]).draw(); !drawn) return drawn.error();
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "daemon/services/printed_page.h"
+#include "planner/pages/printed_page.h"
 
 namespace veneer::daemon {
 
@@ -21,6 +21,6 @@ struct PanelLabel {
 };
 
 // The file's bytes. kInternal: it could not be drawn.
-Result<std::string> draw_label(const PanelLabel& label, PageFormat format);
+Result<std::string> draw_label(const PanelLabel& label, planner::PageFormat format);
 
 }  // namespace veneer::daemon

@@ -215,11 +215,23 @@ TwinService::Reply TwinService::new_board(const json& r) {
   return done(world_.new_board(r.at("name"), r.at("width_mm"), r.at("height_mm")));
 }
 
+// What every cell has lying about need not be made first: it is made when it is first taken up.
+Status TwinService::make_if_usual(const std::string& name) {
+  if (world_.sheet(name).ok()) return Ok();
+  const auto& bed = world_.truth().settings.bed;
+  if (name == "grid") return world_.new_grid(name);
+  if (name == "board")
+    return world_.new_board(name, std::min(490.0, bed.width_mm - 30), std::min(290.0, bed.height_mm - 30));
+  if (name == "panel") return world_.new_panel(name, 240, 160, 6);
+  return Ok();  // the world says that there is no such sheet
+}
+
 TwinService::Reply TwinService::place(const json& r) {
   const Result<Spot> on = spot_named(r.at("on"));
   if (!on.ok()) return on.error();
   const Result<SheetFace> face = face_named(r.at("face"));
   if (!face.ok()) return face.error();
+  if (const Status made = make_if_usual(r.at("sheet")); !made.ok()) return made.error();
   if (r.contains("x_mm") || r.contains("y_mm") || r.contains("turn_deg")) {
     if (*on != Spot::kBed) return invalid("only on the bed is a sheet laid where somebody says: leave x_mm, y_mm out");
     const auto sheet = world_.sheet(r.at("sheet"));

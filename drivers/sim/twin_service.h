@@ -39,6 +39,7 @@ class TwinService {
   Reply new_grid(const nlohmann::json& request);
   Reply new_board(const nlohmann::json& request);
   Reply place(const nlohmann::json& request);
+  Status make_if_usual(const std::string& sheet);
   Reply lift(const nlohmann::json& request);
   Reply nudge(const nlohmann::json& request);
   Reply scan(const nlohmann::json& request);

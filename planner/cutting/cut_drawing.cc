@@ -29,6 +29,13 @@ ToolpathPiece toolpath_piece(const Piece& piece, std::size_t number,
 
 }  // namespace
 
+std::vector<PathSegment> DrawnPath::segments() const {
+  if (curved) return segments_of(path, closed);
+  std::vector<PathSegment> out;
+  for (std::size_t i = 1; i < path.size(); ++i) out.push_back({false, path[i], path[i], path[i]});
+  return out;
+}
+
 Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetres fit_clearance) {
   const auto bed_from_panel = back_view(panel);
   std::vector<ToolpathPiece> pieces;
@@ -50,8 +57,8 @@ Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetr
     const bool closed = stroke.closed();
     if (closed) stroke.path.pop_back();
     const Piece& piece = plan.pieces[static_cast<std::size_t>(stroke.piece.value - 1)];
-    drawing.layers[stroke.role == StrokeRole::kCut ? 1 : 0].strokes.push_back(
-        {piece.mark, std::move(stroke.path), closed});
+    const bool cut = stroke.role == StrokeRole::kCut;
+    drawing.layers[cut ? 1 : 0].strokes.push_back({piece.mark, std::move(stroke.path), closed, cut});
   }
   return drawing;
 }

@@ -7,6 +7,7 @@
 
 #include "base/geometry.h"
 #include "base/result.h"
+#include "planner/cutting/curve_segments.h"
 #include "planner/plan.h"
 
 namespace veneer::planner {
@@ -15,6 +16,10 @@ struct DrawnPath {
   std::string piece;        // the mark of its piece
   Polyline<BedFrame> path;  // a closed one does not repeat its first point
   bool closed = false;
+  bool curved = false;  // it may be drawn as curves; marks are straight strokes
+
+  // Within kCurveFit of the path.
+  std::vector<PathSegment> segments() const;
 };
 
 enum class CutColour { kBlue, kRed };
@@ -38,15 +43,16 @@ struct CutDrawing {
 // kInvalidArgument: an outline cannot be cut with this kerf.
 Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetres fit_clearance = Millimetres(0));
 
-// The same drawing in each format, at true size.
+// The same drawing in each format, at true size; curves are curves in all of them (DXF: splines).
 std::string cut_svg(const CutDrawing& drawing);  // +y down as SVG has it; user units are millimetres
 std::string cut_dxf(const CutDrawing& drawing);  // ASCII, of AutoCAD 2000, the first that says its unit (millimetres)
 std::string cut_eps(const CutDrawing& drawing);  // in points; the bounding box is the panel
+std::string cut_pdf(const CutDrawing& drawing);  // one page as large as the panel
 
 struct CutFormat {
   std::string_view name;  // and the ending of its files
   std::string (*write)(const CutDrawing&);
 };
-inline constexpr CutFormat kCutFormats[] = {{"svg", cut_svg}, {"dxf", cut_dxf}, {"eps", cut_eps}};
+inline constexpr CutFormat kCutFormats[] = {{"svg", cut_svg}, {"dxf", cut_dxf}, {"eps", cut_eps}, {"pdf", cut_pdf}};
 
 }  // namespace veneer::planner

@@ -114,7 +114,36 @@ void put_block(DxfText& out, const char* name, const std::string& space) {
   out.object("ENDBLK", space, {{100, "AcDbEntity"}, {8, "0"}, {100, "AcDbBlockEnd"}});
 }
 
+// Cubic Bezier curves one after the other are a spline with triple knots; straight parts are curves without a bend.
+void put_spline(DxfText& out, const DrawnPath& stroke, const std::vector<PathSegment>& segments,
+                const std::string& layer, const std::string& space) {
+  constexpr int kClosed = 1, kPlanar = 8;
+  const std::size_t controls = 3 * segments.size() + 1;
+  out.object("SPLINE", space,
+             {{100, "AcDbEntity"},
+              {8, plain_ascii(layer)},
+              {100, "AcDbSpline"},
+              {210, "0"},
+              {220, "0"},
+              {230, "1"},
+              {70, std::to_string(kPlanar | (stroke.closed ? kClosed : 0))},
+              {71, "3"},
+              {72, std::to_string(controls + 4)},
+              {73, std::to_string(controls)},
+              {74, "0"},
+              {42, "0.0000001"},
+              {43, "0.0000001"}});
+  for (std::size_t i = 0; i <= segments.size(); ++i)
+    for (int times = i == 0 || i == segments.size() ? 4 : 3; times > 0; --times) out.put({{40, std::to_string(i)}});
+  const auto put = [&](const Point<BedFrame>& p) { out.put({{10, mm(p.x)}, {20, mm(p.y)}, {30, "0"}}); };
+  put(stroke.path.front());
+  for (const PathSegment& segment : segments) put(segment.first), put(segment.second), put(segment.to);
+  out.put({{1001, "VENEERD"}, {1000, plain_ascii(stroke.piece)}});
+}
+
 void put_stroke(DxfText& out, const DrawnPath& stroke, const std::string& layer, const std::string& space) {
+  if (const auto segments = stroke.segments(); has_curves(segments))
+    return put_spline(out, stroke, segments, layer, space);
   out.object("LWPOLYLINE", space,
              {{100, "AcDbEntity"},
               {8, plain_ascii(layer)},

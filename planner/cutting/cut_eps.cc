@@ -34,11 +34,13 @@ void put_layer(std::string& out, const CutLayer& layer) {
                  layer.colour == CutColour::kBlue ? "0 0 1" : "1 0 0");
   for (const DrawnPath& stroke : layer.strokes) {
     fmt::format_to(put, "% piece {}\nnewpath\n", plain_ascii(stroke.piece));
-    const char* line = "moveto";
-    for (const Point<BedFrame>& p : stroke.path) {
-      fmt::format_to(put, "{:.4f} {:.4f} {}\n", points(p.x), points(p.y), line);
-      line = "lineto";
-    }
+    const auto at = [&](const Point<BedFrame>& p) { return fmt::format("{:.4f} {:.4f} ", points(p.x), points(p.y)); };
+    out += at(stroke.path.front()) + "moveto\n";
+    for (const PathSegment& segment : stroke.segments())
+      if (segment.curved)
+        out += at(segment.first) + at(segment.second) + at(segment.to) + "curveto\n";
+      else if (!(stroke.closed && segment.to == stroke.path.front()))  // closepath goes back there
+        out += at(segment.to) + "lineto\n";
     fmt::format_to(put, "{}stroke\n", stroke.closed ? "closepath " : "");
   }
 }

@@ -10,9 +10,15 @@ namespace veneer::planner {
 namespace {
 
 std::string path_data(const DrawnPath& stroke, Millimetres panel_height) {
-  std::string data;
-  for (const Point<BedFrame>& p : stroke.path)
-    data += fmt::format("{}{:.3f},{:.3f} ", data.empty() ? "M" : "L", p.x.count(), (panel_height - p.y).count());
+  const auto at = [&](const Point<BedFrame>& p) {
+    return fmt::format("{:.3f},{:.3f} ", p.x.count(), (panel_height - p.y).count());
+  };
+  std::string data = "M" + at(stroke.path.front());
+  for (const PathSegment& segment : stroke.segments())
+    if (segment.curved)
+      data += "C" + at(segment.first) + at(segment.second) + at(segment.to);
+    else if (!(stroke.closed && segment.to == stroke.path.front()))  // Z goes back there
+      data += "L" + at(segment.to);
   if (stroke.closed)
     data += "Z";
   else

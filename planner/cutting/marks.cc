@@ -14,13 +14,14 @@ namespace {
 
 // In glyph units, a sixth of the height: room between characters so that burnt lines never touch, under them, and
 // between two lines of them.
-constexpr double kGap = 1.5, kBarDepth = 1.9, kLineGap = 2.2;
+constexpr double kGap = 1.5, kBarDepth = kMarkBarDepth * kGlyphHeight, kLineGap = (kMarkLineStep - 1) * kGlyphHeight;
 // As long as a capital is high, so that a bar under lines of one character is no stroke of another.
 constexpr double kLeastBar = kGlyphHeight;
 
 struct Text {
   std::vector<std::vector<GlyphPoint>>
       strokes;  // left end of the bar at x = 0, last baseline at y = 0; the bar is last
+  std::vector<std::string> lines;
   double width = 0, top = 0;
 
   double height() const { return top + kBarDepth; }
@@ -32,6 +33,7 @@ std::optional<Text> compose(std::initializer_list<std::string_view> lines) {
   double baseline = (kGlyphHeight + kLineGap) * static_cast<double>(lines.size() - 1);
   text.top = baseline + kGlyphHeight;
   for (const std::string_view line : lines) {
+    text.lines.emplace_back(line);
     double right = 0;
     for (const char c : line) {
       const Glyph* glyph = find_glyph(c);
@@ -203,6 +205,7 @@ Mark place(const Text& text, const Fit& fit, double up) {
   Mark mark;
   mark.height = Millimetres(fit.height);
   mark.up = Radians(up);
+  mark.lines = text.lines;
   const double unit = fit.height / kGlyphHeight;
   const double c = std::cos(up - kPi / 2), s = std::sin(up - kPi / 2);
   for (const auto& stroke : text.strokes) {

@@ -21,6 +21,9 @@ namespace veneer::planner {
 // two bars, 6 and 9 are bowls with open arms.
 bool has_glyph(char c);
 
+// How far baselines stand above each other and the last one above the bar, in heights of a capital.
+inline constexpr double kMarkLineStep = 8.2 / 6, kMarkBarDepth = 1.9 / 6;
+
 struct MarkOptions {
   Millimetres height{2.4};       // of a capital, at most
   Millimetres good_height{2.0};  // what is read without effort; nothing smaller as long as there is another way
@@ -30,7 +33,8 @@ struct MarkOptions {
 };
 
 struct Mark {
-  std::vector<Polyline<BedFrame>> strokes;  // the bar is the last one
+  std::vector<Polyline<BedFrame>> strokes;  // the bar is the last one, drawn from left to right
+  std::vector<std::string> lines;           // the text as it stands on them, from top to bottom
   Millimetres height;                       // of a capital, as fitted
   Radians up;                               // direction of the text's up, counter-clockwise from +x
 };

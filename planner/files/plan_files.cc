@@ -9,6 +9,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "planner/assembly/puzzle_difficulty.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -392,6 +394,7 @@ std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::
                  {"cost_per_pixel", cost_per_pixel(plan)},
                  {"preview_cost_per_pixel", preview_cost_per_pixel ? json(*preview_cost_per_pixel) : json()},
                  {"unfilled", unfilled(plan)},
+                 {"puzzle_difficulty_bits", puzzle_difficulty(plan)},
                  {"seconds",
                   {{"load", seconds.load},
                    {"features", plan.seconds.features},

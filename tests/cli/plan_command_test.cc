@@ -386,17 +386,37 @@ TEST_F(PlanCommand, PlansAgainAroundTheMakersHand) {
 }
 
 TEST_F(PlanCommand, WritesEveryFormatThatIsAskedFor) {
-  ASSERT_EQ(plan(usual() + " --format svg,dxf,eps,json").status, 0);
+  ASSERT_EQ(plan(usual() + " --format svg,dxf,eps,pdf,json").status, 0);
   EXPECT_THAT(text("out/cut-P.svg"), HasSubstr("<svg"));
   EXPECT_THAT(text("out/cut-P.dxf"), HasSubstr("LWPOLYLINE"));
   EXPECT_THAT(text("out/cut-P.eps"), HasSubstr("lineto\nstroke\n"));
+  EXPECT_THAT(text("out/cut-P.pdf"), StartsWith("%PDF-"));
   fs::remove_all(path("out"));
   ASSERT_EQ(plan(usual() + " --format dxf").status, 0);
   EXPECT_TRUE(fs::exists(path("out/cut-P.dxf")) && fs::exists(path("out/plan.json")));
   EXPECT_FALSE(fs::exists(path("out/cut-P.svg")) || fs::exists(path("out/cut-P.eps")));
-  for (const std::string name : {"pdf", "tiff", "DXF", ""})
+  for (const std::string name : {"png", "tiff", "DXF", ""})
     expect_unusable(usual() + " --format svg," + name,
-                    "\"" + name + "\" is no format of --format: there are svg, dxf, eps, json");
+                    "\"" + name + "\" is no format of --format: there are svg, dxf, eps, pdf, json");
+}
+
+TEST_F(PlanCommand, DrawsTheMapOfAPlan) {
+  ASSERT_EQ(plan(usual()).status, 0);
+  for (const std::string format : {"pdf", "svg"}) {
+    const Outcome drawn = run("map " + path("out/plan.json") + " --out " + path("map." + format));
+    EXPECT_EQ(drawn.status, 0) << drawn.errors;
+  }
+  EXPECT_THAT(text("map.pdf"), StartsWith("%PDF-"));
+  EXPECT_THAT(text("map.svg"), HasSubstr("<svg"));
+  const auto refused = [&](const std::string& arguments) {
+    const Outcome outcome = run("map " + arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    return outcome.errors;
+  };
+  EXPECT_THAT(refused(path("out/plan.json") + " --out map.doc"), HasSubstr("ends in none of .pdf, .svg and .png"));
+  EXPECT_THAT(refused(path("out") + " --out map.pdf"), HasSubstr("name the plan.json in it"));
+  EXPECT_THAT(refused(path("out/plan.json") + " --artwork Q --out map.pdf"), HasSubstr("there are A"));
+  EXPECT_THAT(refused(path("nothing.json") + " --out map.pdf"), HasSubstr("nothing.json"));
 }
 
 TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {

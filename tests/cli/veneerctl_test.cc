@@ -1,6 +1,8 @@
 // The program itself: what it prints where, and its exit status.
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -115,6 +117,71 @@ TEST(Veneerctl, WithoutADaemonItSaysSoInOneSentence) {
   EXPECT_EQ(outcome.status, 1);
   EXPECT_EQ(outcome.err,
             "veneerctl: veneerd does not answer at /nowhere/veneerd.sock: start it, or give its --socket\n");
+}
+
+// A daemon that hangs: its socket takes connections, and nobody reads what comes.
+TEST(Veneerctl, StopThatNobodyConfirmsSaysSoAtOnce) {
+  const testing::TempDirectory folder;
+  const std::string path = folder / "frozen.sock";
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  const int listening = socket(AF_UNIX, SOCK_STREAM, 0);
+  ASSERT_EQ(bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(listening, 8), 0);
+  const Outcome frozen = veneerctl({"--socket", path, "stop"});
+  close(listening);
+  EXPECT_EQ(frozen.status, 1);
+  EXPECT_EQ(frozen.err, "veneerctl: STOP is NOT confirmed, use the EMERGENCY STOP: veneerd at " + path +
+                            " has not answered in 0.8 s\n");
+  const Outcome gone = veneerctl({"--socket", "/nowhere/veneerd.sock", "stop"});
+  EXPECT_EQ(gone.status, 1);
+  EXPECT_THAT(gone.err, HasSubstr("STOP is NOT confirmed, use the EMERGENCY STOP"));
+}
+
+TEST(Veneerctl, AnUnknownCommandIsNamedWithTheNearestOne) {
+  const auto said = [](std::vector<std::string> arguments) {
+    const Outcome outcome = veneerctl(std::move(arguments));
+    EXPECT_EQ(outcome.status, 2);
+    return outcome.err;
+  };
+  EXPECT_EQ(said({"job", "strat", "1"}),
+            "veneerctl: there is no command `veneerctl job strat`; perhaps `veneerctl job start` is meant: "
+            "`veneerctl job --help` lists those there are\n");
+  EXPECT_THAT(said({"sttaus"}), HasSubstr("perhaps `veneerctl status` is meant"));
+  EXPECT_THAT(said({"cal"}), HasSubstr("perhaps `veneerctl calibrate` is meant"));
+  EXPECT_EQ(said({"--json", "xyzzy"}),
+            "veneerctl: there is no command `veneerctl xyzzy`: `veneerctl --help` lists those there are\n");
+  EXPECT_THAT(said({"job", "start"}), ::testing::Not(HasSubstr("there is no command")));
+}
+
+TEST(Veneerctl, NumbersAreRefusedInWords) {
+  const std::string huge(309, '9');
+  const auto said = [](std::vector<std::string> arguments) {
+    const Outcome outcome = veneerctl(std::move(arguments));
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_LT(outcome.err.size(), 250U) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(said({"panel", "list", "--patch", "-3"}), HasSubstr("\"-3\" is not a number greater than 0"));
+  EXPECT_THAT(said({"panel", "list", "--min-free", "-3"}), HasSubstr("\"-3\" is not a number from 0 up"));
+  EXPECT_THAT(said({"panel", "list", "--patch", "inf"}), HasSubstr("\"inf\" is not a number greater than 0"));
+  EXPECT_THAT(said({"job", "start", huge}), HasSubstr("999999999999... (309 digits)"));
+  EXPECT_THAT(said({"plan", "--target", "a", "--panel", "b", "--out", "c", "--patch-mm", huge}),
+              HasSubstr("(309 digits)"));
+}
+
+TEST(Veneerctl, WhatIsNoPictureIsNamedAsItWasGiven) {
+  const testing::TempDirectory folder;
+  const std::string file = folder / "text.jpg";
+  std::ofstream(file) << "no picture";
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("newJob", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::error({ErrorCode::kInvalidArgument, "text is not a picture that can be read: save it as PNG"}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"job", "new", file}).err,
+            "veneerctl: " + file + " is not a picture that can be read: save it as PNG\n");
 }
 
 TEST(Veneerctl, StatusIsForPeopleAndWithJsonForScripts) {

@@ -113,6 +113,18 @@ TEST(TwinProcess, GivesTheCellScansAndRecordsTheirTruth) {
   EXPECT_TRUE(std::filesystem::exists(twin.path("state/truth/capture-1.json")));
 }
 
+TEST(TwinProcess, HasTheUsualSheetsLyingAbout) {
+  const RunningTwin twin;
+  for (const char* sheet : {"grid", "board", "panel"})
+    twin.must({{"cmd", "place"}, {"sheet", sheet}, {"on", "bed"}, {"face", "show"}});
+  twin.must({{"cmd", "place"}, {"sheet", "panel"}, {"on", "bed"}, {"face", "back"}, {"turn_deg", 2.0}});
+  const auto status = twin.ask({{"cmd", "status"}});
+  ASSERT_TRUE(status.ok());
+  EXPECT_EQ((*status)["sheets"].size(), 3U) << "each is made once";
+  EXPECT_THAT(twin.ask({{"cmd", "place"}, {"sheet", "oak"}, {"on", "bed"}, {"face", "show"}}).error().message,
+              HasSubstr("there is no sheet oak"));
+}
+
 TEST(TwinProcess, GivesTheCellPicturesOfTheBed) {
   const RunningTwin twin;
   SimCamera camera(twin.socket());

@@ -76,7 +76,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^archive", "^(base/archive\\.cc$|tests/base/)")
       door("^boost/beast", "^(daemon/api/|cli/|tests/)")
       door("^boost/", "^(drivers/|guardian/|daemon/|cli/|tests/)")
-      door("^cairo", "^daemon/services/(fiducial_print|panel_label|printed_page)\\.cc$")
+      door("^cairo", "^(daemon/services/(fiducial_print|panel_label)\\.cc|planner/(assembly|cutting|pages)/)")
       door("^dl_[a-z]+\\.h", "^tests/")
       door("^fmt/", "^(base|drivers|calib|planner|db|guardian|daemon|cli|tests)/")
       door("^jpeglib", "^(planner/pictures/jpeg_codec\\.cc|tests/planner/)")

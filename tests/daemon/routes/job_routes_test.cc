@@ -5,6 +5,7 @@
 
 #include "cli/render.h"
 #include "daemon/api/idempotency.h"
+#include "planner/files/plan_files.h"
 #include "tests/support/routed_cell.h"
 #include "tests/support/task_json.h"
 
@@ -94,6 +95,34 @@ TEST_F(JobRoutes, AJobOfAPlanIsReadOnlyWhenItIsSmall) {
   EXPECT_EQ(body_of(refused)["error"]["sentence"], "the JSON of this request is larger than 64 KiB");
   EXPECT_TRUE(cell->tasks.list().empty());
   EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", R"({"plan":1})").status, 202);
+}
+
+TEST_F(JobRoutes, TheMapOfAJobIsDrawnFromItsPlan) {
+  planner::Plan plan;
+  plan.artworks = {{"face.png", "A", Millimetres(14), Millimetres(14)}};
+  plan.dpi = 75, plan.kerf = 0.15_mm;
+  planner::Piece piece;
+  piece.mark = "A1-1";
+  piece.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(14, 0), point<ArtworkFrame>(14, 14),
+                           point<ArtworkFrame>(0, 14)};
+  plan.pieces = {piece};
+  const auto made = cell->database->call([&](Repositories& r) {
+    db::NewPlan job;
+    job.name = "face", job.options_json = "{}", job.plan_json = planner::plan_to_json(plan);
+    return r.jobs.create(job, "2026-05-01T07:30:00.000Z");
+  });
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  for (const char* of : {"jobs", "plans"}) {
+    const std::string map = fmt::format("/api/v1/{}/1/map", of);
+    const ApiReply pdf = ask("GET", map);
+    EXPECT_EQ(pdf.status, 200) << pdf.body;
+    EXPECT_EQ(pdf.body.substr(0, 5), "%PDF-");
+    const ApiReply svg = ask("GET", map + "?format=svg&view=show&scale=1:1&paper=a3");
+    EXPECT_EQ(svg.status, 200) << svg.body;
+    EXPECT_NE(svg.body.find("<svg"), std::string::npos);
+    EXPECT_EQ(ask("GET", map + "?view=side").status, 400);
+    EXPECT_EQ(ask("GET", fmt::format("/api/v1/{}/9/map", of)).status, 404);
+  }
 }
 
 TEST_F(JobRoutes, ListsComeInPages) {

@@ -41,7 +41,7 @@ void expect_tags(const cv::Mat& picture, const calib::FiducialSheet& sheet, doub
 
 TEST(FiducialPrint, ItsTagsAreFoundWhereTheyArePrinted) {
   const auto pages = calib::panel_sheets(*calib::plan_fiducials(Millimetres(420), Millimetres(280), 120));
-  const auto png = print_sheets(pages, PageFormat::kPng);
+  const auto png = print_sheets(pages, planner::PageFormat::kPng);
   ASSERT_TRUE(png.ok());
   const cv::Mat picture = *planner::decode_picture(*png, "sheet");
   EXPECT_EQ(picture.size(), cv::Size(2480, 3508));
@@ -50,7 +50,7 @@ TEST(FiducialPrint, ItsTagsAreFoundWhereTheyArePrinted) {
 
 TEST(FiducialPrint, TheGridIsReadAsTheScannersCalibrationReadsIt) {
   const auto sheet = calib::grid_sheet();
-  const cv::Mat picture = *planner::decode_picture(*print_sheets({sheet}, PageFormat::kPng), "grid");
+  const cv::Mat picture = *planner::decode_picture(*print_sheets({sheet}, planner::PageFormat::kPng), "grid");
   expect_tags(picture, sheet, 0.03);
   EXPECT_EQ(calib::grid_scan(picture, ScanResolution(300)).tags.size(), sheet.tags.size());
 }
@@ -63,7 +63,7 @@ TEST(FiducialPrint, APdfIsDrawnTrueByAnotherProgram) {
   const auto second = calib::panel_sheets(*calib::plan_fiducials(Millimetres(300), Millimetres(200), 300));
   pages.insert(pages.end(), second.begin(), second.end());
   ASSERT_EQ(pages.size(), 2U);
-  const auto pdf = print_sheets(pages, PageFormat::kPdf);
+  const auto pdf = print_sheets(pages, planner::PageFormat::kPdf);
   ASSERT_TRUE(pdf.ok());
   EXPECT_THAT(*pdf, StartsWith("%PDF-"));
   std::ofstream(dir / "tags.pdf", std::ios::binary) << *pdf;
@@ -77,12 +77,12 @@ TEST(FiducialPrint, APdfIsDrawnTrueByAnotherProgram) {
 }
 
 TEST(FiducialPrint, AnSvgIsOfThePapersSize) {
-  const auto svg = print_sheets({calib::grid_sheet()}, PageFormat::kSvg);
+  const auto svg = print_sheets({calib::grid_sheet()}, planner::PageFormat::kSvg);
   ASSERT_TRUE(svg.ok());
   EXPECT_THAT(*svg, HasSubstr("width=\"1190.55"));
   auto wrong = calib::grid_sheet();
   wrong.tags[0].id = 900;
-  EXPECT_FALSE(print_sheets({wrong}, PageFormat::kSvg).ok());
+  EXPECT_FALSE(print_sheets({wrong}, planner::PageFormat::kSvg).ok());
 }
 
 }  // namespace

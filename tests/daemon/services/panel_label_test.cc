@@ -39,7 +39,7 @@ std::string code_on(const cv::Mat& picture) {
 }
 
 TEST(PanelLabel, ItsCodeIsReadBackAsThePanelsName) {
-  const auto png = draw_label(label(), PageFormat::kPng);
+  const auto png = draw_label(label(), planner::PageFormat::kPng);
   ASSERT_TRUE(png.ok());
   const auto picture = planner::decode_picture(*png, "label");
   ASSERT_TRUE(picture.ok());
@@ -53,7 +53,7 @@ TEST(PanelLabel, ItsCodeIsReadBackAsThePanelsName) {
 
 TEST(PanelLabel, ShowsThePictureAndWritesTheLines) {
   const auto shown = [](const PanelLabel& of) {
-    return *planner::decode_picture(*draw_label(of, PageFormat::kPng), "");
+    return *planner::decode_picture(*draw_label(of, planner::PageFormat::kPng), "");
   };
   const cv::Mat whole = shown(label());
   cv::Mat wood;
@@ -73,7 +73,7 @@ TEST(PanelLabel, ShowsThePictureAndWritesTheLines) {
 }
 
 TEST(PanelLabel, IsAPdfOrAnSvgOfItsSize) {
-  const auto pdf = draw_label(label(), PageFormat::kPdf), svg = draw_label(label(), PageFormat::kSvg);
+  const auto pdf = draw_label(label(), planner::PageFormat::kPdf), svg = draw_label(label(), planner::PageFormat::kSvg);
   ASSERT_TRUE(pdf.ok() && svg.ok());
   EXPECT_THAT(*pdf, StartsWith("%PDF-"));
   EXPECT_THAT(*pdf, HasSubstr("[ 0 0 283.464"));
@@ -84,7 +84,7 @@ TEST(PanelLabel, IsAPdfOrAnSvgOfItsSize) {
 TEST(PanelLabel, TextThatIsNoUtf8IsAnErrorAndNotHalfALabel) {
   PanelLabel broken = label();
   broken.lines[0] = "\xff\xfe";
-  EXPECT_FALSE(draw_label(broken, PageFormat::kPdf).ok());
+  EXPECT_FALSE(draw_label(broken, planner::PageFormat::kPdf).ok());
 }
 
 }  // namespace

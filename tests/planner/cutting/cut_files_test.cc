@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <pugixml.hpp>
 #include <set>
 #include <sstream>
@@ -160,6 +162,18 @@ class CutFiles : public ::testing::Test {
     return sheet;
   }
 
+  // What Ghostscript draws of a file of 40 x 30 mm, grey.
+  cv::Mat drawn(const std::string& text, const std::string& name) const {
+    const auto file = [&](const std::string& its) { return (folder_.path() / its).string(); };
+    std::ofstream(file(name), std::ios::binary) << text;
+    const std::string command =
+        "gs -q -dBATCH -dNOPAUSE -dSAFER -sDEVICE=pnggray -r300 -dDEVICEWIDTHPOINTS=114 -dDEVICEHEIGHTPOINTS=86 "
+        "-dFIXEDMEDIA -sOutputFile=" +
+        file(name + ".png") + " " + file(name);
+    EXPECT_EQ(std::system(command.c_str()), 0);  // NOLINT(concurrency-mt-unsafe): a test has one thread here
+    return cv::imread(file(name + ".png"), cv::IMREAD_GRAYSCALE);
+  }
+
  private:
   veneer::testing::TempDirectory folder_;
 };
@@ -276,6 +290,99 @@ TEST_F(CutFiles, OpenStrokesStayOpenAndNothingIsLostBeyondThePanel) {
   EXPECT_LT(distance(svg.strokes[1].path[2], point<BedFrame>(700.25, 0)).count(), 0.001);
   expect_alike(read_dxf(cut_dxf(drawing)).sheet, svg);
   expect_alike(read_eps(cut_eps(drawing)), svg);
+}
+
+// A lens: half a circle of 10 mm, and the chord that closes it. As the planner flattens it, 0.01 mm from the curve.
+CutDrawing drawing_of_half_a_circle() {
+  CutDrawing drawing{"t", 40_mm, 30_mm, {{"engrave", CutColour::kBlue, {}}, {"cut", CutColour::kRed, {}}}, {}};
+  DrawnPath stroke{"A1-1", {}, true, true};
+  constexpr int kChords = 40;
+  for (int i = 0; i <= kChords; ++i)
+    stroke.path.push_back(point<BedFrame>(20 + 10 * std::cos(kPi * i / kChords), 5 + 10 * std::sin(kPi * i / kChords)));
+  drawing.layers[1].strokes.push_back(stroke);
+  return drawing;
+}
+
+// Points of Bezier curves, from their controls.
+Polyline<BedFrame> sampled(const Polyline<BedFrame>& controls) {
+  Polyline<BedFrame> out;
+  for (std::size_t i = 0; i + 3 < controls.size(); i += 3)
+    for (int k = 0; k <= 20; ++k) {
+      const double t = k / 20.0, s = 1 - t;
+      const auto blend = [&](auto of) {
+        return s * s * s * of(controls[i]) + 3 * s * s * t * of(controls[i + 1]) + 3 * s * t * t * of(controls[i + 2]) +
+               t * t * t * of(controls[i + 3]);
+      };
+      out.push_back(point<BedFrame>(blend([](const auto& p) { return p.x.count(); }),
+                                    blend([](const auto& p) { return p.y.count(); })));
+    }
+  return out;
+}
+
+// Each lies on the half circle, or on its chord.
+void expect_on_the_lens(const Polyline<BedFrame>& points) {
+  ASSERT_FALSE(points.empty());
+  for (const auto& p : points) {
+    const double to_arc = std::abs(distance(p, point<BedFrame>(20, 5)).count() - 10);
+    EXPECT_LT(std::min(to_arc, std::abs(p.y.count() - 5)), 0.025) << p.x.count() << ", " << p.y.count();
+  }
+}
+
+TEST_F(CutFiles, CurvesAreCurvesInEachFormat) {
+  const CutDrawing drawing = drawing_of_half_a_circle();
+  const auto segments = drawing.layers[1].strokes[0].segments();
+  ASSERT_LE(segments.size(), 6U) << "a few curves for forty chords";
+  EXPECT_FALSE(segments.back().curved) << "the chord";
+  // SVG: M, some C with three points each, Z.
+  const std::string svg = cut_svg(drawing);
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(svg.c_str()));
+  std::string data = document.select_node("//path").node().attribute("d").value();
+  const auto curves = std::count(data.begin(), data.end(), 'C');
+  EXPECT_EQ(static_cast<std::size_t>(curves) + 1, segments.size());
+  for (char& c : data)
+    if (c == 'M' || c == 'C' || c == 'Z' || c == ',') c = ' ';
+  Polyline<BedFrame> controls;
+  std::istringstream numbers(data);
+  for (double x = 0, y = 0; numbers >> x >> y;) controls.push_back(point<BedFrame>(x, 30 - y));
+  ASSERT_EQ(controls.size() % 3, 1U);
+  expect_on_the_lens(sampled(controls));
+  // DXF: a spline of Bezier curves, the chord among them.
+  struct SplineReader : DL_CreationAdapter {
+    void addSpline(const DL_SplineData& spline) override { degree = spline.degree, flags = spline.flags; }
+    void addControlPoint(const DL_ControlPointData& p) override { controls.push_back(point<BedFrame>(p.x, p.y)); }
+    void addKnot(const DL_KnotData& knot) override { knots.push_back(knot.k); }
+    unsigned degree = 0;
+    int flags = 0;
+    Polyline<BedFrame> controls;
+    std::vector<double> knots;
+  } dxf;
+  std::stringstream stream(cut_dxf(drawing));
+  ASSERT_TRUE(DL_Dxf().in(stream, &dxf));
+  EXPECT_EQ(dxf.degree, 3U);
+  EXPECT_EQ(dxf.flags & 1, 1) << "closed";
+  EXPECT_EQ(dxf.controls.size(), 3 * segments.size() + 1);
+  EXPECT_EQ(dxf.knots.size(), dxf.controls.size() + 4);
+  EXPECT_TRUE(std::is_sorted(dxf.knots.begin(), dxf.knots.end()));
+  expect_on_the_lens(sampled(dxf.controls));
+  // EPS and PDF: Ghostscript tells the curves of the one, and draws both alike.
+  const std::string eps = cut_eps(drawing), pdf = cut_pdf(drawing);
+  EXPECT_THAT(eps, HasSubstr("curveto"));
+  const auto ink = [&](const std::string& file, const std::string& name) {
+    const cv::Mat picture = drawn(file, name);
+    cv::Mat dark;
+    cv::threshold(picture, dark, 250, 255, cv::THRESH_BINARY_INV);
+    return dark;
+  };
+  const cv::Mat of_eps = ink(eps, "cut.eps"), of_pdf = ink(pdf, "cut.pdf");
+  ASSERT_EQ(of_eps.size(), of_pdf.size());
+  // Each dot of the one lies within a dot of the other.
+  for (const auto& [one, other] : {std::pair(of_eps, of_pdf), {of_pdf, of_eps}}) {
+    cv::Mat wide;
+    cv::dilate(other, wide, cv::Mat::ones(5, 5, CV_8U));
+    EXPECT_GT(cv::countNonZero(one), 500);
+    EXPECT_EQ(cv::countNonZero(one & ~wide), 0);
+  }
 }
 
 TEST_F(CutFiles, NoNameCanBreakAFile) {

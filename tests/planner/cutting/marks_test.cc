@@ -1,5 +1,6 @@
 #include "planner/cutting/marks.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <rapidcheck/gtest.h>
 
@@ -111,6 +112,23 @@ TEST(Marks, StandOnTwoLinesOverOneBarWhereOneLineFindsNoRoom) {
   const auto counted = lay_out_mark("A312", rectangle(0, 0, 6.5, 8), kUp);
   ASSERT_TRUE(counted.ok()) << counted.error().message;
   EXPECT_GT(box_of(*counted).height().count(), 2.5 * counted->height.count());
+}
+
+// Every mark of a picture of 40 x 40 squares, and of a mosaic of 999 cells.
+TEST(Marks, OfWholePicturesAreReadWithoutEffortDownToSevenMillimetresAndFitDownToFive) {
+  std::vector<std::string> marks;
+  for (int row = 1; row <= 40; row += 3)
+    for (int column = 1; column <= 40; column += 3) marks.push_back(fmt::format("A{}-{}", row, column));
+  for (int number = 1; number <= 999; number += 37) marks.push_back(fmt::format("B{}", number));
+  for (const auto& [side, least] : {std::pair(8.0, 2.0), {7.0, 2.0}, {5.0, 1.4}})
+    for (const std::string& text : marks) {
+      const auto mark = lay_out_mark(text, rectangle(0, 0, side, side), kUp);
+      ASSERT_TRUE(mark.ok()) << text << " on " << side << " mm: " << mark.error().message;
+      EXPECT_GE(mark->height.count(), least) << text << " on " << side << " mm";
+      std::string lines;
+      for (const std::string& line : mark->lines) lines += line;
+      EXPECT_EQ(lines, text);
+    }
 }
 
 // A small piece of a mosaic: no box finds room below its bow, but beside the top of an A there is.

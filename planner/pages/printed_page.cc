@@ -1,4 +1,4 @@
-#include "daemon/services/printed_page.h"
+#include "planner/pages/printed_page.h"
 
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace veneer::daemon {
+namespace veneer::planner {
 namespace {
 
 constexpr double kDotsPerMm = 300 / 25.4, kPointsPerMm = 72 / 25.4;
@@ -46,8 +46,8 @@ PageFormat page_format(const std::string& name) {
   return name == "svg" ? PageFormat::kSvg : name == "png" ? PageFormat::kPng : PageFormat::kPdf;
 }
 
-PrintedPage::PrintedPage(Millimetres width, Millimetres height, PageFormat format)
-    : format_(format), canvas_(std::make_unique<Canvas>()) {
+PrintedPage::PrintedPage(Millimetres width, Millimetres height, PageFormat format, Ground ground)
+    : format_(format), ground_(ground), canvas_(std::make_unique<Canvas>()) {
   auto& [bytes, surface, context] = *canvas_;
   const double unit = format == PageFormat::kPng ? kDotsPerMm : kPointsPerMm;
   const double across = width.count() * unit, down = height.count() * unit;
@@ -73,6 +73,7 @@ PrintedPage::~PrintedPage() = default;
 _cairo* PrintedPage::context() const { return canvas_->context.get(); }
 
 void PrintedPage::clear() const {
+  if (ground_ == Ground::kBare) return;
   cairo_set_source_rgb(context(), 1, 1, 1);
   cairo_paint(context());
   cairo_set_source_rgb(context(), 0, 0, 0);
@@ -97,4 +98,4 @@ Result<std::string> PrintedPage::finish() {
   return std::move(canvas_->bytes);
 }
 
-}  // namespace veneer::daemon
+}  // namespace veneer::planner

@@ -10,7 +10,7 @@
 
 struct _cairo;  // NOLINT(bugprone-reserved-identifier): cairo_t, for those who do not draw
 
-namespace veneer::daemon {
+namespace veneer::planner {
 
 enum class PageFormat { kPdf, kSvg, kPng };  // PNG: 300 dots per inch
 
@@ -21,8 +21,10 @@ PageFormat page_format(const std::string& name);
 
 class PrintedPage {
  public:
-  // White. Letters have the widths their outlines have, not whole pixels.
-  PrintedPage(Millimetres width, Millimetres height, PageFormat format);
+  // kBare: nothing lies under what is drawn, for files that machines follow.
+  enum class Ground { kWhite, kBare };
+  // Letters have the widths their outlines have, not whole pixels.
+  PrintedPage(Millimetres width, Millimetres height, PageFormat format, Ground ground = Ground::kWhite);
   ~PrintedPage();
   PrintedPage(const PrintedPage&) = delete;
   PrintedPage& operator=(const PrintedPage&) = delete;
@@ -38,7 +40,8 @@ class PrintedPage {
   void clear() const;
 
   PageFormat format_;
+  Ground ground_;
   std::unique_ptr<Canvas> canvas_;
 };
 
-}  // namespace veneer::daemon
+}  // namespace veneer::planner

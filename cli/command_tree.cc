@@ -1,0 +1,28 @@
+#include "cli/command_tree.h"
+
+namespace veneer::cli {
+
+void add_common_options(CLI::App& app, CommandContext& context, const char* version) {
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.set_version_flag("--version", version);
+  app.add_option("--socket", context.socket, "Where veneerd listens: a socket's path, or HOST:PORT")
+      ->envname("VENEERD_SOCKET")
+      ->capture_default_str();
+  app.add_flag("--json", context.json, "Print JSON");
+}
+
+void add_cell_tree(CLI::App& app, CommandContext& context) {
+  add_cell_commands(app, context);
+  add_panel_commands(app, context);
+  add_fiducial_commands(app, context);
+  add_job_commands(app, context);
+  add_piece_commands(app, context);
+  add_laser_commands(app, context);
+  add_scanner_commands(app, context);
+  add_recipe_commands(app, context);
+  add_fact_commands(app, context);
+  add_sim_commands(app, context);
+}
+
+}  // namespace veneer::cli

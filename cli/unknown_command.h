@@ -1,0 +1,13 @@
+// What to say about a command that there is not.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace veneer::cli {
+
+// After parsing has failed: a sentence that names the first word that is no command and the known one nearest to it;
+// "" when something else was wrong.
+std::string unknown_command(const CLI::App& app);
+
+}  // namespace veneer::cli
