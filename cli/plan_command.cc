@@ -20,6 +20,7 @@
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
 #include "cli/plan_edits.h"
+#include "cli/plan_suggestions.h"
 #include "cli/plan_support.h"
 #include "planner/cutting/cut_drawing.h"
 #include "planner/files/plan_files.h"
@@ -42,6 +43,7 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
+  bool suggest = false;
 };
 
 std::string known_formats() {
@@ -217,6 +219,31 @@ void run_plan(const PlanCommandArguments& arguments) {
   warn(plan.warnings);
 }
 
+// As a shell takes it.
+std::string quoted(const std::string& text) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+// What was named on the command line, but for what a suggestion decides.
+std::string given_options(const CLI::App& plan) {
+  static const std::set<std::string> kDecided{"--suggest", "--out", "--crop", "--layout", "--size-mm", "--patch-mm"};
+  std::string out;
+  for (const CLI::Option* option : plan.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || kDecided.count(name) == 1) continue;
+    const bool is_switch = option->get_items_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!out.empty()) out += ' ';
+      out += is_switch ? name : name + ' ' + quoted(value);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void add_plan_command(CLI::App& app) {
@@ -239,7 +266,15 @@ void add_plan_command(CLI::App& app) {
           "What to write, of " + known_formats() + "; svg, dxf and eps are cut files; plan.json is always written")
       ->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
-  plan->callback([arguments] { run_plan(*arguments); });
+  plan->add_flag("--suggest", arguments->suggest,
+                 "Plan nothing, but say at which crop, size, patches and layout the picture reads in this wood: a "
+                 "contact sheet of small plans, with the command for each");
+  plan->callback([arguments, plan] {
+    if (arguments->suggest)
+      run_suggest(arguments->plan, given_options(*plan), arguments->out);
+    else
+      run_plan(*arguments);
+  });
 }
 
 }  // namespace veneer::cli
