@@ -271,7 +271,7 @@ void add_plan_command(CLI::App& app) {
                  "contact sheet of small plans, with the command for each");
   plan->callback([arguments, plan] {
     if (arguments->suggest)
-      run_suggest(arguments->plan, given_options(*plan), arguments->out);
+      run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);
     else
       run_plan(*arguments);
   });

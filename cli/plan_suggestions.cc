@@ -21,21 +21,21 @@ using planner::Suggestion;
 
 bool is_whole(const Suggestion& it, const cv::Mat& picture) { return it.crop.size() == picture.size(); }
 
-// In pixels of the target's file: what is suggested may lie within a crop that was given.
+// As --crop takes it.
 std::string crop_text(const cv::Rect& crop) {
   return fmt::format("{},{},{},{}", crop.x, crop.y, crop.width, crop.height);
 }
 
 std::string command_of(const Suggestion& it, const std::optional<std::string>& crop, const std::string& given,
                        std::size_t number) {
-  return fmt::format("veneerctl plan {}{} --layout {} --size-mm {:.1f} --patch-mm {:.2f} --out plan-{}", given,
+  return fmt::format("veneerctl plan {}{} --layout {} --size-mm {:.6g} --patch-mm {:.6g} --out plan-{}", given,
                      crop ? " --crop " + *crop : "", planner::layout_text(it.layout),
                      std::min(it.width, it.height).count(), it.patch.count(), number);
 }
 
-nlohmann::json json_of(const Suggestion& it, const cv::Rect& crop, const std::string& command,
+nlohmann::json json_of(const Suggestion& it, const std::optional<std::string>& crop, const std::string& command,
                        const std::string& preview) {
-  return {{"crop_px", {crop.x, crop.y, crop.width, crop.height}},
+  return {{"crop", crop ? nlohmann::json(*crop) : nlohmann::json()},
           {"layout", planner::layout_text(it.layout)},
           {"width_mm", it.width.count()},
           {"height_mm", it.height.count()},
@@ -52,13 +52,18 @@ nlohmann::json json_of(const Suggestion& it, const cv::Rect& crop, const std::st
 
 }  // namespace
 
-void run_suggest(const PlanArguments& arguments, const std::string& given, const std::string& out) {
-  if (arguments.targets.size() != 1) end(kUnusableArguments, "--suggest looks at one picture: give one --target");
+void run_suggest(const PlanArguments& arguments, const EditArguments& edits, const std::string& given,
+                 const std::string& out) {
+  if (out.empty()) end(kUnusableArguments, "--out \"\" names no directory");
+  if (arguments.targets.size() != 1 || arguments.copies != 1)
+    end(kUnusableArguments, "--suggest looks at one picture: give one --target, and no --repeat");
+  if (!edits.keep.empty()) end(kUnusableArguments, "--suggest begins anew: leave --keep out");
   if (arguments.options.layout == planner::LayoutKind::kSegmentation)
     end(kUnusableArguments, "--suggest chooses the layout itself: leave --layout segmentation out");
-  const planner::PlanOptions options = or_end(plan_options(arguments));
+  planner::PlanOptions options = or_end(plan_options(arguments));
   const planner::Artwork artwork = or_end(load_artworks(arguments)).front();
-  const auto stock = or_end(load_panels(arguments));
+  auto stock = or_end(load_panels(arguments));
+  if (const Status status = apply_edits(edits, stock, options); !status.ok()) end(status.error());
   const fs::path directory = out;
   make_directory(directory);
   planner::AdviceLimits limits;
@@ -79,7 +84,7 @@ void run_suggest(const PlanArguments& arguments, const std::string& given, const
       crop = crop_text(it.crop);
     const std::string command = command_of(it, crop, given, i + 1), file = fmt::format("preview-{}.png", i + 1);
     or_fail(write_picture(it.preview, directory / file));
-    list.push_back(json_of(it, it.crop, command, file));
+    list.push_back(json_of(it, crop, command, file));
     std::cout << fmt::format(
         "{}{}: {:.0f} x {:.0f} mm{}, {} pieces of {:.1f} mm ({}), about {} to cut, likeness {:.2f}{}\n    {}\n", i + 1,
         (*advice)->best == i ? " (suggested)" : "", it.width.count(), it.height.count(),

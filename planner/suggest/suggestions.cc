@@ -24,14 +24,14 @@ struct Cut {
   int across;
   LayoutKind layout;
 };
-constexpr std::array kCuts{Cut{14, LayoutKind::kMosaic}, Cut{20, LayoutKind::kMosaic}, Cut{20, LayoutKind::kGrid},
-                           Cut{28, LayoutKind::kMosaic}};
+// A mosaic's cells take several times as long to match as squares.
+constexpr std::array kCuts{Cut{16, LayoutKind::kGrid}, Cut{26, LayoutKind::kGrid}, Cut{18, LayoutKind::kMosaic}};
 
-constexpr double kPatchPixels = 12;
-constexpr int kAdviceRotations = 8;
+constexpr double kPatchPixels = 10;
+constexpr int kAdviceRotations = 4;
 constexpr double kPreviewSide = 420;  // pixels of a preview's shorter side
 constexpr double kShrink = 0.85;      // of a picture for which the wood did not suffice
-constexpr int kShrinks = 6;
+constexpr int kShrinks = 5;
 constexpr double kUsable = 0.62;  // share of the free wood that pieces can be cut from, at most
 constexpr double kReads = 0.04;   // less likeness than the best's is nothing that a person minds
 constexpr double kEyesight = 64;  // pixels of the shorter side that are seen from afar

@@ -1,6 +1,6 @@
 // Advice before planning: at which crop, size, patches and layout a picture reads in the wood that there is.
 //
-// Each combination is planned small and fast: at a working resolution at which a patch is some dozen pixels wide, with
+// Each combination is planned small and fast: at a working resolution at which a patch is some ten pixels wide, with
 // few rotations. Pieces, wood and previews are those of these plans; a plan at the full resolution is finer, never
 // coarser. Where the wood does not suffice the picture becomes smaller until it does.
 #pragma once

@@ -108,6 +108,9 @@ TEST_F(PlanSuggest, SuggestsAndEachSuggestionIsACommand) {
 TEST_F(PlanSuggest, SuggestsForOnePicture) {
   expect_unusable(usual() + " --suggest --target " + path("target.png"), "give one --target");
   expect_unusable(usual() + " --suggest --layout segmentation", "leave --layout segmentation out");
+  expect_unusable(usual() + " --suggest --repeat 2", "no --repeat");
+  expect_unusable(usual() + " --suggest --keep plan.json", "leave --keep out");
+  expect_unusable(usual() + " --suggest --forbid Q,0,0,9,9", "Q");
 }
 
 }  // namespace
