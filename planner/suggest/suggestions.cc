@@ -88,7 +88,7 @@ class Adviser {
                                                 const std::vector<Suggestion>& before) {
     const double shape = static_cast<double>(std::max(crop.width, crop.height)) / std::min(crop.width, crop.height);
     const Millimetres most(std::sqrt(free_area(stock_).count() * kUsable / shape));
-    Millimetres side = std::min(limits_.size, most);
+    Millimetres side = std::min({limits_.size, most, enough_});
     std::optional<Suggestion> last;
     for (int shrinks = 0; shrinks < kShrinks; ++shrinks, side = side * kShrink) {
       const Millimetres patch = std::max(side / cut.across, limits_.smallest);
@@ -102,6 +102,8 @@ class Adviser {
       last = std::move(*tried);
       if (last->unfilled == 0) break;
     }
+    // All crops are of one shape, so others need not be tried any larger.
+    if (last && last->unfilled == 0) enough_ = std::min(last->width, last->height);
     return last;
   }
 
@@ -184,6 +186,7 @@ class Adviser {
   const Progress& progress_;
   const std::stop_token& stop_;
   SharedWork shared_;
+  Millimetres enough_{1e9};  // of the shorter side: the wood suffices
   double done_ = 0;
 };
 
