@@ -71,8 +71,8 @@ TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
   cv::RNG random(5);
   for (int r = 0; r < 200; ++r)
     for (int c = 0; c < 240; ++c) {
-      const bool red = c >= 150;
-      const double lightness = red ? 38 + 0.09 * r : 15 + 0.47 * c + random.gaussian(1);
+      const bool red = c >= 170;
+      const double lightness = red ? 38 + 0.14 * r : 15 + 0.47 * c + random.gaussian(1);
       lab.at<cv::Vec3f>(r, c) =
           red ? cv::Vec3f(static_cast<float>(lightness), 42, 34) : cv::Vec3f(static_cast<float>(lightness), 8, 24);
     }
@@ -87,7 +87,7 @@ TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
     EXPECT_TRUE(plan.ok());
     return std::count_if(plan->pieces.begin(), plan->pieces.end(), [](const Piece& piece) {
       const Ring<PanelFrame> outline = piece.panel_outline();
-      return bounds(outline).max.x.count() > 150 / 2.0 + 1;
+      return bounds(outline).max.x.count() > 170 / 2.0 + 1;
     });
   };
   EXPECT_GT(red_pieces(), 3);
