@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
 
-struct Outcome {
+struct CommandEnd {
   int status = -1;
   std::string errors;
 };
@@ -39,19 +39,19 @@ class PlanSuggest : public ::testing::Test {
     return out.str();
   }
   nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text(name)); }
-  Outcome run(const std::string& arguments) const {
+  CommandEnd run(const std::string& arguments) const {
     const std::string command =
         std::string(VENEERCTL) + " " + arguments + " 2>" + path("stderr") + " >" + path("stdout");
     const int status = std::system(command.c_str());  // NOLINT(concurrency-mt-unsafe): a test has one thread here
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("stderr")};
   }
-  Outcome plan(const std::string& arguments) const { return run("plan " + arguments); }
+  CommandEnd plan(const std::string& arguments) const { return run("plan " + arguments); }
   std::string usual(const std::string& target = "target.png") const {
     return "--target " + path(target) + " --panel " + path("panel.png") +
            ",dpi=50.8,id=P --size-mm 21 --patch-mm 7 --dpi 50.8 --rotations 5 --out " + path("out");
   }
   void expect_unusable(const std::string& arguments, const std::string& sentence) const {
-    const Outcome outcome = plan(arguments);
+    const CommandEnd outcome = plan(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments;
     EXPECT_THAT(outcome.errors, HasSubstr(sentence)) << arguments;
   }
@@ -76,7 +76,7 @@ TEST_F(PlanSuggest, PlansAPartOfThePicture) {
 }
 
 TEST_F(PlanSuggest, SuggestsAndEachSuggestionIsACommand) {
-  const Outcome outcome = plan(usual() + " --priority center --w-hist 1 --suggest");
+  const CommandEnd outcome = plan(usual() + " --priority center --w-hist 1 --suggest");
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_FALSE(fs::exists(path("out/plan.json")));
   const cv::Mat sheet = cv::imread(path("out/suggestions.png"));
@@ -98,7 +98,7 @@ TEST_F(PlanSuggest, SuggestsAndEachSuggestionIsACommand) {
   EXPECT_THAT(command, Not(HasSubstr("--suggest")));
   ASSERT_EQ(command.rfind("veneerctl ", 0), 0U);
   command = command.substr(10, command.find(" --out ") - 10) + " --out " + path("planned");
-  const Outcome planned = run(command);
+  const CommandEnd planned = run(command);
   ASSERT_EQ(planned.status, 0) << planned.errors;
   const auto report = json("planned/report.json");
   EXPECT_EQ(report["unfilled"], 0);
