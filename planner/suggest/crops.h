@@ -12,7 +12,7 @@ namespace veneer::planner {
 void crop_pictures(Artwork& artwork, const cv::Rect& crop);
 
 // In pixels of the picture, of its shape, the widest first. Closer ones lie where `saliency` (a CV_32FC1 map stretched
-// over the picture) has most within them, and within each other.
+// over the picture) has most within them, more so near the picture's middle, and within each other.
 std::vector<cv::Rect> crops_of(const cv::Size& picture, const cv::Mat& saliency);
 
 }  // namespace veneer::planner
