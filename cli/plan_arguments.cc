@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <future>
@@ -15,6 +17,7 @@
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
 #include "planner/plan_options.h"
+#include "planner/suggest/crops.h"
 
 namespace veneer::cli {
 namespace {
@@ -84,6 +87,31 @@ Result<PanelArgument> panel_argument(const std::string& text) {
   return panel;
 }
 
+// X,Y,WIDTH,HEIGHT, in pixels of the picture.
+Result<cv::Rect> crop_of(const std::string& text, const cv::Mat& picture, const std::string& name) {
+  std::array<int, 4> numbers{};
+  std::size_t from = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t comma = i + 1 < numbers.size() ? text.find(',', from) : text.size();
+    const char* end = comma == std::string::npos ? nullptr : text.data() + comma;
+    if (end == nullptr || std::from_chars(text.data() + from, end, numbers[i]).ptr != end || comma == from)
+      return unusable(fmt::format("--crop {} is not X,Y,WIDTH,HEIGHT in whole pixels", text));
+    from = comma + 1;
+  }
+  const cv::Rect crop(numbers[0], numbers[1], numbers[2], numbers[3]);
+  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 || crop.width > picture.cols - crop.x ||
+      crop.height > picture.rows - crop.y)
+    return unusable(fmt::format("--crop {} does not lie within \"{}\", which has {} x {} pixels", text, name,
+                                picture.cols, picture.rows));
+  return crop;
+}
+
+// The n-th picture of a list, or nothing.
+Result<cv::Mat> picture_beside(const std::vector<std::string>& files, std::size_t index) {
+  if (index >= files.size()) return cv::Mat();
+  return planner::load_picture(files[index]);
+}
+
 // Ids become parts of file names.
 Status check_ids(const std::vector<PanelArgument>& panels) {
   std::set<std::string> seen;
@@ -147,6 +175,10 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
   command
       .add_option("--panel", arguments.panels, "IMAGE[,mask=IMAGE][,dpi=300][,id=NAME][,material=NAME] (repeatable)")
       ->required();
+  command.add_option(
+      "--crop", arguments.crops,
+      "X,Y,WIDTH,HEIGHT: rebuild only this part of the target, in pixels from its upper left corner; the "
+      "n-th belongs to the n-th target");
   command.add_option("--material,--wood", arguments.woods, "Use only panels of this material (repeatable)");
   command.add_option("--material-weight,--wood-weight", arguments.wood_weights,
                      "MATERIAL=F: count the area of this material F times when tones are mapped (repeatable)");
@@ -220,6 +252,8 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     return unusable("there are more --importance pictures than --target pictures");
   if (arguments.segmentations.size() > arguments.targets.size())
     return unusable("there are more --segmentation pictures than --target pictures");
+  if (arguments.crops.size() > arguments.targets.size())
+    return unusable("there are more --crop than --target pictures");
   if (!arguments.segmentations.empty() && arguments.options.layout != planner::LayoutKind::kSegmentation)
     return unusable("--segmentation says where pieces end: add --layout segmentation");
   std::vector<Artwork> once;
@@ -227,19 +261,20 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     if (arguments.targets[i].empty()) return unusable("--target \"\" names no picture");
     const Result<cv::Mat> picture = planner::load_picture(arguments.targets[i]);
     if (!picture.ok()) return picture.error();
-    const auto size = planner::artwork_size(*picture, Millimetres(arguments.size_mm));
-    Artwork& artwork = once.emplace_back();
-    artwork.name = arguments.targets[i], artwork.picture = *picture;
-    artwork.width = size.width, artwork.height = size.height;
-    if (i < arguments.segmentations.size()) {
-      const Result<cv::Mat> segmentation = planner::load_picture(arguments.segmentations[i]);
-      if (!segmentation.ok()) return segmentation.error();
-      artwork.segmentation = *segmentation;
-    }
-    if (i >= arguments.importances.size()) continue;
-    const Result<cv::Mat> importance = planner::load_picture(arguments.importances[i]);
+    const Result<cv::Mat> importance = picture_beside(arguments.importances, i);
     if (!importance.ok()) return importance.error();
-    cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
+    const Result<cv::Mat> segmentation = picture_beside(arguments.segmentations, i);
+    if (!segmentation.ok()) return segmentation.error();
+    Artwork& artwork = once.emplace_back();
+    artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;
+    if (!importance->empty()) cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
+    if (i < arguments.crops.size()) {
+      const Result<cv::Rect> crop = crop_of(arguments.crops[i], *picture, artwork.name);
+      if (!crop.ok()) return crop.error();
+      planner::crop_pictures(artwork, *crop);
+    }
+    const auto size = planner::artwork_size(artwork.picture, Millimetres(arguments.size_mm));
+    artwork.width = size.width, artwork.height = size.height;
   }
   std::vector<Artwork> artworks;
   for (int copy = 0; copy < arguments.copies; ++copy) {

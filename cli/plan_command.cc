@@ -20,11 +20,13 @@
 #include "cli/command_context.h"
 #include "cli/plan_arguments.h"
 #include "cli/plan_edits.h"
+#include "cli/plan_suggestions.h"
 #include "cli/plan_support.h"
 #include "planner/cutting/cut_drawing.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/plan_journal.h"
 #include "planner/files/preview.h"
+#include "planner/grain/grain_coherence.h"
 
 namespace veneer::cli {
 namespace {
@@ -41,6 +43,7 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
+  bool suggest = false;
 };
 
 std::string known_formats() {
@@ -70,15 +73,21 @@ std::int64_t peak_rss_bytes() {
   return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
 }
 
-// Adds what the previews cost to `cost`.
+struct Previews {
+  planner::PreviewCost cost;
+  planner::GrainCoherence grain;
+};
+
+// Adds what the previews say to `figures`.
 Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                      const fs::path& out, planner::PreviewCost& cost) {
+                      const fs::path& out, Previews& figures) {
   for (std::size_t i = 0; i < plan.artworks.size(); ++i) {
     const auto preview = planner::assemble_preview(plan, i, stock, ScanResolution::from_dpi(plan.dpi));
     if (!preview.ok()) return preview.error();
     const auto own_cost = planner::preview_cost(plan, i, *preview, options);
     if (!own_cost.ok()) return own_cost.error();
-    cost += *own_cost;
+    figures.cost += *own_cost;
+    figures.grain += planner::grain_coherence(plan, i, *preview);
     // Several pictures: preview.png is the first, the others carry their letter.
     const fs::path path = out / (i == 0 ? "preview.png" : fmt::format("preview-{}.png", plan.artworks[i].letter));
     if (Status status = write_picture(preview->pixels, path); !status.ok()) return status;
@@ -102,16 +111,16 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
   return Ok();
 }
 
-// Adds to the plan's warnings what the cut files had to leave out, and to `cost` what the previews cost.
+// Adds to the plan's warnings what the cut files had to leave out, and to `figures` what the previews say.
 Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                   const std::set<std::string>& formats, const fs::path& out, planner::PreviewCost& cost) {
+                   const std::set<std::string>& formats, const fs::path& out, Previews& figures) {
   // plan.json is always there: everything else can be made from it again.
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
-  Status shown = write_previews(plan, stock, options, out, cost);
+  Status shown = write_previews(plan, stock, options, out, figures);
   if (Status status = drawn.get(); !status.ok()) return status;
   plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
   return shown;
@@ -196,11 +205,11 @@ void run_plan(const PlanCommandArguments& arguments) {
   spent.load = seconds();
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
   Plan plan = plan_with_journal(artworks, stock, options, journal);
-  planner::PreviewCost preview;
+  Previews preview;
   or_fail(write_files(plan, stock, options, formats, arguments.out, preview));
   spent.total = seconds();
-  const std::string report =
-      planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads, preview.per_pixel());
+  const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
+                                                     {preview.cost.per_pixel(), preview.grain.mean()});
   or_fail(planner::write_text(report, fs::path(arguments.out) / "report.json"));
   if (plan.global) tell_gain(*plan.global);
   if (plan.fine) tell_gain(*plan.fine);
@@ -208,6 +217,31 @@ void run_plan(const PlanCommandArguments& arguments) {
   std::error_code ignored;
   fs::remove(journal, ignored);
   warn(plan.warnings);
+}
+
+// As a shell takes it.
+std::string quoted(const std::string& text) {
+  constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+// What was named on the command line, but for what a suggestion decides.
+std::string given_options(const CLI::App& plan) {
+  static const std::set<std::string> kDecided{"--suggest", "--out", "--crop", "--layout", "--size-mm", "--patch-mm"};
+  std::string out;
+  for (const CLI::Option* option : plan.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || kDecided.count(name) == 1) continue;
+    const bool is_switch = option->get_items_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!out.empty()) out += ' ';
+      out += is_switch ? name : name + ' ' + quoted(value);
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -232,7 +266,15 @@ void add_plan_command(CLI::App& app) {
           "What to write, of " + known_formats() + "; svg, dxf and eps are cut files; plan.json is always written")
       ->capture_default_str();
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
-  plan->callback([arguments] { run_plan(*arguments); });
+  plan->add_flag("--suggest", arguments->suggest,
+                 "Plan nothing, but say at which crop, size, patches and layout the picture reads in this wood: a "
+                 "contact sheet of small plans, with the command for each");
+  plan->callback([arguments, plan] {
+    if (arguments->suggest)
+      run_suggest(arguments->plan, arguments->edits, given_options(*plan), arguments->out);
+    else
+      run_plan(*arguments);
+  });
 }
 
 }  // namespace veneer::cli

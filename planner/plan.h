@@ -92,6 +92,10 @@ struct PlanOptions {
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
   // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
   double w_colour = 0, w_texture = 0;
+  // How far the picture's colours are mapped to the wood's (wood_colours.h), in [0, 1]; of use with w_colour.
+  double w_gamut = 0;
+  // With Optimize::kGlobal: how much places count whose grain runs along the picture (grain/grain_pull.h), in [0, 1].
+  double w_grain = 0;
   Millimetres edge{0};     // pictures are smoothed by this (standard deviation) before edges are taken; 0: not at all
   double dpi = 300;        // working resolution: panels and artworks are resampled to it
   Millimetres kerf{0.15};  // k, the full width burnt away: outlines keep 2k from each other, k from wood that is gone
@@ -213,7 +217,7 @@ struct MorphReport {
 
 // What `Optimize::kGlobal` gained over the greedy plan it started from.
 struct GlobalReport {
-  double greedy_cost = 0, cost = 0;  // weighed by importance where that is given
+  double greedy_cost = 0, cost = 0;  // with the grain's, weighed by importance where these count
   std::size_t greedy_unfilled = 0, unfilled = 0;
   std::uint64_t iterations = 0, budget = 0;  // made, and those of a whole run
   bool stopped = false;                      // before the whole run: the best so far

@@ -49,6 +49,13 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"w_texture", OptionKind::kNumber, "Weight of lines and spots, 0 to 1"},
     NamedOption{"w_hist", OptionKind::kNumber,
                 "How far the picture's tones are mapped to the wood's: from 0, not at all, to 1"},
+    NamedOption{
+        "w_gamut", OptionKind::kNumber,
+        "With a colour weight: how far the picture's colours are mapped to the wood's, so that faces are made of "
+        "one family of woods: from 0, not at all, to 1"},
+    NamedOption{"w_grain", OptionKind::kNumber,
+                "With --optimize global: weight of grain that runs along the picture's lines, most where it is calm, "
+                "0 to 1"},
     NamedOption{"edge_mm", OptionKind::kNumber,
                 "Scale at which edges are compared, in millimetres; 0: single pixels of the working resolution"},
     NamedOption{"priority", OptionKind::kWord, "Which patches choose first: saliency or center"},

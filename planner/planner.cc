@@ -76,6 +76,19 @@ Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> sto
   return plan;
 }
 
+// Weights that were given and change nothing.
+void add_idle_weights(const PlanOptions& options, std::vector<std::string>& warnings) {
+  if (options.w_gamut > 0 && options.w_colour <= 0)
+    warnings.emplace_back(
+        "colours are not mapped to the wood's, because the colour weight is 0: raise it (--w-colour)");
+  const bool chosen_together =
+      options.optimize == Optimize::kGlobal || (options.refine != Refine::kNone && options.rematch > 0);
+  if (options.w_grain > 0 && !chosen_together)
+    warnings.emplace_back(
+        "the grain does not count, because pieces choose in turn: let them choose together "
+        "(--optimize global)");
+}
+
 // Of the queue: artwork by artwork, row by row.
 std::vector<std::size_t> reading_order(const Problem& problem) {
   std::vector<std::size_t> order(problem.queue.size());
@@ -210,6 +223,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads = threads_meant(options.threads);
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
+  add_idle_weights(options, plan.warnings);
   plan.mosaic = problem->mosaic;
   plan.morph = problem->morph;
   std::unique_ptr<Matcher> matcher;

@@ -84,7 +84,8 @@ class Refiner {
   }
 
   Status choose_again() {
-    Result<Rematch> rematch = Rematch::survey(problem_, matcher_, {.threads = threads_, .seed = options_.seed}, stop_);
+    Result<Rematch> rematch = Rematch::survey(
+        problem_, matcher_, {.threads = threads_, .seed = options_.seed, .w_grain = options_.w_grain}, stop_);
     if (!rematch.ok()) return rematch.error();
     for (int round = 0; round < options_.rematch; ++round) {
       const BoundaryCuts before = cuts_;

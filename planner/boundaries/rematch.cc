@@ -26,7 +26,11 @@ PatchPixels some_rows(const PatchPixels& pixels) {
 }  // namespace
 
 Rematch::Rematch(const Problem& problem, const Matcher& matcher, const RematchOptions& options)
-    : problem_(problem), matcher_(matcher), options_(options), known_(problem.queue.size()) {}
+    : problem_(problem),
+      matcher_(matcher),
+      options_(options),
+      grain_(problem, matcher.panels(), options.w_grain),
+      known_(problem.queue.size()) {}
 
 Result<Rematch> Rematch::survey(const Problem& problem, const Matcher& matcher, const RematchOptions& options,
                                 const std::stop_token& stop) {
@@ -35,7 +39,7 @@ Result<Rematch> Rematch::survey(const Problem& problem, const Matcher& matcher, 
   for (const Problem::Task& task : problem.queue)
     footprints.emplace_back(task.match.outline, matcher.panels().front().wood.kerf() + FreeWood::kSlack);
   const Result<Survey> survey =
-      survey_candidates(problem, matcher, footprints, {}, {options.candidates, options.threads}, stop);
+      survey_candidates(problem, matcher, footprints, {}, {options.candidates, options.threads, &out.grain_}, stop);
   if (!survey.ok()) return survey.error();
   for (std::size_t i = 0; i < out.known_.size(); ++i)
     for (const Candidate& candidate : survey->candidates[i])
@@ -108,7 +112,8 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
     std::vector<Candidate>& list = lists[i];
     const double importance = problem_.queue[i].importance;
     const auto add = [&](const PatchPlacement& at) {
-      list.push_back({made[i]->pose_of(at.panel, at.panel_from_artwork), importance * cost_at(at, patch.pixels)});
+      const Pose pose = made[i]->pose_of(at.panel, at.panel_from_artwork);
+      list.push_back({pose, importance * (cost_at(at, patch.pixels) + grain_.cost(i, pose))});
     };
     for (const auto& [cost, k] : ranked) {
       if (list.size() >= options_.measured) break;
@@ -138,7 +143,7 @@ Result<PatchPlacements> Rematch::choose(const std::vector<Ring<ArtworkFrame>>& o
   for (std::size_t i = 0; i < count; ++i) {
     if (!best[i] || (before[i] && best[i]->pose == before[i]->pose)) continue;
     out[i] = PatchPlacement{best[i]->pose.panel, footprints[i].panel_from_artwork(best[i]->pose),
-                            best[i]->cost / problem_.queue[i].importance};
+                            best[i]->cost / problem_.queue[i].importance - grain_.cost(i, best[i]->pose)};
   }
   return out;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "planner/global/global_search.h"
+#include "planner/grain/grain_pull.h"
 #include "planner/matching/matcher.h"
 #include "planner/poses/footprint.h"
 #include "planner/problem/problem.h"
@@ -22,6 +23,7 @@ struct RematchOptions {
   std::uint64_t iterations = 1200;  // a patch and round
   int threads = 1;
   std::uint64_t seed = 1;
+  double w_grain = 0;
 };
 
 // Not thread-safe. Problem and matcher outlive this.
@@ -44,6 +46,7 @@ class Rematch {
   const Problem& problem_;
   const Matcher& matcher_;
   RematchOptions options_;
+  GrainPull grain_;
   std::vector<std::vector<PatchPlacement>> known_;  // of each task
   std::vector<cv::Mat> clearance_;                  // of each panel: CV_32FC1, pixels to the next that is not free
 };

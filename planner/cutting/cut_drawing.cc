@@ -52,7 +52,8 @@ Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetr
                      panel.width,
                      panel.height,
                      {{"engrave", CutColour::kBlue, {}}, {"cut", CutColour::kRed, {}}},
-                     std::move(toolpath->warnings)};
+                     std::move(toolpath->warnings),
+                     toolpath->estimate};
   for (StrokeIn<BedFrame>& stroke : toolpath->strokes) {
     const bool closed = stroke.closed();
     if (closed) stroke.path.pop_back();

@@ -1,6 +1,7 @@
 // What a laser has to do to one panel of a plan, as a drawing, and the files that carry it to other programs.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,7 +38,8 @@ struct CutDrawing {
   std::string title;
   Millimetres width{0}, height{0};  // of the panel
   std::vector<CutLayer> layers;
-  std::vector<std::string> warnings;  // one sentence each: a mark left out, a bridge that found no place
+  std::vector<std::string> warnings;          // one sentence each: a mark left out, a bridge that found no place
+  std::chrono::duration<double> estimate{0};  // of cutting it, with the default recipe and machine
 };
 
 // kInvalidArgument: an outline cannot be cut with this kerf.

@@ -387,12 +387,14 @@ Result<Plan> read_plan(const std::filesystem::path& path) {
 }
 
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           std::optional<double> preview_cost_per_pixel) {
+                           const PreviewFigures& previews) {
+  const auto or_null = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
   const json out{{"schema_version", kSchemaVersion},
                  {"pieces", plan.pieces.size()},
                  {"cost_total", cost_total(plan)},
                  {"cost_per_pixel", cost_per_pixel(plan)},
-                 {"preview_cost_per_pixel", preview_cost_per_pixel ? json(*preview_cost_per_pixel) : json()},
+                 {"preview_cost_per_pixel", or_null(previews.cost_per_pixel)},
+                 {"grain_coherence", or_null(previews.grain_coherence)},
                  {"unfilled", unfilled(plan)},
                  {"puzzle_difficulty_bits", puzzle_difficulty(plan)},
                  {"seconds",

@@ -24,9 +24,13 @@ Result<Plan> read_plan(const std::filesystem::path& path);
 struct ReportSeconds {
   double load = 0, total = 0;
 };
-// `preview_cost_per_pixel`: of all previews together (preview.h); none when no piece has wood.
+// What the assembled previews say, all together; none when no piece has wood.
+struct PreviewFigures {
+  std::optional<double> cost_per_pixel;   // preview.h
+  std::optional<double> grain_coherence;  // grain/grain_coherence.h
+};
 std::string report_to_json(const Plan& plan, const ReportSeconds& seconds, std::int64_t peak_rss_bytes, int threads,
-                           std::optional<double> preview_cost_per_pixel = {});
+                           const PreviewFigures& previews = {});
 
 Status write_text(const std::string& text, const std::filesystem::path& path);
 

@@ -125,6 +125,7 @@ class ClassSurvey {
     for (const std::size_t patch : patches_) {
       if (stop.stop_requested()) return;
       sketches_.emplace_back(problem.queue[patch].match, blocks_);
+      add_grain(patch, sketches_.back());
     }
     for (std::size_t p = 0; p < matcher.panels().size(); ++p) {
       const MatchPanel& panel = matcher.panels()[p];
@@ -172,6 +173,27 @@ class ClassSurvey {
   }
 
  private:
+  // With grain, three more numbers of a candidate, and of a patch what they weigh: with w and t the directions of wood
+  // and picture, |w| |t| - w.t is twice their disagreement.
+  bool has_grain() const { return options_.grain != nullptr && options_.grain->is_there(); }
+  std::size_t numbers(const PanelSketch& sketch) const { return sketch.numbers() + (has_grain() ? 3 : 0); }
+  void add_grain(std::size_t patch, PatchSketch& sketch) const {
+    if (!has_grain()) return;
+    const cv::Vec2f wanted = options_.grain->wanted(patch);
+    const double most = options_.grain->most(patch) / sketch.pixels / 2;  // of what crosses at right angles
+    for (const double part : {-static_cast<double>(wanted[0]), -static_cast<double>(wanted[1]), cv::norm(wanted)})
+      sketch.weights.push_back(static_cast<float>(most * part));
+  }
+  void describe_grain(const PanelSketch& sketch, const Pose& at, float* to, std::size_t stride) const {
+    if (!has_grain()) return;
+    const cv::Vec2f wood = options_.grain->wood(at);
+    to += sketch.numbers() * stride;
+    to[0] = wood[0], to[stride] = wood[1], to[2 * stride] = static_cast<float>(cv::norm(wood));
+  }
+  double grain_cost(std::size_t patch, const Pose& at) const {
+    return has_grain() ? options_.grain->cost(patch, at) : 0;
+  }
+
   struct Panel {
     PanelSketch sketch;
     OutlineClearance clearance;
@@ -211,16 +233,20 @@ class ClassSurvey {
     const Point<PanelFrame> centre = panel.features.from_pixels(spot.column, spot.row);
     const int answer = panels_[static_cast<std::size_t>(spot.panel)].clearance.at(centre);
     if (answer != 0) return answer > 0;
-    const double angle = matcher_.lattice(spot.panel, spot.rotation).turn().count();
-    const Pose pose = pose_at(spot.panel, centre.x.count(), centre.y.count(), angle);
-    return panel.wood.on_free_wood(footprint.panel_from_artwork(pose) * model_.outline);
+    return panel.wood.on_free_wood(footprint.panel_from_artwork(pose_of(spot)) * model_.outline);
+  }
+  Pose pose_of(const Spot& spot) const {
+    const Point<PanelFrame> centre =
+        matcher_.panels()[static_cast<std::size_t>(spot.panel)].features.from_pixels(spot.column, spot.row);
+    return pose_at(spot.panel, centre.x.count(), centre.y.count(),
+                   matcher_.lattice(spot.panel, spot.rotation).turn().count());
   }
 
   void survey_row(std::size_t row, std::vector<Best>& best) const {
     const auto panel = static_cast<std::size_t>(spot(row, 0, 0).panel);
     const PanelSketch& sketch = panels_[panel].sketch;
     const std::size_t stride = (per_region() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    std::vector<float> numbers(sketch.numbers() * stride), squares(stride), scores(stride);
+    std::vector<float> numbers(this->numbers(sketch) * stride), squares(stride), scores(stride);
     std::vector<std::uint32_t> there;
     for (int column = 0; column < panels_[panel].columns && !stop_.stop_requested(); ++column) {
       there.clear();
@@ -230,6 +256,7 @@ class ClassSurvey {
         const Lattice& lattice = matcher_.lattice(at.panel, at.rotation);
         squares[there.size()] =
             sketch.describe(at.column, at.row, lattice.cos(), lattice.sin(), numbers.data() + there.size(), stride);
+        if (has_grain()) describe_grain(sketch, pose_of(at), numbers.data() + there.size(), stride);
         there.push_back(within);
       }
       if (there.empty()) continue;
@@ -246,7 +273,7 @@ class ClassSurvey {
 
   void describe_slots() {
     slot_stride_ = (slots_.size() + kCandidatesAtOnce - 1) / kCandidatesAtOnce * kCandidatesAtOnce;
-    slot_numbers_.resize(panels_.front().sketch.numbers() * slot_stride_);
+    slot_numbers_.resize(numbers(panels_.front().sketch) * slot_stride_);
     slot_squares_.resize(slot_stride_);
     for (std::size_t i = 0; i < slots_.size() && !stop_.stop_requested(); ++i) {
       const Pose& slot = slots_[i];
@@ -255,6 +282,7 @@ class ClassSurvey {
       matcher_.panels()[panel].features.to_pixels(point<PanelFrame>(slot.x, slot.y), column, row);
       slot_squares_[i] =
           panels_[panel].sketch.describe(column, row, slot.cos, slot.sin, slot_numbers_.data() + i, slot_stride_);
+      describe_grain(panels_[panel].sketch, slot, slot_numbers_.data() + i, slot_stride_);
     }
   }
 
@@ -276,7 +304,7 @@ class ClassSurvey {
     std::vector<AssignmentCost> costs;
     for (const std::size_t i : order) {
       if (stop_.stop_requested()) break;
-      costs.push_back({static_cast<std::uint32_t>(i), near.cost(slots_[i])});
+      costs.push_back({static_cast<std::uint32_t>(i), near.cost(slots_[i]) + grain_cost(patch, slots_[i])});
     }
     return costs;
   }
@@ -314,6 +342,7 @@ class ClassSurvey {
       if (!candidate) continue;
       kept.push_back(at);
       candidates.push_back(*candidate);
+      candidates.back().cost += grain_cost(patch, candidate->pose);
     }
     std::sort(candidates.begin(), candidates.end(), cheaper);
     return candidates;

@@ -14,6 +14,7 @@
 
 #include "base/result.h"
 #include "planner/global/linear_assignment.h"
+#include "planner/grain/grain_pull.h"
 #include "planner/matching/matcher.h"
 #include "planner/poses/footprint.h"
 #include "planner/problem/problem.h"
@@ -23,6 +24,7 @@ namespace veneer::planner {
 struct SurveyOptions {
   std::size_t candidates = 300;  // a patch, at most; half as many slots
   int threads = 1;
+  const GrainPull* grain = nullptr;  // adds to all costs; none: costs are equation 4
 };
 
 // Two lists a task of the queue: candidates found, cheapest first, and the cheapest of the slots that were given, each

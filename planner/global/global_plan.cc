@@ -25,7 +25,7 @@ constexpr std::size_t kCandidates = 300;       // a patch, to choose from
 
 // An arrangement whose costs are measured and whose outlines are all admitted.
 struct Verified {
-  Chosen chosen;              // costs weighed by importance
+  Chosen chosen;              // costs with the grain's, weighed by importance
   std::vector<double> costs;  // as they are
   Score score;
 };
@@ -41,15 +41,16 @@ class GlobalPlanner {
         options_(options),
         threads_(threads),
         progress_(progress),
-        stop_(stop) {
+        stop_(stop),
+        grain_(problem, matcher.panels(), options.w_grain) {
     for (const Problem::Task& task : problem.queue)
       footprints_.emplace_back(task.match.outline, options.kerf_and_web() + FreeWood::kSlack);
     for (std::size_t i = 0; i < greedy.size(); ++i) {
       greedy_.chosen.emplace_back(), greedy_.costs.push_back(0);
       if (!greedy[i]) continue;
       greedy_.costs[i] = greedy[i]->cost;
-      greedy_.chosen[i] = Candidate{footprints_[i].pose_of(greedy[i]->panel, greedy_placements_[i]->panel_from_artwork),
-                                    problem.queue[i].importance * greedy[i]->cost};
+      const Pose pose = footprints_[i].pose_of(greedy[i]->panel, greedy_placements_[i]->panel_from_artwork);
+      greedy_.chosen[i] = Candidate{pose, weighed(i, pose, greedy[i]->cost)};
     }
     greedy_.score = score_of(greedy_.chosen);
     best_ = greedy_;
@@ -104,7 +105,7 @@ class GlobalPlanner {
     }
     progress_(0, "surveying the wood");
     Result<Survey> survey =
-        survey_candidates(problem_, matcher_, footprints_, slots, {kCandidates, threads_}, stop_,
+        survey_candidates(problem_, matcher_, footprints_, slots, {kCandidates, threads_, &grain_}, stop_,
                           [&](double share) { progress_(kSurveyShare * share, "surveying the wood"); });
     if (!survey.ok()) return survey.error();
     for (std::size_t i = 0; i < start.size(); ++i) {
@@ -171,7 +172,7 @@ class GlobalPlanner {
       if (out[i]) continue;
       while (next < slots.size() && is_taken[next]) ++next;
       if (next == slots.size()) break;
-      out[i] = Candidate{slots[next], problem_.queue[i].importance * measured(i, slots[next])};
+      out[i] = Candidate{slots[next], weighed(i, slots[next], measured(i, slots[next]))};
       ++next;
     }
     return out;
@@ -216,6 +217,11 @@ class GlobalPlanner {
     best_at_ = iterations;
   }
 
+  // What counts where patches compete.
+  double weighed(std::size_t patch, const Pose& pose, double cost) const {
+    return problem_.queue[patch].importance * (cost + grain_.cost(patch, pose));
+  }
+
   double measured(std::size_t patch, const Pose& pose) const {
     const MatchPatch& match = problem_.queue[patch].match;
     return placement_cost(*match.features, match.grid, match.pixels,
@@ -234,7 +240,7 @@ class GlobalPlanner {
           return;
         }
       out.costs[i] = measured(i, chosen[i]->pose);
-      out.chosen[i]->cost = problem_.queue[i].importance * out.costs[i];
+      out.chosen[i]->cost = weighed(i, chosen[i]->pose, out.costs[i]);
     });
     if (!done.ok()) return done.error();
     out.score = score_of(out.chosen);
@@ -276,6 +282,7 @@ class GlobalPlanner {
   int threads_;
   const GlobalProgress& progress_;
   const std::stop_token& stop_;
+  GrainPull grain_;
   Stopwatch begin_;
   std::vector<Footprint> footprints_;
   Verified greedy_, best_;

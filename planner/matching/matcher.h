@@ -27,6 +27,7 @@ namespace veneer::planner {
 struct MatchPanel {
   Raster<PanelFrame> features;  // weighted responses at the working resolution, CV_32FC(n)
   FreeWood wood;
+  cv::Mat grain{};  // which way its grain runs (grain/grain_field.h); empty unless it counts
 };
 
 // A candidate on the lattice of one rotation (lattice.h): what greedy looks at. Ordered by what best() prefers.

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "planner/parallel.h"
+#include "planner/pictures/wood_colours.h"
 
 namespace veneer::planner {
 namespace {
@@ -26,18 +27,14 @@ std::vector<cv::Mat> edge(const FilterInput& input, const PlanOptions& options) 
 }
 
 // CIELAB without its lightness, which intensity stands for. 1 = 100 units, where black and white are 100 units apart;
-// shifted because responses are not negative. Not gamut mapped: nearness to the picture's own colours is what it asks.
+// shifted because responses are not negative.
 constexpr double kLabUnits = 100, kLabShift = 110, kLargestColour = 2.2;
 
 std::vector<cv::Mat> colour(const FilterInput& input, const PlanOptions& /*options*/) {
-  cv::Mat scaled, lab;
-  input.bgr.convertTo(scaled, CV_32FC3, 1.0 / 255);
-  cv::cvtColor(scaled, lab, cv::COLOR_BGR2Lab);
-  std::vector<cv::Mat> planes;
-  cv::split(lab, planes);
-  std::vector<cv::Mat> out;
-  for (const std::size_t plane : {1U, 2U}) {
-    cv::Mat shifted = (planes[plane] + kLabShift) / kLabUnits;
+  std::vector<cv::Mat> planes, out;
+  cv::split(input.chroma.empty() ? chroma_of(input.bgr) : input.chroma, planes);
+  for (const cv::Mat& plane : planes) {
+    cv::Mat shifted = (plane + kLabShift) / kLabUnits;
     out.emplace_back(cv::min(cv::max(shifted, 0.0), kLargestColour));
   }
   return out;
@@ -106,7 +103,7 @@ Result<cv::Mat> filter_bank(const FilterInput& input, const PlanOptions& options
     // one more on each side is for filters of filtered pictures.
     const cv::Range around(std::max(0, first - 1), std::min(rows, last + 1));
     const FilterInput part{input.bgr.rowRange(around), input.grey.rowRange(around), input.intensity.rowRange(around),
-                           input.resolution};
+                           input.resolution, input.chroma.empty() ? input.chroma : input.chroma.rowRange(around)};
     std::vector<cv::Mat> out;
     for (const Filter& filter : kFilters) {
       const double weight = options.*filter.weight;

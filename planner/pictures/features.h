@@ -23,6 +23,7 @@ struct FilterInput {
   cv::Mat grey;       // grey_of(bgr)
   cv::Mat intensity;  // grey, of a target after gamut mapping; all other filters work on what was there before it
   ScanResolution resolution;
+  cv::Mat chroma{};  // CV_32FC2, a* and b* of a target after gamut mapping (wood_colours.h); empty: those of `bgr`
 };
 
 // CV_32FC(n), n = number of channels in use, each multiplied by its weight. Works in bands of rows, on

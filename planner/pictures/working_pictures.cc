@@ -7,9 +7,11 @@
 #include <opencv2/core.hpp>
 
 #include "planner/cancelled.h"
+#include "planner/grain/grain_field.h"
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
+#include "planner/pictures/wood_colours.h"
 
 namespace veneer::planner {
 namespace {
@@ -111,9 +113,12 @@ std::string faint_edges(const Artwork& artwork, const WorkingArtwork& work, doub
 // What the pictures together say of their wood.
 struct Wood {
   GreyHistogram tones;
+  ColourCounts colours;  // only where uses_wood_colours()
   EdgeStrength edges;
   bool any_free = false;
 };
+
+bool uses_wood_colours(const PlanOptions& options) { return options.w_colour > 0 && options.w_gamut > 0; }
 
 // `wood` is added to.
 Result<MatchPanel> working_panel(const StockPanel& panel, const PlanOptions& options, const std::stop_token& stop,
@@ -127,16 +132,41 @@ Result<MatchPanel> working_panel(const StockPanel& panel, const PlanOptions& opt
   if (!mask.ok()) return mask.error();
   wood.any_free = wood.any_free || cv::countNonZero(*mask) > 0;
   if (const Status added = wood.tones.add(*grey, *mask, panel.tone_weight, stop); !added.ok()) return added.error();
+  if (uses_wood_colours(options))
+    if (const Status added = wood.colours.add(picture->pixels, *grey, *mask, panel.tone_weight, stop); !added.ok())
+      return added.error();
   const Result<cv::Mat> responses = filter_bank({picture->pixels, *grey, *grey, resolution}, options, stop);
   if (!responses.ok()) return responses.error();
   if (const Status added = wood.edges.add(*responses, options, stop, *mask); !added.ok()) return added.error();
   Raster<PanelFrame> features = *picture;
   features.pixels = *responses;
-  return MatchPanel{std::move(features), FreeWood(free, options.kerf_and_web(), options.margin_and_web())};
+  return MatchPanel{std::move(features), FreeWood(free, options.kerf_and_web(), options.margin_and_web()),
+                    options.w_grain > 0 ? grain_of_wood(*grey, resolution) : cv::Mat()};
+}
+
+// What targets are mapped to.
+struct Gamut {
+  GreyHistogram tones;
+  std::optional<ToneLine> colours;  // none: colours are not mapped
+};
+
+Gamut gamut_of(const Wood& wood, const PlanOptions& options) {
+  if (!uses_wood_colours(options)) return {wood.tones, {}};
+  const ToneLine line = tone_line(wood.colours);
+  return {tones_near(wood.colours, line, options.w_gamut), line};
+}
+
+// Empty: the picture's own. kCancelled: a stop was requested.
+Result<cv::Mat> mapped_colours(const cv::Mat& bgr, const cv::Mat& grey, const cv::Mat& intensity, const Gamut& gamut,
+                               const PlanOptions& options, const std::stop_token& stop) {
+  if (!gamut.colours) return cv::Mat();
+  ColourCounts own;
+  if (const Status added = own.add(bgr, grey, {}, 1, stop); !added.ok()) return added.error();
+  return match_colours(chroma_of(bgr), grey, intensity, mean_line(own), *gamut.colours, options.w_gamut);
 }
 
 // `rms`: what its edges answer on the mean.
-Result<WorkingArtwork> working_artwork(const Artwork& artwork, const GreyHistogram& tones, const PlanOptions& options,
+Result<WorkingArtwork> working_artwork(const Artwork& artwork, const Gamut& gamut, const PlanOptions& options,
                                        const std::stop_token& stop, double& rms) {
   const ScanResolution resolution = ScanResolution::from_dpi(options.dpi);
   WorkingArtwork work;
@@ -146,11 +176,14 @@ Result<WorkingArtwork> working_artwork(const Artwork& artwork, const GreyHistogr
   if (!picture.ok()) return picture.error();
   const Result<cv::Mat> grey = grey_of(*picture, stop);
   if (!grey.ok()) return grey.error();
-  const Result<cv::Mat> intensity = match_tones(*grey, tones, options.w_hist, stop);
+  const Result<cv::Mat> intensity = match_tones(*grey, gamut.tones, options.w_hist, stop);
   if (!intensity.ok()) return intensity.error();
-  const Result<cv::Mat> responses = filter_bank({*picture, *grey, *intensity, resolution}, options, stop);
+  const Result<cv::Mat> chroma = mapped_colours(*picture, *grey, *intensity, gamut, options, stop);
+  if (!chroma.ok()) return chroma.error();
+  const Result<cv::Mat> responses = filter_bank({*picture, *grey, *intensity, resolution, *chroma}, options, stop);
   if (!responses.ok()) return responses.error();
   work.features = *responses;
+  if (options.w_grain > 0) work.grain = grain_of_picture(*grey, resolution, options.patch);
   intensity->convertTo(work.tones, CV_8U, 255);
   EdgeStrength edges;
   if (const Status added = edges.add(work.features, options, stop); !added.ok()) return added.error();
@@ -172,9 +205,10 @@ Result<WorkingPictures> working_pictures(std::span<const Artwork> artworks, std:
   if (!wood.any_free)
     return Error{ErrorCode::kInvalidArgument,
                  "no panel has any free wood, because all of it is masked, taken or forbidden: add a panel"};
+  const Gamut gamut = gamut_of(wood, options);
   for (const Artwork& artwork : artworks) {
     double rms = 0;
-    Result<WorkingArtwork> work = working_artwork(artwork, wood.tones, options, stop, rms);
+    Result<WorkingArtwork> work = working_artwork(artwork, gamut, options, stop, rms);
     if (!work.ok()) return work.error();
     if (rms < kFaintEdges * wood.edges.rms())
       out.warnings.push_back(faint_edges(artwork, *work, rms, wood.edges.rms(), options));

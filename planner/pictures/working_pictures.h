@@ -20,6 +20,7 @@ struct WorkingArtwork {
   PixelGrid grid;
   cv::Mat features;  // CV_32FC(n), after gamut mapping
   cv::Mat tones;     // CV_8UC1: the intensity that is looked for, after gamut mapping; 255 = white
+  cv::Mat grain;     // which way the picture would like grain to run (grain/grain_field.h); empty unless it counts
   std::vector<Patch> patches;
   std::optional<Partition> layout;  // a face for each patch, in their order; none: a straight grid
   std::optional<CutLines> lines;    // of a morphed grid, in pixels of `grid`; faces as in `layout`

@@ -19,6 +19,8 @@ bool within(double value, double low, double high) { return value >= low && valu
 Status check_options(const PlanOptions& o) {
   if (Status status = check_weights(o); !status.ok()) return status;
   if (!within(o.w_hist, 0, 1)) return unusable("the histogram weight must lie between 0 and 1");
+  if (!within(o.w_gamut, 0, 1)) return unusable("the gamut weight must lie between 0 and 1");
+  if (!within(o.w_grain, 0, 1)) return unusable("the grain weight must lie between 0 and 1");
   if (!within(o.edge.count(), 0, 50)) return unusable("the scale of edges must lie between 0 and 50 mm");
   if (!within(o.patch.count(), 0.1, 10000)) return unusable("the patch size must lie between 0.1 and 10000 mm");
   if (!within(o.adaptive_levels, 0, 6)) return unusable("the number of adaptive levels must lie between 0 and 6");

@@ -19,7 +19,7 @@ bool same(const Raster<PanelFrame>& a, const Raster<PanelFrame>& b) {
 
 bool same(const MatchPanel& a, const MatchPanel& b) {
   return same(a.features, b.features) && same(a.wood.raster(), b.wood.raster()) && a.wood.kerf() == b.wood.kerf() &&
-         a.wood.border() == b.wood.border();
+         a.wood.border() == b.wood.border() && a.grain.size() == b.grain.size();
 }
 
 }  // namespace

@@ -115,6 +115,18 @@ std::optional<Shortage> shortage_of(const Problem& problem, const Matcher& match
   return out;
 }
 
+namespace {
+
+// As many patches of the same size as have wood now; nothing where that is no picture any more.
+std::string smaller_picture_for(const Shortage& shortage, std::size_t pieces) {
+  constexpr double kMost = 60;  // percent
+  const double filled = static_cast<double>(pieces - shortage.unfilled) / static_cast<double>(pieces);
+  const double percent = std::ceil(100 * (1 - std::sqrt(filled)));
+  return percent > kMost ? "" : fmt::format("make the picture about {:.0f} % smaller, ", percent);
+}
+
+}  // namespace
+
 std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
   constexpr std::array<const char*, 4> kNames{"dark", "rather dark", "rather pale", "pale"};
   std::vector<std::string> tones;
@@ -124,16 +136,18 @@ std::string sentence_of(const Shortage& shortage, std::size_t pieces) {
   }
   std::string out =
       fmt::format("no free wood was left for {} of {} patches ({})", shortage.unfilled, pieces, fmt::join(tones, ", "));
-  if (!shortage.left) return out + ": add a panel or choose smaller patches";
+  const std::string smaller_picture = smaller_picture_for(shortage, pieces);
+  if (!shortage.left) return out + fmt::format(": {}add a panel or choose smaller patches", smaller_picture);
   if (!shortage.smaller)
-    return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: add a panel",
-                             shortage.left->count());
+    return out + fmt::format("; on the {:.0f} mm2 that are left not even small patches fit: {}add a panel",
+                             shortage.left->count(), smaller_picture);
   const double covered = static_cast<double>(shortage.smaller->count) *
                          (shortage.smaller->side * shortage.smaller->side).count() / shortage.area.count();
-  return out + fmt::format("; {} {} patches of {:.1f} mm would still fit, {}: add a panel or choose smaller patches",
+  return out + fmt::format("; {} {} patches of {:.1f} mm would still fit, {}: {}add a panel or choose smaller patches",
                            covered >= 1 ? "at least" : "only about", shortage.smaller->count,
                            shortage.smaller->side.count(),
-                           covered >= 1 ? "enough for them" : fmt::format("{:.0f} % of their area", 100 * covered));
+                           covered >= 1 ? "enough for them" : fmt::format("{:.0f} % of their area", 100 * covered),
+                           smaller_picture);
 }
 
 }  // namespace veneer::planner

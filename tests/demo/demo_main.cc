@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/demo/figures.h"
@@ -76,9 +77,11 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
     if (Status s = story.scan_panel(panel); !s) return s;
   auto face = face_of(arguments.picture, arguments.out);
   if (!face) return face.error();
-  // A face needs all tones of the wood, and many pieces; narrower than 8 mm they would stay in the panel, by bridges.
-  const StoryJob jobs[] = {{*face, "portrait", 189, 9, {{"w_hist", "1"}, {"layout", "mosaic"}}},
-                           {*face, "second picture", 84, 10, {{"w_hist", "1"}, {"layout", "mosaic"}}}};
+  // A face needs all tones of the wood in one family of colours, and many pieces; narrower than 8 mm they would stay in
+  // the panel, by bridges.
+  const std::map<std::string, std::string> options = {
+      {"w_hist", "1"}, {"w_colour", "0.5"}, {"w_gamut", "1"}, {"layout", "mosaic"}};
+  const StoryJob jobs[] = {{*face, "portrait", 189, 9, options}, {*face, "second picture", 84, 10, options}};
   for (const auto& job : jobs) {
     if (Status s = plan_with_what_is_left(story, job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;

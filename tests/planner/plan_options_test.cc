@@ -31,6 +31,8 @@ const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"
                                                              {"w_colour", "0.125"},
                                                              {"w_texture", "0.375"},
                                                              {"w_hist", "1"},
+                                                             {"w_gamut", "0.875"},
+                                                             {"w_grain", "0.0625"},
                                                              {"edge_mm", "0.6"},
                                                              {"priority", "center"},
                                                              {"optimize", "global"},
@@ -74,6 +76,8 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   EXPECT_EQ(o.w_colour, 0.125);
   EXPECT_EQ(o.w_texture, 0.375);
   EXPECT_EQ(o.w_hist, 1);
+  EXPECT_EQ(o.w_gamut, 0.875);
+  EXPECT_EQ(o.w_grain, 0.0625);
   EXPECT_EQ(o.edge.count(), 0.6);
   EXPECT_EQ(o.priority, Priority::kCentre);
   EXPECT_EQ(o.optimize, Optimize::kGlobal);

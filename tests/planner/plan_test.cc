@@ -176,14 +176,16 @@ TEST_P(CostsOfPlan, AreWhatThePlacedWoodMeasures) {
 
 INSTANTIATE_TEST_SUITE_P(
     HoweverItIsPlanned, CostsOfPlan,
-    ::testing::Values(CostCase{"Greedy", [](PlanOptions& o) { o.alternatives = 2; }},
-                      CostCase{"FineRotation", [](PlanOptions& o) { o.fine_rotation = true; }},
-                      CostCase{"Global",
-                               [](PlanOptions& o) { o.optimize = Optimize::kGlobal, o.optimize_iterations = 5000; }},
-                      CostCase{"Adaptive", [](PlanOptions& o) { o.patch = 3.5_mm, o.adaptive_levels = 1; }},
-                      CostCase{"EdgesAtAScale", [](PlanOptions& o) { o.edge = 0.7_mm; }},
-                      CostCase{"ColourAndTexture", [](PlanOptions& o) { o.w_colour = 0.6, o.w_texture = 0.3; }},
-                      CostCase{"KeptAndSwapped", [](PlanOptions&) {}, true}),
+    ::testing::Values(
+        CostCase{"Greedy", [](PlanOptions& o) { o.alternatives = 2; }},
+        CostCase{"FineRotation", [](PlanOptions& o) { o.fine_rotation = true; }},
+        CostCase{"Global", [](PlanOptions& o) { o.optimize = Optimize::kGlobal, o.optimize_iterations = 5000; }},
+        CostCase{"GlobalWithGrain",
+                 [](PlanOptions& o) { o.optimize = Optimize::kGlobal, o.optimize_iterations = 5000, o.w_grain = 0.4; }},
+        CostCase{"Adaptive", [](PlanOptions& o) { o.patch = 3.5_mm, o.adaptive_levels = 1; }},
+        CostCase{"EdgesAtAScale", [](PlanOptions& o) { o.edge = 0.7_mm; }},
+        CostCase{"ColourAndTexture", [](PlanOptions& o) { o.w_colour = 0.6, o.w_texture = 0.3; }},
+        CostCase{"KeptAndSwapped", [](PlanOptions&) {}, true}),
     [](const auto& it) { return std::string(it.param.name); });
 
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {

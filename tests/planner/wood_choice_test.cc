@@ -63,6 +63,38 @@ TEST(WoodChoice, TheColourWeightLowersTheMeanColourDifference) {
   EXPECT_LT(full, 0.8 * without);
 }
 
+// Tan wood of all tones and some red of the middle ones: by tones alone a grey picture takes the red too; once colours
+// count and are mapped to the wood's it is made of the tan alone.
+TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
+  StockPanel panel = test::wood_panel("P", 240, 200, 50.8, 1);
+  cv::Mat lab(200, 240, CV_32FC3), bgr;
+  cv::RNG random(5);
+  for (int r = 0; r < 200; ++r)
+    for (int c = 0; c < 240; ++c) {
+      const bool red = c >= 170;
+      const double lightness = red ? 38 + 0.14 * r : 15 + 0.47 * c + random.gaussian(1);
+      lab.at<cv::Vec3f>(r, c) =
+          red ? cv::Vec3f(static_cast<float>(lightness), 42, 34) : cv::Vec3f(static_cast<float>(lightness), 8, 24);
+    }
+  cv::cvtColor(lab, bgr, cv::COLOR_Lab2BGR);
+  bgr.convertTo(panel.picture.pixels, CV_8UC3, 255);
+  const Artwork artwork = test::blob_artwork("A", 60, 60, 30_mm, 3);  // grey
+  PlanOptions options;
+  options.patch = 5_mm, options.dpi = 50.8, options.rotations = 2, options.threads = 1, options.w_edge = 0.1;
+  options.w_hist = 1;
+  const auto red_pieces = [&] {
+    const auto plan = make_plan({&artwork, 1}, {&panel, 1}, options);
+    EXPECT_TRUE(plan.ok());
+    return std::count_if(plan->pieces.begin(), plan->pieces.end(), [](const Piece& piece) {
+      const Ring<PanelFrame> outline = piece.panel_outline();
+      return bounds(outline).max.x.count() > 170 / 2.0 + 1;
+    });
+  };
+  EXPECT_GT(red_pieces(), 3);
+  options.w_colour = 0.5, options.w_gamut = 1;
+  EXPECT_EQ(red_pieces(), 0);
+}
+
 TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
   std::vector<StockPanel> stock{test::wood_panel("P", 20, 20, 50.8, 1), test::wood_panel("Q", 20, 20, 50.8, 2),
                                 test::wood_panel("R", 20, 20, 50.8, 3)};

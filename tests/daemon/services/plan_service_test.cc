@@ -371,10 +371,12 @@ TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit
   const auto job = plan(request);
   ASSERT_FALSE(job.ok());
   EXPECT_EQ(job.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(job.error().message,
-              ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
-                                      "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\); .* patches of [0-9.]+ mm would "
-                                      "still fit, .*: add a panel or choose smaller patches"));
+  EXPECT_THAT(
+      job.error().message,
+      ::testing::MatchesRegex("nothing is reserved: no free wood was left for 3 of 4 patches "
+                              "\\(([0-9]+ mm2 (rather )?(dark|pale)(, )?)+\\); .* patches of [0-9.]+ mm would "
+                              "still fit, .*: make the picture about 50 % smaller, add a panel or choose smaller "
+                              "patches"));
   EXPECT_EQ(jobs(), 0U);
 }
 

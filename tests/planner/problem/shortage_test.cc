@@ -64,6 +64,8 @@ TEST(Shortage, NamesTheAreaAndTheTonesThatAreMissing) {
   ASSERT_EQ(plan.warnings.size(), 1U);
   EXPECT_THAT(plan.warnings[0], HasSubstr("no free wood was left for 3 of 4 patches"));
   EXPECT_THAT(plan.warnings[0], HasSubstr("mm2 dark"));
+  // A quarter of the area has wood: half the size.
+  EXPECT_THAT(plan.warnings[0], HasSubstr(": make the picture about 50 % smaller, add a panel"));
 }
 
 // What `plan` leaves of the panel's free wood, as a fine raster: what its pieces touch with their kerf is gone.

@@ -1,0 +1,78 @@
+#include "planner/suggest/crops.h"
+
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace veneer::planner {
+namespace {
+
+constexpr std::array kCropSides{0.72, 0.5};  // of closer crops, as shares of the picture's
+constexpr int kCropPlaces = 24;              // places tried along a side
+
+// The part of a picture that is stretched over another.
+cv::Mat beside(const cv::Mat& picture, const cv::Rect& crop, const cv::Size& other) {
+  if (picture.empty()) return picture;
+  const double across = static_cast<double>(picture.cols) / other.width,
+               down = static_cast<double>(picture.rows) / other.height;
+  const cv::Point from(cvFloor(crop.x * across), cvFloor(crop.y * down)),
+      to(cvCeil(crop.br().x * across), cvCeil(crop.br().y * down));
+  return picture(cv::Rect(from, to) & cv::Rect({0, 0}, picture.size())).clone();
+}
+
+// Whoever took the picture had what matters near its middle, whatever else is bright or bold at its rim.
+void weigh_middle(cv::Mat& map) {
+  constexpr double kSpread = 0.22;  // standard deviation, as a share of the sides
+  const auto weight = [](double at, int size) {
+    const double off = ((at + 0.5) / size - 0.5) / kSpread;
+    return std::exp(-0.5 * off * off);
+  };
+  for (int r = 0; r < map.rows; ++r)
+    for (int c = 0; c < map.cols; ++c)
+      map.at<float>(r, c) *= static_cast<float>(weight(r, map.rows) * weight(c, map.cols));
+}
+
+}  // namespace
+
+void crop_pictures(Artwork& artwork, const cv::Rect& crop) {
+  const cv::Size whole = artwork.picture.size();
+  artwork.importance = beside(artwork.importance, crop, whole);
+  artwork.segmentation = beside(artwork.segmentation, crop, whole);
+  artwork.picture = artwork.picture(crop).clone();
+}
+
+std::vector<cv::Rect> crops_of(const cv::Size& picture, const cv::Mat& saliency) {
+  std::vector<cv::Rect> out{cv::Rect({0, 0}, picture)};
+  cv::Mat map, sums;
+  // A person looks at the middle of what stands out, not at its rim.
+  cv::GaussianBlur(saliency, map, {}, std::min(saliency.cols, saliency.rows) / 12.0);
+  weigh_middle(map);
+  cv::integral(map, sums, CV_64F);
+  const double across = static_cast<double>(saliency.cols) / picture.width,
+               down = static_cast<double>(saliency.rows) / picture.height;
+  const auto within = [&](const cv::Rect& crop) {
+    const auto at = [&](int x, int y) {
+      return sums.at<double>(std::min(cvRound(y * down), sums.rows - 1), std::min(cvRound(x * across), sums.cols - 1));
+    };
+    const cv::Point end = crop.br();
+    return at(end.x, end.y) - at(crop.x, end.y) - at(end.x, crop.y) + at(crop.x, crop.y);
+  };
+  for (const double side : kCropSides) {
+    const cv::Rect around = out.back();
+    const cv::Size size(cvRound(picture.width * side), cvRound(picture.height * side));
+    if (std::min(size.width, size.height) < 16) break;
+    cv::Rect best;
+    double most = -1;
+    for (int row = 0; row <= kCropPlaces; ++row)
+      for (int column = 0; column <= kCropPlaces; ++column) {
+        const cv::Rect crop({around.x + (around.width - size.width) * column / kCropPlaces,
+                             around.y + (around.height - size.height) * row / kCropPlaces},
+                            size);
+        if (const double there = within(crop); there > most) most = there, best = crop;
+      }
+    out.push_back(best);
+  }
+  return out;
+}
+
+}  // namespace veneer::planner

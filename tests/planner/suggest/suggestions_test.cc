@@ -1,0 +1,129 @@
+#include "planner/suggest/suggestions.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "planner/problem/priority.h"
+#include "planner/suggest/contact_sheet.h"
+#include "planner/suggest/crops.h"
+#include "tests/support/small_plans.h"
+#include "tests/support/synthetic_wood.h"
+
+namespace veneer::planner {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Crops, LieWithinEachOtherAroundWhatIsSalient) {
+  cv::Mat saliency(60, 90, CV_32FC1, cv::Scalar(0.1));
+  cv::circle(saliency, {70, 20}, 8, cv::Scalar(1), cv::FILLED);
+  const std::vector<cv::Rect> crops = crops_of({900, 600}, saliency);
+  ASSERT_EQ(crops.size(), 3U);
+  EXPECT_EQ(crops[0], cv::Rect(0, 0, 900, 600));
+  for (std::size_t i = 1; i < crops.size(); ++i) {
+    EXPECT_EQ(crops[i] & crops[i - 1], crops[i]);
+    EXPECT_NEAR(static_cast<double>(crops[i].width) / crops[i].height, 1.5, 0.02);
+    EXPECT_TRUE(crops[i].contains({700, 200}));
+  }
+  EXPECT_EQ(crops_of({20, 20}, saliency).size(), 1U);
+}
+
+TEST(Crops, TakeThePartOfEveryPicture) {
+  Artwork artwork = test::blob_artwork("A", 60, 40, Millimetres(20), 1);
+  artwork.importance = cv::Mat(20, 30, CV_8UC1, cv::Scalar(0));
+  artwork.importance(cv::Rect(15, 0, 15, 20)).setTo(255);
+  crop_pictures(artwork, {30, 10, 20, 20});
+  EXPECT_EQ(artwork.picture.size(), cv::Size(20, 20));
+  EXPECT_EQ(artwork.importance.size(), cv::Size(10, 10));
+  EXPECT_EQ(cv::countNonZero(artwork.importance), 100);
+}
+
+TEST(Likeness, FallsFromOneAsPiecesGetCoarser) {
+  const cv::Mat picture = test::blob_artwork("A", 128, 128, Millimetres(20), 5).picture;
+  double before = likeness(picture, picture);
+  EXPECT_NEAR(before, 1, 1e-6);
+  for (const int across : {32, 16, 8, 4}) {
+    cv::Mat coarse, squares;
+    cv::resize(picture, coarse, {across, across}, 0, 0, cv::INTER_AREA);
+    cv::resize(coarse, squares, picture.size(), 0, 0, cv::INTER_NEAREST);
+    const double now = likeness(squares, picture);
+    EXPECT_LT(now, before) << across;
+    before = now;
+  }
+  cv::Mat noise(128, 128, CV_8UC3);
+  cv::theRNG().state = 7;
+  cv::randu(noise, 0, 255);
+  EXPECT_LT(likeness(noise, picture), 0.3);
+  EXPECT_EQ(likeness(cv::Mat(128, 128, CV_8UC3, cv::Scalar::all(90)), picture), 0);
+}
+
+AdviceLimits limits(double size_mm) {
+  AdviceLimits out;
+  out.size = Millimetres(size_mm), out.smallest = Millimetres(4);
+  return out;
+}
+
+TEST(Advice, EverySuggestionIsAPlanThatTheWoodSufficesFor) {
+  const StockPanel panel = test::wood_panel("P", 240, 200, 50.8, 3);  // 120 x 100 mm
+  const Artwork artwork = test::blob_artwork("A", 60, 40, Millimetres(20), 4);
+  const auto advice = advise(artwork, {&panel, 1}, test::small_options_without_saliency(), limits(40));
+  ASSERT_TRUE(advice.ok()) << advice.error().message;
+  ASSERT_TRUE(advice->best);
+  EXPECT_TRUE(advice->remarks.empty());
+  std::size_t whole = 0;
+  for (const Suggestion& it : advice->suggestions) {
+    EXPECT_EQ(it.unfilled, 0U);
+    EXPECT_GT(it.pieces, 8U);
+    EXPECT_GE(it.patch, Millimetres(4));
+    EXPECT_LE(std::min(it.width, it.height), Millimetres(40));
+    EXPECT_GT(it.cutting.count(), static_cast<double>(it.pieces));
+    EXPECT_GT(it.likeness, 0.2);
+    EXPECT_FALSE(it.preview.empty());
+    whole += it.crop.size() == artwork.picture.size() ? 1 : 0;
+  }
+  EXPECT_GE(whole, 2U);
+  EXPECT_GT(advice->suggestions.size(), whole);
+  // No other that reads as well is quicker to cut.
+  const Suggestion& best = advice->suggestions[*advice->best];
+  for (const Suggestion& it : advice->suggestions)
+    EXPECT_FALSE(it.likeness >= best.likeness && it.cutting < best.cutting);
+  const cv::Mat sheet = contact_sheet(*advice, artwork.picture);
+  EXPECT_GT(sheet.cols, 4 * sheet.rows / 5);
+  EXPECT_EQ(sheet.type(), CV_8UC3);
+}
+
+TEST(Advice, WhereWoodIsShortTheFirstRemedyIsASmallerPicture) {
+  const StockPanel panel = test::wood_panel("P", 120, 100, 50.8, 3);  // 60 x 50 mm
+  const Artwork artwork = test::blob_artwork("A", 60, 60, Millimetres(20), 4);
+  AdviceLimits wanted = limits(200);
+  wanted.crops = false;
+  const auto advice = advise(artwork, {&panel, 1}, test::small_options_without_saliency(), wanted);
+  ASSERT_TRUE(advice.ok()) << advice.error().message;
+  ASSERT_TRUE(advice->best);
+  for (const Suggestion& it : advice->suggestions) EXPECT_LT(it.width, Millimetres(50));
+  ASSERT_EQ(advice->remarks.size(), 1U);
+  EXPECT_THAT(advice->remarks[0], HasSubstr("does not suffice for 200 mm: make the picture smaller, at most about"));
+  EXPECT_THAT(advice->remarks[0], HasSubstr("or add a panel"));
+}
+
+TEST(Advice, AStopRequestEndsIt) {
+  const StockPanel panel = test::wood_panel("P", 120, 100, 50.8, 3);
+  const Artwork artwork = test::blob_artwork("A", 60, 60, Millimetres(20), 4);
+  std::stop_source stop;
+  const auto advice = advise(
+      artwork, {&panel, 1}, test::small_options_without_saliency(), limits(30),
+      [&](double, std::string_view) { stop.request_stop(); }, stop.get_token());
+  ASSERT_FALSE(advice.ok());
+  EXPECT_EQ(advice.error().code, ErrorCode::kCancelled);
+}
+
+TEST(ContactSheet, SaysDurationsAsPeopleDo) {
+  EXPECT_EQ(duration_text(std::chrono::seconds(20)), "1 min");
+  EXPECT_EQ(duration_text(std::chrono::minutes(52)), "52 min");
+  EXPECT_EQ(duration_text(std::chrono::minutes(70)), "1 h 10 min");
+}
+
+}  // namespace
+}  // namespace veneer::planner
