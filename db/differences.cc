@@ -134,7 +134,8 @@ std::string next_scan_at(SQLite::Database& connection, const PanelId& panel, int
   SQLite::Statement row(
       connection,
       "WITH seen AS (SELECT m.version, m.made_at, m.map_file || ' ' || coalesce(t.seen_file, m.mask_file) AS files "
-      "FROM masks AS m LEFT JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = ?1), "
+      "FROM masks AS m LEFT JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = "
+      "?1), "
       "scanned AS (SELECT min(version) AS version, made_at, files FROM seen GROUP BY files) "
       "SELECT s.made_at FROM scanned AS s WHERE s.version > (SELECT f.version FROM scanned AS f JOIN seen AS v ON "
       "v.files = f.files WHERE v.version = ?2) ORDER BY s.version LIMIT 1");

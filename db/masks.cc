@@ -54,8 +54,7 @@ std::vector<MaskEdit> read_edits(SQLite::Database& connection, const PanelId& pa
     if (!shape || shape->empty()) throw damaged(fmt::format("edit {} of the mask of {}", edit.id.value, panel.value));
     edit.shape = Region<PanelFrame>(std::move(*shape));
     edit.who = text(rows.getColumn(3)), edit.note = text(rows.getColumn(4)), edit.at = text(rows.getColumn(5));
-    if (!rows.getColumn(6).isNull())
-      edit.removal = MaskEdit::Removal{text(rows.getColumn(6)), text(rows.getColumn(7))};
+    if (!rows.getColumn(6).isNull()) edit.removal = MaskEdit::Removal{text(rows.getColumn(6)), text(rows.getColumn(7))};
   }
   return out;
 }
@@ -69,7 +68,7 @@ std::optional<MaskRecord> version_of(SQLite::Database& connection, const PanelId
       "JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = ? AND m.version = ?");
   SQLite::bind(row, panel.value, version);
   if (!row.executeStep()) return std::nullopt;
-  return MaskRecord{0,  text(row.getColumn(0)), text(row.getColumn(1)), text(row.getColumn(2)),
+  return MaskRecord{0,  text(row.getColumn(0)),        text(row.getColumn(1)), text(row.getColumn(2)),
                     "", area_or_null(row.getColumn(3))};
 }
 
@@ -121,7 +120,8 @@ Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
     std::vector<MaskRecord> out;
     while (rows.executeStep())
       out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
-                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5)), text(rows.getColumn(6))});
+                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5)),
+                     text(rows.getColumn(6))});
     return out;
   });
 }
@@ -158,8 +158,9 @@ Result<std::vector<MaskEdit>> Masks::of(const PanelId& panel) {
 
 Result<MaskEditId> Masks::add(const PanelId& panel, const MaskEdit& edit, const MaskRecord& made, int after) {
   if (edit.shape.empty())
-    return Error{ErrorCode::kInvalidArgument, "an edit of a mask needs an outline with an area: give three corners at "
-                                              "least"};
+    return Error{ErrorCode::kInvalidArgument,
+                 "an edit of a mask needs an outline with an area: give three corners at "
+                 "least"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<MaskEditId> {
     if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
     SQLite::Statement insert(connection,
@@ -180,8 +181,8 @@ Status Masks::remove(const PanelId& panel, MaskEditId edit, const std::string& w
       return Error{ErrorCode::kNotFound, fmt::format("panel {0} has no edit {1}: see `veneerctl panel mask {0} --list`",
                                                      panel.value, edit.value)};
     if (found->removal)
-      return Error{ErrorCode::kConflict, fmt::format("edit {} was taken back before, on {}", edit.value,
-                                                     found->removal->at.substr(0, 10))};
+      return Error{ErrorCode::kConflict,
+                   fmt::format("edit {} was taken back before, on {}", edit.value, found->removal->at.substr(0, 10))};
     if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
     SQLite::Statement insert(connection, "INSERT INTO mask_edit_removals (edit, who, at) VALUES (?, ?, ?)");
     SQLite::bind(insert, edit.value, who, at);

@@ -22,9 +22,9 @@ struct MaskEdit {
   struct Removal {
     std::string who, at;
   };
-  MaskEditId id;              // 0 on insertion
-  bool give = false;          // wood that the scan left out; else wood that it called usable is withheld
-  Region<PanelFrame> shape;   // never empty
+  MaskEditId id;             // 0 on insertion
+  bool give = false;         // wood that the scan left out; else wood that it called usable is withheld
+  Region<PanelFrame> shape;  // never empty
   std::string who, note, at;
   std::optional<Removal> removal;
 };

@@ -45,10 +45,11 @@ Error contradiction(const MergeRecord& merge, const Gone& gone, const Held& held
                         "sheets; or settle first which of the two was never cut",
                         held.whose, merge.kept.value, gone.reason, merge.merged.value)};
   if (held.state == "leased")
-    return {ErrorCode::kConflict,
-            fmt::format("{} leases wood of panel {} that is gone by the record of panel {}: run `veneerctl job release` "
-                        "first",
-                        held.whose, merge.kept.value, merge.merged.value)};
+    return {
+        ErrorCode::kConflict,
+        fmt::format("{} leases wood of panel {} that is gone by the record of panel {}: run `veneerctl job release` "
+                    "first",
+                    held.whose, merge.kept.value, merge.merged.value)};
   return {ErrorCode::kConflict,
           fmt::format("{} is {} on wood of panel {} that is gone by the record of panel {}: cancel its job, or settle "
                       "the piece, first",
@@ -98,7 +99,8 @@ Status check_may_merge(SQLite::Database& connection, const MergeRecord& merge) {
   if (const auto one = merged_into(connection, merge.merged))
     return Error{ErrorCode::kConflict,
                  fmt::format("panel {} was merged into panel {} before", merge.merged.value, one->value)};
-  SQLite::Statement parts(connection, "SELECT p.id FROM parts AS t JOIN panels AS p ON p.id = t.panel WHERE p.parent = ?");
+  SQLite::Statement parts(connection,
+                          "SELECT p.id FROM parts AS t JOIN panels AS p ON p.id = t.panel WHERE p.parent = ?");
   parts.bind(1, merge.merged.value);
   if (parts.executeStep())
     return Error{ErrorCode::kConflict, fmt::format("panel {} was sawn apart, and panel {} is a part of it: merge the "
@@ -127,21 +129,22 @@ Status Panels::merge(const MergeRecord& merge, const std::vector<FiducialRecord>
     if (Status may = check_may_merge(connection, merge); !may.ok()) return may;
     end_expired(connection, merge.at);
     if (!is_retired(connection, merge.merged))
-      if (Status left = leave_stock(connection, merge.merged,
-                                    fmt::format("it is panel {}: merged", merge.kept.value), merge.at);
+      if (Status left =
+              leave_stock(connection, merge.merged, fmt::format("it is panel {}: merged", merge.kept.value), merge.at);
           !left.ok())
         return left;
     SQLite::Statement size(connection, "SELECT width_um, height_um FROM panels WHERE id = ?");
     size.bind(1, merge.kept.value);
     size.executeStep();
-    const Millimetres none(0), width = from_um(size.getColumn(0).getInt64()), height = from_um(size.getColumn(1).getInt64());
+    const Millimetres none(0), width = from_um(size.getColumn(0).getInt64()),
+                               height = from_um(size.getColumn(1).getInt64());
     const Region<PanelFrame> sheet(Ring<PanelFrame>{{none, none}, {width, none}, {width, height}, {none, height}});
     const auto gone = gone_from(connection, merge.merged);
     std::vector<Region<PanelFrame>> areas;
     areas.reserve(gone.size());
     for (const Gone& wood : gone) areas.push_back(wood.area);
-    const auto left = not_booked_yet(merge, gone, moved_apart(areas, merge.kept_from_merged, sheet),
-                                     held_by(connection, merge.kept));
+    const auto left =
+        not_booked_yet(merge, gone, moved_apart(areas, merge.kept_from_merged, sheet), held_by(connection, merge.kept));
     if (!left.ok()) return left.error();
     // The other face tells nothing of wood; the same one does, as it was then.
     const bool other_face = merge.kept_from_merged.handedness() == Handedness::kImproper;

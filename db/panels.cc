@@ -342,8 +342,7 @@ Status Panels::note_restoration(const std::string& made_at, const std::string& w
 }
 
 Status Panels::check_seen(const PanelId& panel) {
-  return guarded(*database_,
-                 [&](SQLite::Database& connection) -> Status { return db::check_seen(connection, panel); });
+  return guarded(*database_, [&](SQLite::Database& connection) -> Status { return db::check_seen(connection, panel); });
 }
 
 Status Panels::restore(const PanelId& panel, const std::string& reason, const std::string& at) {

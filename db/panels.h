@@ -154,8 +154,8 @@ class Panels {
 
   // Two panels turn out to be one sheet: `kept` holds the wood of both from now on. What is gone from `merged` is
   // booked in it, `tags` are those that it has not yet, `scans` become its own; `merged` leaves the stock for
-  // good. kConflict, with the pieces' names, when both were cut from the same wood, when wood that is reserved or leased
-  // is gone by the other's record, or while pieces of `merged` are reserved, being cut or suspect.
+  // good. kConflict, with the pieces' names, when both were cut from the same wood, when wood that is reserved or
+  // leased is gone by the other's record, or while pieces of `merged` are reserved, being cut or suspect.
   Status merge(const MergeRecord& merge, const std::vector<FiducialRecord>& tags, const std::vector<ScanRecord>& scans);
   Result<std::optional<PanelId>> merged_into(const PanelId& panel);  // nothing of a panel that was not merged
 

@@ -70,7 +70,8 @@ ProposalRecord read(SQLite::Database& connection, SQLite::Statement& row) {
   decision.overruled = texts_in(connection, text(row.getColumn(18)));
   if (const auto panel = text_or_null(row.getColumn(19))) decision.panel = PanelId{*panel};
   if (!row.getColumn(20).isNull()) decision.mask_version = row.getColumn(20).getInt();
-  decision.who = text(row.getColumn(21)), decision.note = text(row.getColumn(22)), decision.at = text(row.getColumn(23));
+  decision.who = text(row.getColumn(21)), decision.note = text(row.getColumn(22)),
+  decision.at = text(row.getColumn(23));
   return out;
 }
 
@@ -103,9 +104,9 @@ Status check_open(SQLite::Database& connection, ProposalId proposal) {
   if (row.getColumn(0).isNull()) return Ok();
   const std::string verdict = text(row.getColumn(0));
   if (verdict == to_string(ProposalVerdict::kReplaced))
-    return Error{ErrorCode::kConflict,
-                 fmt::format("a later scan took the place of proposal {}: see `veneerctl panel proposals`",
-                             proposal.value)};
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("a later scan took the place of proposal {}: see `veneerctl panel proposals`", proposal.value)};
   return Error{ErrorCode::kConflict, fmt::format("proposal {} was {} on {}: scan the sheet again", proposal.value,
                                                  verdict, text(row.getColumn(1)).substr(0, 10))};
 }
@@ -163,10 +164,11 @@ Result<ProposalId> Proposals::add(const ProposalRecord& proposal) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<ProposalId> {
     if (proposal.panel && !panel_exists(connection, *proposal.panel)) return no_such_panel(*proposal.panel);
     replace_earlier(connection, proposal);
-    SQLite::Statement insert(connection,
-                             "INSERT INTO proposals (who, made_at, map_file, mask_file, read_file, read_sha256, "
-                             "scan_files, tags, width_um, height_um, usable_um2, lost_um2, gained_um2, warnings, panel, "
-                             "after) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    SQLite::Statement insert(
+        connection,
+        "INSERT INTO proposals (who, made_at, map_file, mask_file, read_file, read_sha256, "
+        "scan_files, tags, width_um, height_um, usable_um2, lost_um2, gained_um2, warnings, panel, "
+        "after) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
     SQLite::bind(insert, proposal.who, proposal.made_at, proposal.map_file, proposal.mask_file, proposal.read_file,
                  proposal.read_sha256, list_of(connection, proposal.scan_files), list_of(proposal.tags),
                  to_um(proposal.width), to_um(proposal.height), to_um2(proposal.usable), to_um2(proposal.lost),
@@ -199,8 +201,8 @@ Result<ProposalRecord> Proposals::find(ProposalId proposal) {
 
 Result<std::vector<ProposalRecord>> Proposals::list(bool decided) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<ProposalRecord>> {
-    SQLite::Statement rows(
-        connection, std::string(kColumns) + (decided ? "" : "WHERE v.proposal IS NULL ") + "ORDER BY p.id DESC");
+    SQLite::Statement rows(connection,
+                           std::string(kColumns) + (decided ? "" : "WHERE v.proposal IS NULL ") + "ORDER BY p.id DESC");
     std::vector<ProposalRecord> out;
     while (rows.executeStep()) out.push_back(read(connection, rows));
     return out;
@@ -211,9 +213,12 @@ Result<std::vector<std::string>> Proposals::spent_files() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<std::string>> {
     SQLite::Statement rows(
         connection,
-        "WITH named (file, open) AS (SELECT f.file, v.proposal IS NULL FROM (SELECT id, map_file AS file FROM proposals "
-        "UNION SELECT id, mask_file FROM proposals UNION SELECT id, read_file FROM proposals UNION SELECT p.id, e.value "
-        "FROM proposals AS p, json_each(p.scan_files) AS e) AS f LEFT JOIN proposal_verdicts AS v ON v.proposal = f.id) "
+        "WITH named (file, open) AS (SELECT f.file, v.proposal IS NULL FROM (SELECT id, map_file AS file FROM "
+        "proposals "
+        "UNION SELECT id, mask_file FROM proposals UNION SELECT id, read_file FROM proposals UNION SELECT p.id, "
+        "e.value "
+        "FROM proposals AS p, json_each(p.scan_files) AS e) AS f LEFT JOIN proposal_verdicts AS v ON v.proposal = "
+        "f.id) "
         "SELECT file FROM named GROUP BY file HAVING max(open) = 0 AND file NOT IN (SELECT map_file FROM masks) AND "
         "file NOT IN (SELECT mask_file FROM masks) AND file NOT IN (SELECT file FROM scans) AND file NOT IN (SELECT "
         "seen_file FROM painted_masks) ORDER BY file");

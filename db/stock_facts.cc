@@ -174,7 +174,8 @@ Status check_surface(SQLite::Database& connection, const PanelId& panel) {
   // is of a mask that was painted on, by what the scan saw.
   SQLite::Statement later(
       connection,
-      "WITH saw AS (SELECT m.version, m.made_at, m.map_file, coalesce(p.seen_file, m.mask_file) AS seen_file FROM masks "
+      "WITH saw AS (SELECT m.version, m.made_at, m.map_file, coalesce(p.seen_file, m.mask_file) AS seen_file FROM "
+      "masks "
       "AS m LEFT JOIN painted_masks AS p ON p.panel = m.panel AND p.version = m.version WHERE m.panel = ?1) "
       "SELECT t.kind, t.treated_at, s.seen FROM treatments AS t JOIN (SELECT min(m.made_at) AS seen FROM saw AS n JOIN "
       "saw AS m ON m.map_file = n.map_file AND m.seen_file = n.seen_file WHERE n.version = (SELECT max(version) FROM "

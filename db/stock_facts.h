@@ -63,8 +63,8 @@ class StockFacts {
   Result<std::vector<Treatment>> treatments(const PanelId& panel);   // as they were noted
 
   // kRefused when its surface was treated after the scan that counts, or what is there of its wood is not known
-  // (Panels::check_seen): the sentence names panel, day and remedy. A day counts from its beginning, so that a panel may be treated and scanned on the
-  // same day.
+  // (Panels::check_seen): the sentence names panel, day and remedy. A day counts from its beginning, so that a panel
+  // may be treated and scanned on the same day.
   Status check_surface(const PanelId& panel);
   // The panels in stock that it refuses, in order of id.
   Result<std::vector<PanelToScan>> panels_to_scan();

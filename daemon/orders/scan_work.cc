@@ -47,21 +47,30 @@ Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Regis
   return calib::stitch(tiles, area, options);
 }
 
-// What the mask withholds because it is in doubt; places as the operator measures them, from the lower left corner.
-std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
-  std::vector<std::string> out;
-  for (const calib::AskedStrip& strip : mask.asked) {
-    Box<PanelFrame> box;
-    for (const auto& corner : strip.outline) box.add(corner);
-    const auto place = fmt::format("{:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge",
-                                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count());
-    if (strip.taken)
-      out.push_back(fmt::format("of the strip at {} some is left out of the usable wood: {}", place, strip.reason));
-    else
-      out.push_back(
-          fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason));
-  }
-  return out;
+// Patches that would change, without the fringes that two scans of one border differ by.
+SquareMillimetres area_of_patches(const Raster<PanelFrame>& changed) {
+  constexpr int kMillimetre = 11;  // pixels at 300 dpi, odd
+  cv::Mat patches;
+  cv::morphologyEx(changed.pixels, patches, cv::MORPH_OPEN,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {kMillimetre, kMillimetre}));
+  return wood_area({patches, changed.resolution, changed.origin});
+}
+
+// What accepting the new mask would do to the free wood.
+void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier, const Raster<PanelFrame>& now,
+                  PanelRead& out) {
+  // The mask keeps away from the edges of cuts, and drops what is left between them.
+  constexpr Millimetres kBesideCuts(1.5);
+  std::vector<Region<PanelFrame>> held = order.held;
+  held.insert(held.end(), order.gone.begin(), order.gone.end());
+  const auto minus = [](const Raster<PanelFrame>& a, const Raster<PanelFrame>& b) {
+    Raster<PanelFrame> rest{a.pixels.clone(), a.resolution, a.origin};
+    rest.pixels.setTo(0, b.pixels);
+    return rest;
+  };
+  const auto lost = free_wood(free_wood(minus(earlier, now), order.held, Millimetres(0)), order.gone, kBesideCuts);
+  out.lost = area_of_patches(lost);
+  out.gained = area_of_patches(free_wood(minus(now, earlier), held, Millimetres(0)));
 }
 
 // The map's picture and its mask's, into the folder.
@@ -70,7 +79,6 @@ Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask,
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
   out.zones = zones_of(mask);
   out.usable = wood_area(mask.usable);
-  out.warnings = warnings_of(mask);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
 }
 
@@ -82,6 +90,7 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   progress(0.75, "finding usable wood");
   auto mask = calib::mask_veneer(*map, registration.fiducials);
   if (!mask) return mask.error();
+  out.warnings = doubts_of_first_scan(order.views, registration, *mask);
   return write_panel(*map, *mask, folder, out);
 }
 
@@ -110,6 +119,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   const calib::EarlierLook look{*before, *earlier};
   auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
   if (!mask) return mask.error();
+  out.warnings = doubts_of_mask(*mask);
+  compare_wood(order, *earlier, mask->usable, out);
   return write_panel(*map, *mask, folder, out);
 }
 
