@@ -40,10 +40,11 @@ std::vector<Held> held_by(SQLite::Database& connection, const PanelId& panel) {
 
 Error contradiction(const MergeRecord& merge, const Gone& gone, const Held& held) {
   if (held.state == "cut")
-    return {ErrorCode::kConflict,
-            fmt::format("{} was cut from panel {} where {} of panel {} was: one place is cut once, so these are two "
-                        "sheets; or settle first which of the two was never cut",
-                        held.whose, merge.kept.value, gone.reason, merge.merged.value)};
+    return {
+        ErrorCode::kConflict,
+        fmt::format("{} was cut from panel {}, and by the record of panel {} {} was in the same place: one place is "
+                    "cut once, so these are two sheets; or settle first which of the two was never cut",
+                    held.whose, merge.kept.value, merge.merged.value, gone.reason)};
   if (held.state == "leased")
     return {
         ErrorCode::kConflict,

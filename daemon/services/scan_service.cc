@@ -339,7 +339,13 @@ Result<ScanOutcome> ScanService::propose(const ScanRequest& request, const Known
   if (known.parent) std::erase_if(read.warnings, [](const ScanWarning& warning) { return warning.name == "size"; });
   SeenSheet seen{std::move(read), std::move(*tiles), map_file->file,         map_file->sha256, mask_file->file, {}, 0,
                  known.later_map, known.parent,      known.parent_fiducials, known.suspects};
-  if (known.panel) seen.panel = known.panel->id, seen.after = known.panel->mask_version;
+  if (known.panel) {
+    seen.panel = known.panel->id, seen.after = known.panel->mask_version;
+    // The first scan fixed its frame.
+    seen.read.sheet = {};
+    seen.read.sheet.add({});
+    seen.read.sheet.add({known.panel->width, known.panel->height});
+  }
   if (!known.panel && !known.parent) {
     auto doubts = doubts_about_sheet(seen.read.fiducials, known.stock);
     seen.read.warnings.insert(seen.read.warnings.end(), doubts.begin(), doubts.end());

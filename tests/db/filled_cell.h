@@ -102,6 +102,13 @@ inline void fill(CellDatabase& cell) {
   there.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
   VENEER_ASSERT_OK(differences.found(oak, {gone, there}, kNow));
   VENEER_ASSERT_OK(differences.decide(oak, {1}, DifferenceVerdict::kAccepted, "local:1000", "a chip", kLater));
+  Masks masks(cell.database());
+  const MaskRecord painted{
+      0, "maps/3.png", "maps/3-painted.png", "0123", kLater, SquareMillimetres(5000), "maps/3-mask.png"};
+  for (const bool give : {true, false})
+    must(masks.add(split, {{}, give, rectangle(30, 20, 5, 5), "local:1000", "seen by eye", kLater, {}}, painted,
+                   give ? 1 : 2));
+  VENEER_ASSERT_OK(masks.remove(split, {2}, "local:1000", kLater, painted, 3));
   Proposals proposals(cell.database());
   ProposalRecord proposal;
   proposal.who = "local:1000", proposal.made_at = kNow, proposal.map_file = "proposals/map.png";
@@ -111,16 +118,9 @@ inline void fill(CellDatabase& cell) {
   proposal.warnings_json = R"([{"name":"size","text":"not round"}])";
   must(proposals.add(proposal));
   VENEER_ASSERT_OK(proposals.refuse(must(proposals.add(proposal)), "local:1000", "dust", kLater));
-  proposal.panel = ash, proposal.after = 2, proposal.lost = SquareMillimetres(900);
   must(proposals.add(proposal));
-  Masks masks(cell.database());
-  for (const bool give : {true, false})
-    must(masks.add(oak, {{}, give, rectangle(30, 20, 5, 5), "local:1000", "seen by eye", kLater, {}},
-                   {0, "maps/1.png", "maps/1-painted.png", "0123", kLater, SquareMillimetres(5000), "maps/1-mask.png"},
-                   give ? 1 : 2));
-  VENEER_ASSERT_OK(masks.remove(
-      oak, {2}, "local:1000", kLater,
-      {0, "maps/1.png", "maps/1-given.png", "0123", kLater, SquareMillimetres(5025), "maps/1-mask.png"}, 3));
+  proposal.panel = split, proposal.after = 4, proposal.lost = SquareMillimetres(900);
+  must(proposals.add(proposal));
   const PanelId twice = cell.new_panel(), once = cell.new_panel();
   VENEER_ASSERT_OK(cell.ledger().write_off(twice, Region<PanelFrame>(square(60, 50, 20)), "burnt pattern", kNow));
   const Isometry2<PanelFrame, PanelFrame> once_from_twice(degrees(1), point<PanelFrame>(2, 1));
