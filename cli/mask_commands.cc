@@ -61,11 +61,11 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
     if (options->remove)
       return context.finish(context.client().request("DELETE", target + "/" + std::to_string(*options->remove), "", ""),
                             render_edited);
-    const bool give = !options->give.empty();
-    if (!give && options->withhold.empty()) return context.finish(context.client().get(target), render_edits);
-    const auto corners = corners_of(give ? options->give : options->withhold);
+    const bool giving = !options->give.empty();
+    if (!giving && options->withhold.empty()) return context.finish(context.client().get(target), render_edits);
+    const auto corners = corners_of(giving ? options->give : options->withhold);
     if (!corners) fail(corners.error(), kUnusableArguments);
-    json body = {{"kind", give ? "give" : "withhold"}, {"outline_mm", *corners}};
+    json body = {{"kind", giving ? "give" : "withhold"}, {"outline_mm", *corners}};
     if (!options->note.empty()) body["note"] = options->note;
     context.finish(context.client().post(target, body), render_edited);
   });
