@@ -13,6 +13,7 @@
 #include "daemon/services/panel_merge.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/services/stock_memory.h"
+#include "tests/support/one_picture.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
@@ -23,14 +24,10 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-class OnePicture final : public ScannerDriver {
- public:
-  Result<ScanFile> scan(ScanResolution, const ScanProgress&, std::stop_token) override {
-    return ScanFile{file, nominal, device(), ""};
-  }
-  std::string device() const override { return "test:0"; }
-  std::filesystem::path file;
-  ScanResolution nominal{};
+}
+std::string device() const override { return "test:0"; }
+std::filesystem::path file;
+ScanResolution nominal{};
 };
 
 const PanelId kFirst{"P-0001"}, kSecond{"P-0002"};
@@ -107,7 +104,7 @@ class ScanProposalsTest : public ::testing::Test {
   std::unique_ptr<DatabaseThread> database_;
   std::unique_ptr<DatabaseReader> reader_;
   PanelLibrary library_{folder_.path()};
-  OnePicture scanner_;
+  testing::OnePicture scanner_;
   testing::WorkHere workers_;
   std::optional<ScanProposals> proposals_;
 };

@@ -19,22 +19,17 @@
 #include "daemon/orders/panel_wood.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/stock_memory.h"
+#include "tests/support/one_picture.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
 
 namespace veneer::daemon {
-namespace {
-
-class OnePicture final : public ScannerDriver {
- public:
-  Result<ScanFile> scan(ScanResolution, const ScanProgress&, std::stop_token) override {
-    return ScanFile{file, nominal, device(), make};
-  }
-  std::string device() const override { return "test:0"; }
-  std::filesystem::path file;
-  ScanResolution nominal{};
-  std::string make;
+namespace {}
+std::string device() const override { return "test:0"; }
+std::filesystem::path file;
+ScanResolution nominal{};
+std::string make;
 };
 
 Region<PanelFrame> square(double x, double y, double side) {
@@ -89,7 +84,7 @@ class ScanServiceTest : public ::testing::Test {
   boost::asio::io_context reactor_;
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
-  OnePicture scanner_;
+  testing::OnePicture scanner_;
   testing::WorkHere workers_;
   std::optional<ScanProposals> proposals_;
 };
