@@ -24,12 +24,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-}
-std::string device() const override { return "test:0"; }
-std::filesystem::path file;
-ScanResolution nominal{};
-};
-
 const PanelId kFirst{"P-0001"}, kSecond{"P-0002"};
 
 class ScanProposalsTest : public ::testing::Test {

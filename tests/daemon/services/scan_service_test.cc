@@ -25,12 +25,7 @@
 #include "tests/support/work_here.h"
 
 namespace veneer::daemon {
-namespace {}
-std::string device() const override { return "test:0"; }
-std::filesystem::path file;
-ScanResolution nominal{};
-std::string make;
-};
+namespace {
 
 Region<PanelFrame> square(double x, double y, double side) {
   return Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(x, y), point<PanelFrame>(x + side, y),
