@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-Box<PanelFrame> box(double x0, double y0, double x1, double y1) {
+Box<PanelFrame> between(double x0, double y0, double x1, double y1) {
   Box<PanelFrame> out;
   out.add(point<PanelFrame>(x0, y0));
   out.add(point<PanelFrame>(x1, y1));
@@ -26,7 +26,7 @@ struct Sheet {
   calib::VeneerMask mask;
 
   // Two upright tags and one that is turned, all longer by these shares along the scanner's axes; 10 pixels a mm.
-  Sheet(double longer_x, double longer_y, Box<PanelFrame> bounds = box(0, 0, 240, 160)) {
+  Sheet(double longer_x, double longer_y, Box<PanelFrame> bounds = between(0, 0, 240, 160)) {
     const auto resolution = ScanResolution::from_dpi(254);
     calib::TileView& view = views.emplace_back();
     view.nominal = resolution;
@@ -50,7 +50,7 @@ struct Sheet {
   }
   void strip(double from, double to) {
     calib::Zone& zone = mask.list.emplace_back();
-    zone.box = box(from, 20, to, 140);
+    zone.box = between(from, 20, to, 140);
   }
   std::vector<std::string> names() const {
     std::vector<std::string> out;
@@ -71,9 +71,9 @@ TEST(ScanDoubts, AnAxisThatIsOffIsToldFromPrintsThatAre) {
 }
 
 TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAt) {
-  EXPECT_THAT(Sheet(0, 0, box(0, 0, 240.4, 159.6)).names(), IsEmpty());
-  EXPECT_THAT(Sheet(0, 0, box(0, 0, 239.2, 159.5)).names(), ElementsAre("size")) << "301 dpi for 300";
-  EXPECT_THAT(Sheet(0, 0, box(0, 0, 240, 96.8)).names(), ElementsAre("size")) << "broke off";
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240.4, 159.6)).names(), IsEmpty());
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 239.2, 159.5)).names(), ElementsAre("size")) << "301 dpi for 300";
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 96.8)).names(), ElementsAre("size")) << "broke off";
 }
 
 TEST(ScanDoubts, BareBoardAsWideAsAStripIsTold) {
