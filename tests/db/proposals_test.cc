@@ -136,8 +136,8 @@ TEST_F(ProposalsTest, EditsOfAMaskAreALayerWithVersions) {
 TEST_F(ProposalsTest, PaintingIsNoScan) {
   const PanelId panel = cell_.new_panel();
   StockFacts facts(cell_.database());
-  VENEER_ASSERT_OK(facts.set_panel(panel, {{}, {}, {}, "test", kLater},
-                                   {{TreatmentKind::kSanding, "grit 240", "2026-05-01T08:00:00.000Z", "", ""}}));
+  VENEER_ASSERT_OK(
+      facts.set_panel(panel, {{}, {}, {}, "test", kLater}, {{TreatmentKind::kSanding, "grit 240", "", "", ""}}));
   EXPECT_FALSE(facts.check_surface(panel).ok());
   const auto first = must(cell_.panels().masks(panel)).front();
   MaskEdit edit;
