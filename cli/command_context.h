@@ -72,15 +72,17 @@ void add_stop_command(CLI::App& app, CommandContext& context);
 void add_cell_commands(CLI::App& app, CommandContext& context);  // status, stop, hold, ..., console
 void add_db_commands(CLI::App& app, CommandContext& context);    // db check|backup|backups
 void add_audit_command(CLI::App& app, CommandContext& context);
-void add_export_commands(CLI::App& app, CommandContext& context);    // export stock|history
-void add_panel_commands(CLI::App& app, CommandContext& context);     // panel scan|list|show, calibrate, certificates
-void add_fiducial_commands(CLI::App& app, CommandContext& context);  // fiducials print grid|panel
-void add_job_commands(CLI::App& app, CommandContext& context);       // job new|plan|list|start|hold|..., task
-void add_piece_commands(CLI::App& app, CommandContext& context);     // piece show|at
-void add_laser_commands(CLI::App& app, CommandContext& context);     // laser test-pattern|run|jog|here|override
-void add_scanner_commands(CLI::App& app, CommandContext& context);   // scanner list
-void add_fact_commands(CLI::App& app, CommandContext& context);      // material ..., panel set
-void add_recipe_commands(CLI::App& app, CommandContext& context);    // recipe ..., panel material, job export
-void add_sim_commands(CLI::App& app, CommandContext& context);       // sim ...
+void add_export_commands(CLI::App& app, CommandContext& context);      // export stock|history
+void add_panel_commands(CLI::App& app, CommandContext& context);       // panel list|show, calibrate, certificates
+void add_proposal_commands(CLI::App& panel, CommandContext& context);  // panel scan|proposals|accept|refuse
+void add_mask_commands(CLI::App& panel, CommandContext& context);      // panel mask
+void add_fiducial_commands(CLI::App& app, CommandContext& context);    // fiducials print grid|panel
+void add_job_commands(CLI::App& app, CommandContext& context);         // job new|plan|list|start|hold|..., task
+void add_piece_commands(CLI::App& app, CommandContext& context);       // piece show|at
+void add_laser_commands(CLI::App& app, CommandContext& context);       // laser test-pattern|run|jog|here|override
+void add_scanner_commands(CLI::App& app, CommandContext& context);     // scanner list
+void add_fact_commands(CLI::App& app, CommandContext& context);        // material ..., panel set
+void add_recipe_commands(CLI::App& app, CommandContext& context);      // recipe ..., panel material, job export
+void add_sim_commands(CLI::App& app, CommandContext& context);         // sim ...
 
 }  // namespace veneer::cli

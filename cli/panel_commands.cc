@@ -1,4 +1,4 @@
-// panel scan|list|show|label|registration|ledger|scans|revert|retire|restore|split|differences|decide, calibrate,
+// panel list|show|label|registration|ledger|scans|revert|retire|restore|split|merge|differences|decide, calibrate,
 // certificates.
 #include <fmt/format.h>
 
@@ -16,27 +16,6 @@ namespace veneer::cli {
 namespace {
 
 using nlohmann::json;
-
-void add_scan(CLI::App& panel, CommandContext& context) {
-  struct Options {
-    std::string face = "show";
-    std::string panel, part_of;
-    bool more = false;
-  };
-  const auto options = std::make_shared<Options>();
-  CLI::App* scan = panel.add_subcommand("scan", "Scan what lies on the glass");
-  scan->add_option("--face", options->face, "The face that lies on the glass")->check(CLI::IsMember({"show", "back"}));
-  scan->add_option("--panel", options->panel, "A known panel: adds its other face, or compares it with the ledger");
-  scan->add_option("--part-of", options->part_of,
-                   "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
-  scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
-  scan->callback([options, &context] {
-    json body = {{"face", options->face}, {"more", options->more}};
-    if (!options->panel.empty()) body["panel"] = options->panel;
-    if (!options->part_of.empty()) body["part_of"] = options->part_of;
-    context.finish(context.run_task(context.client().post("/scans", body)), render_scan_result);
-  });
-}
 
 void leave_out_retired(json& reply) {
   json in_stock = json::array();
@@ -177,6 +156,23 @@ void add_corrections(CLI::App& panel, CommandContext& context) {
     });
 }
 
+void add_merge(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string kept, merged;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* merge = panel.add_subcommand(
+      "merge", "Two panels are one sheet: scanned twice as new, or once with its back as its show face");
+  merge->add_option("KEPT", options->kept, "The panel that stays, as in P-0001")->required();
+  merge->add_option("MERGED", options->merged, "The one that is the same sheet; it leaves the stock for good")
+      ->required();
+  merge->callback([options, &context] {
+    context.finish(
+        context.client().post("/panels/" + url_encode(options->kept) + "/merge", {{"merged", options->merged}}),
+        render_merged);
+  });
+}
+
 // What a scan and the ledger disagreed about stays until somebody decides.
 void add_differences(CLI::App& panel, CommandContext& context) {
   struct Options {
@@ -246,11 +242,13 @@ void add_calibrate(CLI::App& app, CommandContext& context) {
 void add_panel_commands(CLI::App& app, CommandContext& context) {
   CLI::App* panel = app.add_subcommand("panel", "Panels and remnants");
   panel->require_subcommand(1);
-  add_scan(*panel, context);
+  add_proposal_commands(*panel, context);
   add_panel_list(*panel, context);
   add_panel_show(*panel, context);
   add_panel_label(*panel, context);
   add_corrections(*panel, context);
+  add_mask_commands(*panel, context);
+  add_merge(*panel, context);
   add_differences(*panel, context);
   for (const char* part : {"registration", "ledger"}) {
     const auto id = std::make_shared<std::string>();

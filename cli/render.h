@@ -25,6 +25,12 @@ std::string render_retired(const nlohmann::json& reply);
 std::string render_differences(const nlohmann::json& reply);  // of GET /panels/{id}/differences
 std::string render_registration(const nlohmann::json& registration);
 std::string render_scan_result(const nlohmann::json& result);
+std::string render_proposals(const nlohmann::json& reply);
+std::string render_proposal(const nlohmann::json& proposal);
+std::string render_refused(const nlohmann::json& result);
+std::string render_edits(const nlohmann::json& reply);
+std::string render_edited(const nlohmann::json& reply);
+std::string render_merged(const nlohmann::json& reply);
 std::string render_calibration(const nlohmann::json& result);
 std::string render_certificates(const nlohmann::json& reply);  // {"certificates": [...]}
 std::string render_recipes(const nlohmann::json& reply);       // {"recipes": [...]}

@@ -14,27 +14,6 @@ using nlohmann::json;
 
 namespace {
 
-std::string kind_words(const std::string& kind) {
-  if (kind == "gone_not_booked") return "wood is gone that is not booked as cut";
-  if (kind == "booked_not_gone") return "booked as cut, and still in the panel";
-  return kind;
-}
-
-std::string difference_words(const json& difference) {
-  const json& place = member(difference, "place_mm");
-  std::string where;
-  if (place.is_array() && place.size() == 2 && place[0].is_number() && place[1].is_number()) {
-    where = fmt::format("at {:.1f}, {:.1f} mm", place[0].get<double>(), place[1].get<double>());
-  }
-  std::vector<std::string> words = {kind_words(text_or(difference, "kind", "?")), where,
-                                    fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))};
-  if (const json& pieces = member(difference, "pieces"); pieces.is_array())
-    for (const json& piece : pieces)
-      words.push_back(fmt::format("piece {} of job {:.0f}, {}", text_or(piece, "mark", "?"), number_or(piece, "job", 0),
-                                  text_or(piece, "state", "?")));
-  return joined(words, ", ");
-}
-
 // A line for what nobody has decided on yet; "" when there is nothing.
 std::string open_differences_words(const json& panel) {
   const auto open = whole_or(panel, "open_differences", 0);
@@ -106,7 +85,8 @@ std::string render_masks(const json& masks) {
     table.add({std::to_string(version.value("version", 0)), text_or(version, "made", ""),
                square_cm(version, "usable_mm2"),
                joined({&version == &versions.front() ? "counts" : "",
-                       same.is_number() ? fmt::format("version {} again", same.get<int>()) : ""},
+                       same.is_number() ? fmt::format("version {} again", same.get<int>()) : "",
+                       member(version, "painted") == json(true) ? "with edits by hand" : ""},
                       ", ")});
   }
   return table.str();
@@ -170,34 +150,6 @@ std::string render_registration(const json& registration) {
   return line("Registered", joined({"RMS " + millimetres(registration, "rms_mm", 3),
                                     "worst " + millimetres(registration, "max_mm", 3)},
                                    ", "));
-}
-
-std::string render_scan_result(const json& result) {
-  std::string text;
-  const std::string panel = text_or(result, "panel", "");
-  if (panel.empty())
-    return "Scanned. Lay the next part on the glass and scan again; leave --more out for the last one.\n";
-  text += "Panel " + panel + "\n";
-  if (const std::string parent = text_or(result, "part_of", ""); !parent.empty())
-    text += line("Part of",
-                 fmt::format("{}, with {} places where its wood was gone", parent, whole_or(result, "carried", 0)));
-  const json& registration = member(result, "registration");
-  if (registration.is_object() && member(registration, "rms_mm").is_number()) text += render_registration(registration);
-  const json& differences = member(result, "differences");
-  if (differences.is_array()) {
-    text += line("Ledger", differences.empty() ? "agrees with the wood"
-                                               : fmt::format("{} DIFFERENCES from the wood", differences.size()));
-    for (const json& difference : differences) {
-      text += line("", difference_words(difference));
-    }
-  }
-  // A proposal: a person says what became of it.
-  if (const json& suspects = member(result, "suspects"); suspects.is_array())
-    for (const json& piece : suspects)
-      text +=
-          line("Suspect", fmt::format("{0} of job {1}: {2}. Look, then `veneerctl job settle {1} {0}`",
-                                      text_or(piece, "mark", "?"), whole_or(piece, "job", 0), sighting_words(piece)));
-  return text + warning_lines(result);
 }
 
 std::string render_zones(const json& panel) {

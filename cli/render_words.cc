@@ -72,9 +72,33 @@ std::string sighting_words(const json& suspect) {
 
 std::string warning_lines(const json& result) {
   std::string text;
-  for (const json& warning : member(result, "warnings"))
+  for (const json& warning : member(result, "warnings")) {
     if (warning.is_string()) text += fmt::format("Warning: {}\n", warning.get<std::string>());
+    if (warning.is_object())
+      text += fmt::format("Warning {}: {}\n", text_or(warning, "name", "?"), text_or(warning, "text", "?"));
+  }
   return text;
+}
+
+static std::string kind_words(const std::string& kind) {
+  if (kind == "gone_not_booked") return "wood is gone that is not booked as cut";
+  if (kind == "booked_not_gone") return "booked as cut, and still in the panel";
+  return kind;
+}
+
+std::string difference_words(const json& difference) {
+  const json& place = member(difference, "place_mm");
+  std::string where;
+  if (place.is_array() && place.size() == 2 && place[0].is_number() && place[1].is_number()) {
+    where = fmt::format("at {:.1f}, {:.1f} mm", place[0].get<double>(), place[1].get<double>());
+  }
+  std::vector<std::string> words = {kind_words(text_or(difference, "kind", "?")), where,
+                                    fmt::format("{:.1f} mm2", number_or(difference, "area_mm2", 0))};
+  if (const json& pieces = member(difference, "pieces"); pieces.is_array())
+    for (const json& piece : pieces)
+      words.push_back(fmt::format("piece {} of job {:.0f}, {}", text_or(piece, "mark", "?"), number_or(piece, "job", 0),
+                                  text_or(piece, "state", "?")));
+  return joined(words, ", ");
 }
 
 }  // namespace veneer::cli

@@ -26,4 +26,7 @@ std::string names_of(const nlohmann::json& list);
 std::string sighting_words(const nlohmann::json& suspect);
 std::string warning_lines(const nlohmann::json& result);
 
+// "wood is gone that is not booked as cut, at 12.0, 40.5 mm, 9.1 mm2, piece A1 of job 1, reserved"
+std::string difference_words(const nlohmann::json& difference);
+
 }  // namespace veneer::cli

@@ -191,8 +191,9 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   }
   remove_left_work(config.store.data_dir);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
-  c.scans =
-      std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner, c.config, c.log);
+  c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
+  c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner,
+                                          *c.proposals, c.config);
   c.calibrations = std::make_unique<CalibrationService>(*c.devices.scanner, *c.devices.camera, *c.database,
                                                         *c.work_runner, c.config, c.log);
   c.plans = std::make_unique<PlanService>(*c.database, c.panel_library, *c.work_runner, c.config, c.log);

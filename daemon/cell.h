@@ -26,6 +26,7 @@
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
 #include "daemon/services/remnants.h"
+#include "daemon/services/scan_proposals.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/store/database_thread.h"
@@ -77,6 +78,7 @@ class Cell {
   StockMemory stock_memory;
   PanelFigures panel_figures{panel_library, stock_memory};
   Remnants remnants{panel_library, stock_memory};
+  std::unique_ptr<ScanProposals> proposals;
   std::unique_ptr<ScanService> scans;
   std::unique_ptr<CalibrationService> calibrations;
   std::unique_ptr<PlanService> plans;

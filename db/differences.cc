@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include "db/difference_sql.h"
 #include "db/ledger_sql.h"
 #include "db/panel_sql.h"
 #include "db/shapes.h"
@@ -127,6 +128,54 @@ void enter(SQLite::Database& connection, const PanelId& panel, const DifferenceR
   insert.exec();
 }
 
+// When the first scan after that of `version` was looked at; later than all where there is none. A version that was
+// painted on, or that took an earlier one back, is no scan.
+std::string next_scan_at(SQLite::Database& connection, const PanelId& panel, int version) {
+  SQLite::Statement row(
+      connection,
+      "WITH seen AS (SELECT m.version, m.made_at, m.map_file || ' ' || coalesce(t.seen_file, m.mask_file) AS files "
+      "FROM masks AS m LEFT JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = "
+      "?1), "
+      "scanned AS (SELECT min(version) AS version, made_at, files FROM seen GROUP BY files) "
+      "SELECT s.made_at FROM scanned AS s WHERE s.version > (SELECT f.version FROM scanned AS f JOIN seen AS v ON "
+      "v.files = f.files WHERE v.version = ?2) ORDER BY s.version LIMIT 1");
+  SQLite::bind(row, panel.value, version);
+  return row.executeStep() ? text(row.getColumn(0)) : "9999";
+}
+
+bool by_a_scan(DifferenceVerdict verdict) {
+  return verdict == DifferenceVerdict::kNotSeenAgain || verdict == DifferenceVerdict::kGrown;
+}
+
+struct TakenBack {
+  std::vector<DifferenceRecord> closed, opened, open;  // opened: they were closed by later scans only
+};
+TakenBack taken_back(SQLite::Database& connection, const PanelId& panel, int version) {
+  const std::string next = next_scan_at(connection, panel, version);
+  TakenBack out;
+  const auto all = read(connection, panel, "ORDER BY d.id");
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const DifferenceRecord& one = all[i];
+    if (one.found_at >= next) {
+      if (!one.decision) out.closed.push_back(one);
+      continue;
+    }
+    if (!one.decision) {
+      out.open.push_back(one);
+      continue;
+    }
+    // Entered anew when it was opened before.
+    const bool again = std::any_of(all.begin() + static_cast<std::ptrdiff_t>(i) + 1, all.end(), [&](const auto& later) {
+      return later.found_at == one.found_at && later.gone == one.gone &&
+             later.shape.micro_area().rings == one.shape.micro_area().rings;
+    });
+    const bool person = !one.decision->who.empty();
+    if (again || !by_a_scan(one.decision->verdict) || (!person && one.decision->at < next)) continue;
+    out.opened.push_back(one);
+  }
+  return out;
+}
+
 // What of the shape is wood of the panel.
 Region<PanelFrame> within(SQLite::Database& connection, const PanelId& panel, const Region<PanelFrame>& shape) {
   SQLite::Statement size(connection, "SELECT width_um, height_um FROM panels WHERE id = ?");
@@ -155,6 +204,15 @@ std::vector<PieceId> doubt_reserved(SQLite::Database& connection, const PanelId&
 }
 
 }  // namespace
+
+void take_back(SQLite::Database& connection, const PanelId& panel, int version, const std::string& who,
+               const std::string& at) {
+  const TakenBack back = taken_back(connection, panel, version);
+  for (const auto& difference : back.closed)
+    enter_verdict(connection, difference.id, DifferenceVerdict::kNotSeenAgain, who,
+                  "the scan that found it was taken back", at);
+  for (const auto& difference : back.opened) enter(connection, panel, difference, difference.found_at);
+}
 
 const char* to_string(DifferenceVerdict verdict) {
   switch (verdict) {
@@ -228,6 +286,15 @@ Result<std::vector<DifferenceRecord>> Differences::of(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<DifferenceRecord>> {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     return read(connection, panel, "ORDER BY d.id DESC");
+  });
+}
+
+Result<std::vector<DifferenceRecord>> Differences::open_after(const PanelId& panel, int version) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<DifferenceRecord>> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    auto out = taken_back(connection, panel, version);
+    out.open.insert(out.open.end(), out.opened.begin(), out.opened.end());
+    return std::move(out.open);
   });
 }
 

@@ -10,6 +10,7 @@
 #include "db/lease_sql.h"
 #include "db/panel_sql.h"
 #include "db/part_sql.h"
+#include "db/proposal_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
 #include "db/surface_sql.h"
@@ -27,12 +28,6 @@ constexpr const char* kPanelColumns =
 
 Face face_of(const std::string& name) { return name == "back" ? Face::kBack : Face::kShow; }
 FiducialKind kind_of(const std::string& name) { return name == "hole" ? FiducialKind::kHole : FiducialKind::kTag; }
-
-constexpr double kUm2PerMm2 = 1e6;
-std::optional<SquareMillimetres> area_or_null(const SQLite::Column& um2) {
-  if (um2.isNull()) return std::nullopt;
-  return SquareMillimetres(static_cast<double>(um2.getInt64()) / kUm2PerMm2);
-}
 
 PanelRecord read_panel(SQLite::Statement& row) {
   PanelRecord panel;
@@ -62,52 +57,11 @@ std::int64_t number_of(const PanelId& id) {
   return error == std::errc() && end == name.data() + name.size() ? number : 0;
 }
 
-void insert_scans(SQLite::Database& connection, const std::vector<ScanRecord>& scans) {
-  SQLite::Statement insert(connection,
-                           "INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, "
-                           "taken_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  for (const ScanRecord& scan : scans) {
-    insert.reset();
-    SQLite::bind(insert, scan.panel.value, to_string(scan.face), scan.device, scan.file, scan.sha256, scan.dpi);
-    scan.rms ? insert.bind(7, scan.rms->count()) : insert.bind(7);
-    scan.max ? insert.bind(8, scan.max->count()) : insert.bind(8);
-    insert.bind(9, scan.lattice);
-    insert.bind(10, scan.taken_at);
-    insert.exec();
-  }
-}
-
-void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask) {
-  SQLite::Statement insert(
-      connection,
-      "INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES (?, ?, ?, ?, ?, ?)");
-  SQLite::bind(insert, panel.value, mask.version, mask.map_file, mask.mask_file, mask.map_hash, mask.made_at);
-  insert.exec();
-  if (!mask.usable) return;
-  SQLite::Statement area(connection, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES (?, ?, ?)");
-  SQLite::bind(area, panel.value, mask.version,
-               static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
-  area.exec();
-}
-
-int newest_mask(SQLite::Database& connection, const PanelId& panel) {
-  SQLite::Statement row(connection, "SELECT coalesce(max(version), 0) FROM masks WHERE panel = ?");
-  row.bind(1, panel.value);
-  row.executeStep();
-  return row.getColumn(0).getInt();
-}
-
 void insert_retirement(SQLite::Database& connection, const PanelId& panel, bool retired, const std::string& reason,
                        const std::string& at) {
   SQLite::Statement insert(connection, "INSERT INTO retirements (panel, retired, reason, at) VALUES (?, ?, ?, ?)");
   SQLite::bind(insert, panel.value, retired ? 1 : 0, reason, at);
   insert.exec();
-}
-
-bool is_retired(SQLite::Database& connection, const PanelId& panel) {
-  SQLite::Statement row(connection, std::string("SELECT 1 FROM panels AS p WHERE id = ? AND ") + kIsInStock);
-  row.bind(1, panel.value);
-  return !row.executeStep();
 }
 
 // Suspect wood of a panel that was sawn apart: nobody knows whether its part lacks it.
@@ -125,16 +79,8 @@ std::optional<Error> doubt_about(SQLite::Database& connection, const PanelId& pa
                   text(suspect.getColumn(0)), suspect.getColumn(1).getInt64(), parent.value)};
 }
 
-// A scan that began while the panel was in stock.
-Error retired_meanwhile(const PanelId& panel) {
-  return {
-      ErrorCode::kConflict,
-      fmt::format("panel {0} was retired: run `veneerctl panel restore {0}`, or scan the sheet again as a new panel",
-                  panel.value)};
-}
-
 // Freezes the faces that `fiducials` speak of; a face that is frozen already refuses.
-Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
+Status freeze_fiducials(SQLite::Database& connection, const PanelId& panel,
                         const std::vector<FiducialRecord>& fiducials) {
   std::set<Face> faces;
   for (const auto& fiducial : fiducials) faces.insert(fiducial.face);
@@ -147,14 +93,7 @@ Status insert_fiducials(SQLite::Database& connection, const PanelId& panel,
                                                      "the scan to them",
                                                      panel.value, to_string(face))};
   }
-  SQLite::Statement insert(connection,
-                           "INSERT INTO fiducials (panel, face, kind, number, corners_um) VALUES (?, ?, ?, ?, ?)");
-  for (const auto& fiducial : fiducials) {
-    insert.reset();
-    SQLite::bind(insert, panel.value, to_string(fiducial.face), to_string(fiducial.kind), fiducial.tag_id,
-                 write_ring(to_micro(fiducial.corners)));
-    insert.exec();
-  }
+  insert_fiducials(connection, panel, fiducials);
   return Ok();
 }
 
@@ -195,7 +134,7 @@ Status enter_panel(SQLite::Database& connection, const PanelRecord& panel, const
   insert_mask(connection, panel.id,
               {1, panel.map_file, panel.mask_file, panel.map_hash, panel.created_at, panel.usable});
   insert_scans(connection, scans);
-  return insert_fiducials(connection, panel.id, fiducials);
+  return freeze_fiducials(connection, panel.id, fiducials);
 }
 
 // A panel that the sheet does not come from, under whose name wood of it was booked. A part's wood of before is that of
@@ -211,6 +150,35 @@ std::optional<std::string> booked_under(SQLite::Database& connection, const Pane
   cut.bind(1, panel.value);
   if (!cut.executeStep()) return std::nullopt;
   return text(cut.getColumn(0));
+}
+
+}  // namespace
+
+void insert_scans(SQLite::Database& connection, const std::vector<ScanRecord>& scans) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, "
+                           "taken_at) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  for (const ScanRecord& scan : scans) {
+    insert.reset();
+    SQLite::bind(insert, scan.panel.value, to_string(scan.face), scan.device, scan.file, scan.sha256, scan.dpi);
+    scan.rms ? insert.bind(7, scan.rms->count()) : insert.bind(7);
+    scan.max ? insert.bind(8, scan.max->count()) : insert.bind(8);
+    insert.bind(9, scan.lattice);
+    insert.bind(10, scan.taken_at);
+    insert.exec();
+  }
+}
+
+void insert_fiducials(SQLite::Database& connection, const PanelId& panel,
+                      const std::vector<FiducialRecord>& fiducials) {
+  SQLite::Statement insert(connection,
+                           "INSERT INTO fiducials (panel, face, kind, number, corners_um) VALUES (?, ?, ?, ?, ?)");
+  for (const auto& fiducial : fiducials) {
+    insert.reset();
+    SQLite::bind(insert, panel.value, to_string(fiducial.face), to_string(fiducial.kind), fiducial.tag_id,
+                 write_ring(to_micro(fiducial.corners)));
+    insert.exec();
+  }
 }
 
 Status leave_stock(SQLite::Database& connection, const PanelId& panel, const std::string& reason,
@@ -248,8 +216,6 @@ Status leave_stock(SQLite::Database& connection, const PanelId& panel, const std
   return Ok();
 }
 
-}  // namespace
-
 const char* to_string(FiducialKind kind) { return kind == FiducialKind::kTag ? "tag" : "hole"; }
 
 Result<PanelId> Panels::next_panel_id() {
@@ -262,14 +228,16 @@ Result<PanelId> Panels::next_panel_id() {
 }
 
 Status Panels::add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-                   const std::vector<FiducialRecord>& fiducials) {
+                   const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    return enter_panel(connection, panel, scans, fiducials);
+    if (Status in = enter_panel(connection, panel, scans, fiducials); !in.ok()) return in;
+    return of ? accept(connection, *of, panel.id, 1, panel.created_at) : Ok();
   });
 }
 
 Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-                        const std::vector<FiducialRecord>& fiducials, const PartRecord& part) {
+                        const std::vector<FiducialRecord>& fiducials, const PartRecord& part,
+                        const std::optional<Acceptance>& of) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     SQLite::Statement parent(connection, std::string(kPanelColumns) + "WHERE p.id = ?");
     parent.bind(1, panel.parent.value_or(PanelId{}).value);
@@ -290,7 +258,7 @@ Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>&
                                "scan it again",
                                *other)};
     carry_over(connection, entered, part, panel.created_at);
-    return Ok();
+    return of ? accept(connection, *of, panel.id, 1, panel.created_at) : Ok();
   });
 }
 
@@ -327,61 +295,7 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.value)};
     insert_scans(connection, scans);
-    return insert_fiducials(connection, panel, fiducials);
-  });
-}
-
-Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask, int after) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
-    if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    if (is_retired(connection, panel)) return retired_meanwhile(panel);
-    MaskRecord added = mask;
-    added.version = newest_mask(connection, panel) + 1;
-    if (added.version != after + 1)
-      return Error{ErrorCode::kConflict,
-                   fmt::format("panel {} was scanned, or a scan of it taken back, while this scan was looked at: scan "
-                               "it again",
-                               panel.value)};
-    insert_mask(connection, panel, added);
-    return added.version;
-  });
-}
-
-Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
-    SQLite::Statement rows(
-        connection,
-        "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2 FROM masks AS "
-        "m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? "
-        "ORDER BY m.version DESC");
-    rows.bind(1, panel.value);
-    std::vector<MaskRecord> out;
-    while (rows.executeStep())
-      out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
-                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5))});
-    return out;
-  });
-}
-
-Result<int> Panels::revert_mask(const PanelId& panel, int version, const std::string& at) {
-  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
-    if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    const int newest = newest_mask(connection, panel);
-    if (version == newest)
-      return Error{ErrorCode::kConflict,
-                   fmt::format("version {} of panel {} is the one that counts already", version, panel.value)};
-    SQLite::Statement row(connection,
-                          "SELECT m.map_file, m.mask_file, m.map_hash, a.usable_um2 FROM masks AS m LEFT JOIN "
-                          "mask_areas AS a ON a.panel = m.panel AND a.version = m.version WHERE m.panel = ? AND "
-                          "m.version = ?");
-    SQLite::bind(row, panel.value, version);
-    if (!row.executeStep())
-      return Error{ErrorCode::kNotFound, fmt::format("panel {} has no version {}: see `veneerctl panel scans {}`",
-                                                     panel.value, version, panel.value)};
-    insert_mask(connection, panel,
-                {newest + 1, text(row.getColumn(0)), text(row.getColumn(1)), text(row.getColumn(2)), at,
-                 area_or_null(row.getColumn(3))});
-    return newest + 1;
+    return freeze_fiducials(connection, panel, fiducials);
   });
 }
 
@@ -427,10 +341,8 @@ Status Panels::note_restoration(const std::string& made_at, const std::string& w
   });
 }
 
-Status Panels::check_seen_since_restore(const PanelId& panel) {
-  return guarded(*database_, [&](SQLite::Database& connection) -> Status {
-    return db::check_seen_since_restore(connection, panel);
-  });
+Status Panels::check_seen(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Status { return db::check_seen(connection, panel); });
 }
 
 Status Panels::restore(const PanelId& panel, const std::string& reason, const std::string& at) {
@@ -438,6 +350,9 @@ Status Panels::restore(const PanelId& panel, const std::string& reason, const st
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     if (!is_retired(connection, panel))
       return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock", panel.value)};
+    if (const auto one = db::merged_into(connection, panel))
+      return Error{ErrorCode::kConflict,
+                   fmt::format("panel {} is panel {}, which holds its wood: use that one", panel.value, one->value)};
     SQLite::Statement part(
         connection, "SELECT t.panel FROM parts AS t JOIN panels AS p ON p.id = t.panel WHERE p.parent = ? LIMIT 1");
     part.bind(1, panel.value);

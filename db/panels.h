@@ -1,5 +1,5 @@
-// Panels, their scans, their fiducials and the parts they are sawn into. The records hold base types only; pictures are
-// files, named by their hash.
+// Panels, their scans, their fiducials, the parts they are sawn into, and what turns out to be one. The records hold
+// base types only; pictures are files, named by their hash.
 //
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
@@ -15,6 +15,7 @@
 #include "base/result.h"
 #include "base/units.h"
 #include "db/database.h"
+#include "db/proposals.h"
 
 namespace veneer::db {
 
@@ -33,6 +34,15 @@ struct PartRecord {
   Isometry2<PanelFrame, PanelFrame> part_from_parent;  // proper
   int fiducials = 0;                                   // tags and holes of the parent that it was measured on
   Millimetres rms{0};                                  // of their places
+};
+
+// That two panels are one sheet.
+struct MergeRecord {
+  PanelId kept, merged;
+  Isometry2<PanelFrame, PanelFrame> kept_from_merged;  // improper: the back was scanned as the show face
+  int fiducials = 0;                                   // tags and holes in common
+  Millimetres rms{0};                                  // of their places
+  std::string who, at;
 };
 
 // One physical sheet, or what is left of it. Width and height are those of the veneer map's bounding box.
@@ -56,6 +66,9 @@ struct MaskRecord {
   std::string map_file, mask_file, map_hash;
   std::string made_at;
   std::optional<SquareMillimetres> usable = std::nullopt;  // stored in whole square micrometres
+  // The mask as the scan alone saw it, where people painted on it (db/masks.h). Empty on insertion where nobody did;
+  // then what is read is mask_file.
+  std::string seen_file = {};
 };
 
 // Stored in whole micrometres.
@@ -88,14 +101,16 @@ class Panels {
   Result<PanelId> next_panel_id();
   // The panel, its scans and its frozen fiducials enter together, or not at all. An empty root means the panel itself.
   // kConflict when a panel in stock carries one of the tags: it is the same sheet.
+  // Like add_part() and add_mask(): of a proposal, which is accepted with it (db/proposals.h).
   Status add(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-             const std::vector<FiducialRecord>& fiducials);
+             const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of = {});
   // The same of a part of `panel.parent`, which was sawn apart; its root is the parent's. All wood of it that was cut
   // or written off while it was the parent's enters as such, in its frame, within its width and height.
   // kConflict too when the parent is not sawn any more or has a suspect piece, or when wood of the part was booked
   // under a name that it does not come from.
   Status add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
-                  const std::vector<FiducialRecord>& fiducials, const PartRecord& part);
+                  const std::vector<FiducialRecord>& fiducials, const PartRecord& part,
+                  const std::optional<Acceptance>& of = {});
   // Nothing of a panel that is no part.
   Result<std::optional<PartRecord>> part(const PanelId& panel);
   Result<std::vector<PanelId>> parts_of(const PanelId& parent);  // in order of id
@@ -105,11 +120,19 @@ class Panels {
                    const std::vector<FiducialRecord>& fiducials);
   // A new version of map and mask, made by comparison with version `after`; its number. The frame, the size, the
   // fiducials and earlier versions stay. kConflict when another version counts by now, or the panel is retired.
-  Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after);
+  Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after,
+                       const std::optional<Acceptance>& of = {});
   Result<std::vector<MaskRecord>> masks(const PanelId& panel);  // newest first
-  // What `version` showed counts again, as a new version; its number. kNotFound when there is no such version,
-  // kConflict when it is the one that counts.
-  Result<int> revert_mask(const PanelId& panel, int version, const std::string& at);
+  // What the scan of `version` saw counts again, as a new version; its number. `painted`: that mask with the edits that
+  // count now, where there are any, made while version `after` counted. Differences that only later scans found are not
+  // open any more, and those that only these did not see are open again. kNotFound when there is no such version,
+  // kConflict when it is the one that counts, or `after` is not any more.
+  struct Painted {
+    MaskRecord mask;
+    int after = 0;
+  };
+  Result<int> revert_mask(const PanelId& panel, int version, const std::string& at, const std::string& who = "veneerd",
+                          const std::optional<Painted>& painted = {});
 
   // The panel leaves the stock: it is neither planned from nor looked for any more; what was cut from it stays known.
   // kConflict while pieces of it are reserved, being cut or suspect.
@@ -124,9 +147,17 @@ class Panels {
 
   // That a backup of the time `made_at` takes the place of a database: each panel counts as unseen until it is scanned.
   Status note_restoration(const std::string& made_at, const std::string& who, const std::string& at);
-  // kRefused when a backup took the place of the database after its show face was scanned: what was cut meanwhile is in
-  // no row, and only a scan shows it.
-  Status check_seen_since_restore(const PanelId& panel);
+  // kRefused when what is there of its wood is not known: a backup took the place of the database, or the panel was
+  // merged with another one, after its show face was scanned; or a scan that would change much of it waits to be
+  // accepted or refused.
+  Status check_seen(const PanelId& panel);
+
+  // Two panels turn out to be one sheet: `kept` holds the wood of both from now on. What is gone from `merged` is
+  // booked in it, `tags` are those that it has not yet, `scans` become its own; `merged` leaves the stock for
+  // good. kConflict, with the pieces' names, when both were cut from the same wood, when wood that is reserved or
+  // leased is gone by the other's record, or while pieces of `merged` are reserved, being cut or suspect.
+  Status merge(const MergeRecord& merge, const std::vector<FiducialRecord>& tags, const std::vector<ScanRecord>& scans);
+  Result<std::optional<PanelId>> merged_into(const PanelId& panel);  // nothing of a panel that was not merged
 
   Result<PanelRecord> find(const PanelId& panel);  // kNotFound
   Result<std::vector<PanelRecord>> list();         // in order of id, retired ones too

@@ -1,8 +1,10 @@
-// What a part that was sawn off takes over from its parent. Private to db; throws SQLite::Exception.
+// What a panel takes over from another one: a part from the parent that it was sawn from, or a panel from its other
+// record. Private to db; throws SQLite::Exception.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,18 @@
 #include "db/panels.h"
 
 namespace veneer::db {
+
+// Wood of a panel that is booked, as the panel that takes it over books it.
+struct Gone {
+  std::int64_t allocation = 0;
+  std::string state, reason;  // whose it was
+  Region<PanelFrame> area;
+  Ring<PanelFrame> outline;  // of the piece; empty where there was none
+};
+std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& panel);
+// `area` of `wood`, and its outline moved by `map`, as wood of `panel`.
+void book_carried(SQLite::Database& connection, const PanelId& panel, const Gone& wood, const Region<PanelFrame>& area,
+                  const Isometry2<PanelFrame, PanelFrame>& map, const std::string& at);
 
 // Areas that share no more than borders, moved and clipped to `within`; the n-th of the n-th, empty where nothing is
 // left. Nor do those share more: where rounding to whole micrometres would let two overlap, the later one ends 3 um

@@ -28,35 +28,6 @@ bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b, Millimetres apart
          b.min.y <= a.max.y + apart;
 }
 
-// Wood of the parent that is gone.
-struct Gone {
-  std::int64_t allocation = 0;
-  std::string state, reason;
-  Region<PanelFrame> area;
-  Ring<PanelFrame> outline;
-};
-
-std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& parent) {
-  SQLite::Statement rows(connection,
-                         "SELECT a.id, a.state, a.reason, a.area_um, coalesce(l.panel_outline_um, c.outline_um, '[]'), "
-                         "a.job, t.mark FROM allocations AS a LEFT JOIN placements AS l ON l.id = a.placement LEFT "
-                         "JOIN carried AS c ON c.allocation = a.id LEFT JOIN pieces AS p ON p.id = a.piece LEFT JOIN "
-                         "patches AS t ON t.id = p.patch WHERE a.panel = ? AND a.state <> 'released' ORDER BY a.id");
-  rows.bind(1, parent.value);
-  std::vector<Gone> out;
-  while (rows.executeStep()) {
-    const auto area = read_area(text(rows.getColumn(3)));
-    const auto outline = read_ring(text(rows.getColumn(4)));
-    if (!area || !outline) throw damaged("an allocation of panel " + parent.value);
-    std::string reason = text(rows.getColumn(2));
-    if (const auto mark = text_or_null(rows.getColumn(6)))
-      reason = fmt::format("piece {} of job {}, of panel {}", *mark, rows.getColumn(5).getInt64(), parent.value);
-    out.push_back({rows.getColumn(0).getInt64(), text(rows.getColumn(1)), std::move(reason), Region<PanelFrame>(*area),
-                   from_micro<PanelFrame>(*outline)});
-  }
-  return out;
-}
-
 void carry_facts(SQLite::Database& connection, const PanelId& parent, const PanelId& part) {
   // Where the parent lay is not where its parts do.
   SQLite::Statement thickness(connection,
@@ -73,6 +44,38 @@ void carry_facts(SQLite::Database& connection, const PanelId& parent, const Pane
 }
 
 }  // namespace
+
+std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement rows(connection,
+                         "SELECT a.id, a.state, a.reason, a.area_um, coalesce(l.panel_outline_um, c.outline_um, '[]'), "
+                         "a.job, t.mark FROM allocations AS a LEFT JOIN placements AS l ON l.id = a.placement LEFT "
+                         "JOIN carried AS c ON c.allocation = a.id LEFT JOIN pieces AS p ON p.id = a.piece LEFT JOIN "
+                         "patches AS t ON t.id = p.patch WHERE a.panel = ? AND a.state <> 'released' ORDER BY a.id");
+  rows.bind(1, panel.value);
+  std::vector<Gone> out;
+  while (rows.executeStep()) {
+    const auto area = read_area(text(rows.getColumn(3)));
+    const auto outline = read_ring(text(rows.getColumn(4)));
+    if (!area || !outline) throw damaged("an allocation of panel " + panel.value);
+    std::string reason = text(rows.getColumn(2));
+    if (const auto mark = text_or_null(rows.getColumn(6)))
+      reason = fmt::format("piece {} of job {}, of panel {}", *mark, rows.getColumn(5).getInt64(), panel.value);
+    out.push_back({rows.getColumn(0).getInt64(), text(rows.getColumn(1)), std::move(reason), Region<PanelFrame>(*area),
+                   from_micro<PanelFrame>(*outline)});
+  }
+  return out;
+}
+
+void book_carried(SQLite::Database& connection, const PanelId& panel, const Gone& wood, const Region<PanelFrame>& area,
+                  const Isometry2<PanelFrame, PanelFrame>& map, const std::string& at) {
+  SQLite::Statement book(connection,
+                         "INSERT INTO allocations (panel, state, area_um, reason, changed_at) VALUES (?, ?, ?, ?, ?)");
+  SQLite::bind(book, panel.value, wood.state, write_area(area.micro_area()), wood.reason, at);
+  book.exec();
+  SQLite::Statement origin(connection, "INSERT INTO carried (allocation, origin, outline_um) VALUES (?, ?, ?)");
+  SQLite::bind(origin, connection.getLastInsertRowid(), wood.allocation, write_ring(to_micro(map * wood.outline)));
+  origin.exec();
+}
 
 std::vector<Region<PanelFrame>> moved_apart(const std::vector<Region<PanelFrame>>& areas,
                                             const Isometry2<PanelFrame, PanelFrame>& map,
@@ -116,19 +119,8 @@ void carry_over(SQLite::Database& connection, const PanelRecord& panel, const Pa
                                {panel.width, panel.height},
                                {Millimetres(0), panel.height}};
   const auto carried = moved_apart(areas, part.part_from_parent, Region<PanelFrame>(sheet));
-  SQLite::Statement book(connection,
-                         "INSERT INTO allocations (panel, state, area_um, reason, changed_at) VALUES (?, ?, ?, ?, ?)");
-  SQLite::Statement origin(connection, "INSERT INTO carried (allocation, origin, outline_um) VALUES (?, ?, ?)");
-  for (std::size_t i = 0; i < gone.size(); ++i) {
-    if (carried[i].empty()) continue;
-    book.reset();
-    SQLite::bind(book, panel.id.value, gone[i].state, write_area(carried[i].micro_area()), gone[i].reason, at);
-    book.exec();
-    origin.reset();
-    SQLite::bind(origin, connection.getLastInsertRowid(), gone[i].allocation,
-                 write_ring(to_micro(part.part_from_parent * gone[i].outline)));
-    origin.exec();
-  }
+  for (std::size_t i = 0; i < gone.size(); ++i)
+    if (!carried[i].empty()) book_carried(connection, panel.id, gone[i], carried[i], part.part_from_parent, at);
   carry_facts(connection, *panel.parent, panel.id);
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "db/panel_sql.h"
+#include "db/proposal_sql.h"
 #include "db/sql.h"
 #include "db/surface_sql.h"
 
@@ -131,13 +132,33 @@ void insert_panel_facts(SQLite::Database& connection, const PanelId& panel, cons
 
 const char* to_string(TreatmentKind kind) { return kind == TreatmentKind::kSanding ? "sanding" : "finish"; }
 
-Status check_seen_since_restore(SQLite::Database& connection, const PanelId& panel) {
+namespace {
+
+// Of the panel's show face; 0: none.
+constexpr const char* kLastScan = "(SELECT coalesce(max(id), 0) FROM scans WHERE panel = ? AND face = 'show')";
+
+Status check_seen_since_merge(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement later(connection, fmt::format("SELECT merged, at FROM merges WHERE kept = ? AND last_scan > 0 AND "
+                                                  "last_scan >= {} ORDER BY id DESC LIMIT 1",
+                                                  kLastScan));
+  SQLite::bind(later, panel.value, panel.value);
+  if (!later.executeStep()) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("panel {} was merged with panel {} on {}, and was not scanned since: scan it, so that what "
+                           "is left of its wood is known",
+                           panel.value, text(later.getColumn(0)), text(later.getColumn(1)).substr(0, 10))};
+}
+
+}  // namespace
+
+Status check_seen(SQLite::Database& connection, const PanelId& panel) {
+  if (Status decided = check_decided(connection, panel); !decided.ok()) return decided;
+  if (Status merged = check_seen_since_merge(connection, panel); !merged.ok()) return merged;
   // By scans and not by maps, which an earlier one may have made count again; by their numbers and not by the clock,
   // which may have been put back since.
-  SQLite::Statement later(
-      connection,
-      "SELECT made_at, at FROM restorations WHERE last_scan >= (SELECT coalesce(max(id), 0) FROM scans "
-      "WHERE panel = ? AND face = 'show') ORDER BY id DESC LIMIT 1");
+  SQLite::Statement later(connection, fmt::format("SELECT made_at, at FROM restorations WHERE last_scan >= {} ORDER BY "
+                                                  "id DESC LIMIT 1",
+                                                  kLastScan));
   later.bind(1, panel.value);
   if (!later.executeStep()) return Ok();
   return Error{
@@ -148,14 +169,17 @@ Status check_seen_since_restore(SQLite::Database& connection, const PanelId& pan
 }
 
 Status check_surface(SQLite::Database& connection, const PanelId& panel) {
-  if (Status seen = check_seen_since_restore(connection, panel); !seen.ok()) return seen;
-  // A scan that was taken back left files that an earlier version names as well: the surface is as old as those.
+  if (Status seen = check_seen(connection, panel); !seen.ok()) return seen;
+  // A scan that was taken back left files that an earlier version names as well: the surface is as old as those. So it
+  // is of a mask that was painted on, by what the scan saw.
   SQLite::Statement later(
       connection,
-      "SELECT t.kind, t.treated_at, s.seen FROM treatments AS t JOIN (SELECT min(m.made_at) AS seen FROM masks AS n "
-      "JOIN masks AS m ON m.panel = n.panel AND m.map_file = n.map_file AND m.mask_file = n.mask_file WHERE n.panel = "
-      "?1 AND n.version = (SELECT max(version) FROM masks WHERE panel = ?1)) AS s WHERE t.panel = ?1 AND t.treated_at "
-      "> s.seen ORDER BY t.treated_at DESC, t.id DESC LIMIT 1");
+      "WITH saw AS (SELECT m.version, m.made_at, m.map_file, coalesce(p.seen_file, m.mask_file) AS seen_file FROM "
+      "masks "
+      "AS m LEFT JOIN painted_masks AS p ON p.panel = m.panel AND p.version = m.version WHERE m.panel = ?1) "
+      "SELECT t.kind, t.treated_at, s.seen FROM treatments AS t JOIN (SELECT min(m.made_at) AS seen FROM saw AS n JOIN "
+      "saw AS m ON m.map_file = n.map_file AND m.seen_file = n.seen_file WHERE n.version = (SELECT max(version) FROM "
+      "saw)) AS s WHERE t.panel = ?1 AND t.treated_at > s.seen ORDER BY t.treated_at DESC, t.id DESC LIMIT 1");
   later.bind(1, panel.value);
   if (!later.executeStep()) return Ok();
   return Error{ErrorCode::kRefused,
@@ -274,10 +298,11 @@ Status StockFacts::check_surface(const PanelId& panel) {
 
 Result<std::vector<PanelToScan>> StockFacts::panels_to_scan() {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<PanelToScan>> {
-    // Only a restore or a treatment makes a panel wait: most cells have few panels to look at, or none.
+    // Few panels have one of these, or none.
     SQLite::Statement rows(connection, fmt::format("SELECT id FROM panels AS p WHERE {} AND (EXISTS (SELECT 1 FROM "
                                                    "restorations) OR EXISTS (SELECT 1 FROM treatments WHERE panel = "
-                                                   "p.id)) ORDER BY id",
+                                                   "p.id) OR EXISTS (SELECT 1 FROM merges WHERE kept = p.id) OR EXISTS "
+                                                   "(SELECT 1 FROM proposals WHERE panel = p.id)) ORDER BY id",
                                                    kIsInStock));
     std::vector<PanelToScan> out;
     while (rows.executeStep()) {

@@ -39,7 +39,7 @@ struct Treatment {
   std::string who, at;     // noted it
 };
 
-// A panel that nothing is planned from until it is scanned.
+// A panel that nothing is planned from until it is scanned, or a scan of it is accepted or refused.
 struct PanelToScan {
   PanelId panel;
   std::string why;  // a sentence that names panel, day and remedy
@@ -62,9 +62,9 @@ class StockFacts {
   Result<std::vector<PanelFacts>> history_of(const PanelId& panel);  // newest first: that counts
   Result<std::vector<Treatment>> treatments(const PanelId& panel);   // as they were noted
 
-  // kRefused when its surface was treated after the scan that counts, or a backup was put back since: the sentence
-  // names panel, day and remedy. A day counts from its beginning, so that a panel may be treated and scanned on the
-  // same day.
+  // kRefused when its surface was treated after the scan that counts, or what is there of its wood is not known
+  // (Panels::check_seen): the sentence names panel, day and remedy. A day counts from its beginning, so that a panel
+  // may be treated and scanned on the same day.
   Status check_surface(const PanelId& panel);
   // The panels in stock that it refuses, in order of id.
   Result<std::vector<PanelToScan>> panels_to_scan();

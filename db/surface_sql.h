@@ -8,8 +8,8 @@
 
 namespace veneer::db {
 
-// As Panels::check_seen_since_restore.
-Status check_seen_since_restore(SQLite::Database& connection, const PanelId& panel);
+// As Panels::check_seen.
+Status check_seen(SQLite::Database& connection, const PanelId& panel);
 // As StockFacts::check_surface.
 Status check_surface(SQLite::Database& connection, const PanelId& panel);
 

@@ -116,4 +116,28 @@ cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std
   return out;
 }
 
+cv::Mat draw_proposal(const cv::Mat& map, const cv::Mat& mask, const cv::Mat& before) {
+  cv::Mat out = map.clone();
+  if (out.channels() == 1) cv::cvtColor(map, out, cv::COLOR_GRAY2BGR);
+  const cv::Mat usable = mask >= 128;
+  cv::Mat pale;
+  cv::addWeighted(out, 0.35, cv::Mat(out.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.65, 0, pale);
+  pale.copyTo(out, ~usable);
+  const cv::Scalar line(178, 114, 0), red(0, 70, 213), green(115, 158, 0);  // Okabe-Ito
+  if (before.size() == mask.size()) {
+    const cv::Mat was = before >= 128;
+    const auto tint = [&](const cv::Mat& where, const cv::Scalar& colour) {
+      cv::Mat mixed;
+      cv::addWeighted(out, 0.4, cv::Mat(out.size(), CV_8UC3, colour), 0.6, 0, mixed);
+      mixed.copyTo(out, where);
+    };
+    tint(was & ~usable, red);
+    tint(usable & ~was, green);
+  }
+  std::vector<std::vector<cv::Point>> borders;
+  cv::findContours(usable, borders, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(out, borders, -1, line, 2);
+  return out;
+}
+
 }  // namespace veneer::daemon

@@ -24,4 +24,8 @@ Raster<PanelFrame> wood_within(const Raster<PanelFrame>& free, const std::vector
 // marked, with a legend below. `mask`: of the map's size, 128 and more = usable.
 cv::Mat draw_stock(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<db::AllocationRecord>& live);
 
+// A scan as somebody is to judge it: usable wood in its own colours within a line, the rest pale. With the mask that
+// counts until now, what it would take away is red and what it would give back green. All of one size.
+cv::Mat draw_proposal(const cv::Mat& map, const cv::Mat& mask, const cv::Mat& before);
+
 }  // namespace veneer::daemon

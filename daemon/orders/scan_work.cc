@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
 
 #include "calib/stitcher.h"
 #include "calib/veneer_mask.h"
@@ -47,21 +49,48 @@ Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Regis
   return calib::stitch(tiles, area, options);
 }
 
-// What the mask withholds because it is in doubt; places as the operator measures them, from the lower left corner.
-std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
-  std::vector<std::string> out;
-  for (const calib::AskedStrip& strip : mask.asked) {
-    Box<PanelFrame> box;
-    for (const auto& corner : strip.outline) box.add(corner);
-    const auto place = fmt::format("{:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge",
-                                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count());
-    if (strip.taken)
-      out.push_back(fmt::format("of the strip at {} some is left out of the usable wood: {}", place, strip.reason));
-    else
-      out.push_back(
-          fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason));
-  }
-  return out;
+// Without the fringes that two scans of one border differ by.
+cv::Mat patches_of(const cv::Mat& changed) {
+  constexpr int kMillimetre = 11;  // pixels at 300 dpi, odd
+  cv::Mat patches;
+  cv::morphologyEx(changed, patches, cv::MORPH_OPEN,
+                   cv::getStructuringElement(cv::MORPH_ELLIPSE, {kMillimetre, kMillimetre}));
+  return patches;
+}
+
+// What the mask drops once a cut has parted it from the rest: patches that are too small, beside `cuts`.
+void leave_out_scraps(cv::Mat& patches, const cv::Mat& cuts, double px_per_mm) {
+  const double smallest = calib::MaskOptions{}.smallest_zone.count() * px_per_mm * px_per_mm;
+  cv::Mat labels, stats, centroids;
+  const int count = cv::connectedComponentsWithStats(patches, labels, stats, centroids);
+  std::vector<bool> dropped(static_cast<std::size_t>(count), false);
+  for (int row = 0; row < labels.rows; ++row)
+    for (int column = 0; column < labels.cols; ++column)
+      if (const int label = labels.at<int>(row, column); label > 0 && cuts.at<unsigned char>(row, column) != 0)
+        dropped[static_cast<std::size_t>(label)] = stats.at<int>(label, cv::CC_STAT_AREA) < smallest;
+  for (int row = 0; row < labels.rows; ++row)
+    for (int column = 0; column < labels.cols; ++column)
+      if (dropped[static_cast<std::size_t>(labels.at<int>(row, column))]) patches.at<unsigned char>(row, column) = 0;
+}
+
+// What accepting the new mask would do to the free wood.
+void compare_wood(const RegisterScans& order, const Raster<PanelFrame>& earlier, const Raster<PanelFrame>& now,
+                  PanelRead& out) {
+  constexpr Millimetres kBesideCuts(1.5), kNextTo(2);  // the mask keeps away from the edges of cuts
+  std::vector<Region<PanelFrame>> held = order.held;
+  held.insert(held.end(), order.gone.begin(), order.gone.end());
+  const auto like = [&](cv::Mat pixels) { return Raster<PanelFrame>{std::move(pixels), now.resolution, now.origin}; };
+  const auto minus = [&](const Raster<PanelFrame>& a, const Raster<PanelFrame>& b) {
+    cv::Mat rest = a.pixels.clone();
+    rest.setTo(0, b.pixels);
+    return like(rest);
+  };
+  const auto lost = free_wood(free_wood(minus(earlier, now), order.held, Millimetres(0)), order.gone, kBesideCuts);
+  cv::Mat patches = patches_of(lost.pixels);
+  const auto away = free_wood(like(cv::Mat(now.pixels.size(), CV_8UC1, cv::Scalar(255))), order.gone, kNextTo);
+  leave_out_scraps(patches, ~away.pixels, now.resolution.px_per_mm);
+  out.lost = wood_area(like(patches));
+  out.gained = wood_area(like(patches_of(free_wood(minus(now, earlier), held, Millimetres(0)).pixels)));
 }
 
 // The map's picture and its mask's, into the folder.
@@ -70,7 +99,6 @@ Status write_panel(const Raster<PanelFrame>& map, const calib::VeneerMask& mask,
   if (Status written = write_stored_picture(map.pixels, folder / kMadeMap); !written) return written;
   out.zones = zones_of(mask);
   out.usable = wood_area(mask.usable);
-  out.warnings = warnings_of(mask);
   return write_stored_picture(mask.usable.pixels, folder / kMadeMask);
 }
 
@@ -82,6 +110,7 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   progress(0.75, "finding usable wood");
   auto mask = calib::mask_veneer(*map, registration.fiducials);
   if (!mask) return mask.error();
+  out.warnings = doubts_of_first_scan(order.views, registration, *mask);
   return write_panel(*map, *mask, folder, out);
 }
 
@@ -110,6 +139,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   const calib::EarlierLook look{*before, *earlier};
   auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
   if (!mask) return mask.error();
+  out.warnings = doubts_of_mask(*mask);
+  compare_wood(order, *earlier, mask->usable, out);
   return write_panel(*map, *mask, folder, out);
 }
 

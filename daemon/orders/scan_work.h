@@ -11,6 +11,7 @@
 #include "calib/reconcile.h"
 #include "calib/registration.h"
 #include "daemon/orders/records_json.h"
+#include "daemon/orders/scan_doubts.h"
 #include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
 #include "db/materials.h"
@@ -43,6 +44,7 @@ struct RegisterScans {
   // Of a show face that was known: the oldest map left, its map and mask until now, and what the ledger holds for cut.
   std::string first_map, earlier_map, earlier_mask;
   std::vector<Region<PanelFrame>> gone;
+  std::vector<Region<PanelFrame>> held;      // what else the ledger holds: wood that is not free, and not gone
   std::vector<Region<PanelFrame>> suspects;  // outlines of pieces of which nobody knows whether they were cut out
 };
 struct PanelRead {
@@ -54,7 +56,10 @@ struct PanelRead {
   SquareMillimetres usable{0};
   std::optional<std::vector<calib::Difference>> differences;  // of a panel that was known
   std::vector<double> suspects_gone;  // of the inside of each suspect, in the same order: the share that is missing
-  std::vector<std::string> warnings;  // sentences: what the mask left out because it was in doubt
+  // Of a panel that was known: free wood of its mask until now that the new one would take, but for what lies beside
+  // cuts, and wood that it would give back; patches wider than a millimetre.
+  SquareMillimetres lost{0}, gained{0};
+  std::vector<ScanWarning> warnings;
 };
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
                                  const TaskProgress& progress);
@@ -65,8 +70,9 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
-                                   earlier_map, earlier_mask, gone, suspects)
+                                   earlier_map, earlier_mask, gone, held, suspects)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
-                                   suspects_gone, warnings)
+                                   suspects_gone, lost, gained, warnings)
 
 }  // namespace veneer::daemon

@@ -22,9 +22,12 @@ void bind_routes(Router& router, Cell& cell) {
       if (panel) c.hub.broadcast({{"type", "panel"}, {"panel", panel->value}});
     });
   };
-  const StockServices stock{*c.scans,        *c.scanner_worker, c.tasks,         *c.queries, *c.database,  *c.pictures,
-                            c.panel_library, c.stock_memory,    c.panel_figures, c.remnants, panel_changed};
+  const StockServices stock{*c.scans,       *c.proposals,    *c.scanner_worker, c.tasks,
+                            *c.queries,     *c.database,     *c.pictures,       c.panel_library,
+                            c.stock_memory, c.panel_figures, c.remnants,        panel_changed};
   bind_stock_routes(router, stock);
+  bind_proposal_routes(router, stock);
+  bind_mask_routes(router, stock);
   bind_remnant_routes(router, stock);
   bind_fiducial_routes(router, stock);
   bind_fact_routes(router, {*c.database, *c.queries, panel_changed});

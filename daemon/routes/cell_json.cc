@@ -193,10 +193,44 @@ json to_json(const db::PartRecord& part) {
           {"rms_mm", part.rms.count()}};
 }
 
+namespace {
+
+json warnings_json(const std::vector<ScanWarning>& warnings) {
+  json out = json::array();
+  for (const ScanWarning& warning : warnings) out.push_back({{"name", warning.name}, {"text", warning.text}});
+  return out;
+}
+
+}  // namespace
+
+json to_json(const db::ProposalRecord& p) {
+  json out = {{"number", p.id.value},
+              {"panel", p.panel ? json(p.panel->value) : json()},
+              {"who", p.who},
+              {"made", p.made_at},
+              {"size_mm", {p.width.count(), p.height.count()}},
+              {"tags", p.tags},
+              {"usable_mm2", p.usable.count()},
+              {"lost_mm2", p.lost.count()},
+              {"gained_mm2", p.gained.count()},
+              {"warnings", warnings_json(warnings_of(p))},
+              {"decided", nullptr}};
+  if (p.decision)
+    out["decided"] = {{"verdict", db::to_string(p.decision->verdict)},
+                      {"overruled", p.decision->overruled},
+                      {"panel", p.decision->panel ? json(p.decision->panel->value) : json()},
+                      {"version", p.decision->mask_version ? json(*p.decision->mask_version) : json()},
+                      {"who", p.decision->who},
+                      {"note", p.decision->note},
+                      {"at", p.decision->at}};
+  return out;
+}
+
 json to_json(const ScanOutcome& o) {
   json out = {{"tiles", o.tiles}, {"face", to_string(o.face)}};
-  if (!o.panel) return out;
-  out["panel"] = o.panel->value;
+  if (!o.panel && !o.proposal) return out;
+  if (o.panel) out["panel"] = o.panel->value;
+  if (o.proposal) out["proposal"] = o.proposal->value;
   out["new"] = o.is_new;
   if (o.part_of) out["part_of"] = o.part_of->value, out["carried"] = o.carried;
   out["registration"] = {{"rms_mm", o.rms ? json(o.rms->count()) : json()},
@@ -204,7 +238,9 @@ json to_json(const ScanOutcome& o) {
   if (o.face == Face::kShow) {
     out["usable_mm2"] = o.usable.count();
     out["zones"] = o.zones;
-    out["warnings"] = o.warnings;
+    out["size_mm"] = {o.width.count(), o.height.count()};
+    if (!o.is_new) out["lost_mm2"] = o.lost.count(), out["gained_mm2"] = o.gained.count();
+    out["warnings"] = warnings_json(o.warnings);
     out["suspects"] = json::array();
     for (const SeenSuspect& suspect : o.suspects)
       out["suspects"].push_back(

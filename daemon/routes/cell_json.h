@@ -40,6 +40,7 @@ nlohmann::json to_json(const db::RunRecord& run);
 nlohmann::json to_json(const JudgedCertificate& certificate);
 // Where a part lay in its parent.
 nlohmann::json to_json(const db::PartRecord& part);
+nlohmann::json to_json(const db::ProposalRecord& proposal);
 nlohmann::json to_json(const ScanOutcome& outcome);
 nlohmann::json to_json(const JobOutcome& outcome);
 nlohmann::json to_json(const CalibrationOutcome& outcome);

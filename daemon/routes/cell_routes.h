@@ -22,6 +22,7 @@
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
 #include "daemon/services/remnants.h"
+#include "daemon/services/scan_proposals.h"
 #include "daemon/services/scan_service.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
@@ -44,9 +45,10 @@ void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before the reply is made.
 ApiReply stop_at_once(JobRunner& unit, const Caller& caller);
 
-// Scans and panels.
+// Panels.
 struct StockServices {
   ScanService& scans;
+  ScanProposals& proposals;
   Worker& scanner;
   TaskRegistry& tasks;
   QueryPool& queries;
@@ -59,6 +61,10 @@ struct StockServices {
   std::function<void(const std::optional<PanelId>& panel)> on_changed;
 };
 void bind_stock_routes(Router& router, const StockServices& services);
+// Scans, and what they propose until somebody accepts it.
+void bind_proposal_routes(Router& router, const StockServices& services);
+// Versions of a panel's mask, and what people painted on it.
+void bind_mask_routes(Router& router, const StockServices& services);
 // Which panels there are, and which of them have the wood that somebody looks for; what is left of one, as a picture
 // and as a label.
 void bind_remnant_routes(Router& router, const StockServices& services);

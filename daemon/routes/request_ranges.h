@@ -1,6 +1,8 @@
 // What numbers in requests may be; docs/openapi.json says the same, and a test holds the two together.
 #pragma once
 
+#include <cstddef>
+
 #include "daemon/api/request_reader.h"
 
 namespace veneer::daemon::ranges {
@@ -25,6 +27,7 @@ inline constexpr NumberRange kZone{1, 1000};
 inline constexpr NumberRange kLeaseDays{1, 90};
 inline constexpr NumberRange kMaskVersion{1, 1'000'000};
 inline constexpr std::ptrdiff_t kLongestReason = 500;  // characters
+inline constexpr std::size_t kMostCorners = 10'000;    // of an outline that is painted on a mask
 inline constexpr NumberRange kPointsOfStroke{2, 500'000};
 inline constexpr NumberRange kSwitch{0, 1};                                                             // off, on
 inline constexpr NumberRange kFeedOverride{25, 200}, kRapidOverride{25, 100}, kPowerOverride{10, 100};  // per cent

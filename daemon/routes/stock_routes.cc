@@ -13,8 +13,9 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/page.h"
 #include "daemon/routes/picture_reply.h"
-#include "daemon/routes/post_work.h"
 #include "daemon/routes/request_ranges.h"
+#include "daemon/routes/written_text.h"
+#include "daemon/services/panel_merge.h"
 
 namespace veneer::daemon {
 namespace {
@@ -46,6 +47,9 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
   auto zones = r.materials.zones(id);
   if (!zones) return zones.error();
   out["zones"] = to_json(*zones);
+  const auto merged = r.panels.merged_into(id);
+  if (!merged) return merged.error();
+  if (*merged) out["merged_into"] = (*merged)->value;
   const auto facts = r.facts.history_of(id);
   if (!facts) return facts.error();
   out["facts"] = facts->empty() ? json() : to_json(facts->front());
@@ -195,40 +199,6 @@ void reply_picture(const StockServices& s, const ApiRequest& request, const Repl
                  [s, wanted = std::move(wanted)](Repositories& r) { return draw_panel(r, s.panel_library, wanted); });
 }
 
-void scan(const StockServices& s, const ApiRequest& request, const Reply& reply) {
-  auto body = RequestReader::body_of(request);
-  ScanRequest wanted;
-  wanted.face = body.word("face", {"show", "back"}).value_or("show") == "show" ? Face::kShow : Face::kBack;
-  if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
-  if (const auto parent = body.text("part_of")) wanted.part_of = PanelId{*parent};
-  wanted.more = body.flag("more").value_or(false);
-  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
-    auto outcome = s.scans.add_tile(
-        wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-    s.on_changed(outcome ? outcome->panel : std::nullopt);
-    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
-  });
-}
-
-Result<json> masks_json(Repositories& r, const PanelId& id) {
-  if (auto panel = r.panels.find(id); !panel) return panel.error();
-  auto masks = r.panels.masks(id);
-  if (!masks) return masks.error();
-  json out = {{"panel", id.value}, {"versions", json::array()}};
-  for (const auto& mask : *masks) {
-    // The first that showed it comes last; only what took an earlier one back is the same in both files.
-    const auto first = std::find_if(masks->rbegin(), masks->rend(), [&](const db::MaskRecord& other) {
-      return other.map_file == mask.map_file && other.mask_file == mask.mask_file;
-    });
-    out["versions"].push_back({{"version", mask.version},
-                               {"made", mask.made_at},
-                               {"usable_mm2", mask.usable ? json(mask.usable->count()) : json()},
-                               {"same_as", first->version != mask.version ? json(first->version) : json()}});
-  }
-  return out;
-}
-
 // A change to a panel, after which everybody looks at it again.
 template <class F>
 void change_panel(const StockServices& s, const ApiRequest& request, const Reply& reply, F work) {
@@ -241,42 +211,6 @@ void change_panel(const StockServices& s, const ApiRequest& request, const Reply
         return out;
       },
       reply);
-}
-
-void revert_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
-  auto body = RequestReader::body_of(request);
-  const auto version = body.whole("version", ranges::kMaskVersion);
-  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  change_panel(s, request, reply, [s, version](Repositories& r, const PanelId& id) -> Result<json> {
-    const auto before = r.panels.find(id);
-    if (!before) return before.error();
-    int wanted = version ? static_cast<int>(*version) : 0;
-    if (!version) {
-      // Of what counts now the first time it was seen, and the scan before that: going back twice goes back further.
-      const auto masks = r.panels.masks(id);
-      if (!masks) return masks.error();
-      for (const auto& mask : *masks)
-        if (mask.map_file == before->map_file && mask.mask_file == before->mask_file) wanted = mask.version - 1;
-      if (wanted == 0)
-        return Error{ErrorCode::kConflict,
-                     fmt::format("panel {} counts as its first scan saw it: there is nothing to go back to", id.value)};
-    }
-    const auto now = r.panels.revert_mask(id, wanted, utc_timestamp());
-    if (!now) return now.error();
-    s.panel_library.drop_index(id);
-    const auto after = r.panels.find(id);
-    if (!after) return after.error();
-    return json{
-        {"panel", id.value}, {"version", *now}, {"usable_mm2", after->usable ? json(after->usable->count()) : json()}};
-  });
-}
-
-// What a person writes: characters, not bytes; in UTF-8 a character's further bytes begin with 10.
-void limit_text(RequestReader& body, const char* what, const std::string& text, std::ptrdiff_t least) {
-  const auto length = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
-  if (length < least || length > ranges::kLongestReason)
-    body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("the {} must be {} to {} characters", what, least, ranges::kLongestReason)});
 }
 
 void retire_panel(const StockServices& s, const ApiRequest& request, const Reply& reply, bool retired) {
@@ -292,6 +226,27 @@ void retire_panel(const StockServices& s, const ApiRequest& request, const Reply
                  if (!done) return done.error();
                  return json{{"panel", id.value}, {"retired", retired}};
                });
+}
+
+// The other record of the same sheet becomes a part of this one's history.
+void merge_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const PanelId merged{body.text("merged").value_or("")};
+  body.require("merged");
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  s.pictures.ask(request, reply,
+                 [s, merged, kept = PanelId{request.path_param("id")}, who = request.caller.who](Repositories& r) {
+                   const auto merge = merge_panels(r, s.database, kept, merged, who);
+                   if (!merge) return ApiReply::error(merge.error());
+                   s.panel_library.drop_index(merged);
+                   s.on_changed(merged);
+                   s.on_changed(kept);
+                   return ApiReply::json({{"panel", kept.value},
+                                          {"merged", merged.value},
+                                          {"other_face", merge->kept_from_merged.handedness() == Handedness::kImproper},
+                                          {"fiducials", merge->fiducials},
+                                          {"rms_mm", merge->rms.count()}});
+                 });
 }
 
 // It was sawn apart: its parts are looked for from now on, and not the panel.
@@ -351,7 +306,6 @@ void decide_difference(const StockServices& s, const ApiRequest& request, const 
 }  // namespace
 
 void bind_stock_routes(Router& router, const StockServices& s) {
-  router.bind("scan", [s](const ApiRequest& request, const Reply& reply) { scan(s, request, reply); });
   router.bind("getPanelLedger", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -370,11 +324,6 @@ void bind_stock_routes(Router& router, const StockServices& s) {
         [id = PanelId{request.path_param("id")}, page](Repositories& r) { return registration_json(r, id, page); },
         reply);
   });
-  router.bind("getPanelMasks", [s](const ApiRequest& request, const Reply& reply) {
-    reply_from_query(
-        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return masks_json(r, id); },
-        reply);
-  });
   router.bind("getPanelDifferences", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);
     const Page page = read_page(query);
@@ -386,7 +335,7 @@ void bind_stock_routes(Router& router, const StockServices& s) {
   });
   router.bind("decideDifference",
               [s](const ApiRequest& request, const Reply& reply) { decide_difference(s, request, reply); });
-  router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
+  router.bind("mergePanels", [s](const ApiRequest& request, const Reply& reply) { merge_panel(s, request, reply); });
   router.bind("retirePanel",
               [s](const ApiRequest& request, const Reply& reply) { retire_panel(s, request, reply, true); });
   router.bind("splitPanel", [s](const ApiRequest& request, const Reply& reply) { split_panel(s, request, reply); });

@@ -109,11 +109,23 @@ Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-void PanelLibrary::drop_index(const PanelId& panel) const {
+// Of all files that begin so.
+void PanelLibrary::drop_small(const std::string& beginning) const {
   std::error_code failed;
-  const std::string prefix = small_file("panels/" + panel.value + "/", "").filename().string();
+  const std::string prefix = small_file(beginning, "").filename().string();
   for (const auto& entry : std::filesystem::directory_iterator(small_dir(), failed))
     if (entry.path().filename().string().starts_with(prefix)) std::filesystem::remove(entry.path(), failed);
+}
+
+void PanelLibrary::remove(const std::string& file) const {
+  std::error_code failed;
+  if (!std::filesystem::exists(path_of(file), failed)) return;
+  static_cast<void>(remove_durably(path_of(file)));
+  drop_small(file);
+}
+
+void PanelLibrary::drop_index(const PanelId& panel) const {
+  drop_small("panels/" + panel.value + "/");
   if (auto cache = planner::IndexCache::open(index_dir())) cache->drop(panel.value);
 }
 

@@ -65,6 +65,9 @@ class PanelLibrary {
   std::filesystem::path small_dir() const { return data_dir_ / "small"; }
   // Makes those of a map and a mask that were just entered. What cannot be written is made when somebody asks for it.
   void make_small(const std::string& map_file, const std::string& mask_file) const;
+  // Removes a file that nothing names any more, if it is there, and what was made of it. What cannot be removed does no
+  // harm.
+  void remove(const std::string& file) const;
   // Removes what is kept in both for a panel whose map was replaced or whose wood is used up: it will never be read
   // again, and may be gigabytes. What cannot be removed does no harm.
   void drop_index(const PanelId& panel) const;
@@ -80,6 +83,7 @@ class PanelLibrary {
 
  private:
   std::filesystem::path small_file(const std::string& file, const std::string& what) const;
+  void drop_small(const std::string& beginning) const;
   void keep_small(const std::optional<std::string>& png, const std::filesystem::path& file) const;
   Result<SmallPicture> make_smaller(const std::string& file, int width_px) const;
 

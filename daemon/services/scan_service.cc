@@ -8,8 +8,8 @@
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
+#include "calib/hole_tie.h"
 #include "daemon/orders/have_done.h"
-#include "daemon/services/part_zones.h"
 #include "daemon/workers/json_depth.h"
 
 namespace veneer::daemon {
@@ -18,7 +18,7 @@ namespace {
 // Of what a worker process answers: could it be what was asked for? It is kept, and read again whenever somebody asks.
 bool can_be(const PanelRead& read, std::size_t tiles, std::size_t suspects) {
   constexpr std::size_t kMostTags = 2'000, kMostZones = 10'000, kMostPoints = 10'000, kMostDifferences = 10'000;
-  constexpr std::size_t kMostWarnings = 1'000, kLongestWarning = 1'000;
+  constexpr std::size_t kMostWarnings = 1'000, kLongestWarning = 1'000, kLongestName = 40;
   constexpr std::size_t kLongestLattice = 2 << 20;
   constexpr Millimetres kSmallest{1}, kLargest{20'000};
   const auto is_lattice = [](const std::string& text) {
@@ -48,90 +48,44 @@ bool can_be(const PanelRead& read, std::size_t tiles, std::size_t suspects) {
          read.suspects_gone.size() == suspects &&
          std::ranges::all_of(read.suspects_gone, [](double share) { return share >= 0 && share <= 1; }) &&
          read.warnings.size() <= kMostWarnings &&
-         std::ranges::all_of(read.warnings, [](const auto& text) { return text.size() <= kLongestWarning; });
+         std::ranges::all_of(read.warnings,
+                             [](const auto& warning) {
+                               return !warning.name.empty() && warning.name.size() <= kLongestName &&
+                                      warning.text.size() <= kLongestWarning;
+                             }) &&
+         read.lost >= SquareMillimetres(0) && read.lost <= kLargest * kLargest && read.gained >= SquareMillimetres(0) &&
+         read.gained <= kLargest * kLargest;
 }
 
-const char* in_words(calib::DifferenceKind kind) {
-  return kind == calib::DifferenceKind::kGoneNotBooked ? "wood is gone that is not booked as cut"
-                                                       : "booked as cut, and still in the panel";
-}
+constexpr const char* kProposals = "proposals";  // their pictures, until they are decided
 
-Box<PanelFrame> bounds_of(const Region<PanelFrame>& region) {
-  Box<PanelFrame> out;
-  for (const auto& ring : region.rings())
-    for (const auto& point : ring) out.add(point);
-  return out;
-}
-
-bool touch(const Box<PanelFrame>& a, const Box<PanelFrame>& b) {
-  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y;
-}
-
-// Whose wood each difference is; nobody's when it is free.
-Result<std::vector<FoundDifference>> with_pieces(Repositories& r, const PanelId& panel,
-                                                 const std::vector<calib::Difference>& differences) {
-  std::vector<FoundDifference> out;
-  const auto live = r.ledger.live_allocations(panel);
-  if (!live) return live.error();
-  std::vector<Box<PanelFrame>> boxes;
-  boxes.reserve(live->size());
-  for (const auto& allocation : *live) boxes.push_back(bounds_of(allocation.area));
-  for (const calib::Difference& difference : differences) {
-    FoundDifference& found = out.emplace_back(FoundDifference{difference, {}});
-    // Of rings that a worker may have let cross each other.
-    const auto& shape = found.seen.shape = unite(difference.shape, {});
-    const Box<PanelFrame> box = bounds_of(shape);
-    for (std::size_t i = 0; i < live->size(); ++i) {
-      const auto& allocation = (*live)[i];
-      const bool cut = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
-      const bool booked = difference.kind == calib::DifferenceKind::kBookedNotGone;
-      if (allocation.piece.value == 0 || cut != booked || !touch(boxes[i], box)) continue;
-      if (!overlaps(allocation.area, shape)) continue;
-      const auto piece = r.jobs.find_piece(allocation.piece);
-      if (!piece) return piece.error();
-      found.pieces.push_back({allocation.job, piece->mark, allocation.state});
-    }
-  }
-  return out;
-}
-
-// Of a piece that was cut out nothing is left; a few pixels at the border of another hole are noise.
-db::Seen what_was_seen(double share_gone) {
-  constexpr double kOut = 0.9, kNoise = 0.05;
-  return share_gone >= kOut ? db::Seen::kCut : share_gone <= kNoise ? db::Seen::kStillThere : db::Seen::kUnclear;
-}
-
-// What the scan saw of wood that is suspect is noted until somebody says what became of it; nothing is decided.
-Result<std::vector<SeenSuspect>> note_suspects(Repositories& r, const std::vector<db::AllocationRecord>& suspects,
-                                               const std::vector<double>& gone, int mask_version,
-                                               const std::string& at) {
-  std::vector<SeenSuspect> out;
-  std::vector<std::pair<db::AllocationId, db::Sighting>> seen;
-  for (std::size_t i = 0; i < suspects.size(); ++i) {
-    const auto piece = r.jobs.find_piece(suspects[i].piece);
-    if (!piece) return piece.error();
-    // Somebody said it while the scan was being looked at.
-    if (piece->state != db::PieceState::kSuspect || piece->allocation != suspects[i].id) continue;
-    const db::Sighting sighting{what_was_seen(gone[i]), gone[i], mask_version, at};
-    seen.emplace_back(suspects[i].id, sighting);
-    out.push_back({piece->job, piece->mark, sighting});
-  }
-  if (const Status noted = r.jobs.note_sightings(seen); !noted) return noted.error();
-  return out;
-}
-
-std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>& differences) {
-  std::vector<db::DifferenceRecord> out;
-  for (const FoundDifference& difference : differences) {
-    db::DifferenceRecord& record = out.emplace_back();
-    record.gone = difference.seen.kind == calib::DifferenceKind::kGoneNotBooked;
-    record.place = difference.seen.place;
-    record.shape = difference.seen.shape;
-    record.area = difference.seen.area;
-    auto pieces = nlohmann::json::array();
-    for (const auto& piece : difference.pieces)
-      pieces.push_back({{"job", piece.job.value}, {"mark", piece.mark}, {"state", db::to_string(piece.state)}});
-    record.pieces_json = pieces.dump();
+// Whether a new sheet is one that is in stock: its holes lie as that one's, one way round or the other.
+std::vector<ScanWarning> doubts_about_sheet(const calib::PanelFiducials& sheet,
+                                            const std::map<PanelId, calib::PanelFiducials>& stock) {
+  constexpr double kSame = 0.04;  // mm RMS, of two scans of one sheet
+  const auto places = [](const calib::PanelFiducials& fiducials) {
+    std::vector<Point<PanelFrame>> out;
+    for (const auto& hole : fiducials.holes) out.push_back(hole.centre);
+    return out;
+  };
+  std::vector<ScanWarning> out;
+  const auto here = places(sheet);
+  for (const auto& [id, known] : stock) {
+    const auto there = places(known);
+    const auto tie = calib::match_holes<PanelFrame, PanelFrame>(there, here);
+    if (!tie || tie->residual.rms > kSame || tie->pairs.size() < here.size()) continue;
+    if (tie->to_from.handedness() == Handedness::kImproper)
+      out.push_back(
+          {"wrong-face",
+           fmt::format("its holes lie as those of panel {0} seen from the other side: this is the back of that "
+                       "panel, or a sheet drilled with it. Refuse this, and run `veneerctl panel scan --face "
+                       "back --panel {0}`",
+                       id.value)});
+    else
+      out.push_back({"same-sheet", fmt::format("its holes lie as those of panel {}, which is in stock with other tags: "
+                                               "is this the same sheet? Then `veneerctl panel merge` makes them one",
+                                               id.value)});
+    break;
   }
   return out;
 }
@@ -139,13 +93,13 @@ std::vector<db::DifferenceRecord> to_records(const std::vector<FoundDifference>&
 }  // namespace
 
 ScanService::ScanService(ScannerDriver& scanner, DatabaseThread& database, const PanelLibrary& library,
-                         WorkRunner& workers, const Config& config, Logger log)
+                         WorkRunner& workers, ScanProposals& proposals, const Config& config)
     : scanner_(scanner),
       database_(database),
       library_(library),
       workers_(workers),
-      config_(config),
-      log_(std::move(log)) {}
+      proposals_(proposals),
+      config_(config) {}
 
 WorkOrder ScanService::order(const char* kind, const char* what, const WorkFolder& folder) const {
   WorkOrder out;
@@ -284,12 +238,55 @@ Result<ScanService::Known> ScanService::identify(const ScanRequest& request) {
     known.parent = std::move(*parent);
     if (known.parent) known.parent_fiducials = stock->fiducials[*known.parent];
   }
+  for (const PanelId& id : in_stock) known.stock[id] = stock->fiducials[id];
   const calib::AprilGrid grid;
   for (int i = 0; i < grid.tags(); ++i) known.foreign_tags.insert(grid.first_id + i);
   for (const PanelId& id : in_stock)
     if (!known.panel || id != known.panel->id)
       for (const auto& tag : stock->fiducials[id].tags) known.foreign_tags.insert(tag.id);
   return known;
+}
+
+// What the worker is told; of a panel that is known also what the ledger holds of it.
+Result<RegisterScans> ScanService::ask_of(Known& known, const calib::ScannerModelData& scanner, WorkOrder& work) {
+  RegisterScans wanted;
+  for (const auto& tile : tiles_) {
+    wanted.views.push_back(tile.view);
+    wanted.files.push_back((tile.folder.path() / kMadeScan).string());
+    work.readable.emplace_back(wanted.files.back());
+  }
+  wanted.scanner = scanner;
+  wanted.face = known.face;
+  wanted.foreign_tags = known.foreign_tags;
+  if (known.panel) wanted.known = known.fiducials;
+  if (!known.panel || known.face != Face::kShow) return wanted;
+
+  const auto masks = database_.call([&](Repositories& r) { return r.panels.masks(known.panel->id); });
+  if (!masks) return masks.error();
+  // A cell that was restored may have lost the old ones: then the oldest that is left, since a later one shows what
+  // is gone by then as if it had never been there.
+  const auto is_left = [&](const db::MaskRecord& mask) {
+    std::error_code none;
+    return std::filesystem::exists(library_.path_of(mask.map_file), none);
+  };
+  const auto oldest = std::find_if(masks->rbegin(), masks->rend(), is_left);
+  const std::string& first = oldest == masks->rend() ? known.panel->map_file : oldest->map_file;
+  known.later_map = first != masks->back().map_file;
+  wanted.first_map = library_.path_of(first).string();
+  wanted.earlier_map = library_.path_of(known.panel->map_file).string();
+  // What people painted is a layer over what scans see.
+  wanted.earlier_mask = library_.path_of(masks->front().seen_file).string();
+  work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
+  const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known.panel->id); });
+  if (!live) return live.error();
+  for (const auto& allocation : *live) {
+    const bool gone = allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap;
+    (gone ? wanted.gone : wanted.held).push_back(allocation.area);
+    if (allocation.state != db::AllocationState::kSuspect) continue;
+    known.suspects.push_back({allocation.id.value, allocation.piece.value});
+    wanted.suspects.emplace_back(allocation.outline);
+  }
+  return wanted;
 }
 
 Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskProgress& progress,
@@ -308,149 +305,72 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   auto folder = WorkFolder::make(library_.data_dir());
   if (!folder) return folder.error();
   WorkOrder work = order(RegisterScans::kKind, "registering the scan", *folder);
-  RegisterScans wanted;
-  for (const auto& tile : tiles_) {
-    wanted.views.push_back(tile.view);
-    wanted.files.push_back((tile.folder.path() / kMadeScan).string());
-    work.readable.emplace_back(wanted.files.back());
-  }
-  wanted.scanner = calibration->scanner->data();
-  wanted.face = known->face;
-  wanted.foreign_tags = known->foreign_tags;
-  if (known->panel) wanted.known = known->fiducials;
-  if (known->panel && known->face == Face::kShow) {
-    const auto masks = database_.call([&](Repositories& r) { return r.panels.masks(known->panel->id); });
-    if (!masks) return masks.error();
-    // A cell that was restored may have lost the old ones: then the oldest that is left, since a later one shows what
-    // is gone by then as if it had never been there.
-    const auto is_left = [&](const db::MaskRecord& mask) {
-      std::error_code none;
-      return std::filesystem::exists(library_.path_of(mask.map_file), none);
-    };
-    const auto oldest = std::find_if(masks->rbegin(), masks->rend(), is_left);
-    const std::string& first = oldest == masks->rend() ? known->panel->map_file : oldest->map_file;
-    known->later_map = first != masks->back().map_file;
-    wanted.first_map = library_.path_of(first).string();
-    wanted.earlier_map = library_.path_of(known->panel->map_file).string();
-    wanted.earlier_mask = library_.path_of(known->panel->mask_file).string();
-    work.readable.insert(work.readable.end(), {wanted.first_map, wanted.earlier_map, wanted.earlier_mask});
-    const auto live = database_.call([&](Repositories& r) { return r.ledger.live_allocations(known->panel->id); });
-    if (!live) return live.error();
-    for (const auto& allocation : *live) {
-      if (allocation.state == db::AllocationState::kCut || allocation.state == db::AllocationState::kScrap)
-        wanted.gone.push_back(allocation.area);
-      if (allocation.state != db::AllocationState::kSuspect) continue;
-      known->suspects.push_back(allocation);
-      wanted.suspects.emplace_back(allocation.outline);
-    }
-  }
-  const auto read = have_done<PanelRead>(workers_, std::move(work), wanted, progress, stop);
+  const auto wanted = ask_of(*known, calibration->scanner->data(), work);
+  if (!wanted) return wanted.error();
+  auto read = have_done<PanelRead>(workers_, std::move(work), *wanted, progress, stop);
   if (!read) return read.error();
   if (!can_be(*read, tiles_.size(), known->suspects.size()))
     return Error{ErrorCode::kInternal, "the scan came back unreadable: scan again, and report it when it comes back"};
-  progress(0.92, "entering stock");
-  if (!known->panel) return add_panel(*known, *read, *folder);
+  progress(0.92, "noting what was seen");
   if (known->face == Face::kBack) return add_back(*known, *read);
-  return scan_again(*known, *read, *folder);
+  return propose(request, *known, std::move(*read), *folder);
 }
 
-Result<std::vector<db::ScanRecord>> ScanService::store_scans(const PanelId& panel, Face face, const PanelRead& read) {
-  std::vector<db::ScanRecord> records;
-  for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const Tile& tile = tiles_[i];
+Result<std::vector<TakenTile>> ScanService::store_tiles(Face face) {
+  std::vector<TakenTile> out;
+  for (const Tile& tile : tiles_) {
     auto stored = library_.adopt(tile.folder.path() / kMadeScan, "scans", to_string(face), kMostPixelsScanned);
     if (!stored) return stored.error();
-    db::ScanRecord& record = records.emplace_back();
-    record.panel = panel;
-    record.face = face;
-    record.device = tile.device;
-    record.file = stored->file;
-    record.sha256 = stored->sha256;
-    record.dpi = tile.view.nominal.dpi();
-    record.rms = read.rms;
-    record.max = read.max;
-    record.lattice = read.lattices.at(i);
-    record.taken_at = utc_timestamp();
+    out.push_back({stored->file, stored->sha256, tile.device, utc_timestamp(), tile.view.nominal.dpi()});
   }
-  return records;
+  return out;
 }
 
-Result<ScanOutcome> ScanService::add_panel(const Known& known, const PanelRead& read, const WorkFolder& folder) {
-  std::optional<db::PartRecord> part;
-  if (known.parent) {
-    const auto related = calib::relate_part(read.fiducials, known.parent_fiducials, read.sheet);
-    if (!related)
-      return Error{related.error().code,
-                   fmt::format("this is a part of panel {}, and {}", known.parent->value, related.error().message)};
-    part = db::PartRecord{related->part_from_parent, related->fiducials, related->rms};
-  }
-  auto id = database_.call([](Repositories& r) { return r.panels.next_panel_id(); });
-  if (!id) return id.error();
-  auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + id->value, "map");
+Result<ScanOutcome> ScanService::propose(const ScanRequest& request, const Known& known, PanelRead read,
+                                         const WorkFolder& folder) {
+  const std::string pictures = known.panel ? "panels/" + known.panel->id.value : kProposals;
+  auto map_file = library_.adopt(folder.path() / kMadeMap, pictures, "map");
   if (!map_file) return map_file.error();
-  auto mask_file = library_.adopt(folder.path() / kMadeMask, "panels/" + id->value, "mask");
+  auto mask_file = library_.adopt(folder.path() / kMadeMask, pictures, "mask");
   if (!mask_file) return mask_file.error();
-  auto scans = store_scans(*id, Face::kShow, read);
-  if (!scans) return scans.error();
-  db::PanelRecord panel;
-  panel.id = *id;
-  panel.name = id->value;
-  panel.width = read.sheet.width();
-  panel.height = read.sheet.height();
-  panel.map_file = map_file->file;
-  panel.mask_file = mask_file->file;
-  panel.map_hash = map_file->sha256;
-  panel.usable = read.usable;
-  panel.created_at = utc_timestamp();
-  panel.parent = known.parent;
-  const auto fiducials = to_records(read.fiducials, Face::kShow);
-  std::size_t carried = 0;
-  std::vector<db::ZoneRecord> zones = read.zones;
-  const Status added = database_.call([&](Repositories& r) -> Status {
-    if (!part) {
-      if (Status entered = r.panels.add(panel, *scans, fiducials); !entered) return entered;
-      return r.materials.add_zones(panel.id, zones);
-    }
-    if (Status entered = r.panels.add_part(panel, *scans, fiducials, *part); !entered) return entered;
-    const auto live = r.ledger.live_states(panel.id);
-    if (!live) return live.error();
-    carried = live->size();
-    const auto before = r.materials.zones(*panel.parent);
-    if (!before) return before.error();
-    zones = zones_of_part(read.zones, *before, part->part_from_parent, read.sheet);
-    return r.materials.add_zones(panel.id, zones);
-  });
-  if (!added) return added.error();
-  library_.make_small(map_file->file, mask_file->file);
-  ScanOutcome outcome;
-  outcome.tiles = tiles_.size();
-  outcome.panel = *id;
-  outcome.is_new = true;
-  outcome.part_of = known.parent;
-  outcome.carried = carried;
-  outcome.rms = read.rms;
-  outcome.max = read.max;
-  outcome.usable = read.usable;
-  outcome.zones = zones.size();
-  outcome.warnings = read.warnings;
-  log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id->value, panel.width.count(),
-             panel.height.count(), outcome.zones);
-  if (part)
-    log_->info(
-        "panel {} is a part of panel {}: {} tags and holes in common, rms {:.3f} mm; {} allocations carried over",
-        id->value, known.parent->value, part->fiducials, part->rms.count(), carried);
-  for (const std::string& warning : outcome.warnings) log_->warn("panel {}: {}", id->value, warning);
-  return outcome;
+  auto tiles = store_tiles(Face::kShow);
+  if (!tiles) return tiles.error();
+  // A saw cuts where it has to.
+  if (known.parent) std::erase_if(read.warnings, [](const ScanWarning& warning) { return warning.name == "size"; });
+  SeenSheet seen{std::move(read), std::move(*tiles), map_file->file,         map_file->sha256, mask_file->file, {}, 0,
+                 known.later_map, known.parent,      known.parent_fiducials, known.suspects};
+  if (known.panel) {
+    seen.panel = known.panel->id, seen.after = known.panel->mask_version;
+    // The first scan fixed its frame.
+    seen.read.sheet = {};
+    seen.read.sheet.add({});
+    seen.read.sheet.add({known.panel->width, known.panel->height});
+  }
+  if (!known.panel && !known.parent) {
+    auto doubts = doubts_about_sheet(seen.read.fiducials, known.stock);
+    seen.read.warnings.insert(seen.read.warnings.end(), doubts.begin(), doubts.end());
+  }
+  auto outcome = proposals_.propose(std::move(seen), request.who);
+  if (!outcome || !outcome->proposal || !request.accept) return outcome;
+  const auto overruled = [&](const ScanWarning& warning) {
+    return std::ranges::count(request.overrule, warning.name) > 0;
+  };
+  // Then it waits, and what it waits for is told.
+  if (!std::ranges::all_of(outcome->warnings, overruled)) return outcome;
+  std::vector<std::string> names;
+  for (const ScanWarning& warning : outcome->warnings) names.push_back(warning.name);
+  return proposals_.accept(*outcome->proposal, names, request.who);
 }
 
 Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& read) {
   const PanelId& id = known.panel->id;
-  auto scans = store_scans(id, Face::kBack, read);
-  if (!scans) return scans.error();
+  const auto tiles = store_tiles(Face::kBack);
+  if (!tiles) return tiles.error();
+  const auto scans = scan_records(id, Face::kBack, *tiles, read);
   // Back tags are frozen once; a later look at the back adds its scans only.
   std::vector<db::FiducialRecord> fiducials;
   if (!known.fiducials.knows(Face::kBack)) fiducials = to_records(read.fiducials, Face::kBack);
-  const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(id, *scans, fiducials); });
+  const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(id, scans, fiducials); });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
@@ -458,65 +378,6 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& r
   outcome.face = Face::kBack;
   outcome.rms = read.rms;
   outcome.max = read.max;
-  return outcome;
-}
-
-Result<ScanOutcome> ScanService::scan_again(const Known& known, const PanelRead& read, const WorkFolder& folder) {
-  const db::PanelRecord& panel = *known.panel;
-  auto map_file = library_.adopt(folder.path() / kMadeMap, "panels/" + panel.id.value, "map");
-  if (!map_file) return map_file.error();
-  auto mask_file = library_.adopt(folder.path() / kMadeMask, "panels/" + panel.id.value, "mask");
-  if (!mask_file) return mask_file.error();
-  auto scans = store_scans(panel.id, Face::kShow, read);
-  if (!scans) return scans.error();
-  ScanOutcome outcome;
-  std::optional<std::vector<FoundDifference>> differences;
-  const Status written = database_.call([&](Repositories& r) -> Status {
-    if (read.differences) {
-      auto named = with_pieces(r, panel.id, *read.differences);
-      if (!named) return named.error();
-      differences = std::move(*named);
-    }
-    const auto version = r.panels.add_mask(
-        panel.id, {0, map_file->file, mask_file->file, map_file->sha256, utc_timestamp(), read.usable},
-        panel.mask_version);
-    if (!version) return version.error();
-    // A panel from before zones were kept gets them now.
-    if (Status zoned = r.materials.add_zones(panel.id, read.zones); !zoned) return zoned;
-    if (differences)
-      if (Status told = r.differences.found(panel.id, to_records(*differences), utc_timestamp(), known.later_map);
-          !told)
-        return told;
-    auto suspects = note_suspects(r, known.suspects, read.suspects_gone, *version, utc_timestamp());
-    if (!suspects) return suspects.error();
-    outcome.suspects = std::move(*suspects);
-    // Those that it had, whatever strips the eye makes of wood that pieces were cut from.
-    const auto zones = r.materials.zones(panel.id);
-    if (!zones) return zones.error();
-    outcome.zones = zones->size();
-    // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
-    return r.panels.add_scans(panel.id, *scans, {});
-  });
-  if (!written) return written.error();
-  library_.drop_index(panel.id);
-  library_.make_small(map_file->file, mask_file->file);
-  outcome.tiles = tiles_.size();
-  outcome.panel = panel.id;
-  outcome.rms = read.rms;
-  outcome.max = read.max;
-  outcome.usable = read.usable;
-  if (differences) {
-    outcome.differences = std::move(differences);
-    for (const FoundDifference& difference : *outcome.differences) {
-      std::string pieces;
-      for (const auto& piece : difference.pieces)
-        pieces += fmt::format(", piece {} of job {}", piece.mark, piece.job.value);
-      log_->warn("panel {}: {} at {:.1f}, {:.1f} mm, {:.1f} mm2{}", panel.id.value, in_words(difference.seen.kind),
-                 difference.seen.place.x.count(), difference.seen.place.y.count(), difference.seen.area.count(),
-                 pieces);
-    }
-  }
-  outcome.warnings = read.warnings;
   return outcome;
 }
 

@@ -21,9 +21,11 @@
 #include "db/job_store.h"
 #include "db/leases.h"
 #include "db/ledger.h"
+#include "db/masks.h"
 #include "db/materials.h"
 #include "db/panels.h"
 #include "db/plans.h"
+#include "db/proposals.h"
 #include "db/request_keys.h"
 #include "db/stock_facts.h"
 
@@ -47,7 +49,9 @@ struct Repositories {
         plans(database),
         leases(database),
         differences(database),
-        facts(database) {}
+        facts(database),
+        proposals(database),
+        masks(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -59,6 +63,8 @@ struct Repositories {
   db::Leases leases;
   db::Differences differences;
   db::StockFacts facts;
+  db::Proposals proposals;
+  db::Masks masks;
   CellDevices devices;
 };
 

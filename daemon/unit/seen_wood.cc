@@ -13,7 +13,7 @@ Status check_wood_is_there(Repositories& repositories, const std::vector<db::Pie
   for (const auto& piece : pieces)
     if (piece.state == db::PieceState::kReserved && piece.panel) by_panel[*piece.panel].push_back(&piece);
   for (const auto& [panel, reserved] : by_panel) {
-    if (Status seen = repositories.panels.check_seen_since_restore(panel); !seen) return seen;
+    if (Status seen = repositories.panels.check_seen(panel); !seen) return seen;
     const auto differences = repositories.differences.of(panel);
     if (!differences) return differences.error();
     for (const auto& difference : *differences) {

@@ -90,9 +90,11 @@ TEST(Render, NothingOfAnotherTypeThrows) {
        {json(nullptr), json(3), json::array({1}), json{{"panels", 7}, {"jobs", "x"}, {"tasks", {1, "a"}}},
         json{{"laser", 3}, {"job", {{"pieces", "many"}}}, {"load", "x"}, {"state", 1}}}) {
     for (const auto render :
-         {render_status, render_panels, render_panel, render_registration, render_scan_result, render_certificates,
-          render_jobs, render_job, render_new_job, render_plans, render_plan, render_new_plan, render_tasks,
-          render_next, render_task, render_state, render_twin, render_plain, render_pieces}) {
+         {render_status,       render_panels,    render_panel,    render_registration, render_scan_result,
+          render_certificates, render_proposals, render_proposal, render_refused,      render_edits,
+          render_edited,       render_merged,    render_jobs,     render_job,          render_new_job,
+          render_plans,        render_plan,      render_new_plan, render_tasks,        render_task,
+          render_next,         render_state,     render_twin,     render_plain,        render_pieces}) {
       render(odd);
     }
   }
@@ -152,8 +154,47 @@ TEST(Render, WhatWasDecidedOfADifferenceNamesThePiecesItTouches) {
 }
 
 TEST(Render, AScanSaysWhatItLeavesOut) {
-  const json result = {{"panel", "P-1"}, {"warnings", {"a strip is left out: it looks like the board", 7}}};
-  EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning: a strip is left out: it looks like the board\n");
+  const json warning = {{"name", "strip-1"}, {"text", "a strip is left out: it looks like the board"}};
+  const json result = {{"panel", "P-1"}, {"warnings", {warning, 7}}};
+  EXPECT_EQ(render_scan_result(result), "Panel P-1\nWarning strip-1: a strip is left out: it looks like the board\n");
+}
+
+TEST(Render, AScanThatWaitsSaysWhatItSawAndTheOneCommandThatTakesIt) {
+  json seen = {{"proposal", 3}, {"new", true}, {"size_mm", {240.04, 159.98}}, {"usable_mm2", 20'000},
+               {"zones", 6},    {"tiles", 1},  {"warnings", json::array()}};
+  EXPECT_EQ(render_scan_result(seen),
+            "Proposal 3: a new panel\n"
+            "Size         240.0 x 160.0 mm\n"
+            "Usable       200 cm2 in 6 strips\n"
+            "Not in stock yet. Take it: `veneerctl panel accept 3`\n"
+            "Its picture: `veneerctl panel proposals 3 --picture scan.png`. Drop it: `veneerctl panel refuse 3`\n");
+  seen["warnings"] = {{{"name", "size"}, {"text", "not round"}}, {{"name", "strip-1"}, {"text", "in doubt"}}};
+  EXPECT_THAT(render_scan_result(seen),
+              ::testing::AllOf(HasSubstr("Warning size: not round\n"),
+                               HasSubstr("`veneerctl panel accept 3 --override size --override strip-1`")));
+  seen["number"] = 3, seen["made"] = "2026-05-01T07:30:00.000Z", seen["who"] = "uid 7", seen["decided"] = nullptr;
+  EXPECT_THAT(render_proposal(seen), HasSubstr("--override size"));
+  EXPECT_THAT(render_proposals({{"proposals", {seen}}}), HasSubstr("size, strip-1"));
+  seen["decided"] = {{"verdict", "accepted"},
+                     {"panel", "P-0004"},
+                     {"who", "uid 7"},
+                     {"at", "2026-05-01"},
+                     {"overruled", {"size", "strip-1"}},
+                     {"note", ""}};
+  EXPECT_THAT(render_proposal(seen), ::testing::AllOf(HasSubstr("P-0004"), HasSubstr("Overruled    size, strip-1")));
+}
+
+TEST(Render, EditsOfAMaskSayWhatTheyDidAndHowToTakeThemBack) {
+  EXPECT_EQ(
+      render_edited({{"panel", "P-1"},
+                     {"version", 4},
+                     {"usable_mm2", 20'000},
+                     {"changed_mm2", -250},
+                     {"number", 2},
+                     {"reserved", {{{"job", 3}, {"mark", "A1"}}}}}),
+      "Panel P-1: 200 cm2 of usable wood, 2.5 cm2 less than before (version 4).\n"
+      "Take it back: `veneerctl panel mask P-1 --remove 2`\n"
+      "Pieces that are reserved there are cut all the same: A1 of job 3. Cancel their job if they must not be.\n");
 }
 
 TEST(Render, AScanProposesWhatBecameOfSuspectPieces) {

@@ -469,6 +469,58 @@ TEST(Veneerctl, AFailedTaskIsItsSentence) {
   EXPECT_EQ(outcome.err, "veneerctl: the scanner does not answer: switch it on\n");
 }
 
+// Scripts read the exit status: what waits is not in stock.
+TEST(Veneerctl, AScanThatWaitsThoughItWasToBeAcceptedFails) {
+  ApiServer* running = nullptr;
+  json asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text());
+      const TaskReporter work = running->tasks().start("scan", "");
+      work.done({{"proposal", 3}, {"new", true}, {"warnings", {{{"name", "size"}, {"text", "not round"}}}}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const Outcome looked = ask(server, {"panel", "scan"});
+  EXPECT_EQ(looked.status, 0);
+  EXPECT_THAT(looked.out, HasSubstr("panel accept 3 --override size"));
+  EXPECT_FALSE(asked.contains("accept"));
+  const Outcome outcome = ask(server, {"panel", "scan", "--accept"});
+  EXPECT_EQ(asked["accept"], true);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("proposal 3 has warnings, and is not in stock"));
+  ask(server, {"panel", "scan", "--override", "size", "--override", "strip-1"});
+  EXPECT_EQ(asked["override"], json({"size", "strip-1"}));
+  EXPECT_EQ(ask(server, {"panel", "scan", "--accept", "--more"}).status, 2);
+}
+
+TEST(Veneerctl, PaintsOnMasks) {
+  std::vector<std::string> asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"editMask", "removeMaskEdit", "listMaskEdits", "mergePanels"})
+      router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.method + " " + request.path + " " + request.body.text());
+        reply(ApiReply::json({{"panel", "P-0001"}, {"edits", json::array()}}));
+      });
+  });
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 30.5,2 30,40"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--withhold", "1,2 30,2 30,40", "--note", "a stain"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--list"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--remove", "2"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "merge", "P-0001", "P-0002"}).status, 0);
+  EXPECT_THAT(asked, ::testing::ElementsAre(
+                         "POST /api/v1/panels/P-0001/mask-edits "
+                         R"({"kind":"give","outline_mm":[1.0,2.0,30.5,2.0,30.0,40.0]})",
+                         "POST /api/v1/panels/P-0001/mask-edits "
+                         R"({"kind":"withhold","note":"a stain","outline_mm":[1.0,2.0,30.0,2.0,30.0,40.0]})",
+                         "GET /api/v1/panels/P-0001/mask-edits ", "DELETE /api/v1/panels/P-0001/mask-edits/2 ",
+                         R"(POST /api/v1/panels/P-0001/merge {"merged":"P-0002"})"));
+  for (const char* bad : {"1,2 3,4", "1,2 3,4 5", "1;2 3;4 5;6", "a,b c,d e,f"})
+    EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", bad}).status, 2) << bad;
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 3,4 5,6", "--remove", "1"}).status, 2);
+}
+
 TEST(Veneerctl, ListsScannersWithWhatTheyTake) {
   ApiServer* running = nullptr;
   const json found = {

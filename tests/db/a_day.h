@@ -11,7 +11,9 @@
 #include "db/certificates.h"
 #include "db/differences.h"
 #include "db/leases.h"
+#include "db/masks.h"
 #include "db/materials.h"
+#include "db/proposals.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
 
@@ -182,6 +184,24 @@ inline std::vector<Step> a_day() {
   });
   add("differences not seen again", [=](Database& db) { return Differences(db).found(oak, {}, kLater); });
   add("mask taken back", [=](Database& db) { return Panels(db).revert_mask(ash, 1, kLater); });
+  const auto proposal = [](std::vector<int> tags) {
+    ProposalRecord out;
+    out.who = "local:1000", out.made_at = kLater, out.map_file = "proposals/map", out.mask_file = "proposals/mask";
+    out.read_file = "proposals/read", out.read_sha256 = std::string(64, 'a'), out.scan_files = {"scans/9.png"};
+    out.tags = std::move(tags), out.width = 420_mm, out.height = 280_mm;
+    return out;
+  };
+  add("proposal", [=](Database& db) { return Proposals(db).add(proposal({401})); });
+  add("proposal replaced", [=](Database& db) { return Proposals(db).add(proposal({401, 402})); });
+  add("proposal refused", [=](Database& db) { return Proposals(db).refuse({2}, "local:1000", "dust", kLater); });
+  const auto painted = [](const char* file) {
+    return MaskRecord{0, "map", file, "hash", kLater, SquareMillimetres(1200), "mask"};
+  };
+  add("mask edited", [=](Database& db) {
+    return Masks(db).add(ash, {{}, true, rectangle(300, 200, 5, 5), "local:1000", "", kLater, {}}, painted("given"), 3);
+  });
+  add("edit taken back",
+      [=](Database& db) { return Masks(db).remove(ash, {1}, "local:1000", kLater, painted("mask"), 4); });
   add("scan", [=](Database& db) {
     ScanRecord scan;
     scan.panel = ash, scan.face = Face::kBack, scan.device = "twin:2", scan.file = "scans/2.png", scan.sha256 = "cd34";
@@ -207,6 +227,21 @@ inline std::vector<Step> a_day() {
     PanelRecord part = sheet({"P-0005"});
     part.parent = beech;
     return Panels(db).add_part(part, {}, {}, {{degrees(3), point<PanelFrame>(-20, 4)}, 3, 0.02_mm});
+  });
+  const PanelId yew{"P-0006"}, yew_again{"P-0007"};
+  for (const PanelId& panel : {yew, yew_again}) {
+    add("proposal", [=](Database& db) { return Proposals(db).add(proposal({501})); });
+    add("proposal accepted", [=](Database& db) {
+      const Acceptance accepted{{panel == yew ? 3 : 4}, {"size"}, "local:1000"};
+      return Panels(db).add(sheet(panel), {}, {}, accepted);
+    });
+    add("written off", [=](Database& db) {
+      return Ledger(db).write_off(panel, rectangle(panel == yew ? 30 : 90, 20, 20, 20), "burnt pattern", kNow);
+    });
+  }
+  add("merged", [=](Database& db) {
+    return Panels(db).merge({yew, yew_again, {degrees(1), point<PanelFrame>(2, 1)}, 4, 0.01_mm, "test", kLater}, {},
+                            {});
   });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
   add("key forgotten", [=](Database& db) { return RequestKeys(db).forget(forgotten); });

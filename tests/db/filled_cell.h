@@ -5,7 +5,9 @@
 #include "db/certificates.h"
 #include "db/differences.h"
 #include "db/leases.h"
+#include "db/masks.h"
 #include "db/materials.h"
+#include "db/proposals.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
 
@@ -100,6 +102,29 @@ inline void fill(CellDatabase& cell) {
   there.pieces_json = R"([{"job":1,"mark":"A1-1","state":"cut"}])";
   VENEER_ASSERT_OK(differences.found(oak, {gone, there}, kNow));
   VENEER_ASSERT_OK(differences.decide(oak, {1}, DifferenceVerdict::kAccepted, "local:1000", "a chip", kLater));
+  Masks masks(cell.database());
+  const MaskRecord painted{
+      0, "maps/3.png", "maps/3-painted.png", "0123", kLater, SquareMillimetres(5000), "maps/3-mask.png"};
+  for (const bool give : {true, false})
+    must(masks.add(split, {{}, give, rectangle(30, 20, 5, 5), "local:1000", "seen by eye", kLater, {}}, painted,
+                   give ? 1 : 2));
+  VENEER_ASSERT_OK(masks.remove(split, {2}, "local:1000", kLater, painted, 3));
+  Proposals proposals(cell.database());
+  ProposalRecord proposal;
+  proposal.who = "local:1000", proposal.made_at = kNow, proposal.map_file = "proposals/map.png";
+  proposal.mask_file = "proposals/mask.png", proposal.read_file = "proposals/read.json";
+  proposal.read_sha256 = std::string(64, 'a'), proposal.scan_files = {"scans/9.png"}, proposal.tags = {301, 302};
+  proposal.width = 240_mm, proposal.height = 160_mm, proposal.usable = SquareMillimetres(20'000.25);
+  proposal.warnings_json = R"([{"name":"size","text":"not round"}])";
+  must(proposals.add(proposal));
+  VENEER_ASSERT_OK(proposals.refuse(must(proposals.add(proposal)), "local:1000", "dust", kLater));
+  must(proposals.add(proposal));
+  proposal.panel = split, proposal.after = 4, proposal.lost = SquareMillimetres(900);
+  must(proposals.add(proposal));
+  const PanelId twice = cell.new_panel(), once = cell.new_panel();
+  VENEER_ASSERT_OK(cell.ledger().write_off(twice, Region<PanelFrame>(square(60, 50, 20)), "burnt pattern", kNow));
+  const Isometry2<PanelFrame, PanelFrame> once_from_twice(degrees(1), point<PanelFrame>(2, 1));
+  VENEER_ASSERT_OK(cell.panels().merge({once, twice, once_from_twice, 4, 0.01_mm, "local:1000", kLater}, {}, {}));
   VENEER_ASSERT_OK(cell.panels().note_restoration(kNow, "uid 1000", kNow));
   RequestKeys keys(cell.database());
   must(keys.begin({"local:1000", "newJob", "k-1", "hash"}, kNow));

@@ -330,9 +330,9 @@ TEST(Certificates, CannotExpireBeforeTheyAreIssued) {
 TEST_F(PanelsTest, APanelIsUnseenFromARestoreToItsNextScan) {
   ScanRecord look = scan(must(panels.next_panel_id()), Face::kShow);
   VENEER_ASSERT_OK(panels.add(sheet(look.panel), {look}, {}));
-  VENEER_EXPECT_OK(panels.check_seen_since_restore(look.panel));
+  VENEER_EXPECT_OK(panels.check_seen(look.panel));
   VENEER_ASSERT_OK(panels.note_restoration("2026-04-30T22:00:00.000Z", "uid 1000", kLater));
-  const Status unseen = panels.check_seen_since_restore(look.panel);
+  const Status unseen = panels.check_seen(look.panel);
   ASSERT_FALSE(unseen.ok());
   EXPECT_EQ(unseen.error().code, ErrorCode::kRefused);
   EXPECT_THAT(unseen.error().message, HasSubstr("the backup of 2026-04-30 was put back on"));
@@ -341,14 +341,14 @@ TEST_F(PanelsTest, APanelIsUnseenFromARestoreToItsNextScan) {
       << "nor is its wood reserved";
   look.face = Face::kBack;
   VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
-  EXPECT_FALSE(panels.check_seen_since_restore(look.panel).ok()) << "its show face";
+  EXPECT_FALSE(panels.check_seen(look.panel).ok()) << "its show face";
   // A clock that was ahead when the backup was put back, or is behind now, says nothing.
   look.face = Face::kShow;
   look.taken_at = "2026-01-01T00:00:00.000Z";
   VENEER_ASSERT_OK(panels.add_scans(look.panel, {look}, {}));
-  VENEER_EXPECT_OK(panels.check_seen_since_restore(look.panel));
+  VENEER_EXPECT_OK(panels.check_seen(look.panel));
   VENEER_ASSERT_OK(panels.note_restoration("2026-04-30T22:00:00.000Z", "uid 1000", "2025-01-01T00:00:00.000Z"));
-  EXPECT_FALSE(panels.check_seen_since_restore(look.panel).ok()) << "and once more";
+  EXPECT_FALSE(panels.check_seen(look.panel).ok()) << "and once more";
 }
 
 }  // namespace

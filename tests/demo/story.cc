@@ -149,7 +149,26 @@ Result<json> Story::scan_face(const StoryPanel& panel, const std::string& face, 
     if (!last) return last;
   }
   if (auto lifted = cell_.twin({{"cmd", "lift"}, {"from", "scanner"}}); !lifted) return lifted.error();
-  return last;
+  return last->contains("proposal") ? accept(*last) : last;
+}
+
+// As an operator would who looks at the picture: wood that is in doubt is left out, and the rest is taken. Any other
+// warning of a sound sheet is a fault.
+Result<json> Story::accept(const json& seen) {
+  const std::string number = std::to_string(seen["proposal"].get<std::int64_t>());
+  if (const Status saved =
+          save_picture("/proposals/" + number + "/picture.png?width=1600", "proposal-" + number + ".png");
+      !saved)
+    return saved.error();
+  json overruled = json::array();
+  for (const json& warning : seen["warnings"]) {
+    const std::string name = warning["name"];
+    if (!name.starts_with("strip-") || name.starts_with("strip-missing"))
+      return Error{ErrorCode::kRefused, fmt::format("the scan of proposal {} has the warning {}: {}", number, name,
+                                                    warning["text"].get<std::string>())};
+    overruled.push_back(name);
+  }
+  return task(stage_, "/proposals/" + number + "/accept", {{"override", overruled}});
 }
 
 Status Story::scan_panel(const StoryPanel& panel) {

@@ -69,6 +69,7 @@ class Story {
   Result<nlohmann::json> task(const std::string& stage, const std::string& target, const nlohmann::json& body);
   Status place(const std::string& sheet, const std::string& on, const std::string& face,
                const std::string& part = "whole", double height_mm = 0);
+  Result<nlohmann::json> accept(const nlohmann::json& seen);
   Result<nlohmann::json> scan_face(const StoryPanel& panel, const std::string& face, const std::string& panel_id);
   Result<std::string> calibrate_camera();
   Result<std::string> calibrate_laser();

@@ -120,6 +120,20 @@ class Replies : public testing::RoutedCell {
     if (!plan) return plan.error();
     if (auto leased = r.leases.take(*plan, "uid 1000", kAt, "2999-01-01T00:00:00.000Z"); !leased) return leased.error();
 
+    db::ProposalRecord seen;
+    seen.who = "uid 1000", seen.made_at = kAt, seen.map_file = seen.mask_file = seen.read_file = file;
+    seen.read_sha256 = hash, seen.scan_files = {file}, seen.tags = {301}, seen.width = 240_mm, seen.height = 160_mm;
+    seen.warnings_json = R"([{"name":"size","text":"the sheet is not round"}])";
+    for (const bool decided : {true, false}) {
+      const auto proposed = r.proposals.add(seen);
+      if (!proposed) return proposed.error();
+      if (!decided) continue;
+      if (Status refused = r.proposals.refuse(*proposed, "uid 1000", "dust", kAt); !refused) return refused;
+    }
+    db::MaskEdit edit;
+    edit.shape = difference.shape, edit.who = "uid 1000", edit.note = "a stain", edit.at = kAt;
+    if (const auto edited = r.masks.add(panel.id, edit, {0, file, file, hash, kAt}, 1); !edited) return edited.error();
+
     db::CertificateRecord certificate;
     certificate.kind = db::CertificateKind::kScanner;
     certificate.issued_at = kAt, certificate.expires_at = "2999-01-01T00:00:00.000Z";
@@ -162,6 +176,9 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listMaterials", "/materials"},
                                                         {"getMaterial", "/materials/walnut"},
                                                         {"getPanelMasks", "/panels/P-0001/masks"},
+                                                        {"listMaskEdits", "/panels/P-0003/mask-edits"},
+                                                        {"listProposals", "/proposals?all=true"},
+                                                        {"getProposal", "/proposals/1"},
                                                         {"getPanelDifferences", "/panels/P-0003/differences"},
                                                         {"listRecipes", "/recipes"},
                                                         {"listCertificates", "/certificates"},
@@ -214,6 +231,8 @@ TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
                                            cli::render_recipes(get("/recipes")),
                                            cli::render_audit(get("/audit")),
                                            cli::render_zones(get("/panels/P-0003")),
+                                           cli::render_proposals(get("/proposals?all=true")),
+                                           cli::render_edits(get("/panels/P-0003/mask-edits")),
                                            cli::render_materials(get("/materials"))};
   for (const std::string& table : tables) EXPECT_THAT(empty_columns(table), IsEmpty()) << table;
   EXPECT_THAT(render_pieces(get("/jobs/1/pieces")), HasSubstr("A1-1"));
@@ -224,6 +243,7 @@ TEST_F(Replies, WhatIsToldOfOneThingNamesIt) {
   for (const std::string& text :
        {cli::render_status(get("/status")), cli::render_panel(get("/panels/P-0003")), cli::render_job(get("/jobs/1")),
         cli::render_differences(get("/panels/P-0003/differences")), cli::render_plan(get("/plans/2")),
+        cli::render_proposal(get("/proposals/1")), cli::render_proposals(get("/proposals")),
         cli::render_tasks(get("/tasks")), cli::render_task(get("/tasks/2")),
         cli::render_registration(get("/panels/P-0003/registration")),
         cli::render_panel_facts(get("/panels/P-0003/facts")), cli::render_material(get("/materials/walnut"))})

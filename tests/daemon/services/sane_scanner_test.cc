@@ -172,8 +172,11 @@ TEST_F(SaneScannerTest, APanelOnTheGlassEntersStock) {
   const Config config;
   WorkerProcesses workers({VENEER_WORKER, 0, {}}, make_null_logger());
   SaneScanner on_sane = scanner();
-  ScanService service(on_sane, **database, library, workers, config, make_null_logger());
-  const auto outcome = service.add_tile({}, [](double, const std::string&) {}, {});
+  ScanProposals proposals(**database, library, make_null_logger());
+  ScanService service(on_sane, **database, library, workers, proposals, config);
+  ScanRequest request;
+  request.accept = true;
+  const auto outcome = service.add_tile(request, [](double, const std::string&) {}, {});
   ASSERT_TRUE(outcome.ok()) << outcome.error().message;
   EXPECT_TRUE(outcome->is_new);
   EXPECT_GT(outcome->zones, 0U);

@@ -19,23 +19,13 @@
 #include "daemon/orders/panel_wood.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/stock_memory.h"
+#include "tests/support/one_picture.h"
 #include "tests/support/rendered_panel.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
 
 namespace veneer::daemon {
 namespace {
-
-class OnePicture final : public ScannerDriver {
- public:
-  Result<ScanFile> scan(ScanResolution, const ScanProgress&, std::stop_token) override {
-    return ScanFile{file, nominal, device(), make};
-  }
-  std::string device() const override { return "test:0"; }
-  std::filesystem::path file;
-  ScanResolution nominal{};
-  std::string make;
-};
 
 Region<PanelFrame> square(double x, double y, double side) {
   return Region<PanelFrame>(Ring<PanelFrame>{point<PanelFrame>(x, y), point<PanelFrame>(x + side, y),
@@ -49,6 +39,7 @@ class ScanServiceTest : public ::testing::Test {
     auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
     ASSERT_TRUE(opened.ok());
     database_ = std::move(*opened);
+    proposals_.emplace(*database_, library_, make_null_logger());
     db::CertificateRecord certificate;
     certificate.kind = db::CertificateKind::kScanner;
     certificate.issued_at = "2026-01-01T00:00:00.000Z";
@@ -70,9 +61,14 @@ class ScanServiceTest : public ::testing::Test {
   std::vector<db::DifferenceRecord> kept() {
     return *database_->call([](Repositories& r) { return r.differences.of(PanelId{"P-0001"}); });
   }
-  Result<ScanOutcome> scan(const ScanRequest& request = {}) {
+  // Taken into stock at once where it has no warnings.
+  Result<ScanOutcome> scan(ScanRequest request = {}) {
+    request.accept = true;
+    return look(request);
+  }
+  Result<ScanOutcome> look(const ScanRequest& request = {}) {
     const Config config;
-    ScanService service(scanner_, *database_, library_, workers_, config, make_null_logger());
+    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
     return service.add_tile(request, [](double, const std::string&) {}, {});
   }
   db::PanelRecord panel() {
@@ -83,8 +79,9 @@ class ScanServiceTest : public ::testing::Test {
   boost::asio::io_context reactor_;
   std::unique_ptr<DatabaseThread> database_;
   PanelLibrary library_{folder_.path()};
-  OnePicture scanner_;
+  testing::OnePicture scanner_;
   testing::WorkHere workers_;
+  std::optional<ScanProposals> proposals_;
 };
 
 // A port has its name whatever is plugged in.
@@ -281,11 +278,15 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
 
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
-    if (kind == RegisterScans::kKind) answer["warnings"] = {"a strip is left out"};
+    if (kind == RegisterScans::kKind) answer["warnings"] = std::vector<ScanWarning>{{"strip-1", "a strip is left out"}};
   };
-  const auto scanned = scan();
+  ScanRequest all_the_same;
+  all_the_same.overrule = {"strip-1"};
+  const auto scanned = scan(all_the_same);
   ASSERT_TRUE(scanned.ok()) << scanned.error().message;
-  EXPECT_EQ(scanned->warnings, std::vector<std::string>{"a strip is left out"});
+  EXPECT_EQ(scanned->panel, PanelId{"P-0001"});
+  EXPECT_EQ(scanned->warnings, (std::vector<ScanWarning>{{"strip-1", "a strip is left out"}}));
+  workers_.spoil = {};
 
   // What should not have entered stock leaves it, and the same sheet is scanned as another panel.
   ASSERT_TRUE(database_->call([](Repositories& r) {
@@ -473,7 +474,10 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
        }},
       {"countless zones", [](json& a) { a["zones"] = json::array_t(20'000, a["zones"].at(0)); }},
       {"a suspect that nobody asked for", [](json& a) { a["suspects_gone"] = {0.5}; }},
-      {"countless warnings", [](json& a) { a["warnings"] = json::array_t(2'000, "a strip is left out"); }},
+      {"countless warnings",
+       [](json& a) {
+         a["warnings"] = std::vector<ScanWarning>(2'000, {"strip", "a strip is left out"});
+       }},
       {"a difference beyond all measure",
        [](json& a) {
          calib::Difference difference;
@@ -489,7 +493,14 @@ TEST_F(ScanServiceTest, AnAnswerThatCannotBeOneEntersNothing) {
        }},
       {"a difference of nothing",
        [](json& a) { a["differences"] = std::vector<calib::Difference>{calib::Difference()}; }},
-      {"a warning without end", [](json& a) { a["warnings"] = {std::string(100'000, 'a')}; }},
+      {"a warning without end",
+       [](json& a) {
+         a["warnings"] = std::vector<ScanWarning>{{"strip-1", std::string(100'000, 'a')}};
+       }},
+      {"a warning without a name",
+       [](json& a) {
+         a["warnings"] = std::vector<ScanWarning>{{"", "a strip is left out"}};
+       }},
       {"another thing", [](json& a) { a = 3; }},
   };
   for (const auto& [what, change] : spoilt) {

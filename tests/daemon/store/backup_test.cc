@@ -116,7 +116,7 @@ class Backup : public ::testing::Test {
   // Does its first panel count as unseen, and does its audit log say who put it there?
   static bool is_marked(const fs::path& file) {
     db::Database opened = must(db::Database::open(file));
-    const bool unseen = !db::Panels(opened).check_seen_since_restore({"P-0001"}).ok();
+    const bool unseen = !db::Panels(opened).check_seen({"P-0001"}).ok();
     const auto noted = must(db::Audit(opened).latest(1));
     EXPECT_EQ(!noted.empty() && noted.front().what == "store.restore", unseen);
     return unseen;
@@ -463,7 +463,7 @@ TEST_F(Backup, ThatCannotBeMarkedDoesNotCount) {
   for (const auto& [name, bytes] : tree(data)) EXPECT_THAT(name, Not(HasSubstr("restor")));
   must(restore_backup({backup, data, "uid 1000", "2026-05-03T07:30:00.000Z", true}, quiet));
   db::Database opened = must(db::Database::open(data / kDatabaseName));
-  VENEER_EXPECT_OK(db::Panels(opened).check_seen_since_restore({"P-0001"}));
+  VENEER_EXPECT_OK(db::Panels(opened).check_seen({"P-0001"}));
   EXPECT_THAT(must(db::Audit(opened).latest(1)).at(0).detail, HasSubstr("nothing was cut since"));
 }
 

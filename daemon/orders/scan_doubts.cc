@@ -1,0 +1,142 @@
+#include "daemon/orders/scan_doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace veneer::daemon {
+namespace {
+
+// How much longer than printed things are along the scanner's x and y; nothing where the tags lie so that they do not
+// tell the two apart.
+struct Stretch {
+  double x = 0, y = 0;
+};
+
+std::optional<Stretch> stretch_of(const std::vector<calib::TileView>& views, const calib::Registration& registration) {
+  // Each side of a tag says x cos^2 + y sin^2, by its direction on the glass.
+  double cc = 0, cs = 0, ss = 0, c_long = 0, s_long = 0;
+  for (std::size_t i = 0; i < views.size() && i < registration.tiles.size(); ++i)
+    for (const auto& tag : views[i].tags) {
+      if (registration.fiducials.tag(tag.id) == nullptr) continue;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const auto &from = tag.corners.at(k), &to = tag.corners.at((k + 1) % 4);
+        const double along = (to.x - from.x).count(), across = (to.y - from.y).count();
+        const double c = along * along / (along * along + across * across), s = 1 - c;
+        const double longer =
+            distance(registration.tiles[i] * from, registration.tiles[i] * to) / calib::kPanelTagSize - 1;
+        cc += c * c, cs += c * s, ss += s * s, c_long += c * longer, s_long += s * longer;
+      }
+    }
+  const double determinant = cc * ss - cs * cs;
+  if (determinant < 0.1 * cc * ss) return std::nullopt;
+  return Stretch{(ss * c_long - cs * s_long) / determinant, (cc * s_long - cs * c_long) / determinant};
+}
+
+void judge_stretch(const Stretch& stretch, std::vector<ScanWarning>& out) {
+  constexpr double kAxes = 0.004, kPrinted = 0.005;
+  if (std::abs(stretch.x - stretch.y) > kAxes)
+    out.push_back(
+        {"scales",
+         fmt::format("the printed tags are {:+.1f} % longer than printed along the scanner's x and {:+.1f} % "
+                     "along its y: hold a rule against the sheet; if it is right, the printer stretched them, "
+                     "else calibrate the scanner anew",
+                     stretch.x * 100, stretch.y * 100)});
+  else if (const double all = (stretch.x + stretch.y) / 2; std::abs(all) > kPrinted)
+    out.push_back(
+        {"tag-size",
+         fmt::format("the printed tags are {:+.1f} % longer than printed: hold a rule against the sheet; if it "
+                     "is right, the printer made them so, else the resolution or the certificate of the "
+                     "scanner is wrong",
+                     all * 100)});
+}
+
+void judge_size(const Box<PanelFrame>& sheet, std::vector<ScanWarning>& out) {
+  constexpr double kRound = 5, kNear = 0.6;
+  const auto is_round = [&](Millimetres side) {
+    return std::abs(side.count() - kRound * std::round(side.count() / kRound)) <= kNear;
+  };
+  if (is_round(sheet.width()) && is_round(sheet.height())) return;
+  out.push_back(
+      {"size", fmt::format("the sheet measures {:.1f} x {:.1f} mm, which is not round: hold a rule against it, "
+                           "since a scan that broke off or was scaled shows another size",
+                           sheet.width().count(), sheet.height().count())});
+}
+
+using Span = std::pair<double, double>;
+
+// What lies between the spans, once those that touch are one.
+std::vector<Span> gaps_between(std::vector<Span> spans) {
+  std::ranges::sort(spans);
+  std::vector<Span> out;
+  double reached = spans.empty() ? 0 : spans.front().first;
+  for (const auto& [from, to] : spans) {
+    if (from > reached) out.emplace_back(reached, from);
+    reached = std::max(reached, to);
+  }
+  return out;
+}
+
+void judge_gaps(std::vector<Span> strips, const char* from_where, std::vector<ScanWarning>& out) {
+  constexpr double kNarrowest = 12, kAsAStrip = 0.6;  // mm; of the middle one's width
+  if (strips.size() < 2) return;
+  std::vector<double> widths;
+  for (const auto& [from, to] : strips) widths.push_back(to - from);
+  std::ranges::nth_element(widths, widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2));
+  const double least = std::max(kNarrowest, kAsAStrip * widths[widths.size() / 2]);
+  for (const auto& [from, to] : gaps_between(std::move(strips)))
+    if (to - from >= least)
+      out.push_back({"strip-missing",
+                     fmt::format("bare board as wide as a strip is seen from {:.0f} to {:.0f} mm from the {}: if wood "
+                                 "lies there, it was not seen; it can be given back with `veneerctl panel mask`",
+                                 from, to, from_where)});
+}
+
+}  // namespace
+
+std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask) {
+  std::vector<ScanWarning> out;
+  for (const calib::AskedStrip& strip : mask.asked) {
+    Box<PanelFrame> box;
+    for (const auto& corner : strip.outline) box.add(corner);
+    const auto place = fmt::format("{:.0f} to {:.0f} mm from the left and {:.0f} to {:.0f} mm from the lower edge",
+                                   box.min.x.count(), box.max.x.count(), box.min.y.count(), box.max.y.count());
+    out.push_back(
+        {fmt::format("strip-{}", out.size() + 1),
+         strip.taken
+             ? fmt::format("of the strip at {} some is left out of the usable wood: {}", place, strip.reason)
+             : fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason)});
+  }
+  return out;
+}
+
+std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
+                                              const calib::Registration& registration, const calib::VeneerMask& mask) {
+  std::vector<ScanWarning> out = doubts_of_mask(mask);
+  if (const auto stretch = stretch_of(views, registration)) judge_stretch(*stretch, out);
+  judge_size(registration.sheet, out);
+  // What is asked about was seen.
+  std::vector<Span> columns, rows;
+  const auto add = [&](const Box<PanelFrame>& box) {
+    columns.emplace_back(box.min.x.count(), box.max.x.count());
+    rows.emplace_back(box.min.y.count(), box.max.y.count());
+  };
+  for (const calib::Zone& zone : mask.list) add(zone.box);
+  for (const calib::AskedStrip& strip : mask.asked) {
+    Box<PanelFrame> box;
+    for (const auto& corner : strip.outline) box.add(corner);
+    add(box);
+  }
+  const std::size_t before = out.size();
+  judge_gaps(columns, "left", out);
+  judge_gaps(rows, "lower edge", out);
+  // One name a warning.
+  if (out.size() > before + 1)
+    for (std::size_t i = before; i < out.size(); ++i) out[i].name += fmt::format("-{}", i - before + 1);
+  return out;
+}
+
+}  // namespace veneer::daemon

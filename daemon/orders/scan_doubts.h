@@ -1,0 +1,30 @@
+// What makes somebody look before a scan becomes stock. Pure; thread-safe.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/units.h"
+#include "calib/registration.h"
+#include "calib/veneer_mask.h"
+
+namespace veneer::daemon {
+
+// `name` is unique in its scan: who accepts the scan all the same says it ("size", "strip-2").
+struct ScanWarning {
+  std::string name, text;
+  friend bool operator==(const ScanWarning&, const ScanWarning&) = default;
+};
+
+// strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
+std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);
+
+// Of a first scan, which defines the panel's frame:
+//   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)
+//   tag-size      or all of them longer or shorter than they were printed (0.5 %)
+//   size          the sheet is not as wide and as high as sheets are cut: whole 5 mm, by 0.6 mm
+//   strip-missing bare board as wide as a strip lies between two strips
+std::vector<ScanWarning> doubts_of_first_scan(const std::vector<calib::TileView>& views,
+                                              const calib::Registration& registration, const calib::VeneerMask& mask);
+
+}  // namespace veneer::daemon

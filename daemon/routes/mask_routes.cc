@@ -1,0 +1,159 @@
+// Versions of a panel's mask: what scans saw, what people painted on it, and the way back.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/clock.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/request_ranges.h"
+#include "daemon/routes/written_text.h"
+#include "daemon/services/mask_painter.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+Result<json> masks_json(Repositories& r, const PanelId& id) {
+  if (auto panel = r.panels.find(id); !panel) return panel.error();
+  auto masks = r.panels.masks(id);
+  if (!masks) return masks.error();
+  json out = {{"panel", id.value}, {"versions", json::array()}};
+  for (const auto& mask : *masks) {
+    // The first that showed it comes last; only what took an earlier one back is the same in both files.
+    const auto first = std::find_if(masks->rbegin(), masks->rend(), [&](const db::MaskRecord& other) {
+      return other.map_file == mask.map_file && other.mask_file == mask.mask_file;
+    });
+    out["versions"].push_back({{"version", mask.version},
+                               {"made", mask.made_at},
+                               {"usable_mm2", mask.usable ? json(mask.usable->count()) : json()},
+                               {"painted", mask.seen_file != mask.mask_file},
+                               {"same_as", first->version != mask.version ? json(first->version) : json()}});
+  }
+  return out;
+}
+
+Result<json> edits_json(Repositories& r, const PanelId& id) {
+  const auto edits = r.masks.of(id);
+  if (!edits) return edits.error();
+  json out = {{"panel", id.value}, {"edits", json::array()}};
+  for (const db::MaskEdit& edit : *edits) {
+    json rings = json::array();
+    for (const auto& ring : edit.shape.rings()) rings.push_back(points_json(ring));
+    out["edits"].push_back(
+        {{"number", edit.id.value},
+         {"kind", edit.give ? "give" : "withhold"},
+         {"area_mm2", edit.shape.area().count()},
+         {"shape_mm", rings},
+         {"who", edit.who},
+         {"note", edit.note},
+         {"at", edit.at},
+         {"removed", edit.removal ? json{{"who", edit.removal->who}, {"at", edit.removal->at}} : json()}});
+  }
+  return out;
+}
+
+json edited_json(const PanelId& panel, const EditedMask& made) {
+  return {{"panel", panel.value},
+          {"version", made.version},
+          {"usable_mm2", made.usable.count()},
+          {"changed_mm2", (made.usable - made.before).count()}};
+}
+
+// Masks are decoded and drawn on where pictures are; what is written is written by the database's thread.
+template <class F>
+void change_mask(const StockServices& s, const ApiRequest& request, const Reply& reply, F work) {
+  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, work = std::move(work)](Repositories& r) {
+    auto out = work(r, id);
+    if (out) s.on_changed(id);
+    return reply_of(out);
+  });
+}
+
+void revert_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto version = body.whole("version", ranges::kMaskVersion);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  change_mask(s, request, reply,
+              [s, version, who = request.caller.who](Repositories& r, const PanelId& id) -> Result<json> {
+                const auto wanted = version ? std::optional(static_cast<int>(*version)) : std::nullopt;
+                const auto made = revert_mask(r, s.database, s.panel_library, id, wanted, who);
+                if (!made) return made.error();
+                return edited_json(id, *made);
+              });
+}
+
+// x, y, x, y, ... of one outline.
+std::vector<Point<PanelFrame>> corners_of(RequestReader& body) {
+  std::vector<Point<PanelFrame>> out;
+  const auto numbers = body.numbers("outline_mm", ranges::kPlace);
+  body.require("outline_mm");
+  if (!numbers) return out;
+  if (numbers->size() < 6 || numbers->size() % 2 != 0 || numbers->size() > 2 * ranges::kMostCorners)
+    body.refuse({ErrorCode::kInvalidArgument,
+                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y", ranges::kMostCorners)});
+  for (std::size_t i = 0; i + 1 < numbers->size(); i += 2)
+    out.push_back(point<PanelFrame>((*numbers)[i], (*numbers)[i + 1]));
+  return out;
+}
+
+void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  db::MaskEdit edit;
+  edit.give = body.word("kind", {"give", "withhold"}).value_or("") == "give";
+  body.require("kind");
+  const auto corners = corners_of(body);
+  edit.note = body.text("note").value_or("");
+  limit_text(body, "note", edit.note, 0);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  edit.shape = Region<PanelFrame>(corners);
+  edit.who = request.caller.who, edit.at = utc_timestamp();
+  change_mask(s, request, reply, [s, edit](Repositories& r, const PanelId& id) -> Result<json> {
+    const auto made = edit_mask(r, s.database, s.panel_library, id, edit);
+    if (!made) return made.error();
+    json out = edited_json(id, *made);
+    out["number"] = made->edit->value;
+    out["reserved"] = json::array();
+    for (const auto& allocation : made->touched) {
+      const auto piece = r.jobs.find_piece(allocation.piece);
+      if (!piece) return piece.error();
+      out["reserved"].push_back({{"job", allocation.job.value}, {"mark", piece->mark}});
+    }
+    return out;
+  });
+}
+
+void remove_edit(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto number = request.path_number("number");
+  if (!number) return reply(ApiReply::error(number.error()));
+  change_mask(s, request, reply,
+              [s, number = db::MaskEditId{*number}, who = request.caller.who](Repositories& r,
+                                                                              const PanelId& id) -> Result<json> {
+                const auto made = remove_mask_edit(r, s.database, s.panel_library, id, number, who);
+                if (!made) return made.error();
+                return edited_json(id, *made);
+              });
+}
+
+}  // namespace
+
+void bind_mask_routes(Router& router, const StockServices& s) {
+  router.bind("getPanelMasks", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return masks_json(r, id); },
+        reply);
+  });
+  router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
+  router.bind("listMaskEdits", [s](const ApiRequest& request, const Reply& reply) {
+    reply_from_query(
+        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return edits_json(r, id); },
+        reply);
+  });
+  router.bind("editMask", [s](const ApiRequest& request, const Reply& reply) { edit_panel(s, request, reply); });
+  router.bind("removeMaskEdit", [s](const ApiRequest& request, const Reply& reply) { remove_edit(s, request, reply); });
+}
+
+}  // namespace veneer::daemon

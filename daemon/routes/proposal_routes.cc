@@ -1,0 +1,147 @@
+// Scans, and what they propose until somebody accepts it.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "daemon/orders/panel_wood.h"
+#include "daemon/routes/cell_json.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
+#include "daemon/routes/picture_reply.h"
+#include "daemon/routes/post_work.h"
+#include "daemon/routes/request_ranges.h"
+#include "daemon/routes/written_text.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+void scan(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  ScanRequest wanted;
+  wanted.face = body.word("face", {"show", "back"}).value_or("show") == "show" ? Face::kShow : Face::kBack;
+  if (const auto panel = body.text("panel")) wanted.panel = PanelId{*panel};
+  if (const auto parent = body.text("part_of")) wanted.part_of = PanelId{*parent};
+  wanted.more = body.flag("more").value_or(false);
+  wanted.accept = body.flag("accept").value_or(false);
+  wanted.overrule = body.texts("override").value_or(std::vector<std::string>());
+  wanted.who = request.caller.who;
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  start_task(s.tasks, s.scanner, "scan", "waiting for the scanner", reply, [s, wanted](const TaskReporter& task) {
+    auto outcome = s.scans.add_tile(
+        wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+    s.on_changed(outcome ? outcome->panel : std::nullopt);
+    task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+  });
+}
+
+// The newest first: the cursor of the next page is the last one's number.
+Result<json> proposals_json(Repositories& r, bool all, const Page& page) {
+  auto proposals = r.proposals.list(all);
+  if (!proposals) return proposals.error();
+  if (page.after > 0) std::erase_if(*proposals, [&](const auto& one) { return one.id.value >= page.after; });
+  json out = {{"proposals", json::array()}};
+  out["next"] = cut_to_page(*proposals, page, [](const auto& last) { return last.id.value; });
+  for (const auto& proposal : *proposals) out["proposals"].push_back(to_json(proposal));
+  return out;
+}
+
+// The scan at most so wide, with what it would do to the stock.
+ApiReply draw(Repositories& r, const PanelLibrary& library, db::ProposalId id, int width) {
+  const auto proposal = r.proposals.find(id);
+  if (!proposal) return ApiReply::error(proposal.error());
+  if (proposal->decision)
+    return ApiReply::error(
+        Error{ErrorCode::kNotFound, fmt::format("proposal {} was {}: its pictures are kept only until then", id.value,
+                                                db::to_string(proposal->decision->verdict))});
+  const auto map = library.load_small(proposal->map_file, width);
+  if (!map) return ApiReply::error(map.error());
+  const auto mask = library.load_small(proposal->mask_file, width);
+  if (!mask) return ApiReply::error(mask.error());
+  cv::Mat before;
+  if (proposal->panel) {
+    const auto panel = r.panels.find(*proposal->panel);
+    if (!panel) return ApiReply::error(panel.error());
+    const auto now = library.load_small(panel->mask_file, width);
+    if (!now) return ApiReply::error(now.error());
+    before = now->pixels;
+  }
+  return png_reply(draw_proposal(map->pixels, mask->pixels, before));
+}
+
+void reply_picture(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto number = request.path_number("number");
+  if (!number) return reply(ApiReply::error(number.error()));
+  auto query = RequestReader::query_of(request);
+  const auto width = query.whole("width", ranges::kShownWidth);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  s.pictures.ask(request, reply,
+                 [s, id = db::ProposalId{*number}, width = static_cast<int>(width.value_or(1600))](Repositories& r) {
+                   return draw(r, s.panel_library, id, width);
+                 });
+}
+
+void accept(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto number = request.path_number("number");
+  if (!number) return reply(ApiReply::error(number.error()));
+  auto body = RequestReader::body_of(request);
+  const auto overruled = body.texts("override").value_or(std::vector<std::string>());
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  start_task(s.tasks, s.scanner, "accept", "waiting for the scanner", reply,
+             [s, id = db::ProposalId{*number}, overruled, who = request.caller.who](const TaskReporter& task) {
+               task.progress(0.1, "entering stock");
+               const auto outcome = s.proposals.accept(id, overruled, who);
+               s.on_changed(outcome ? outcome->panel : std::nullopt);
+               task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
+             });
+}
+
+void refuse(const StockServices& s, const ApiRequest& request, const Reply& reply) {
+  const auto number = request.path_number("number");
+  if (!number) return reply(ApiReply::error(number.error()));
+  auto body = RequestReader::body_of(request);
+  const std::string note = body.text("note").value_or("");
+  limit_text(body, "note", note, 0);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  start_task(s.tasks, s.scanner, "refuse", "waiting for the scanner", reply,
+             [s, id = db::ProposalId{*number}, note, who = request.caller.who](const TaskReporter& task) {
+               const Status refused = s.proposals.refuse(id, note, who);
+               s.on_changed(std::nullopt);
+               task.finish(refused ? Result<json>(json{{"proposal", id.value}, {"refused", true}})
+                                   : Result<json>(refused.error()));
+             });
+}
+
+}  // namespace
+
+void bind_proposal_routes(Router& router, const StockServices& s) {
+  router.bind("scan", [s](const ApiRequest& request, const Reply& reply) { scan(s, request, reply); });
+  router.bind("listProposals", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const bool all = query.flag("all").value_or(false);
+    const Page page = read_page(query);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request, [all, page](Repositories& r) { return proposals_json(r, all, page); }, reply);
+  });
+  router.bind("getProposal", [s](const ApiRequest& request, const Reply& reply) {
+    const auto number = request.path_number("number");
+    if (!number) return reply(ApiReply::error(number.error()));
+    reply_from_query(
+        s.queries, request,
+        [id = db::ProposalId{*number}](Repositories& r) -> Result<json> {
+          const auto proposal = r.proposals.find(id);
+          if (!proposal) return proposal.error();
+          return to_json(*proposal);
+        },
+        reply);
+  });
+  router.bind("getProposalPicture",
+              [s](const ApiRequest& request, const Reply& reply) { reply_picture(s, request, reply); });
+  router.bind("acceptProposal", [s](const ApiRequest& request, const Reply& reply) { accept(s, request, reply); });
+  router.bind("refuseProposal", [s](const ApiRequest& request, const Reply& reply) { refuse(s, request, reply); });
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,216 @@
+#include "daemon/services/mask_painter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "base/clock.h"
+#include "daemon/orders/panel_wood.h"
+#include "daemon/services/area_book.h"
+
+namespace veneer::daemon {
+namespace {
+
+// As the mask itself keeps (calib/veneer_mask.h).
+constexpr Millimetres kFiducialMargin{1.5}, kEdgeMargin{0.5}, kHoleRadius{3};
+
+std::vector<Region<PanelFrame>> margins_of(const std::vector<db::FiducialRecord>& fiducials) {
+  std::vector<Region<PanelFrame>> out;
+  for (const auto& fiducial : fiducials) {
+    // The other face's tags are in nobody's way.
+    if (fiducial.kind == db::FiducialKind::kTag && fiducial.face == Face::kBack) continue;
+    if (fiducial.kind == db::FiducialKind::kTag) {
+      out.push_back(offset(unite(Region<PanelFrame>(fiducial.corners), {}), kFiducialMargin));
+      continue;
+    }
+    const auto& c = fiducial.corners.front();
+    const Millimetres r = kHoleRadius;
+    const Region<PanelFrame> middle(Ring<PanelFrame>{{c.x - r * 0.1, c.y - r * 0.1},
+                                                     {c.x + r * 0.1, c.y - r * 0.1},
+                                                     {c.x + r * 0.1, c.y + r * 0.1},
+                                                     {c.x - r * 0.1, c.y + r * 0.1}});
+    out.push_back(offset(middle, r + kFiducialMargin, Corners::kRound));
+  }
+  return out;
+}
+
+Raster<PanelFrame> like(const Raster<PanelFrame>& mask, unsigned char value) {
+  return {cv::Mat(mask.pixels.size(), CV_8UC1, cv::Scalar(value)), mask.resolution, mask.origin};
+}
+
+// Pixels that lie in `area` whole: all that is left where what lies beside it is taken away, border pixels too.
+cv::Mat inside_of(const Raster<PanelFrame>& mask, const Region<PanelFrame>& area) {
+  const Millimetres none(0), width(mask.pixels.cols / mask.resolution.px_per_mm),
+      height(mask.pixels.rows / mask.resolution.px_per_mm);
+  const Region<PanelFrame> sheet = whole_panel(width, height);
+  return free_wood(like(mask, 255), {subtract(offset(sheet, Millimetres(5)), area)}, none).pixels;
+}
+
+struct Before {
+  db::PanelRecord panel;
+  std::vector<db::MaskRecord> masks;  // newest first
+};
+
+Result<Before> read_before(Repositories& r, const PanelId& id) {
+  auto panel = r.panels.find(id);
+  if (!panel) return panel.error();
+  if (panel->retired)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("panel {0} was retired ({1}): run `veneerctl panel restore {0}` first", id.value,
+                             panel->retired->reason)};
+  auto masks = r.panels.masks(id);
+  if (!masks) return masks.error();
+  return Before{std::move(*panel), std::move(*masks)};
+}
+
+// The mask that counts, made anew with this paint.
+Result<db::MaskRecord> repainted(const PanelLibrary& library, const db::MaskRecord& seen, const PanelId& panel,
+                                 const MaskPaint& paint) {
+  const auto made = painted_mask(library, panel, seen.seen_file, paint);
+  if (!made) return made.error();
+  return db::MaskRecord{0, seen.map_file, made->file, seen.map_hash, utc_timestamp(), made->usable, seen.seen_file};
+}
+
+Result<EditedMask> done(const PanelLibrary& library, const Before& before, const db::MaskRecord& made) {
+  const auto usable = library.usable_area(before.panel);
+  if (!usable) return usable.error();
+  library.drop_index(before.panel.id);
+  library.make_small(made.map_file, made.mask_file);
+  return EditedMask{{}, before.panel.mask_version + 1, *usable, made.usable.value_or(*usable), {}};
+}
+
+}  // namespace
+
+Result<MaskPaint> paint_of(Repositories& r, const PanelId& panel) {
+  auto edits = r.masks.of(panel);
+  if (!edits) return edits.error();
+  std::erase_if(*edits, [](const db::MaskEdit& edit) { return edit.removal.has_value(); });
+  const auto fiducials = r.panels.fiducials(panel);
+  if (!fiducials) return fiducials.error();
+  MaskPaint out{std::move(*edits), margins_of(*fiducials), {}};
+  const auto differences = r.differences.of(panel);
+  if (!differences) return differences.error();
+  for (const auto& difference : *differences)
+    if (difference.gone && !difference.decision) out.gone.push_back(difference.shape);
+  return out;
+}
+
+Raster<PanelFrame> painted(const Raster<PanelFrame>& seen, const MaskPaint& paint) {
+  Raster<PanelFrame> out{seen.pixels.clone(), seen.resolution, seen.origin};
+  std::vector<Region<PanelFrame>> never = paint.spared;
+  for (const auto& gone : paint.gone) never.push_back(offset(gone, kEdgeMargin));
+  const cv::Mat allowed = free_wood(like(seen, 255), never, Millimetres(0)).pixels;
+  for (const db::MaskEdit& edit : paint.edits) {
+    if (edit.give)
+      cv::bitwise_or(out.pixels, inside_of(seen, edit.shape) & allowed, out.pixels);
+    else
+      out = free_wood(out, {edit.shape}, Millimetres(0));
+  }
+  return out;
+}
+
+Result<PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel, const std::string& seen_file,
+                                 const MaskPaint& paint) {
+  auto seen = read_stored_raster(library.path_of(seen_file));
+  if (!seen) return seen.error();
+  seen->pixels = seen->pixels != 0;
+  if (paint.edits.empty()) return PaintedMask{seen_file, wood_area(*seen)};
+  const auto made = painted(*seen, paint);
+  const auto stored = library.store_picture(made.pixels, "panels/" + panel.value, "mask");
+  if (!stored) return stored.error();
+  return PaintedMask{stored->file, wood_area(made)};
+}
+
+Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
+                             const PanelId& panel, const db::MaskEdit& wanted) {
+  const auto before = read_before(r, panel);
+  if (!before) return before.error();
+  db::MaskEdit edit = wanted;
+  // Of rings that may cross themselves, as a hand draws them.
+  edit.shape = intersect(unite(wanted.shape, {}), whole_panel(before->panel.width, before->panel.height));
+  if (edit.shape.empty())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the outline holds nothing of panel {}: give its corners in mm from the lower left corner "
+                             "of the panel, three at least",
+                             panel.value)};
+  auto paint = paint_of(r, panel);
+  if (!paint) return paint.error();
+  paint->edits.push_back(edit);
+  const auto made = repainted(library, before->masks.front(), panel, *paint);
+  if (!made) return made.error();
+  const auto id =
+      database.call([&](Repositories& w) { return w.masks.add(panel, edit, *made, before->panel.mask_version); });
+  if (!id) return id.error();
+  auto out = done(library, *before, *made);
+  if (!out) return out;
+  out->edit = *id;
+  if (edit.give) return out;
+  auto live = r.ledger.live_allocations(panel);
+  if (!live) return live.error();
+  for (auto& allocation : *live)
+    if (allocation.state == db::AllocationState::kReserved && overlaps(allocation.area, edit.shape))
+      out->touched.push_back(std::move(allocation));
+  return out;
+}
+
+Result<EditedMask> remove_mask_edit(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
+                                    const PanelId& panel, db::MaskEditId edit, const std::string& who) {
+  const auto before = read_before(r, panel);
+  if (!before) return before.error();
+  auto paint = paint_of(r, panel);
+  if (!paint) return paint.error();
+  std::erase_if(paint->edits, [&](const db::MaskEdit& one) { return one.id == edit; });
+  const auto made = repainted(library, before->masks.front(), panel, *paint);
+  if (!made) return made.error();
+  const Status removed = database.call([&](Repositories& w) {
+    return w.masks.remove(panel, edit, who, utc_timestamp(), *made, before->panel.mask_version);
+  });
+  if (!removed) return removed.error();
+  return done(library, *before, *made);
+}
+
+Result<EditedMask> revert_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
+                               const PanelId& panel, std::optional<int> version, const std::string& who) {
+  const auto before = r.panels.find(panel);
+  if (!before) return before.error();
+  const auto masks = r.panels.masks(panel);
+  if (!masks) return masks.error();
+  int wanted = version.value_or(0);
+  if (!version) {
+    // Of what counts now the first time it was seen, and the scan before that: going back twice goes back further.
+    const db::MaskRecord& now = masks->front();
+    for (const auto& mask : *masks)
+      if (mask.map_file == now.map_file && mask.seen_file == now.seen_file) wanted = mask.version - 1;
+    if (wanted == 0)
+      return Error{
+          ErrorCode::kConflict,
+          fmt::format("panel {} counts as its first scan saw it: there is nothing to go back to", panel.value)};
+  }
+  auto paint = paint_of(r, panel);
+  if (!paint) return paint.error();
+  std::optional<db::Panels::Painted> with_edits;
+  const auto target = std::ranges::find(*masks, wanted, &db::MaskRecord::version);
+  if (target != masks->end() && !paint->edits.empty()) {
+    // What later scans found gone is not open any more then.
+    const auto open = r.differences.open_after(panel, wanted);
+    if (!open) return open.error();
+    paint->gone.clear();
+    for (const auto& difference : *open)
+      if (difference.gone) paint->gone.push_back(difference.shape);
+    auto made = repainted(library, *target, panel, *paint);
+    if (!made) return made.error();
+    with_edits = db::Panels::Painted{std::move(*made), before->mask_version};
+  }
+  const auto now = database.call(
+      [&](Repositories& w) { return w.panels.revert_mask(panel, wanted, utc_timestamp(), who, with_edits); });
+  if (!now) return now.error();
+  library.drop_index(panel);
+  const auto after = database.call([&](Repositories& w) { return w.panels.find(panel); });
+  if (!after) return after.error();
+  const auto usable = library.usable_area(*after);
+  const auto was = library.usable_area(*before);
+  return EditedMask{{}, *now, was ? *was : SquareMillimetres(0), usable ? *usable : SquareMillimetres(0), {}};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,194 @@
+#include "db/masks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "db/difference_sql.h"
+#include "db/panel_sql.h"
+#include "db/proposal_sql.h"
+#include "db/shapes.h"
+#include "db/sql.h"
+
+namespace veneer::db {
+namespace {
+
+constexpr double kUm2PerMm2 = 1e6;
+constexpr const char* kGive = "give";
+
+int newest_mask(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement row(connection, "SELECT coalesce(max(version), 0) FROM masks WHERE panel = ?");
+  row.bind(1, panel.value);
+  row.executeStep();
+  return row.getColumn(0).getInt();
+}
+
+// The number that the mask gets, made from what counted as version `after`.
+Result<int> enter_version(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask, int after) {
+  if (!panel_exists(connection, panel)) return no_such_panel(panel);
+  if (is_retired(connection, panel)) return retired_meanwhile(panel);
+  MaskRecord added = mask;
+  added.version = newest_mask(connection, panel) + 1;
+  if (added.version != after + 1)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the mask of panel {} was changed while this was looked at: look again, and scan it again "
+                             "if this was a scan",
+                             panel.value)};
+  insert_mask(connection, panel, added);
+  return added.version;
+}
+
+std::vector<MaskEdit> read_edits(SQLite::Database& connection, const PanelId& panel) {
+  SQLite::Statement rows(connection,
+                         "SELECT e.id, e.kind, e.shape_um, e.who, e.note, e.at, r.who, r.at FROM mask_edits AS e LEFT "
+                         "JOIN mask_edit_removals AS r ON r.edit = e.id WHERE e.panel = ? ORDER BY e.id");
+  rows.bind(1, panel.value);
+  std::vector<MaskEdit> out;
+  while (rows.executeStep()) {
+    MaskEdit& edit = out.emplace_back();
+    edit.id = {rows.getColumn(0).getInt64()};
+    edit.give = text(rows.getColumn(1)) == kGive;
+    auto shape = read_area(text(rows.getColumn(2)));
+    if (!shape || shape->empty()) throw damaged(fmt::format("edit {} of the mask of {}", edit.id.value, panel.value));
+    edit.shape = Region<PanelFrame>(std::move(*shape));
+    edit.who = text(rows.getColumn(3)), edit.note = text(rows.getColumn(4)), edit.at = text(rows.getColumn(5));
+    if (!rows.getColumn(6).isNull()) edit.removal = MaskEdit::Removal{text(rows.getColumn(6)), text(rows.getColumn(7))};
+  }
+  return out;
+}
+
+// As it was entered, of its panel and version.
+std::optional<MaskRecord> version_of(SQLite::Database& connection, const PanelId& panel, int version) {
+  SQLite::Statement row(
+      connection,
+      "SELECT m.map_file, coalesce(t.seen_file, m.mask_file), m.map_hash, CASE WHEN t.seen_file IS NULL THEN "
+      "a.usable_um2 END FROM masks AS m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version LEFT "
+      "JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = ? AND m.version = ?");
+  SQLite::bind(row, panel.value, version);
+  if (!row.executeStep()) return std::nullopt;
+  return MaskRecord{0,  text(row.getColumn(0)),        text(row.getColumn(1)), text(row.getColumn(2)),
+                    "", area_or_null(row.getColumn(3))};
+}
+
+}  // namespace
+
+std::optional<SquareMillimetres> area_or_null(const SQLite::Column& um2) {
+  if (um2.isNull()) return std::nullopt;
+  return SquareMillimetres(static_cast<double>(um2.getInt64()) / kUm2PerMm2);
+}
+
+void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask) {
+  SQLite::Statement insert(
+      connection,
+      "INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES (?, ?, ?, ?, ?, ?)");
+  SQLite::bind(insert, panel.value, mask.version, mask.map_file, mask.mask_file, mask.map_hash, mask.made_at);
+  insert.exec();
+  if (!mask.seen_file.empty() && mask.seen_file != mask.mask_file) {
+    SQLite::Statement painted(connection, "INSERT INTO painted_masks (panel, version, seen_file) VALUES (?, ?, ?)");
+    SQLite::bind(painted, panel.value, mask.version, mask.seen_file);
+    painted.exec();
+  }
+  if (!mask.usable) return;
+  SQLite::Statement area(connection, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES (?, ?, ?)");
+  SQLite::bind(area, panel.value, mask.version,
+               static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
+  area.exec();
+}
+
+Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask, int after,
+                             const std::optional<Acceptance>& of) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
+    const auto version = enter_version(connection, panel, mask, after);
+    if (!version.ok() || !of) return version;
+    if (Status accepted = accept(connection, *of, panel, *version, mask.made_at); !accepted.ok())
+      return accepted.error();
+    return version;
+  });
+}
+
+Result<std::vector<MaskRecord>> Panels::masks(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskRecord>> {
+    SQLite::Statement rows(
+        connection,
+        "SELECT m.version, m.map_file, m.mask_file, m.map_hash, m.made_at, a.usable_um2, coalesce(t.seen_file, "
+        "m.mask_file) FROM masks AS m LEFT JOIN mask_areas AS a ON a.panel = m.panel AND a.version = m.version LEFT "
+        "JOIN painted_masks AS t ON t.panel = m.panel AND t.version = m.version WHERE m.panel = ? ORDER BY m.version "
+        "DESC");
+    rows.bind(1, panel.value);
+    std::vector<MaskRecord> out;
+    while (rows.executeStep())
+      out.push_back({rows.getColumn(0).getInt(), text(rows.getColumn(1)), text(rows.getColumn(2)),
+                     text(rows.getColumn(3)), text(rows.getColumn(4)), area_or_null(rows.getColumn(5)),
+                     text(rows.getColumn(6))});
+    return out;
+  });
+}
+
+Result<int> Panels::revert_mask(const PanelId& panel, int version, const std::string& at, const std::string& who,
+                                const std::optional<Painted>& painted) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    const int newest = newest_mask(connection, panel);
+    if (version == newest)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("version {} of panel {} is the one that counts already", version, panel.value)};
+    auto again = version_of(connection, panel, version);
+    if (!again)
+      return Error{ErrorCode::kNotFound, fmt::format("panel {} has no version {}: see `veneerctl panel scans {}`",
+                                                     panel.value, version, panel.value)};
+    if (painted && painted->after != newest)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("the mask of panel {} was changed meanwhile: try again", panel.value)};
+    if (painted) again = painted->mask;
+    again->version = newest + 1, again->made_at = at;
+    insert_mask(connection, panel, *again);
+    take_back(connection, panel, version, who, at);
+    return newest + 1;
+  });
+}
+
+Result<std::vector<MaskEdit>> Masks::of(const PanelId& panel) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskEdit>> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    return read_edits(connection, panel);
+  });
+}
+
+Result<MaskEditId> Masks::add(const PanelId& panel, const MaskEdit& edit, const MaskRecord& made, int after) {
+  if (edit.shape.empty())
+    return Error{ErrorCode::kInvalidArgument,
+                 "an edit of a mask needs an outline with an area: give three corners at "
+                 "least"};
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<MaskEditId> {
+    if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
+    SQLite::Statement insert(connection,
+                             "INSERT INTO mask_edits (panel, kind, shape_um, who, note, at) VALUES (?, ?, ?, ?, ?, ?)");
+    SQLite::bind(insert, panel.value, edit.give ? kGive : "withhold", write_area(edit.shape.micro_area()), edit.who,
+                 edit.note, edit.at);
+    insert.exec();
+    return MaskEditId{connection.getLastInsertRowid()};
+  });
+}
+
+Status Masks::remove(const PanelId& panel, MaskEditId edit, const std::string& who, const std::string& at,
+                     const MaskRecord& made, int after) {
+  return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
+    const auto known = read_edits(connection, panel);
+    const auto found = std::ranges::find_if(known, [&](const MaskEdit& one) { return one.id == edit; });
+    if (found == known.end())
+      return Error{ErrorCode::kNotFound, fmt::format("panel {0} has no edit {1}: see `veneerctl panel mask {0} --list`",
+                                                     panel.value, edit.value)};
+    if (found->removal)
+      return Error{ErrorCode::kConflict,
+                   fmt::format("edit {} was taken back before, on {}", edit.value, found->removal->at.substr(0, 10))};
+    if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
+    SQLite::Statement insert(connection, "INSERT INTO mask_edit_removals (edit, who, at) VALUES (?, ?, ?)");
+    SQLite::bind(insert, edit.value, who, at);
+    insert.exec();
+    return Ok();
+  });
+}
+
+}  // namespace veneer::db

@@ -1,0 +1,91 @@
+// What makes somebody look at a first scan.
+#include "daemon/orders/scan_doubts.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+Box<PanelFrame> between(double x0, double y0, double x1, double y1) {
+  Box<PanelFrame> out;
+  out.add(point<PanelFrame>(x0, y0));
+  out.add(point<PanelFrame>(x1, y1));
+  return out;
+}
+
+struct Sheet {
+  std::vector<calib::TileView> views;
+  calib::Registration registration;
+  calib::VeneerMask mask;
+
+  // Two upright tags and one that is turned, all longer by these shares along the scanner's axes; 10 pixels a mm.
+  Sheet(double longer_x, double longer_y, Box<PanelFrame> bounds = between(0, 0, 240, 160)) {
+    const auto resolution = ScanResolution::from_dpi(254);
+    calib::TileView& view = views.emplace_back();
+    view.nominal = resolution;
+    for (int i = 0; i < 3; ++i) {
+      calib::Tag<ScanFrame>& tag = view.tags.emplace_back();
+      tag.id = 200 + i;
+      const double turn = i * 0.2, side = calib::kPanelTagSize.count() * 10;
+      for (int k = 0; k < 4; ++k) {
+        const double u = k == 1 || k == 2 ? side : 0, v = k >= 2 ? side : 0;
+        tag.corners.at(static_cast<std::size_t>(k)) =
+            point<ScanFrame>(500 * (i + 1) + (u * std::cos(turn) - v * std::sin(turn)) * (1 + longer_x),
+                             400 + (u * std::sin(turn) + v * std::cos(turn)) * (1 + longer_y));
+      }
+      calib::PanelTag& known = registration.fiducials.tags.emplace_back();
+      known.id = tag.id;
+    }
+    registration.tiles.emplace_back(Isometry2<PanelFrame, GlassFrame>(), calib::ScannerModel(calib::ScannerModelData{}),
+                                    resolution);
+    registration.sheet = bounds;
+    for (const double x : {20.0, 62.0, 104.0}) strip(x, x + 40);
+  }
+  void strip(double from, double to) {
+    calib::Zone& zone = mask.list.emplace_back();
+    zone.box = between(from, 20, to, 140);
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> out;
+    for (const auto& warning : doubts_of_first_scan(views, registration, mask)) out.push_back(warning.name);
+    return out;
+  }
+};
+
+TEST(ScanDoubts, ASoundScanHasNone) {
+  EXPECT_THAT(Sheet(0, 0).names(), IsEmpty());
+  EXPECT_THAT(Sheet(0.001, -0.001).names(), IsEmpty()) << "as printers are";
+}
+
+TEST(ScanDoubts, AnAxisThatIsOffIsToldFromPrintsThatAre) {
+  EXPECT_THAT(Sheet(0.008, -0.006).names(), ElementsAre("scales"));
+  EXPECT_THAT(Sheet(0, 0.005).names(), ElementsAre("scales"));
+  EXPECT_THAT(Sheet(-0.007, -0.007).names(), ElementsAre("tag-size"));
+}
+
+TEST(ScanDoubts, ASheetThatIsNotCutToWholeSizesIsLookedAt) {
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240.4, 159.6)).names(), IsEmpty());
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 239.2, 159.5)).names(), ElementsAre("size")) << "301 dpi for 300";
+  EXPECT_THAT(Sheet(0, 0, between(0, 0, 240, 96.8)).names(), ElementsAre("size")) << "broke off";
+}
+
+TEST(ScanDoubts, BareBoardAsWideAsAStripIsTold) {
+  Sheet sheet(0, 0);
+  sheet.strip(180, 220);
+  EXPECT_THAT(sheet.names(), ElementsAre("strip-missing"));
+  // What is asked about was seen.
+  calib::AskedStrip& asked = sheet.mask.asked.emplace_back();
+  asked.outline = {point<PanelFrame>(146, 20), point<PanelFrame>(178, 20), point<PanelFrame>(178, 140),
+                   point<PanelFrame>(146, 140)};
+  EXPECT_THAT(sheet.names(), ElementsAre("strip-1"));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
