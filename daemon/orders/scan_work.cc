@@ -47,6 +47,8 @@ Result<Raster<PanelFrame>> stitch(const RegisterScans& order, const calib::Regis
   return calib::stitch(tiles, area, options);
 }
 
+constexpr std::size_t kNamedHairs = 3;  // in one sentence
+
 // What the mask withholds because it is in doubt; places as the operator measures them, from the lower left corner.
 std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
   std::vector<std::string> out;
@@ -61,6 +63,18 @@ std::vector<std::string> warnings_of(const calib::VeneerMask& mask) {
       out.push_back(
           fmt::format("what looks like a strip at {} is left out of the usable wood: {}", place, strip.reason));
   }
+  if (mask.hairs.empty()) return out;
+  std::vector<std::string> places;
+  for (const calib::HairOnGlass& hair : mask.hairs) {
+    if (places.size() == kNamedHairs) break;
+    places.push_back(fmt::format("{:.0f} mm from the left and {:.0f} mm from the lower edge ({:.0f} mm long)",
+                                 hair.middle.x.count(), hair.middle.y.count(), hair.length.count()));
+  }
+  const std::size_t more = mask.hairs.size() - places.size();
+  out.push_back(
+      fmt::format("dust or a hair lies on the glass over the wood, at {}{}: what it hides is left out; clean the glass "
+                  "and scan again",
+                  fmt::join(places, "; at "), more > 0 ? fmt::format("; and at {} more places", more) : ""));
   return out;
 }
 
