@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "calib/board_model.h"
+#include "calib/glass_dust.h"
 #include "calib/screw_finder.h"
 #include "calib/strip_finder.h"
 #include "calib/wood_colour.h"
@@ -27,9 +28,10 @@ cv::Mat keep_away(const cv::Mat& wood, double margin_px) {
 }
 
 // Connected parts, each with its strip's number (or its own, where `strips` is empty); the small ones are dropped.
-// Zones are numbered from left to right.
-std::vector<Zone> label_zones(cv::Mat& usable, const cv::Mat& strips, cv::Mat& zones, const WorkMap& work,
-                              const Raster<PanelFrame>& map, const MaskOptions& options) {
+// What is `hidden` belongs to no zone, but parts nothing: the wood goes on beneath. Zones are numbered from left to
+// right.
+std::vector<Zone> label_zones(const cv::Mat& usable, const cv::Mat& hidden, const cv::Mat& strips, cv::Mat& zones,
+                              const WorkMap& work, const Raster<PanelFrame>& map, const MaskOptions& options) {
   cv::Mat labels, stats, centres;
   const int count = cv::connectedComponentsWithStats(usable, labels, stats, centres, 4);
   const double px2 = work.px_per_mm * work.px_per_mm;
@@ -67,7 +69,6 @@ std::vector<Zone> label_zones(cv::Mat& usable, const cv::Mat& strips, cv::Mat& z
     zone.label = static_cast<int>(list.size()) + 1;
     for (const Island& part : by_strip.at(strip)) {
       number[static_cast<std::size_t>(part.label)] = static_cast<std::uint8_t>(zone.label);
-      zone.area += SquareMillimetres(part.area / px2);
       zone.box.add(map.from_pixels(part.box.x * work.fold, part.box.y * work.fold));
       zone.box.add(map.from_pixels(part.box.br().x * work.fold, part.box.br().y * work.fold));
     }
@@ -79,11 +80,13 @@ std::vector<Zone> label_zones(cv::Mat& usable, const cv::Mat& strips, cv::Mat& z
   zones = cv::Mat::zeros(usable.size(), CV_8UC1);
   for (int r = 0; r < usable.rows; ++r)
     for (int c = 0; c < usable.cols; ++c) {
+      if (!hidden.empty() && hidden.at<std::uint8_t>(r, c) != 0) continue;
       const std::uint8_t label = number[static_cast<std::size_t>(labels.at<int>(r, c))];
       zones.at<std::uint8_t>(r, c) = label;
       if (label != 0) sums[label - 1U] += grey.at<std::uint8_t>(r, c), counts[label - 1U] += 1;
     }
-  for (std::size_t i = 0; i < list.size(); ++i) list[i].lightness = sums[i] / std::max(1.0, counts[i]);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    list[i].area = SquareMillimetres(counts[i] / px2), list[i].lightness = sums[i] / std::max(1.0, counts[i]);
   return list;
 }
 
@@ -158,6 +161,7 @@ class Masker {
     }
     wood_.setTo(0, marked_);
     for (const ScrewSpot& screw : find_screws(work_.bgr, wood_, work_.px_per_mm, options_)) take_out(screw, out);
+    find_hairs(view, out);
   }
 
   // Of what was usable, what looks as it did.
@@ -172,7 +176,8 @@ class Masker {
   Status finish(VeneerMask& out) {
     cv::Mat usable = keep_away(wood_, options_.edge_margin.count() * work_.px_per_mm), zones;
     if (!kept_.empty()) cv::bitwise_and(usable, kept_, usable);
-    out.list = label_zones(usable, strips_, zones, work_, map_, options_);
+    // No margin is kept from a hair, as it is no edge of the wood.
+    out.list = label_zones(usable, hidden_, strips_, zones, work_, map_, options_);
     if (out.list.empty())
       return Error{ErrorCode::kRefused,
                    out.asked.empty() ? "no veneer is seen on the map: check that the show face was scanned"
@@ -190,6 +195,19 @@ class Masker {
   }
 
  private:
+  // What hairs hide is withheld without a margin, even where it was taken for a crack.
+  void find_hairs(const BoardView& view, VeneerMask& out) {
+    constexpr double kThin = 0.4;  // mm, half the width of a fault that may be a hair
+    cv::Mat thick;
+    cv::morphologyEx(~wood_ & (strips_ > 0), thick, cv::MORPH_OPEN, round_kernel(kThin * work_.px_per_mm));
+    thick |= marked_;
+    const GlassDust dust = find_glass_dust(view, strips_, thick);
+    for (const GlassHair& hair : dust.hairs)
+      out.hairs.push_back({on_panel(hair.middle), Millimetres(hair.length / work_.px_per_mm)});
+    hidden_ = dust.mask;
+    wood_.setTo(255, hidden_ & (strips_ > 0) & ~thick);
+  }
+
   void ask(VeneerMask& out, const FoundStrip& strip, AskedStrip asked) const {
     const auto corners = corners_of(strip);
     for (std::size_t i = 0; i < 4; ++i) asked.outline[i] = on_panel(corners[i]);
@@ -230,6 +248,7 @@ class Masker {
   const Raster<PanelFrame>& map_;
   const MaskOptions& options_;
   cv::Mat wood_, strips_, kept_;    // CV_8UC1, on the work map; strips_ holds numbers from 1
+  cv::Mat hidden_;                  // CV_8UC1, 255 under hairs on the glass
   std::vector<double> confidence_;  // of each strip
 };
 

@@ -49,12 +49,19 @@ struct ScrewHole {
   Millimetres diameter{0};
 };
 
+// A hair or fibre on the scanner's glass that lies over veneer: what it hides is withheld.
+struct HairOnGlass {
+  Point<PanelFrame> middle{};
+  Millimetres length{0};
+};
+
 struct VeneerMask {
   Raster<PanelFrame> usable;  // CV_8UC1, 255 = usable wood; as large as the map
   Raster<PanelFrame> zones;   // CV_8UC1, a zone's label on its usable wood, 0 elsewhere
   std::vector<Zone> list;     // by label, from 1; left to right
   std::vector<ScrewHole> screws;
   std::vector<AskedStrip> asked;
+  std::vector<HairOnGlass> hairs;
 };
 
 // What was accepted of the same panel before, both as large as the map.

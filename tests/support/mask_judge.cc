@@ -86,6 +86,7 @@ PanelVerdict judge(const Panel& panel) {
     return out;
   }
   out.usable = mask->usable.pixels;
+  out.hairs_told = mask->hairs.size();
 
   const calib::MaskOptions margins;
   const cv::Mat deep = deep_wood(panel, margins.edge_margin.count() + 1.5 / panel.resolution.px_per_mm),
@@ -93,6 +94,11 @@ PanelVerdict judge(const Panel& panel) {
   std::vector<Counts> counts(panel.strips.size() + 1);
   std::vector<double> fault_area(panel.faults.size(), 0), fault_taken(panel.faults.size(), 0);
   const cv::Mat& usable = mask->usable.pixels;
+  const auto under_hair = [&](const Point<PanelFrame>& p) {
+    const Point<ScanFrame> s = registration->tiles[0].inverse(p);
+    const cv::Point at(static_cast<int>(std::floor(s.x.count())), static_cast<int>(std::floor(s.y.count())));
+    return cv::Rect({}, panel.hair.size()).contains(at) && panel.hair.at<std::uint8_t>(at) != 0;
+  };
   for (int r = 0; r < usable.rows; ++r)
     for (int c = 0; c < usable.cols; ++c) {
       const cv::Vec2d at = sheet_from_panel(mask->usable.from_pixels(c + 0.5, r + 0.5));
@@ -104,7 +110,11 @@ PanelVerdict judge(const Panel& panel) {
       const bool wood = panel.matter.at<std::uint8_t>(y, x) == static_cast<int>(Matter::kWood);
       const int fault = panel.fault.at<std::uint16_t>(y, x);
       if (taken) count.taken += 1, count.taken_wood += wood ? 1 : 0;
-      if (deep.at<std::uint8_t>(y, x) != 0) count.deep += 1, count.deep_taken += taken ? 1 : 0;
+      if (deep.at<std::uint8_t>(y, x) != 0) {
+        count.deep += 1, count.deep_taken += taken ? 1 : 0;
+        if (panel.hairs > 0 && under_hair(mask->usable.from_pixels(c + 0.5, r + 0.5)))
+          out.hair += 1, out.hair_in_mask += taken ? 1 : 0;
+      }
       if (fault > 0) {
         fault_area[static_cast<std::size_t>(fault - 1)] += 1;
         fault_taken[static_cast<std::size_t>(fault - 1)] += taken ? 1 : 0;

@@ -30,8 +30,10 @@ struct PanelVerdict {
   double seconds = 0;        // of the mask alone
   std::vector<StripVerdict> strips;
   std::vector<FaultVerdict> faults;
-  int false_warnings = 0;  // places that the mask asks about and that are no strip
-  cv::Mat map, usable;     // for people to look at
+  int false_warnings = 0;             // places that the mask asks about and that are no strip
+  double hair = 0, hair_in_mask = 0;  // map pixels of hairs on the glass over wood, and those of them that are taken
+  std::size_t hairs_told = 0;
+  cv::Mat map, usable;  // for people to look at
 };
 
 PanelVerdict judge(const Panel& panel);

@@ -488,9 +488,41 @@ class Painter {
       cv::circle(whole, {random_.uniform(0, whole.cols * 16), random_.uniform(0, whole.rows * 16)},
                  static_cast<int>(radius * 16), cv::Scalar::all(grey), cv::FILLED, cv::LINE_AA, 4);
     }
+    lay_hairs(whole);
     std::vector<std::uint8_t> jpeg;
     cv::imencode(".jpg", whole, jpeg, {cv::IMWRITE_JPEG_QUALITY, random_.uniform(82, 97)});
     panel_.scan = cv::imdecode(jpeg, cv::IMREAD_COLOR);
+  }
+
+  // Hairs and fibres between sheet and glass, of any grey, bent as they fell. They are drawn of themselves, so that the
+  // same panel can be scanned with and without.
+  void lay_hairs(cv::Mat& scan) {
+    constexpr int kFine = 4;  // a pixel is drawn as so many along each axis
+    cv::RNG random(order_.seed * 104'729 + 5);
+    panel_.hairs = order_.hairs, panel_.hair = cv::Mat::zeros(scan.size(), CV_8UC1);
+    const double out_px = px_ / kFiner;
+    for (int i = 0; i < order_.hairs; ++i) {
+      cv::Mat fine = cv::Mat::zeros(scan.size() * kFine, CV_8UC1), cover;
+      const int width = std::max(1, static_cast<int>(std::lround(random.uniform(0.06, 0.20) * out_px * kFine)));
+      const double length = random.uniform(8.0, 40.0), step = 0.5;
+      const double grey = random.uniform(0, 3) > 0 ? random.uniform(25.0, 110.0) : random.uniform(190.0, 230.0);
+      cv::Point2d at(random.uniform(0.2, 0.8) * fine.cols, random.uniform(0.2, 0.8) * fine.rows);
+      double way = random.uniform(0.0, 2 * kPi), bend = random.uniform(-0.06, 0.06);
+      for (double s = 0; s < length; s += step) {
+        const cv::Point2d next = at + cv::Point2d(std::cos(way), std::sin(way)) * (step * out_px * kFine);
+        cv::line(fine, at, next, cv::Scalar(255), width);
+        bend = std::clamp(bend + random.uniform(-0.02, 0.02), -0.12, 0.12), way += bend, at = next;
+      }
+      cv::resize(fine, cover, scan.size(), 0, 0, cv::INTER_AREA);
+      panel_.hair |= cover > 127;
+      for (int r = 0; r < scan.rows; ++r)
+        for (int c = 0; c < scan.cols; ++c)
+          if (const double share = 0.9 * cover.at<std::uint8_t>(r, c) / 255; share > 0)
+            for (int k = 0; k < 3; ++k) {
+              auto& level = scan.at<cv::Vec3b>(r, c)[k];
+              level = cv::saturate_cast<std::uint8_t>(level * (1 - share) + grey * share);
+            }
+    }
   }
 
   Panel& panel_;

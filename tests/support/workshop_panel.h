@@ -34,7 +34,8 @@ struct Panel {
   double width = 0, height = 0;  // mm
   std::vector<Strip> strips;
   std::vector<Fault> faults;
-  cv::Mat scan;  // CV_8UC3, the show face on the glass
+  int hairs = 0;  // on the glass, see `hair`
+  cv::Mat scan;   // CV_8UC3, the show face on the glass
   ScanResolution resolution;
   // Sheet frame: mm, origin at the sheet's lower left corner, y up. Pixels have their centres at +0.5.
   cv::Matx23d scan_from_sheet;
@@ -43,6 +44,7 @@ struct Panel {
   cv::Mat matter;  // CV_8UC1, Matter
   cv::Mat strip;   // CV_8UC1, the number of the strip that the place belongs to, faults included; 0 = none
   cv::Mat fault;   // CV_16UC1, 1 + index into faults; 0 = none
+  cv::Mat hair;    // CV_8UC1, as large as the scan: 255 where a hair on the glass hides half of a pixel or more
 };
 
 // Every board and wood comes round; an index beyond their number begins again.
@@ -54,6 +56,7 @@ struct Order {
   double dpi = 300;  // 150 to 300
   double width = 200, height = 140;
   bool faults = true;           // screws, holes, cracks, knots
+  int hairs = 0;                // that lie on the scanner's glass, 8 to 40 mm long
   std::filesystem::path woods;  // folder of the data set's wood pictures; empty: grown wood
 };
 Panel compose(const Order& order);
