@@ -8,6 +8,7 @@ import {picture} from "../pictures.js";
 
 const wanted = {face: "show", panel: "", more: false};
 let begun = 0;  // the task
+const verdicts = new Map();  // by proposal
 
 export function draw() {
   const task = model.tasks.get(begun);
@@ -39,13 +40,38 @@ function foundCard(task) {
   if (task.error) return card(t("scan.found"), h("ul.list", {}, taskRow(task)));
   const {result} = task;
   if (!result) return null;
+  if (result.proposal) return proposalCard(result);
   if (!result.panel) return card(t("scan.found"), h("p.big", {}, t("scan.tiles", {n: result.tiles})));
   const {rms_mm: rms} = result.registration || {};
   return card(t("scan.found"),
     h("p.big", {}, t("scan.result", {panel: result.panel, face: t(`face.${result.face}`)}), result.new && `, ${t("scan.is_new")}`),
     picture(`/panels/${encodeURIComponent(result.panel)}/map.png?width=640`, t("panel.map", {panel: result.panel}), {version: String(task.id)}),
     facts(result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), typeof rms === "number" && fact(t("scan.rms"), `${rms.toFixed(3)} mm`),
-      ...(result.warnings || []).map((warning) => fact(t("scan.warning"), warning, true)),
+      ...warnings(result),
       result.differences && result.differences.length > 0 && fact(t("scan.warning"), t("panel.differences", {n: result.differences.length}), true)),
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
+}
+
+const warnings = (result) => (result.warnings || []).map((warning) => fact(t("scan.warning"), warning.text, true));
+
+// It waits for a word. Its warnings stand beside the button that overrules them, each by its name.
+function proposalCard(result) {
+  const {proposal: number, warnings: doubts = []} = result;
+  const decided = verdicts.get(number);
+  if (decided) {
+    const task = model.tasks.get(decided.task);
+    if (task && task.state === "done" && !decided.refused) return card(t("scan.found"), h("p.big", {}, t("scan.accepted")));
+    if (decided.refused) return card(t("scan.found"), h("p.big", {}, t("scan.refused")));
+    if (task && task.state !== "failed") return card(t("scan.found"), h("ul.list", {}, taskRow(task)));
+  }
+  const keep = (told, refused) => { if (told) verdicts.set(number, {task: told.task, refused}); changed(); };
+  const accept = async () => keep(await command(`/proposals/${number}/accept`, {body: doubts.length ? {override: doubts.map((doubt) => doubt.name)} : {}}), false);
+  const refuse = async () => keep(await command(`/proposals/${number}/refuse`, {body: {}}), true);
+  return card(t("scan.proposal"),
+    picture(`/proposals/${number}/picture.png`, t("scan.proposal"), {version: String(number)}),
+    facts(result.size_mm && fact(t("scan.size"), result.size_mm.map((side) => side.toFixed(1)).join(" × ") + " mm"),
+      result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), ...warnings(result)),
+    h("div.commands", {},
+      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange()}),
+      button(t("scan.refuse"), refuse, {id: "do-refuse", disabled: !mayChange()})));
 }
