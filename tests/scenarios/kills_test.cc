@@ -21,7 +21,7 @@ using nlohmann::json;
 using testing::number_from;
 
 // Several cells one after the other: each has wood for some 25 kills.
-class Kills : public OperatedCell, public testing::WithParamInterface<std::uint32_t> {
+class Kills : public OperatedCell, public ::testing::WithParamInterface<std::uint32_t> {
  protected:
   using Clock = std::chrono::steady_clock;
   enum What { kCutting, kLoading, kRedo, kReconcile, kWhats };
@@ -158,7 +158,7 @@ TEST_P(Kills, OfTheDaemonLeaveWoodAndLedgerTrue) {
       often[kCutting], often[kLoading], often[kRedo], often[kReconcile]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Cells, Kills, testing::Values(0U, 1U));
+INSTANTIATE_TEST_SUITE_P(Cells, Kills, ::testing::Values(0U, 1U));
 
 }  // namespace
 }  // namespace veneer::tests
