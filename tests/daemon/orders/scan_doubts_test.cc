@@ -64,6 +64,18 @@ TEST(ScanDoubts, ASoundScanHasNone) {
   EXPECT_THAT(Sheet(0.001, -0.001).names(), IsEmpty()) << "as printers are";
 }
 
+TEST(ScanDoubts, ALongHairIsToldAndAShortOneIsNot) {
+  calib::VeneerMask mask;
+  mask.hairs = {{point<PanelFrame>(40, 30), Millimetres(10)}};
+  EXPECT_THAT(doubts_of_mask(mask), IsEmpty());
+  mask.hairs.push_back({point<PanelFrame>(79, 112), Millimetres(20)});
+  const auto doubts = doubts_of_mask(mask);
+  ASSERT_EQ(doubts.size(), 1U);
+  EXPECT_EQ(doubts[0].name, "dust");
+  EXPECT_THAT(doubts[0].text,
+              ::testing::HasSubstr("at 79 mm from the left and 112 mm from the lower edge (20 mm long): "));
+}
+
 TEST(ScanDoubts, AnAxisThatIsOffIsToldFromPrintsThatAre) {
   EXPECT_THAT(Sheet(0.008, -0.006).names(), ElementsAre("scales"));
   EXPECT_THAT(Sheet(0, 0.005).names(), ElementsAre("scales"));
