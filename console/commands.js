@@ -84,7 +84,7 @@ export const allConfirmed = () => askedNames().every((name) => confirmed.has(nam
 
 export const kSteps = {  // where the step of `next_step` is done
   calibrate_scanner: "", calibrate_camera: "", calibrate_laser: "", calibrate_kerf: "",
-  scan: "scan", plan: "new", make_job: "new", reset: "run", start: "run", load: "run", confirm: "run", unhold: "run",
+  accept: "scan", scan: "scan", plan: "new", make_job: "new", reset: "run", start: "run", load: "run", confirm: "run", unhold: "run",
   clear: "run", settle: "run", redo: "run",
 };
 export const screenName = (screen) => t(`screen.${screen}`);

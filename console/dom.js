@@ -31,7 +31,9 @@ function make(node, spec, attributes, children) {
 
 // `share`: of its parent's width. The page's policy forbids styles as text.
 function apply(node, name, value) {
-  if (name === "share") node.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
+  // Without the attribute an option's value is its text, and so it never equals "".
+  if (name === "value" && node.nodeName === "OPTION") node.setAttribute(name, value);
+  else if (name === "share") node.style.width = `${100 * Math.min(1, Math.max(0, value))}%`;
   else if (node[name] !== value) node[name] = value;
 }
 

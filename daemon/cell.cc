@@ -246,6 +246,7 @@ void Cell::refresh_counts() {
   struct Counts {
     int panels = 0;
     std::vector<PanelId> to_scan;
+    std::optional<db::ProposalId> proposal;
     std::optional<CellNeeds::Waiting> job, plan;
     std::optional<Calibration> calibration;
   };
@@ -255,6 +256,7 @@ void Cell::refresh_counts() {
         counts.job = waiting_job_of(r);
         counts.plan = waiting_plan_of(r);
         if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
+        if (const auto open = r.proposals.list(false); open && !open->empty()) counts.proposal = open->back().id;
         if (const auto waiting = r.facts.panels_to_scan())
           for (const db::PanelToScan& one : *waiting) counts.to_scan.push_back(one.panel);
         if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
@@ -263,6 +265,7 @@ void Cell::refresh_counts() {
       [this](Counts counts) {
         panels = counts.panels;
         panels_to_scan = std::move(counts.to_scan);
+        waiting_proposal = counts.proposal;
         waiting_job = std::move(counts.job);
         waiting_plan = std::move(counts.plan);
         calibration = std::move(counts.calibration);
@@ -375,6 +378,7 @@ NextStep Cell::next() const {
   needs.database_busy = integrity->sentence();
   needs.certificates = certificates();
   needs.panels = panels;
+  needs.proposal = waiting_proposal;
   needs.to_scan = panels_to_scan;
   needs.confirm = asked_by_name();
   needs.job = waiting_job;

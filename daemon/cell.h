@@ -88,6 +88,7 @@ class Cell {
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
   int panels = 0;
   std::vector<PanelId> panels_to_scan;  // of those: nothing is planned from them until they are scanned
+  std::optional<db::ProposalId> waiting_proposal;
   std::optional<CellNeeds::Waiting> waiting_job, waiting_plan;
   std::optional<Calibration> calibration;
   void refresh_counts();

@@ -3,16 +3,17 @@ import {h} from "../dom.js";
 import {squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
+import {get} from "../link.js";
 import {button, card, fact, facts, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
 
 const wanted = {face: "show", panel: "", more: false};
 let begun = 0;  // the task
-const verdicts = new Map();  // by proposal
 
 export function draw() {
   const task = model.tasks.get(begun);
   const busy = Boolean(task && task.state === "running");
+  followWaiting(task);
   return h("div.columns.two", {},
     h("div.column", {}, card(t("screen.scan"), h("p", {}, t("scan.how")),
       h("div.form", {},
@@ -21,7 +22,7 @@ export function draw() {
         h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
       h("div.commands", {}, button(t("scan.do"), scan, {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
       busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"}))))),
-    h("div.column", {}, foundCard(task)));
+    h("div.column", {}, ...waiting.map(proposalCard), foundCard(task)));
 }
 
 const choice = (label, value, options, take) => h("label", {}, label,
@@ -40,7 +41,7 @@ function foundCard(task) {
   if (task.error) return card(t("scan.found"), h("ul.list", {}, taskRow(task)));
   const {result} = task;
   if (!result) return null;
-  if (result.proposal) return proposalCard(result);
+  if (result.proposal) return null;  // it stands among those that wait
   if (!result.panel) return card(t("scan.found"), h("p.big", {}, t("scan.tiles", {n: result.tiles})));
   const {rms_mm: rms} = result.registration || {};
   return card(t("scan.found"),
@@ -52,26 +53,32 @@ function foundCard(task) {
     link(`#panels/${result.panel}`, t("scan.open"), {class: "go"}));
 }
 
-const warnings = (result) => (result.warnings || []).map((warning) => fact(t("scan.warning"), warning.text, true));
+const warnings = (seen) => (seen.warnings || []).map((warning) => fact(t("scan.warning"), warning.text, true));
 
-// It waits for a word. Its warnings stand beside the button that overrules them, each by its name.
-function proposalCard(result) {
-  const {proposal: number, warnings: doubts = []} = result;
-  const decided = verdicts.get(number);
-  if (decided) {
-    const task = model.tasks.get(decided.task);
-    if (task && task.state === "done" && !decided.refused) return card(t("scan.found"), h("p.big", {}, t("scan.accepted")));
-    if (decided.refused) return card(t("scan.found"), h("p.big", {}, t("scan.refused")));
-    if (task && task.state !== "failed") return card(t("scan.found"), h("ul.list", {}, taskRow(task)));
-  }
-  const keep = (told, refused) => { if (told) verdicts.set(number, {task: told.task, refused}); changed(); };
-  const accept = async () => keep(await command(`/proposals/${number}/accept`, {body: doubts.length ? {override: doubts.map((doubt) => doubt.name)} : {}}), false);
-  const refuse = async () => keep(await command(`/proposals/${number}/refuse`, {body: {}}), true);
-  return card(t("scan.proposal"),
-    picture(`/proposals/${number}/picture.png`, t("scan.proposal"), {version: String(number)}),
-    facts(result.size_mm && fact(t("scan.size"), result.size_mm.map((side) => side.toFixed(1)).join(" × ") + " mm"),
-      result.usable_mm2 && fact(t("scan.usable"), squareCm(result.usable_mm2)), ...warnings(result)),
+// What was seen and is not in stock yet, whoever scanned it; asked for anew whenever that may have changed.
+let waiting = [], waitingFor = null;
+function followWaiting(task) {
+  const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
+  if (now === waitingFor) return;
+  waitingFor = now;
+  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }).catch(() => { waitingFor = null; });
+}
+
+// Its warnings stand beside the button that overrules them, each by its name.
+function proposalCard(seen) {
+  const {number, panel, warnings: doubts} = seen;
+  const take = async () => {
+    const told = await command(`/proposals/${number}/accept`, {body: doubts.length ? {override: doubts.map((doubt) => doubt.name)} : {}});
+    if (told) begun = told.task;
+    changed();
+  };
+  const refuse = async () => { await command(`/proposals/${number}/refuse`, {body: {}}); changed(); };
+  return card(panel ? t("scan.proposal_of", {panel}) : t("scan.proposal"),
+    picture(`/proposals/${number}/picture.png`, t("scan.picture_of", {n: number}), {version: String(number)}),
+    facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
+      seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true),
+      ...warnings(seen)),
     h("div.commands", {},
-      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange()}),
-      button(t("scan.refuse"), refuse, {id: "do-refuse", disabled: !mayChange()})));
+      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange()}),
+      button(t("scan.refuse"), refuse, {id: `refuse-${number}`, disabled: !mayChange()})));
 }

@@ -89,7 +89,8 @@ export const words = {
   // Scan
   "scan.how": "Lay the panel on the glass, then scan it. The first scan of a panel is of its show face.",
   "scan.face": "Which face lies on the glass?", "scan.which": "Which panel is it?", "scan.new": "the cell finds out by its tags", "scan.more": "The panel is larger than the glass: more tiles follow",
-  "scan.proposal": "Found: shall it enter stock?", "scan.size": "Size", "scan.accept": "Take it into stock", "scan.accept_all_the_same": "Take it all the same", "scan.refuse": "Refuse it", "scan.accepted": "It is in stock.", "scan.refused": "It is refused; nothing was changed.",
+  "scan.proposal": "A new panel: shall it enter stock?", "scan.proposal_of": "Panel {panel} looks otherwise now: shall that count?", "scan.picture_of": "What was seen, proposal {n}: usable wood in its own colours",
+  "scan.size": "Size", "scan.lost": "Would be taken", "scan.gained": "Would be given back", "scan.accept": "Accept it", "scan.accept_all_the_same": "Accept it all the same", "scan.refuse": "Refuse it",
   "scan.do": "Scan", "scan.found": "What was found", "scan.tiles": {one: "1 tile is scanned. Lay the next part on the glass.", other: "{n} tiles are scanned. Lay the next part on the glass."},
   "scan.result": "Panel {panel}, {face}", "scan.is_new": "new in stock", "scan.open": "Open its map", "scan.usable": "usable wood", "scan.rms": "Fit of the tags", "scan.warning": "Note",
   // New picture

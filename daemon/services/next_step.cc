@@ -195,6 +195,8 @@ std::string_view to_string(Step step) {
       return "calibrate_laser";
     case Step::kCalibrateKerf:
       return "calibrate_kerf";
+    case Step::kAccept:
+      return "accept";
     case Step::kScan:
       return "scan";
     case Step::kPlan:
@@ -233,6 +235,11 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
             "veneerctl reset"};
   if (auto step = certificate_wanted(needs)) return *step;
   if (auto step = pieces_wanted(view)) return *step;
+  if (needs.proposal)
+    return {Step::kAccept,
+            fmt::format("What the scanner saw, proposal {}, is not in stock yet: look at its picture, then accept it or refuse it.",
+                        needs.proposal->value),
+            fmt::format("veneerctl panel proposals {}", needs.proposal->value)};
   if (!needs.to_scan.empty()) return scan_wanted(needs.to_scan);
   if (needs.job) return job_wanted(view, *needs.job);
   if (needs.panels == 0)

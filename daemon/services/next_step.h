@@ -14,6 +14,7 @@
 #include "daemon/store/calibration.h"
 #include "daemon/unit/cell_view.h"
 #include "db/plans.h"
+#include "db/proposals.h"
 
 namespace veneer::daemon {
 
@@ -24,8 +25,9 @@ enum class Step {
   kCalibrateCamera,
   kCalibrateLaser,
   kCalibrateKerf,
-  kScan,  // a panel
-  kPlan,  // a picture
+  kAccept,  // or refuse what a scan saw
+  kScan,    // a panel
+  kPlan,    // a picture
   kMakeJob,
   kReset,
   kStart,
@@ -52,11 +54,12 @@ struct CellNeeds {
   bool database_damaged = false;
   std::string database_busy;  // a sentence while it is checked, or damaged; "" when it is good
   std::vector<Certificate> certificates;
-  int panels = 0;                        // in stock
-  std::vector<PanelId> to_scan;          // of those, nothing is planned from until they are scanned
-  std::vector<std::string> confirm;      // asked for by name before the beam comes on
-  std::optional<Waiting> job, plan;      // with pieces to cut, the oldest; the newest plan of which no job was made
-  double device_seconds_per_second = 1;  // of a simulated cell's clock
+  int panels = 0;                          // in stock
+  std::optional<db::ProposalId> proposal;  // the oldest that waits to be accepted or refused
+  std::vector<PanelId> to_scan;            // of those, nothing is planned from until they are scanned
+  std::vector<std::string> confirm;        // asked for by name before the beam comes on
+  std::optional<Waiting> job, plan;        // with pieces to cut, the oldest; the newest plan of which no job was made
+  double device_seconds_per_second = 1;    // of a simulated cell's clock
 };
 
 struct NextStep {

@@ -33,7 +33,7 @@ class ProofFigures : public ::testing::Test {
   }
   static void expect_green_picture(const Proof& p) {
     EXPECT_EQ(p.jobs.at(0).wrong_pieces, 0U) << ::testing::PrintToString(p.jobs.at(0).notes);
-    EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.90);
+    EXPECT_GT(*p.jobs.at(0).picture_ssim, 0.95);
     EXPECT_GT(*p.jobs.at(0).picture_ssim_joints_filled, 0.95);
   }
   static void expect_green_ledger(const Proof& p) {

@@ -122,6 +122,23 @@ class Day:
         self.until_says("main", "to be cut")
         self.show("panel")
 
+    def scan_a_sheet(self):
+        """What a scan saw waits for a word, on every screen's first line too; then it is stock."""
+        self.hands("place", "panel", "scanner")
+        self.go("scan")
+        chosen = self.browser.execute_script(
+            "return [...document.querySelectorAll('main select')].map((one) => one.selectedOptions[0] && one.selectedOptions[0].text)")
+        assert chosen == ["show face", "the cell finds out by its tags"], chosen
+        self.press("#do-scan")
+        self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
+        self.until_says("#next", "What the scanner saw, proposal ")
+        self.until("its picture", lambda: self.browser.execute_script(
+            "const seen = document.querySelector('img[src*=\"/proposals/\"], img[alt^=\"What was seen\"]'); return seen && seen.naturalWidth > 0"))
+        self.show("proposal")
+        self.press("[id^=accept-]")
+        self.until_says("main", "Panel P-0002, ")
+        self.until("nothing waits any more", lambda: "SHALL IT ENTER STOCK" not in self.text("main"))
+
     def plan_a_picture(self):
         self.go("new")
         self.find("#picture-file").send_keys(os.environ["PICTURE"])
@@ -214,7 +231,7 @@ def main():
     day = Day(sys.argv[1], sys.argv[2])
     began = time.monotonic()
     try:
-        for part in (day.morning, day.look_at_the_wood, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
+        for part in (day.morning, day.look_at_the_wood, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
                      day.stop,
                      day.check_console):
             part()

@@ -81,6 +81,9 @@ TEST(NextStep, FromWoodToThePictureAndItsJob) {
   EXPECT_EQ(next_step(in(CellState::kIdle), needs).command, "veneerctl job start 1");
   needs.to_scan = {PanelId{"P-0001"}, PanelId{"P-0002"}, PanelId{"P-0004"}};
   EXPECT_THAT(next_step(stopped, needs).sentence, StartsWith("Panel P-0001 waits for a scan, and so do 2 more: "));
+  needs.proposal = db::ProposalId{3};
+  EXPECT_EQ(next_step(stopped, needs).step, Step::kAccept);
+  EXPECT_EQ(next_step(stopped, needs).command, "veneerctl panel proposals 3");
 }
 
 TEST(NextStep, WhileAPanelIsWaitedForItIsNamed) {
