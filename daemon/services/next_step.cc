@@ -236,10 +236,12 @@ NextStep next_step(const CellView& view, const CellNeeds& needs) {
   if (auto step = certificate_wanted(needs)) return *step;
   if (auto step = pieces_wanted(view)) return *step;
   if (needs.proposal)
-    return {Step::kAccept,
-            fmt::format("What the scanner saw, proposal {}, is not in stock yet: look at its picture, then accept it or refuse it.",
-                        needs.proposal->value),
-            fmt::format("veneerctl panel proposals {}", needs.proposal->value)};
+    return {
+        Step::kAccept,
+        fmt::format(
+            "What the scanner saw, proposal {}, is not in stock yet: look at its picture, then accept it or refuse it.",
+            needs.proposal->value),
+        fmt::format("veneerctl panel proposals {}", needs.proposal->value)};
   if (!needs.to_scan.empty()) return scan_wanted(needs.to_scan);
   if (needs.job) return job_wanted(view, *needs.job);
   if (needs.panels == 0)
