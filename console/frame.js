@@ -1,6 +1,6 @@
 // What stands on every screen: the cell's state, how old all of it is, what to do next, the way to the screens.
 import {h, put} from "./dom.js";
-import {ago, asSentence, span, t} from "./words.js";
+import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {isStale, model} from "./model.js";
 import {kSteps} from "./commands.js";
 import {link} from "./parts.js";
@@ -23,7 +23,7 @@ function reasonOf(cell) {
 export function showFrame(screens, current) {
   const {cell} = model;
   put($("nav"), ...screens.map(({id}) => link(`#${id}`, t(`screen.${id}`), {"aria-current": id === current ? "page" : null})));
-  $("theme").hidden = false;
+  $("theme").hidden = $("language").hidden = false;
   const you = [t(`you.${model.role || "viewer"}`), model.session.user].filter(Boolean).join(" · ");
   if ($("role").textContent !== you) $("role").textContent = you;
   if (model.role === "nobody") {
@@ -41,13 +41,17 @@ export function showFrame(screens, current) {
   showNext(cell.next_step);
 }
 
+// The cell's sentence is English and names what is meant; another language says before it what is to be done.
+const saidNext = (next) =>
+  language === "en" ? [next.sentence] : [t(`step.${next.step}`), " ", h("small", {lang: "en"}, next.sentence)];
+
 function showNext(next) {
   $("next").hidden = !next;
   if (!next) return;
   const screen = kSteps[next.step] || "";
   put($("next"),
     h("span.next-mark", {"aria-hidden": "true"}, next.step === "wait" ? "…" : "▶"),
-    h("p", {}, h("b", {}, t("next")), " ", next.sentence,
+    h("p", {}, h("b", {}, t("next")), " ", ...saidNext(next),
       !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
     screen && location.hash.slice(1).split("/")[0] !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
 }
@@ -79,3 +83,13 @@ $("theme").addEventListener("click", () => {
   showTheme();
 });
 showTheme();
+
+// ---- language: each word of the page is another then, so it is loaded anew ------------------------------------------
+
+const other = Object.keys(kLanguages).find((one) => one !== language);
+$("language").textContent = kLanguages[other].name;
+$("language").lang = other;
+$("language").addEventListener("click", () => {
+  localStorage.setItem("veneer_language", other);
+  location.reload();
+});

@@ -2,6 +2,18 @@
 // the form is sent as it is, and a page answers.
 import {ask, pause, stopReading} from "./link.js";
 
+// Its own words, so that a catalogue that did not come keeps nobody from hearing of it.
+const german = (localStorage.getItem("veneer_language") || navigator.language).startsWith("de");
+const kSaid = german ? {
+  pressed: (at) => `STOP um ${at} gedrückt, noch nicht bestätigt.`,
+  confirmed: (at) => `STOP um ${at} bestätigt: Strahl aus, die Zelle bricht ab.`,
+  not: (why) => `STOP ist NICHT bestätigt (${why}). Drücken Sie den Not-Halt an der Maschine.`,
+} : {
+  pressed: (at) => `STOP pressed at ${at}, not confirmed yet.`,
+  confirmed: (at) => `STOP confirmed at ${at}: beam off, the cell is aborting.`,
+  not: (why) => `STOP is NOT confirmed (${why}). Use the emergency stop on the machine.`,
+};
+
 const note = document.getElementById("stop-note");
 let told = "";  // "" none, "told" what became of the last STOP, "aborting" and the status says so too
 
@@ -17,14 +29,14 @@ const clockTime = () => new Date().toLocaleTimeString("en-GB");
 async function stop(event) {
   event.preventDefault();
   stopReading();
-  say(`STOP pressed at ${clockTime()}, not confirmed yet.`, true);
+  say(kSaid.pressed(clockTime()), true);
   for (let tries = 0; tries < 20; ++tries) {
     try {
       await ask("POST", "/api/v1/stop", {timeoutMs: 1000});
-      say(`STOP confirmed at ${clockTime()}: beam off, the cell is aborting.`, false);
+      say(kSaid.confirmed(clockTime()), false);
       return;
     } catch (fault) {
-      say(`STOP is NOT confirmed (${fault.message}). Use the emergency stop on the machine.`, true);
+      say(kSaid.not(fault.message), true);
       await pause(200);
     }
   }

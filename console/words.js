@@ -1,12 +1,23 @@
-// What the page says, from one catalogue of each language (words/en.js). What the cell itself says comes from the
-// daemon, in English.
+// What the page says, from one catalogue of each language (words/en.js, words/de.js). What the cell itself says comes
+// from the daemon, in English.
 import {words as english} from "./words/en.js";
+import {words as german} from "./words/de.js";
+
+// Its own name for each, which is on the button that changes to it, and how it writes dates.
+export const kLanguages = {
+  en: {name: "English", words: english, dates: "en-GB"},
+  de: {name: "Deutsch", words: german, dates: "de-DE"},
+};
+const chosen = localStorage.getItem("veneer_language") || navigator.language.slice(0, 2);
+export const language = chosen in kLanguages ? chosen : "en";
+document.documentElement.lang = language;
+const {words, dates} = kLanguages[language];
 
 // t("pieces", {n: 3}): an entry may be {one, other}, chosen by n.
 export function t(key, values = {}) {
-  let text = english[key];
+  let text = words[key] ?? english[key];
   if (text === undefined) return key;
-  if (typeof text === "object") text = text[new Intl.PluralRules("en").select(values.n)] || text.other;
+  if (typeof text === "object") text = text[new Intl.PluralRules(language).select(values.n)] || text.other;
   return text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? values[name] : whole));
 }
 
@@ -18,7 +29,7 @@ export function span(seconds) {
   return t("hours", {h: Math.floor(seconds / 3600), m: Math.round((seconds % 3600) / 60)});
 }
 export const ago = (ms) => (ms < 1500 ? t("now") : t("ago", {span: span(ms / 1000)}));
-export const clockTime = (at = new Date()) => at.toLocaleTimeString("en-GB");
-export const dayTime = (at) => new Date(at).toLocaleString("en-GB", {dateStyle: "medium", timeStyle: "short"});
+export const clockTime = (at = new Date()) => at.toLocaleTimeString(dates);
+export const dayTime = (at) => new Date(at).toLocaleString(dates, {dateStyle: "medium", timeStyle: "short"});
 export const squareCm = (mm2) => `${Math.round((mm2 || 0) / 100)} cm²`;
 export const sizeOf = (thing) => `${Math.round(thing.width_mm)} × ${Math.round(thing.height_mm)} mm`;

@@ -42,7 +42,7 @@ Error cannot(std::string_view what, int why) {
 void write_text(const char* file, std::string_view text) {
   const int fd = ::open(file, O_WRONLY | O_CLOEXEC);
   if (fd < 0) return;
-  static_cast<void>(::write(fd, text.data(), text.size()));
+  static_cast<void>(::write(fd, text.data(), text.size()) > 0);  // best effort, as the open above
   ::close(fd);
 }
 

@@ -350,7 +350,7 @@ Result<json> WorkerProcesses::run(const WorkOrder& order, const TaskProgress& pr
   if (options_.on_start) options_.on_start(pid);
   const std::stop_callback on_stop(stop, [&wake] {
     const std::uint64_t one = 1;
-    static_cast<void>(::write(wake.get(), &one, sizeof one));
+    static_cast<void>(::write(wake.get(), &one, sizeof one) > 0);  // an eventfd takes it, or holds one already
   });
   auto result = Conversation(order, options_, progress, wake.get())
                     .hold(*child, std::move(requests->write), std::move(answers->read));

@@ -213,6 +213,27 @@ class Day:
             self.until(f"something on {screen}", lambda: len(self.text("main")) > 20)
             self.show(screen)
 
+    def in_german(self):
+        """Another language says all that English says, fits on each screen, and holds after the page is loaded anew."""
+        lacking = self.browser.execute_async_script("""
+            const done = arguments[0];
+            Promise.all(["en", "de"].map((name) => import(`/console/words/${name}.js`))).then(([{words: en}, {words: de}]) => {
+              const places = (text) => [...new Set(JSON.stringify(text).match(/{\\w+}/g))].sort().join();
+              const other = (key) => !(key in de) || places(en[key]) !== places(de[key]) || typeof en[key] !== typeof de[key];
+              done({keys: Object.keys(en).filter(other), idle: Object.keys(de).filter((key) => !(key in en) && !key.startsWith("step."))});
+            });""")
+        assert lacking == {"keys": [], "idle": []}, f"the German catalogue lacks or has too much: {lacking}"
+        assert self.text("#language") == "Deutsch"
+        self.press("#language")
+        self.until_says("#nav", "Platten")
+        self.until_says("#role", "Sie bedienen")
+        self.until_says("#next", "Als Nächstes:")
+        for screen in ("cell", "panels", "new", "run", "scan"):
+            self.go(screen)
+            self.show(f"german-{screen}")
+        self.press("#language")
+        self.until_says("#nav", "Panels")
+
     def stop(self):
         """From a screen that has nothing to do with the laser, scrolled to its end."""
         self.go("log")
@@ -232,8 +253,7 @@ def main():
     began = time.monotonic()
     try:
         for part in (day.morning, day.look_at_the_wood, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
-                     day.stop,
-                     day.check_console):
+                     day.in_german, day.stop, day.check_console):
             part()
             print(f"{part.__name__}: {time.monotonic() - began:.1f} s")
     finally:

@@ -23,6 +23,7 @@
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
 #   properties   every test that draws its inputs, with 2000 cases per property
 #   demo         five demos
+#   package      the packages of `./dev package` in a bare Debian 12: installed, started by their units' lines, purged; as root
 # ./dev soak adds one of its own, threads: every unit test under ThreadSanitizer.
 # NAME runs the campaigns whose names begin with it. Prints a table, writes JSON; exits 1 when anything failed.
 set -euo pipefail
@@ -99,7 +100,7 @@ show_table=1 campaign "ledger/faults" "$seed" env VENEER_SEED="$seed" VENEER_FAU
   "$build/tests/db_power_loss_tests" db/faults_test.cc
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/corruption" "$seed" env VENEER_SEED="$seed" VENEER_FLIPS=2000 VENEER_CORRUPTIONS=1000 \
-  "$build/tests/db_tests" db/bit_flip_test.cc
+  "$build/tests/db_power_loss_tests" db/bit_flip_test.cc
 seed=$(fresh_seed)
 campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=100000 \
   "$build/tests/db_tests" db/raw_writers_test.cc
@@ -139,6 +140,9 @@ for ((i = 0; i < 5; ++i)); do
   seed=$(fresh_seed)
   campaign "demo/$i" "$seed" "$build/bin/veneer-demo" --seed "$seed" --out "out/soak-$seed"
 done
+
+seed=0  # draws nothing
+show_table=1 campaign "package/bare-root" "$seed" sh -c "./dev package && tests/soak/check_package.sh out/packages"
 
 mkdir -p "$(dirname "$out")"
 (IFS=,; printf '{"schema_version":1,"campaigns":[%s]}\n' "${rows[*]}") >"$out"
