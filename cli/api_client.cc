@@ -8,15 +8,19 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/host_name_verification.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <boost/beast/http/write.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
 #include <limits>
 #include <optional>
 #include <random>
 #include <thread>
+#include <vector>
 
 #include "cli/json_read.h"
 
@@ -73,10 +77,10 @@ class Exchange {
       }
       stream_.async_connect(asio::local::stream_protocol::endpoint(address_.unix_path), begin);
     } else {
-      error_code bad;
-      const auto ip = asio::ip::make_address(address_.host == "localhost" ? "127.0.0.1" : address_.host, bad);
-      if (bad) return Error{ErrorCode::kInvalidArgument, address_.host + " is not an address"};
-      stream_.async_connect(asio::ip::tcp::endpoint(ip, static_cast<unsigned short>(address_.port)), begin);
+      if (Status ready = prepare_tls(); !ready) return ready.error();
+      const auto endpoints = resolve();
+      if (!endpoints) return endpoints.error();
+      stream_.async_connect(*endpoints, [begin](error_code fault, const Endpoint&) { begin(fault); });
     }
     loop_.run();
     if (failed_) return *failed_;
@@ -86,8 +90,65 @@ class Exchange {
   }
 
  private:
+  using Plain = boost::beast::basic_stream<asio::generic::stream_protocol>;
+  using Endpoint = asio::generic::stream_protocol::endpoint;
+
   std::string where() const {
     return address_.unix_path.empty() ? address_.host + ":" + std::to_string(address_.port) : address_.unix_path;
+  }
+
+  // "[::1]" is written so before a port only.
+  std::string host() const {
+    const std::string& host = address_.host;
+    return host.size() > 2 && host.front() == '[' ? host.substr(1, host.size() - 2) : host;
+  }
+
+  Result<std::vector<Endpoint>> resolve() {
+    const auto port = static_cast<unsigned short>(address_.port);
+    error_code fault;
+    const auto ip = asio::ip::make_address(address_.host == "localhost" ? "127.0.0.1" : host(), fault);
+    if (!fault) return std::vector<Endpoint>{asio::ip::tcp::endpoint(ip, port)};
+    std::vector<Endpoint> endpoints;
+    for (const auto& one : asio::ip::tcp::resolver(loop_).resolve(host(), std::to_string(port), fault))
+      endpoints.emplace_back(one.endpoint());
+    if (!endpoints.empty()) return endpoints;
+    return Error{ErrorCode::kInvalidArgument,
+                 address_.host + " is not an address, and the network knows no machine of this name"};
+  }
+
+  Status prepare_tls() {
+    if (!address_.tls) return Ok();
+    context_.emplace(asio::ssl::context::tls_client);
+    context_->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
+                          asio::ssl::context::no_tlsv1_1);
+    context_->set_verify_mode(asio::ssl::verify_peer);
+    error_code fault;
+    context_->set_default_verify_paths(fault);
+    if (!address_.authority.empty()) context_->load_verify_file(address_.authority, fault);
+    if (fault)
+      return Error{ErrorCode::kInvalidArgument,
+                   address_.authority + " cannot be read as certificates: give a PEM file as --ca"};
+    tls_.emplace(stream_, *context_);
+    tls_->set_verify_callback(asio::ssl::host_name_verification(host()));
+    std::string name = host();
+    SSL_set_tlsext_host_name(tls_->native_handle(), name.data());
+    return Ok();
+  }
+
+  void shake_hands() {
+    tls_->async_handshake(asio::ssl::stream_base::client, [this](error_code fault) {
+      if (!fault) return write();
+      failed_ = Error{ErrorCode::kRefused,
+                      fmt::format("{} did not show a certificate that is believed ({}): give the cell's own with --ca, "
+                                  "and the name that stands in it",
+                                  where(), fault.message())};
+      if (fault == boost::beast::error::timeout) failed_ = too_late();
+    });
+  }
+
+  Error too_late() const {
+    return Error{ErrorCode::kTimeout, fmt::format("veneerd at {} has not answered in {:g} s", where(),
+                                                  std::chrono::duration<double>(timeout_).count())};
   }
 
   void connected(error_code fault) {
@@ -98,28 +159,44 @@ class Exchange {
                                 : "veneerd does not answer at " + where() + ": start it, or give its --socket"};
       return;
     }
-    http::async_write(stream_, request_, [this](error_code write_fault, std::size_t) {
-      // A refusal may be on its way although the body was not taken.
-      if (write_fault) write_failed_ = true;
-      read();
+    if (tls_) return shake_hands();
+    write();
+  }
+
+  template <class Act>
+  void on_stream(const Act& act) {
+    if (tls_) return act(*tls_);
+    act(stream_);
+  }
+
+  void write() {
+    on_stream([this](auto& stream) {
+      http::async_write(stream, request_, [this](error_code fault, std::size_t) {
+        // A refusal may be on its way although the body was not taken.
+        if (fault) write_failed_ = true;
+        read();
+      });
     });
   }
 
   void read() {
-    http::async_read(stream_, buffer_, parser_, [this](error_code fault, std::size_t) {
-      if (!fault) return;
-      const bool late = fault == boost::beast::error::timeout;
-      failed_ = late ? Error{ErrorCode::kTimeout, fmt::format("veneerd at {} has not answered in {:g} s", where(),
-                                                              std::chrono::duration<double>(timeout_).count())}
-                     : Error{ErrorCode::kDisconnected, "veneerd at " + where() + " hung up" +
-                                                           (write_failed_ ? " while the request was being sent" : "")};
+    on_stream([this](auto& stream) {
+      http::async_read(stream, buffer_, parser_, [this](error_code fault, std::size_t) {
+        if (!fault) return;
+        failed_ = fault == boost::beast::error::timeout
+                      ? too_late()
+                      : Error{ErrorCode::kDisconnected, "veneerd at " + where() + " hung up" +
+                                                            (write_failed_ ? " while the request was being sent" : "")};
+      });
     });
   }
 
   const ApiAddress& address_;
   std::chrono::milliseconds timeout_;
   asio::io_context loop_;
-  boost::beast::basic_stream<asio::generic::stream_protocol> stream_;
+  Plain stream_;
+  std::optional<asio::ssl::context> context_;
+  std::optional<boost::beast::ssl_stream<Plain&>> tls_;
   boost::beast::flat_buffer buffer_;
   http::request<http::string_body> request_;
   http::response_parser<http::string_body> parser_;
@@ -140,6 +217,7 @@ Result<ApiResponse> ApiClient::raw(const std::string& method, const std::string&
               address_.unix_path.empty() ? address_.host + ":" + std::to_string(address_.port) : "localhost");
   request.set(http::field::connection, "close");
   if (!content_type.empty()) request.set(http::field::content_type, content_type);
+  if (!address_.secret.empty()) request.set(http::field::authorization, "Bearer " + address_.secret);
   for (const auto& [name, value] : headers) request.set(name, value);
   request.body() = body;
   request.prepare_payload();

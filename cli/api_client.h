@@ -20,6 +20,9 @@ struct ApiAddress {
   std::string unix_path;           // used when not empty
   std::string host = "127.0.0.1";  // otherwise
   int port = 0;
+  bool tls = false;            // with a certificate of `host` that the system believes, or `authority` does
+  std::string authority = {};  // a PEM file; "" = none
+  std::string secret = {};     // of a session or token, sent with every request; "" = none
 };
 
 struct ApiResponse {

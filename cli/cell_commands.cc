@@ -100,10 +100,16 @@ void add_cell_commands(CLI::App& app, CommandContext& context) {
     context.finish(context.client().get("/status"), render_next);
   });
   add_stop_command(app, context);
-  app.add_subcommand("console", "A one-time link that lets a browser operate the cell")->callback([&context] {
-    context.finish(context.client().post("/console-links"),
+  const auto role = std::make_shared<std::string>("operator");
+  CLI::App* console = app.add_subcommand("console", "A one-time link that signs a browser on this machine in");
+  console->add_option("--role", *role, "What the browser may do; at most what you may")
+      ->check(CLI::IsMember({"viewer", "operator", "maintainer", "admin"}))
+      ->capture_default_str();
+  console->callback([role, &context] {
+    context.finish(context.client().post("/console-links", {{"role", *role}}),
                    [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });
   });
+  add_account_commands(app, context);
   add_db_commands(app, context);
   add_audit_command(app, context);
   add_export_commands(app, context);

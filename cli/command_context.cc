@@ -9,16 +9,28 @@
 
 #include "cli/json_read.h"
 #include "cli/progress.h"
+#include "cli/sign_ins.h"
 #include "cli/unknown_command.h"
 
 namespace veneer::cli {
 
 ApiClient CommandContext::client(std::chrono::milliseconds patience) const {
-  const std::size_t colon = socket.rfind(':');
-  int port = 0;
-  if (socket.find('/') == std::string::npos && colon != std::string::npos &&
-      std::from_chars(socket.data() + colon + 1, socket.data() + socket.size(), port).ec == std::errc()) {
-    return ApiClient(ApiAddress{"", socket.substr(0, colon), port}, patience);
+  constexpr std::string_view kTls = "https://";
+  ApiAddress address;
+  address.authority = authority;
+  const bool tls = socket.starts_with(kTls);
+  const std::string where = tls ? socket.substr(kTls.size()) : socket;
+  std::size_t colon = where.rfind(':');
+  if (tls && (colon == std::string::npos || where.ends_with(']'))) colon = where.size();
+  address.port = tls ? 443 : 0;
+  const bool port =
+      colon < where.size() &&
+      std::from_chars(where.data() + colon + 1, where.data() + where.size(), address.port).ec == std::errc();
+  if (where.find('/') == std::string::npos && (tls || port)) {
+    address.tls = tls;
+    address.host = where.substr(0, colon);
+    address.secret = token.empty() && tls ? kept_secret(socket) : token;
+    return ApiClient(std::move(address), patience);
   }
   return ApiClient(ApiAddress{socket, "", 0}, patience);
 }

@@ -18,10 +18,13 @@ inline constexpr int kWorkFailed = 1;
 inline constexpr int kUnusableArguments = 2;
 
 struct CommandContext {
-  std::string socket = "/run/veneerd/veneerd.sock";  // a path, or HOST:PORT
+  std::string socket = "/run/veneerd/veneerd.sock";  // a path, HOST:PORT, or https://HOST:PORT
+  std::string authority;  // a file of certificates to believe besides the system's; "" = none
+  std::string token;      // of VENEERD_TOKEN
   std::string twin_socket = "/run/veneer-twin/twin.sock";
   bool json = false;
 
+  // Over TLS it carries the token, or what `login` has kept for this address.
   ApiClient client(std::chrono::milliseconds patience = std::chrono::seconds(60)) const;
 
   using Render = std::function<std::string(const nlohmann::json&)>;
@@ -69,8 +72,9 @@ void add_job_stop(CLI::App& job, CommandContext& context);
 
 // Each adds its commands to the program.
 void add_stop_command(CLI::App& app, CommandContext& context);
-void add_cell_commands(CLI::App& app, CommandContext& context);  // status, stop, hold, ..., console
-void add_db_commands(CLI::App& app, CommandContext& context);    // db check|backup|backups
+void add_cell_commands(CLI::App& app, CommandContext& context);     // status, stop, hold, ..., console
+void add_db_commands(CLI::App& app, CommandContext& context);       // db check|backup|backups
+void add_account_commands(CLI::App& app, CommandContext& context);  // user, token, login, logout, whoami
 void add_audit_command(CLI::App& app, CommandContext& context);
 void add_export_commands(CLI::App& app, CommandContext& context);      // export stock|history
 void add_panel_commands(CLI::App& app, CommandContext& context);       // panel list|show, calibrate, certificates

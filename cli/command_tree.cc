@@ -1,14 +1,21 @@
 #include "cli/command_tree.h"
 
+#include <cstdlib>
+
 namespace veneer::cli {
 
 void add_common_options(CLI::App& app, CommandContext& context, const char* version) {
   app.require_subcommand(1);
   app.fallthrough();
   app.set_version_flag("--version", version);
-  app.add_option("--socket", context.socket, "Where veneerd listens: a socket's path, or HOST:PORT")
+  app.add_option("--socket", context.socket,
+                 "Where veneerd listens: a socket's path, HOST:PORT, or https://HOST:PORT on another machine")
       ->envname("VENEERD_SOCKET")
       ->capture_default_str();
+  app.add_option("--ca", context.authority,
+                 "Believe this certificate (PEM) of a cell on another machine, besides those that the system believes")
+      ->envname("VENEERD_CA");
+  if (const char* token = std::getenv("VENEERD_TOKEN")) context.token = token;  // NOLINT(concurrency-mt-unsafe)
   app.add_flag("--json", context.json, "Print JSON");
 }
 

@@ -34,9 +34,9 @@ void name_planner_commands(CLI::App& app) {
 bool asks_to_stop(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
-    if (argument == "--socket")
+    if (argument == "--socket" || argument == "--ca")
       ++i;
-    else if (argument != "--json" && !argument.starts_with("--socket="))
+    else if (argument != "--json" && !argument.starts_with("--socket=") && !argument.starts_with("--ca="))
       return argument == "stop";
   }
   return false;

@@ -1,7 +1,7 @@
 // What an operator may do now, and doing it: every change goes through here and says when it was refused.
 import {t, asSentence} from "./words.js";
 import {ask} from "./link.js";
-import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, model} from "./model.js";
+import {askStatus, changed, databaseSound, followStatus, isOver, mayChange, model, operates} from "./model.js";
 
 const refusal = document.getElementById("refusal");
 
@@ -38,7 +38,7 @@ export const panelFound = () => Boolean(model.cell && model.cell.load && model.c
 
 export function mayCommand(name) {
   const {cell} = model;
-  if (!cell || model.role === "viewer" || !kAllowed[name].includes(cell.state)) return false;
+  if (!cell || !operates() || !kAllowed[name].includes(cell.state)) return false;
   if (name === "unsuspend" && !(panelFound() && allConfirmed())) return false;
   return databaseSound() || !kBegins.includes(name);
 }

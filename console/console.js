@@ -14,25 +14,27 @@ import * as assembly from "./screens/assembly.js";
 import * as scan from "./screens/scan.js";
 import * as history from "./screens/history.js";
 import * as log from "./screens/log.js";
+import * as account from "./screens/account.js";
 
 // A screen has draw(rest of the address) -> nodes, and perhaps enter(rest) for when it is gone to, drawn(place) for
 // what has to be drawn once its nodes are there.
 const kScreens = [
   {id: "cell", ...cell}, {id: "panels", ...panels}, {id: "scan", ...scan}, {id: "new", ...newPicture}, {id: "run", ...run},
-  {id: "assembly", ...assembly}, {id: "history", ...history}, {id: "log", ...log},
+  {id: "assembly", ...assembly}, {id: "history", ...history}, {id: "log", ...log}, {id: "account", ...account},
 ];
+const screens = () => (model.role === "nobody" ? kScreens.slice(-1) : kScreens);
 const place = document.getElementById("main");
 let shown = "";
 
 function address() {
   const [id, ...rest] = decodeURIComponent(location.hash.slice(1)).split("/");
-  const screen = kScreens.find((one) => one.id === id) || kScreens[0];
+  const screen = screens().find((one) => one.id === id) || screens()[0];
   return {screen, rest};
 }
 
 function draw() {
   const {screen, rest} = address();
-  showFrame(kScreens, screen.id);
+  showFrame(screens(), screen.id);
   place.className = `screen-${screen.id}`;
   put(place, h("h1.unseen", {}, t(`screen.${screen.id}`)), ...[screen.draw(...rest)].flat());
   loadPictures(place);
@@ -56,5 +58,5 @@ function go() {
 
 addEventListener("hashchange", go);
 follow(draw);
-enter().catch((fault) => showRefusal(fault.message)).then(() => { begin(); go(); });
+enter().catch((fault) => showRefusal(fault.message)).then(begin).then(go);
 setInterval(() => { showAge(); if (model.cell) changed(); }, 500);

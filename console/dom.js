@@ -65,7 +65,9 @@ function become(live, node) {
   }
   if (node.dataset.keep !== undefined) return;
   const own = live.hasAttribute("data-picture") ? ["style", "src", "hidden"] : ["style"];  // the picture is of pictures.js
-  for (const {name} of [...live.attributes]) if (!node.hasAttribute(name) && !own.includes(name)) live.removeAttribute(name);
+  // What somebody has unfolded stays so.
+  const unfolded = (name) => name === "open" && live.nodeName === "DETAILS";
+  for (const {name} of [...live.attributes]) if (!node.hasAttribute(name) && !own.includes(name) && !unfolded(name)) live.removeAttribute(name);
   for (const {name, value} of node.attributes) if (live.getAttribute(name) !== value && !own.includes(name)) live.setAttribute(name, value);
   const before = live.wanted || {}, after = node.wanted || {};
   for (const name of Object.keys(before)) if (name.startsWith("on") && !(name in after)) live[name] = null;

@@ -1,7 +1,7 @@
 // What stands on every screen: the cell's state, how old all of it is, what to do next, the way to the screens.
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
-import {isStale, model, operates} from "./model.js";
+import {isStale, model} from "./model.js";
 import {kSteps} from "./commands.js";
 import {link} from "./parts.js";
 
@@ -24,11 +24,18 @@ export function showFrame(screens, current) {
   const {cell} = model;
   put($("nav"), ...screens.map(({id}) => link(`#${id}`, t(`screen.${id}`), {"aria-current": id === current ? "page" : null})));
   $("theme").hidden = $("language").hidden = false;
+  const you = [t(`you.${model.role || "viewer"}`), model.session.user].filter(Boolean).join(" · ");
+  if ($("role").textContent !== you) $("role").textContent = you;
+  if (model.role === "nobody") {
+    $("state-word").textContent = t("account.sign_in");
+    $("state-reason").textContent = t("account.first");
+    document.title = t("account.sign_in");
+    $("next").hidden = true;
+  }
   if (!cell) return;
   const [mark, look] = kLooks[cell.state] || ["…", ""];
   $("state").className = `state ${look}`;
-  const said = [["state-mark", mark], ["state-word", cell.state], ["state-reason", asSentence(cell.reason) || reasonOf(cell)],
-                ["role", operates() ? t("you_operate") : t("view_only")]];
+  const said = [["state-mark", mark], ["state-word", cell.state], ["state-reason", asSentence(cell.reason) || reasonOf(cell)]];
   for (const [id, text] of said) if ($(id).textContent !== text) $(id).textContent = text;
   document.title = `${cell.state} – ${t(`screen.${current}`)}`;
   showNext(cell.next_step);
@@ -52,11 +59,12 @@ function showNext(next) {
 // Every half second: nobody operates on what may be no longer true. STOP is not among what is shut off then.
 export function showAge() {
   const age = performance.now() - model.cellAt;
-  const dead = isStale();
+  const out = model.role === "nobody";
+  const dead = isStale() && !out;
   document.body.classList.toggle("not-live", dead);
   $("main").inert = dead && Boolean(model.cell);
   $("live").classList.toggle("off", dead);
-  const words = !model.cell ? t("connecting") : dead ? `▲ ${t("not_live")}` : t("live", {age: ago(age)});
+  const words = out ? "" : !model.cell ? t("connecting") : dead ? `▲ ${t("not_live")}` : t("live", {age: ago(age)});
   if ($("live").textContent !== words) $("live").textContent = words;
   $("dead").hidden = !dead || performance.now() < 6000;
   if (dead) $("dead").textContent = model.cell ? t("dead.since", {span: span(age / 1000)}) : t("dead.never");

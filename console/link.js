@@ -1,8 +1,10 @@
 // Speaking with the daemon: requests, lists page by page, and the stream of events.
 
-// What a console link opens. It lives in this tab only: sessionStorage belongs to one scheme, host and port, while a
-// cookie would go to every server of this machine. It travels in a header that no other page can set.
+// What a console link or a password opens. On the cell's own machine it lives in this tab only: sessionStorage belongs to
+// one scheme, host and port, while a cookie would go to every server of this machine. It travels in a header that no
+// other page can set. On another machine, where the page comes by HTTPS, it is in a cookie that no script sees.
 const kSession = "veneer_session";
+const kByCookie = location.protocol === "https:";
 const kPollMs = 2000;
 
 export function headersOf(headers) {
@@ -15,7 +17,26 @@ export async function enter() {
   const token = new URLSearchParams(location.hash.slice(1)).get("token");
   if (!token) return;
   history.replaceState(null, "", location.pathname);
-  sessionStorage.setItem(kSession, (await ask("POST", "/api/v1/session", {body: {token}})).session);
+  await open({token});
+}
+
+async function open(by) {
+  const opened = await ask("POST", "/api/v1/session", {body: kByCookie ? {...by, cookie: true} : by});
+  if (opened.session) sessionStorage.setItem(kSession, opened.session);
+}
+
+// The page begins anew as somebody else.
+export async function signIn(user, password) {
+  await open({user, password});
+  location.hash = "";
+  location.reload();
+}
+
+export async function signOut() {
+  await ask("DELETE", "/api/v1/session");
+  sessionStorage.removeItem(kSession);
+  location.hash = "";
+  location.reload();
 }
 
 // A browser has six connections to one server, and a request that finds them taken waits in the browser. Nothing that
@@ -66,9 +87,10 @@ export async function askAll(path, list, most = Infinity) {
 
 // `take` gets each event, {type: "open"} when the stream has begun (anew: what came meanwhile is not known).
 export function listen(take) {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
   const session = sessionStorage.getItem(kSession);
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
-  const socket = new WebSocket(`ws://${location.host}` + "/api/v1/events", protocols);
+  const socket = new WebSocket(`${scheme}://${location.host}` + "/api/v1/events", protocols);
   socket.onopen = () => take({type: "open"});
   socket.onmessage = (message) => {
     let event;

@@ -5,7 +5,8 @@ import {followStop} from "./stop.js";
 export const model = {
   cell: null,     // the last GET /status
   cellAt: 0,      // when it came, in ms of performance.now()
-  role: "viewer",
+  role: "",       // nobody, viewer, operator, maintainer, admin; "" until the cell has said
+  session: {who: "", user: null, expires_at: null, accounts: false},  // the last GET /session
   jobs: [],       // in sight; with archived ones when `archived`
   archived: false,
   panels: [],     // all, retired ones too
@@ -19,7 +20,9 @@ export const model = {
 const kStaleMs = 6000;
 const kListsMs = 5000;  // between two looks at jobs and panels while pieces are being cut
 
-export const operates = () => model.role !== "viewer";
+const kRanks = ["nobody", "viewer", "operator", "maintainer", "admin"];
+export const mayDo = (role) => kRanks.indexOf(model.role) >= kRanks.indexOf(role);
+export const operates = () => mayDo("operator");
 export const databaseSound = () => !model.cell || !model.cell.database || model.cell.database.state === "good";
 export const mayChange = () => operates() && databaseSound() && !isStale();
 export const isStale = () => !model.cell || performance.now() - model.cellAt > kStaleMs;
@@ -123,17 +126,28 @@ export async function askStatus() {
   try { takeStatus(await get("/status")); } catch (fault) { /* the age of the data tells */ }
 }
 
-async function poll() {
-  await askStatus();
+// Whoever has not signed in on another machine is shown nothing but how to.
+async function askSession() {
   try {
-    const {role} = await ask("GET", "/api/v1/session");
-    if (role !== model.role) { model.role = role; changed(); }
+    const session = await ask("GET", "/api/v1/session");
+    const before = model.role;
+    model.session = session;
+    model.role = session.role;
+    if (session.role === "nobody") model.cell = null;
+    if (before !== session.role) changed();
   } catch (fault) { /* as before */ }
-  setTimeout(poll, kPollMs);
 }
 
-export function begin() {
+let started = false;
+async function poll() {
+  if (mayDo("viewer")) {
+    if (!started) { started = true; listen(take); loadJobs(); }
+    await askStatus();
+  }
+  setTimeout(() => askSession().then(poll), kPollMs);
+}
+
+export async function begin() {
+  await askSession();
   poll();
-  listen(take);
-  loadJobs();
 }

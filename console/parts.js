@@ -1,13 +1,19 @@
 // Parts that several screens are made of.
 import {h} from "./dom.js";
 import {t, span} from "./words.js";
-import {model} from "./model.js";
+import {mayDo, model} from "./model.js";
 
 export const card = (title, ...children) => h("section.card", {"aria-label": title}, h("h2", {}, title), ...children);
 
-export const button = (label, act, {disabled = false, next = false, wide = false, small = "", ...more} = {}) =>
+// One that is not allowed to this role says so itself. `needs`: the role that it needs when it is disabled.
+export const button = (label, act, {disabled = false, next = false, wide = false, small = "", needs = "operator", ...more} = {}) =>
     h("button", {type: "button", disabled, onclick: act, class: `${next ? "next" : ""} ${wide ? "wide" : ""}`, ...more},
-      label, small && h("small", {}, small));
+      label, (disabled && lacking(needs)) || (small && h("small", {}, small)));
+
+// "needs an operator"; nothing when this role may.
+export const lacking = (needs) => (model.role && !mayDo(needs) ? h("small.lacking", {}, t(`needs.${needs}`)) : null);
+
+export const viewerHint = () => (model.role && !mayDo("operator") ? h("p.viewer", {}, t("viewer"), " ", link("#account", t("account.sign_in"), {class: "go"})) : null);
 
 export const bar = (share, {suspect = 0, label = ""} = {}) =>
     h("div.bar", {role: "progressbar", "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": Math.round(100 * share), "aria-label": label || t("progress")},

@@ -256,7 +256,11 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   Section api(root, file, "api", errors);
   api.path("unix", config.api.unix_socket);
   api.text("listen", config.api.listen);
+  api.text("listen_tls", config.api.listen_tls);
+  api.path("tls_certificate", config.api.tls_certificate);
+  api.path("tls_key", config.api.tls_key);
   api.text("operator_group", config.api.operator_group);
+  api.text("maintainer_group", config.api.maintainer_group);
   api.refuse_unread();
   Section store(root, file, "store", errors);
   store.path("data_dir", config.store.data_dir);

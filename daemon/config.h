@@ -73,7 +73,11 @@ struct SimConfig {
 struct ApiConfig {
   std::filesystem::path unix_socket = "/run/veneerd/veneerd.sock";
   std::string listen = "127.0.0.1:8765";  // loopback only; "" = no TCP
-  std::string operator_group;  // members may operate over the Unix socket; "" = only root and the daemon's user
+  // For other machines: "0.0.0.0:8443" with the certificate (its chain) and key of this one, PEM; "" = none
+  std::string listen_tls;
+  std::filesystem::path tls_certificate, tls_key;
+  // Members may operate, or maintain, over the Unix socket; "" = only root and the daemon's user
+  std::string operator_group, maintainer_group;
 };
 
 struct StoreConfig {

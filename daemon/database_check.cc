@@ -133,8 +133,9 @@ json DatabaseCheck::to_json() const {
 Status DatabaseCheck::may_begin(std::string_view operation, const ApiRequest& request) const {
   if (state_ == State::kGood) return Ok();
   // Who comes in, what only ends something, and the check itself.
-  constexpr std::array<std::string_view, 5> kAlways = {"openSession", "newConsoleLink", "cancelTask", "laserJogStop",
-                                                       "checkIntegrity"};
+  constexpr std::array<std::string_view, 8> kAlways = {"openSession",  "closeSession",  "newConsoleLink",
+                                                       "revokeToken",  "removeUser",    "cancelTask",
+                                                       "laserJogStop", "checkIntegrity"};
   constexpr std::array<std::string_view, 4> kEnding = {"abort", "hold", "stop", "stop-after-piece"};
   if (std::ranges::count(kAlways, operation) > 0) return Ok();
   if (operation == "command" && std::ranges::count(kEnding, request.path_param("command")) > 0) return Ok();

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "daemon/api/account_routes.h"
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
 #include "daemon/api/watchdog.h"
@@ -20,6 +21,7 @@
 #include "daemon/guardian_link.h"
 #include "daemon/routes/bind_routes.h"
 #include "daemon/routes/cell_routes.h"
+#include "daemon/services/account_store.h"
 #include "daemon/store/restore.h"
 #include "daemon/threads/reactor_run.h"
 #include "daemon/threads/reactor_timer.h"
@@ -42,10 +44,16 @@ HttpServerOptions server_options(const Config& config) {
   HttpServerOptions options;
   options.unix_path = config.api.unix_socket;
   options.listen = config.api.listen;
+  options.listen_tls = config.api.listen_tls;
+  options.tls_certificate = config.api.tls_certificate;
+  options.tls_key = config.api.tls_key;
   // Called once, before any other thread exists.
-  if (!config.api.operator_group.empty())
-    if (const group* g = getgrnam(config.api.operator_group.c_str()))  // NOLINT(concurrency-mt-unsafe)
-      options.operator_gid = g->gr_gid;
+  const auto members_of = [](const std::string& name) -> std::optional<unsigned> {
+    const group* g = name.empty() ? nullptr : getgrnam(name.c_str());  // NOLINT(concurrency-mt-unsafe)
+    return g ? std::optional<unsigned>(g->gr_gid) : std::nullopt;
+  };
+  options.operator_gid = members_of(config.api.operator_group);
+  options.maintainer_gid = members_of(config.api.maintainer_group);
   return options;
 }
 
@@ -116,22 +124,35 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   reactor.restart();
 
   Router router;
+  DatabaseAccountStore account_store(*c.database);
+  Accounts accounts(utc_timestamp, account_store);
+  auto stored = stored_accounts(*c.database);
+  if (!stored) log->error("nobody can sign in with a password or a token: {}", stored.error().message);
+  const bool new_cell = stored && stored->new_cell;
+  if (stored) accounts.load(std::move(stored->users), std::move(stored->credentials));
+  accounts.on_ended([&] { c.hub.drop_unless([&](const Caller& caller) { return accounts.holds(caller); }); });
   ConsoleLinks links(real_clock);
-  int tcp_port = 0;
+  links.count_on_from(accounts.last_link());
+  Passwords passwords(reactor);
+  SignInThrottle throttle(real_clock);
+  std::string console_url;
+  const AccountServices sign_in{accounts, passwords, throttle, links, [&] { return console_url; }, log};
   IdempotencyKeys keys(real_clock);
   router.remember_in(keys);
   router.on_change([&c](const Router::Change& change) { c.audit(change); });
   bind_routes(router, c);
-  bind_console_routes(router, links, [&] { return tcp_port; });
+  bind_console_routes(router);
+  bind_session_routes(router, sign_in);
+  bind_account_routes(router, sign_in);
   HttpServerOptions options = server_options(config);
   options.on_broken_change = [&c](const std::string& sentence) {
     if (c.runner->may_move()) c.runner->abort(sentence);
   };
   auto server = HttpServer::open(
-      reactor, std::move(options), router, c.hub, links,
+      reactor, std::move(options), router, c.hub, accounts,
       [&c](const Caller& caller) { return stop_at_once(*c.runner, caller); }, log);
   if (!server) return fail(server.error());
-  tcp_port = (*server)->tcp_port();
+  console_url = (*server)->console_url();
 
   SystemdNotifier notifier;
   CellHealth health(real_clock,
@@ -145,6 +166,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
                        log->error("what was going on is stopped: {}", sentence);
                      }});
   Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
+  Repeater forget(make_reactor_timer(reactor), std::chrono::seconds(60), [&accounts] { accounts.forget_expired(); });
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; so is somebody who reads no more of what is
   // written to him (a log that goes down a pipe). Neither may end a job. (Asio ignores SIGPIPE too, in passing.)
@@ -162,9 +184,16 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   guardian.begin(std::chrono::seconds(6));
   guardian.on_change([&c] { c.broadcast_status(); });
   look_after.begin();
+  forget.begin();
   watchdog.ready();
-  log->info("veneerd is ready: {}{}", config.api.unix_socket.string(),
-            tcp_port != 0 ? ", http://127.0.0.1:" + std::to_string(tcp_port) : "");
+  log->info("veneerd is ready: {}{}{}", config.api.unix_socket.string(), console_url.empty() ? "" : ", " + console_url,
+            (*server)->tls_port() != 0 ? ", TLS at " + config.api.listen_tls : "");
+  if (new_cell && !console_url.empty())
+    if (const auto link = links.new_link("the first start", Role::kAdmin))
+      log->info(
+          "this cell is new: whoever opens {}/console#token={} in a browser on this machine, once and within five "
+          "minutes, may do everything, and make accounts. Later: veneerctl console",
+          console_url, *link);
   const Status ran = run_reactor(reactor, [&](const std::string& sentence) {
     end.begin(sentence);
     log->critical("{}", sentence);

@@ -1,15 +1,15 @@
 // The cell at a glance: what runs, what needs somebody, the machine, its calibration, the stock.
 import {h} from "../dom.js";
 import {asSentence, squareCm, t} from "../words.js";
-import {model, operates} from "../model.js";
-import {bar, card, empty, fact, facts, leftWords, link, taskRow} from "../parts.js";
+import {model} from "../model.js";
+import {bar, card, empty, fact, facts, leftWords, link, taskRow, viewerHint} from "../parts.js";
 import {leasesCard} from "./leases.js";
 
 export function draw() {
   const {cell} = model;
   if (!cell) return empty(t("connecting"));
   return [
-    !operates() && h("p.viewer", {}, t("viewer")),
+    viewerHint(),
     h("div.columns", {},
       h("div.column", {}, whatRuns(cell), attention(), workGoingOn()),
       h("div.column", {}, machine(cell), calibration(cell)),

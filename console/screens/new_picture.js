@@ -3,7 +3,7 @@ import {h} from "../dom.js";
 import {t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
-import {button, card, taskRow} from "../parts.js";
+import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {get} from "../link.js";
 
@@ -64,7 +64,7 @@ function formCard() {
         h("div.chips", {}, ...woods.map((wood) => h("label", {"data-key": wood}, h("input", {type: "checkbox", checked: wanted.wood.has(wood),
           onchange: (event) => { if (event.target.checked) wanted.wood.add(wood); else wanted.wood.delete(wood); changed(); }}), wood))),
         number("max_panels", t("picture.panels"), 1)),
-      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"))),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
 }
 

@@ -4,7 +4,7 @@ import {h} from "../dom.js";
 import {asSentence, span, t} from "../words.js";
 import {changed, databaseSound, isOver, loadJobs, mayChange, model, operates, panelOf} from "../model.js";
 import {allConfirmed, askedNames, choose, command, confirmName, confirmedNames, give, isConfirmed, mayCommand, mayStart, panelFound, start, startable} from "../commands.js";
-import {bar, button, card, empty, fact, facts, jobWords, leftWords} from "../parts.js";
+import {bar, button, card, empty, fact, facts, jobWords, leftWords, viewerHint} from "../parts.js";
 import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
@@ -66,7 +66,7 @@ function commandsCard() {
   const step = kStepCommand[(cell.next_step || {}).step];
   const job = startable();
   const one = (name, key, more = {}) => button(t(`do.${key}`), () => give(name), {disabled: !mayCommand(name), next: step === name && mayCommand(name), "data-command": name, ...more});
-  return card(t("commands"), h("div.commands", {},
+  return card(t("commands"), viewerHint(), h("div.commands", {},
     button(job ? t("do.start_job", {name: job.name}) : t("do.start"), start, {wide: true, id: "do-start", disabled: !mayStart(), next: step === "start" && mayStart()}),
     frame(cell), checkList(),
     one("unsuspend", "unsuspend", {wide: true, small: t("do.unsuspend.small")}),
@@ -74,7 +74,6 @@ function commandsCard() {
     one("stop-after-piece", "after", {wide: true}),
     one("stop", "stop", {wide: true, small: t("do.stop.small")}),
     one("clear", "clear"), one("reset", "reset")),
-    !operates() && h("p.hint", {}, t("viewer")),
     !databaseSound() && h("p.hint", {}, asSentence(cell.database.sentence)));
 }
 

@@ -23,14 +23,18 @@ std::optional<PeerCredentials> peer_credentials(int socket) {
 }
 
 Caller caller_of_peer(const std::optional<PeerCredentials>& peer, unsigned own_uid,
-                      std::optional<unsigned> operator_gid) {
+                      std::optional<unsigned> operator_gid, std::optional<unsigned> maintainer_gid) {
   if (!peer) return {Role::kViewer, "unknown user", TransportKind::kUnix};
   Caller caller{Role::kViewer, "uid " + std::to_string(peer->uid), TransportKind::kUnix};
-  if (peer->uid == 0 || peer->uid == own_uid) {
+  const auto in = [&peer](std::optional<unsigned> group) {
+    return group && (peer->gid == *group || std::ranges::count(peer->groups, *group) > 0);
+  };
+  if (peer->uid == 0 || peer->uid == own_uid)
     caller.role = Role::kAdmin;
-  } else if (operator_gid && (peer->gid == *operator_gid || std::ranges::count(peer->groups, *operator_gid) > 0)) {
+  else if (in(maintainer_gid))
+    caller.role = Role::kMaintainer;
+  else if (in(operator_gid))
     caller.role = Role::kOperator;
-  }
   return caller;
 }
 
@@ -44,20 +48,43 @@ bool host_is_ours(std::string_view host, int port) {
   return host == "127.0.0.1" || host == "[::1]" || boost::beast::iequals(host, "localhost");
 }
 
-bool origin_is_ours(const BrowserHeaders& headers) {
+bool origin_is_ours(const BrowserHeaders& headers, TransportKind door) {
   if (!headers.origin) return true;
-  constexpr std::string_view kScheme = "http://";
-  return headers.origin->starts_with(kScheme) &&
-         boost::beast::iequals(headers.origin->substr(kScheme.size()), headers.host);
+  const std::string_view scheme = door == TransportKind::kTls ? "https://" : "http://";
+  return headers.origin->starts_with(scheme) &&
+         boost::beast::iequals(headers.origin->substr(scheme.size()), headers.host);
 }
 
 bool site_is_ours(const BrowserHeaders& headers) {
   return !headers.fetch_site || *headers.fetch_site == "same-origin" || *headers.fetch_site == "none";
 }
 
-Caller caller_over_tcp(const BrowserHeaders& headers, const ConsoleLinks& links) {
-  if (const auto who = links.who_has(headers.session)) return {Role::kOperator, *who, TransportKind::kTcp};
-  return {Role::kViewer, "anonymous", TransportKind::kTcp};
+std::string_view cookie_of(std::string_view header) {
+  while (!header.empty()) {
+    const std::size_t end = std::min(header.find(';'), header.size());
+    std::string_view pair = header.substr(0, end);
+    header.remove_prefix(std::min(end + 1, header.size()));
+    pair.remove_prefix(std::min(pair.find_first_not_of(' '), pair.size()));
+    if (pair.starts_with(kCookie) && pair.substr(kCookie.size()).starts_with('='))
+      return pair.substr(kCookie.size() + 1);
+  }
+  return {};
+}
+
+Caller caller_over_tcp(const BrowserHeaders& headers, const Accounts& accounts, TransportKind door,
+                       const std::string& address) {
+  const bool tls = door == TransportKind::kTls;
+  std::string_view secret = headers.bearer;
+  if (secret.empty() && tls) {
+    const bool of_our_page = headers.origin ? origin_is_ours(headers, door) : headers.fetch_site == "same-origin";
+    if (!headers.changes || of_our_page) secret = headers.cookie;
+  }
+  if (auto caller = accounts.who_has(secret)) {
+    caller->transport = door;
+    return *caller;
+  }
+  if (tls) return {Role::kNobody, "anonymous at " + address, door};
+  return {Role::kViewer, "anonymous", door};
 }
 
 }  // namespace veneer::daemon

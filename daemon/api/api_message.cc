@@ -5,6 +5,13 @@
 #include <cstdlib>
 
 namespace veneer::daemon {
+
+std::optional<Role> role_of_name(std::string_view name) {
+  for (const Role role : {Role::kViewer, Role::kOperator, Role::kMaintainer, Role::kAdmin})
+    if (name == to_string(role)) return role;
+  return std::nullopt;
+}
+
 namespace {
 
 template <class Number>

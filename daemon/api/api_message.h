@@ -17,10 +17,13 @@
 
 namespace veneer::daemon {
 
-// Each role may do what the ones before it may. Starting motion needs kOperator; STOP needs nothing.
-enum class Role { kViewer, kOperator, kMaintainer, kAdmin };
+// Each role may do what the ones before it may. STOP needs nothing, starting motion needs kOperator, what changes how
+// every later cut comes out kMaintainer, accounts kAdmin. kNobody has not signed in and is not on this machine.
+enum class Role { kNobody, kViewer, kOperator, kMaintainer, kAdmin };
 constexpr const char* to_string(Role role) {
   switch (role) {
+    case Role::kNobody:
+      return "nobody";
     case Role::kViewer:
       return "viewer";
     case Role::kOperator:
@@ -30,15 +33,21 @@ constexpr const char* to_string(Role role) {
     case Role::kAdmin:
       return "admin";
   }
-  return "viewer";
+  return "nobody";
 }
+// One that a person or a token may have: viewer to admin; nullopt for any other word.
+std::optional<Role> role_of_name(std::string_view name);
 
-enum class TransportKind { kUnix, kTcp };
+enum class TransportKind { kUnix, kTcp, kTls };
 
 struct Caller {
   Role role = Role::kViewer;
-  std::string who;  // for the audit: "uid 1000", "console link 3 of uid 1000", "anonymous"
+  // For the audit: "uid 1000", "user anna", "token press of user anna", "console link 3 of uid 1000", "anonymous",
+  // "anonymous at 192.168.1.7".
+  std::string who;
   TransportKind transport = TransportKind::kTcp;
+  std::string user = {};        // whose account; "": none
+  std::string credential = {};  // which session or token (Accounts); "": none
 };
 
 struct ApiRequest {
@@ -52,6 +61,7 @@ struct ApiRequest {
   std::string if_none_match;    // ETags of what the client has already
   std::string idempotency_key;  // empty: none
   Caller caller;
+  std::string address;   // where it comes from: "192.168.1.7"; over the Unix socket that of nobody, ""
   std::stop_token gone;  // stops when the client goes away: nobody needs the reply any more
 
   // A parameter of the route's own pattern; asking for another is a bug and aborts.
@@ -66,6 +76,7 @@ struct ApiReply {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
   std::optional<std::int64_t> began_task;  // of a 202
+  std::string signed_in;                   // who somebody is from now on: it is noted under that name
   std::string etag;  // of the content, quoted; with one the client may keep it and ask whether it is still good
 
   // Objects get "schema_version": 1 when they have none.

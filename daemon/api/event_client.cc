@@ -20,7 +20,7 @@ EventClient::EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger 
 
 void EventClient::accept(Upgrade upgrade) {
   // From here the WebSocket's own timeouts count: a handshake or close that hangs, and silence.
-  boost::beast::get_lowest_layer(socket_).expires_never();
+  socket_.next_layer().expires_never();
   websocket::stream_base::timeout timeout{};
   timeout.handshake_timeout = close_time_;
   timeout.idle_timeout = std::chrono::seconds(2 * hub_->options().ping_seconds);
@@ -101,7 +101,7 @@ void EventClient::leave() {
 void EventClient::cut() {
   cut_timer_.cancel();
   error_code ignored;
-  boost::beast::get_lowest_layer(socket_).socket().close(ignored);
+  socket_.next_layer().socket().close(ignored);
 }
 
 }  // namespace veneer::daemon

@@ -44,6 +44,13 @@ void EventHub::join(const std::shared_ptr<EventClient>& client) {
   client->send(std::make_shared<const std::string>(event_text({{"type", "hello"}, {"schema_version", 1}})));
 }
 
+void EventHub::drop_unless(const std::function<bool(const Caller&)>& holds) {
+  const auto everyone = clients_;
+  for (const auto& client : everyone)
+    if (!holds(client->caller()))
+      client->drop(boost::beast::websocket::close_code::policy_error, "you are signed out: sign in again");
+}
+
 void EventHub::close() {
   closed_ = true;
   const auto everyone = std::exchange(clients_, {});

@@ -6,6 +6,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <set>
@@ -40,6 +41,8 @@ class EventHub {
   // The same, serialised already; to be made only when somebody listens.
   void broadcast_text(std::string event);
   std::size_t clients() const { return clients_.size(); }
+  // Closes those whose sign-in has ended.
+  void drop_unless(const std::function<bool(const Caller&)>& holds);
   // Closes every client ("going away"); nobody can join any more.
   void close();
 

@@ -44,16 +44,27 @@ std::string_view session_secret(const Fields& fields) {
 }
 
 template <class Fields>
-BrowserHeaders browser_headers(const Fields& fields) {
+BrowserHeaders browser_headers(const Fields& fields, bool changes) {
   const auto once = [&fields](http::field name) -> std::optional<std::string_view> {
     if (fields.count(name) == 0) return std::nullopt;
     if (fields.count(name) > 1) return "repeated";  // no host, no origin of ours
     return std::string_view(fields[name]);
   };
   const auto fetched = fields.find("Sec-Fetch-Site");
-  return {once(http::field::host).value_or(""), once(http::field::origin), session_secret(fields),
+  return {once(http::field::host).value_or(""),
+          once(http::field::origin),
+          session_secret(fields),
+          cookie_of(once(http::field::cookie).value_or("")),
           fetched == fields.end() ? std::nullopt : std::optional<std::string_view>(fetched->value()),
-          fields["Sec-Fetch-Mode"] == "navigate" && fields["Sec-Fetch-Dest"] == "document"};
+          fields["Sec-Fetch-Mode"] == "navigate" && fields["Sec-Fetch-Dest"] == "document",
+          changes};
+}
+
+// "cell.example:8443", without the port where it is that of HTTPS.
+bool names_certificate(std::string_view host, const TlsIdentity& tls, int port) {
+  const std::string suffix = ":" + std::to_string(port);
+  if (host.ends_with(suffix)) return tls.is_of(host.substr(0, host.size() - suffix.size()));
+  return port == 443 && tls.is_of(host);
 }
 
 bool is_stop(const http::request<http::string_body>& request) {
@@ -67,9 +78,10 @@ bool wants_page(const http::request<http::string_body>& request) {
 
 std::string role_needed(const Caller& caller, Role role) {
   const std::string needs = "this needs the " + std::string(to_string(role)) + " role: ";
-  if (caller.transport == TransportKind::kTcp) {
-    return needs + "open the link that `veneerctl console` prints in this browser";
-  }
+  if (!caller.credential.empty()) return needs + caller.who + " is " + to_string(caller.role);
+  if (caller.transport == TransportKind::kTls) return needs + "sign in, or send a token";
+  if (caller.transport == TransportKind::kTcp)
+    return needs + "sign in, or open the link that `veneerctl console` prints in this browser";
   return needs + caller.who + " is " + to_string(caller.role) + "; ask for membership in the cell's operator group";
 }
 
@@ -98,14 +110,24 @@ class ReplySlot {
   std::atomic<bool> sent_{false};
 };
 
-HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, std::optional<Caller> peer)
+HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, Visitor visitor)
     : shared_(std::move(shared)),
-      stream_(std::move(socket)),
+      stream_(std::move(socket), visitor.door == TransportKind::kTls ? &shared_->tls->context() : nullptr),
       reply_timer_(stream_.get_executor()),
       departure_timer_(stream_.get_executor()),
-      peer_(std::move(peer)),
-      caller_(peer_ ? *peer_ : caller_over_tcp({}, shared_->links)) {
+      visitor_(std::move(visitor)),
+      caller_(visitor_.peer ? *visitor_.peer
+                            : caller_over_tcp({}, shared_->accounts, visitor_.door, visitor_.address)) {
   step(Doing::kReading);
+}
+
+void HttpConnection::start() {
+  if (!stream_.through_tls()) return read_header();
+  stream_.expires_after(shared_->options.header_timeout);
+  stream_.async_handshake([self = shared_from_this()](error_code fault) {
+    if (fault) return self->gone();
+    self->read_header();
+  });
 }
 
 void HttpConnection::step(Doing doing) {
@@ -159,11 +181,12 @@ void HttpConnection::on_header(error_code fault) {
   if (fault) return on_parse_fault(fault);
   step(Doing::kReading);
   const auto& request = parser_->get();
-  const BrowserHeaders headers = browser_headers(request);
-  if (!peer_) {
+  const BrowserHeaders headers = browser_headers(request, request.method() != http::verb::get);
+  if (!visitor_.peer) {
     if (auto refusal = refuse_foreign(headers)) return answer(std::move(*refusal), true);
   }
-  caller_ = peer_ ? *peer_ : caller_over_tcp(headers, shared_->links);
+  caller_ =
+      visitor_.peer ? *visitor_.peer : caller_over_tcp(headers, shared_->accounts, visitor_.door, visitor_.address);
   if (is_stop(request)) {
     // Before anything that may wait, a line of the log included.
     ApiReply told = shared_->on_stop(caller_);
@@ -176,7 +199,12 @@ void HttpConnection::on_header(error_code fault) {
 }
 
 std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& headers) const {
-  if (!host_is_ours(headers.host, shared_->tcp_port)) {
+  if (visitor_.door == TransportKind::kTls && !names_certificate(headers.host, *shared_->tls, shared_->tls_port)) {
+    return ApiReply::error(403, "forbidden",
+                           "this name is not in the cell's certificate: use https://" + shared_->tls->name() + ":" +
+                               std::to_string(shared_->tls_port) + "/console");
+  }
+  if (visitor_.door != TransportKind::kTls && !host_is_ours(headers.host, shared_->tcp_port)) {
     return ApiReply::error(
         403, "forbidden",
         "this host name is not the cell's: use http://127.0.0.1:" + std::to_string(shared_->tcp_port) + "/console");
@@ -185,7 +213,8 @@ std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& hea
   // the console may stand anywhere. Origin tells more than Sec-Fetch-Site, which browsers disagree about for
   // WebSockets.
   const bool page = !path_of(parser_->get().target()).starts_with("/api/");
-  const bool ours = headers.origin ? origin_is_ours(headers) : site_is_ours(headers) || (page && headers.opens_page);
+  const bool ours =
+      headers.origin ? origin_is_ours(headers, visitor_.door) : site_is_ours(headers) || (page && headers.opens_page);
   if (!ours) {
     return ApiReply::error(403, "forbidden", "another web page sent this request: use the cell's own console");
   }
@@ -193,6 +222,8 @@ std::optional<ApiReply> HttpConnection::refuse_foreign(const BrowserHeaders& hea
 }
 
 void HttpConnection::upgrade() {
+  if (caller_.role < Role::kViewer)
+    return answer(ApiReply::error(403, "forbidden", role_needed(caller_, Role::kViewer)), true);
   if (!boost::beast::websocket::is_upgrade(parser_->get())) {
     return answer(ApiReply::error(400, "invalid_argument", "this is the event stream: open it as a WebSocket"), true);
   }
@@ -264,6 +295,7 @@ void HttpConnection::handle() {
   request.idempotency_key = std::string(message["Idempotency-Key"]);
   request.if_none_match = std::string(message[http::field::if_none_match]);
   request.caller = caller_;
+  request.address = visitor_.address;
   if (auto refusal = shared_->shares.begin_request(caller_.who, request_share_)) {
     upload_share_ = {};
     return answer(std::move(*refusal));

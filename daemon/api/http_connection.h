@@ -16,6 +16,7 @@
 #include "daemon/api/access.h"
 #include "daemon/api/api_stream.h"
 #include "daemon/api/http_server.h"
+#include "daemon/api/tls.h"
 
 namespace veneer::daemon {
 
@@ -26,10 +27,11 @@ struct ServerShared {
   HttpServerOptions options;
   const Router& router;
   EventHub& hub;
-  const ConsoleLinks& links;
+  const Accounts& accounts;
   std::function<ApiReply(const Caller&)> on_stop;
   Logger log;
-  int tcp_port = 0;
+  std::unique_ptr<TlsIdentity> tls;  // null without TLS
+  int tcp_port = 0, tls_port = 0;
   ClientShares shares;
   std::uint64_t activity = 0;  // counts every step any connection makes
   std::function<void(const HttpConnection&)> on_gone;
@@ -39,10 +41,15 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   enum class Doing { kReading, kHandling, kWriting };
 
-  // `peer` is the caller over the Unix socket; nullopt over TCP, where each request says for itself.
-  HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, std::optional<Caller> peer);
+  // Who has come in by which door. `peer` is the caller over the Unix socket; over TCP each request says for itself.
+  struct Visitor {
+    TransportKind door = TransportKind::kTcp;
+    std::string address;  // of the other end, over TCP
+    std::optional<Caller> peer = std::nullopt;
+  };
+  HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> shared, Visitor visitor);
 
-  void start() { read_header(); }
+  void start();
   void drop();  // at once; a reply that comes later goes nowhere
 
   Doing doing() const { return doing_; }
@@ -80,7 +87,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   ApiStream stream_;
   boost::asio::steady_timer reply_timer_;
   boost::asio::steady_timer departure_timer_;
-  std::optional<Caller> peer_;
+  const Visitor visitor_;
   boost::beast::flat_buffer buffer_;
   std::optional<RequestParser> parser_;
   std::optional<Response> response_;

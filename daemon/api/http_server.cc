@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <boost/asio/steady_timer.hpp>
 #include <limits>
 #include <map>
@@ -25,10 +26,26 @@ using boost::system::error_code;
 class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
  public:
   Impl(asio::io_context& reactor, std::shared_ptr<ServerShared> shared)
-      : shared_(std::move(shared)), tcp_(reactor), unix_(reactor), retry_tcp_(reactor), retry_unix_(reactor) {}
+      : shared_(std::move(shared)),
+        tcp_(reactor),
+        unix_(reactor),
+        tls_(reactor),
+        retry_tcp_(reactor),
+        retry_unix_(reactor),
+        retry_tls_(reactor) {}
 
   Status listen(asio::io_context& reactor) {
     const HttpServerOptions& options = shared_->options;
+    if (!options.listen_tls.empty()) {
+      auto identity = TlsIdentity::load(options.tls_certificate, options.tls_key);
+      if (!identity) return identity.error();
+      auto acceptor = listen_anywhere(reactor, options.listen_tls);
+      if (!acceptor) return acceptor.error();
+      shared_->tls = std::move(*identity);
+      tls_ = std::move(*acceptor);
+      error_code fault;
+      shared_->tls_port = tls_.local_endpoint(fault).port();
+    }
     if (!options.listen.empty()) {
       auto acceptor = listen_on_loopback(reactor, options.listen);
       if (!acceptor) return acceptor.error();
@@ -49,6 +66,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
       if (const auto self = weak.lock()) self->forget(connection);
     };
     if (tcp_.is_open()) accept_tcp();
+    if (tls_.is_open()) accept_tls();
     if (unix_.is_open()) accept_unix();
   }
 
@@ -56,20 +74,30 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     error_code ignored;
     retry_tcp_.cancel();
     retry_unix_.cancel();
+    retry_tls_.cancel();
     tcp_.close(ignored);
+    tls_.close(ignored);
     if (unix_.is_open()) {
       unix_.close(ignored);
       std::error_code no_file;
       std::filesystem::remove(shared_->options.unix_path, no_file);
     }
-    for (auto* door : {&tcp_connections_, &unix_connections_}) {
+    for (auto* door : doors()) {
       const auto everyone = std::exchange(*door, {});
       for (const auto& connection : everyone) connection->drop();
     }
   }
 
   int tcp_port() const { return shared_->tcp_port; }
-  std::size_t connections() const { return tcp_connections_.size() + unix_connections_.size(); }
+  int tls_port() const { return shared_->tls_port; }
+  std::string console_url() const {
+    if (shared_->tcp_port != 0) return "http://127.0.0.1:" + std::to_string(shared_->tcp_port);
+    if (shared_->tls_port == 0) return {};
+    return "https://" + shared_->tls->name() + ":" + std::to_string(shared_->tls_port);
+  }
+  std::size_t connections() const {
+    return tcp_connections_.size() + tls_connections_.size() + unix_connections_.size();
+  }
   std::size_t uploads() const { return shared_->shares.uploads(); }
 
  private:
@@ -81,18 +109,44 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
       if (fault) return self->retry(self->retry_tcp_, &Impl::accept_tcp);
       error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      self->admit(self->tcp_connections_, ApiSocket(std::move(socket)), std::nullopt);
+      HttpConnection::Visitor visitor{TransportKind::kTcp, address_of(socket)};
+      self->admit(self->tcp_connections_, ApiSocket(std::move(socket)), std::move(visitor));
       self->accept_tcp();
     });
+  }
+
+  // A handshake costs the reactor up to some milliseconds, which STOP would wait for: whoever makes many of them waits
+  // at the door.
+  void accept_tls() {
+    const auto now = std::chrono::steady_clock::now();
+    std::erase_if(handshakes_, [now](auto begun) { return begun + std::chrono::seconds(1) <= now; });
+    if (handshakes_.size() >= shared_->options.max_handshakes) return retry(retry_tls_, &Impl::accept_tls);
+    tls_.async_accept([self = shared_from_this()](error_code fault, tcp::socket socket) {
+      if (!self->tls_.is_open()) return;
+      if (fault) return self->retry(self->retry_tls_, &Impl::accept_tls);
+      self->handshakes_.push_back(std::chrono::steady_clock::now());
+      error_code ignored;
+      socket.set_option(tcp::no_delay(true), ignored);
+      HttpConnection::Visitor visitor{TransportKind::kTls, address_of(socket)};
+      self->admit(self->tls_connections_, ApiSocket(std::move(socket)), std::move(visitor));
+      self->accept_tls();
+    });
+  }
+
+  static std::string address_of(const tcp::socket& socket) {
+    error_code fault;
+    const auto other = socket.remote_endpoint(fault);
+    return fault ? "unknown" : other.address().to_string();
   }
 
   void accept_unix() {
     unix_.async_accept([self = shared_from_this()](error_code fault, stream_protocol::socket socket) {
       if (!self->unix_.is_open()) return;
       if (fault) return self->retry(self->retry_unix_, &Impl::accept_unix);
-      const Caller peer =
-          caller_of_peer(peer_credentials(socket.native_handle()), geteuid(), self->shared_->options.operator_gid);
-      self->admit(self->unix_connections_, ApiSocket(std::move(socket)), peer);
+      const HttpServerOptions& options = self->shared_->options;
+      const Caller peer = caller_of_peer(peer_credentials(socket.native_handle()), geteuid(), options.operator_gid,
+                                         options.maintainer_gid);
+      self->admit(self->unix_connections_, ApiSocket(std::move(socket)), {TransportKind::kUnix, "", peer});
       self->accept_unix();
     });
   }
@@ -105,9 +159,9 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  void admit(Connections& door, ApiSocket socket, std::optional<Caller> peer) {
+  void admit(Connections& door, ApiSocket socket, HttpConnection::Visitor visitor) {
     if (door.size() >= shared_->options.max_connections) make_room(door);
-    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(peer));
+    const auto connection = std::make_shared<HttpConnection>(std::move(socket), shared_, std::move(visitor));
     door.push_back(connection);
     connection->start();
   }
@@ -129,17 +183,23 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   void forget(const HttpConnection& connection) {
-    for (auto* door : {&tcp_connections_, &unix_connections_}) {
+    for (auto* door : doors()) {
       std::erase_if(*door, [&](const auto& held) { return held.get() == &connection; });
     }
   }
 
+  std::array<Connections*, 3> doors() { return {&tcp_connections_, &tls_connections_, &unix_connections_}; }
+
   std::shared_ptr<ServerShared> shared_;
   tcp::acceptor tcp_;
   stream_protocol::acceptor unix_;
+  tcp::acceptor tls_;
   asio::steady_timer retry_tcp_;
   asio::steady_timer retry_unix_;
+  asio::steady_timer retry_tls_;
+  std::vector<std::chrono::steady_clock::time_point> handshakes_;
   Connections tcp_connections_;
+  Connections tls_connections_;
   Connections unix_connections_;
 };
 
@@ -148,14 +208,24 @@ HttpServer::HttpServer(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 HttpServer::~HttpServer() { close(); }
 
 Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, HttpServerOptions options,
-                                                     const Router& router, EventHub& hub, const ConsoleLinks& links,
+                                                     const Router& router, EventHub& hub, const Accounts& accounts,
                                                      std::function<ApiReply(const Caller&)> on_stop, Logger log) {
   if (const auto unbound = router.unbound(); !unbound.empty())
     return Error{ErrorCode::kInternal,
                  "nothing answers the API's operation " + unbound.front() + ": this veneerd was built wrongly"};
   const ClientShareLimits limits = options.shares;
-  auto shared = std::make_shared<ServerShared>(ServerShared{
-      std::move(options), router, hub, links, std::move(on_stop), std::move(log), 0, ClientShares(limits), 0, {}});
+  auto shared = std::make_shared<ServerShared>(ServerShared{std::move(options),
+                                                            router,
+                                                            hub,
+                                                            accounts,
+                                                            std::move(on_stop),
+                                                            std::move(log),
+                                                            nullptr,
+                                                            0,
+                                                            0,
+                                                            ClientShares(limits),
+                                                            0,
+                                                            {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));
   if (Status listening = impl->listen(reactor); !listening) {
     impl->close();
@@ -166,6 +236,8 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
 }
 
 int HttpServer::tcp_port() const { return impl_->tcp_port(); }
+int HttpServer::tls_port() const { return impl_->tls_port(); }
+std::string HttpServer::console_url() const { return impl_->console_url(); }
 std::size_t HttpServer::connections() const { return impl_->connections(); }
 std::size_t HttpServer::uploads() const { return impl_->uploads(); }
 void HttpServer::close() { impl_->close(); }

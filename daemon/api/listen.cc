@@ -15,30 +15,28 @@ using asio::ip::tcp;
 using asio::local::stream_protocol;
 using boost::system::error_code;
 
-Result<tcp::endpoint> parse_loopback(std::string_view listen) {
-  const std::string shown(listen);
+namespace {
+
+Result<tcp::endpoint> parse(std::string_view key, std::string_view listen, std::string_view example) {
+  const std::string shown = std::string(key) + " = \"" + std::string(listen) + "\"";
   const std::size_t colon = listen.rfind(':');
   std::string host(listen.substr(0, colon));
   std::string_view port_text = colon == std::string_view::npos ? std::string_view() : listen.substr(colon + 1);
   unsigned port = 0;
   const auto [end, fault] = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
-  if (port_text.empty() || fault != std::errc() || end != port_text.data() + port_text.size() || port > 65535) {
-    return Error{ErrorCode::kInvalidArgument, "listen = \"" + shown + "\" has no port: write 127.0.0.1:8765"};
-  }
+  if (port_text.empty() || fault != std::errc() || end != port_text.data() + port_text.size() || port > 65535)
+    return Error{ErrorCode::kInvalidArgument, shown + " has no port: write " + std::string(example)};
   if (host == "localhost") host = "127.0.0.1";
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   error_code bad_address;
   const auto address = asio::ip::make_address(host, bad_address);
-  if (bad_address || !address.is_loopback()) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "listen = \"" + shown + "\" is not a loopback address: write 127.0.0.1:" + std::string(port_text) +
-                     " (beyond this machine the API needs TLS and accounts, which it does not have yet)"};
-  }
+  if (bad_address)
+    return Error{ErrorCode::kInvalidArgument, shown + " is not an address: write " + std::string(example)};
   return tcp::endpoint(address, static_cast<unsigned short>(port));
 }
 
-Result<tcp::acceptor> listen_on_loopback(asio::io_context& reactor, std::string_view listen) {
-  const auto endpoint = parse_loopback(listen);
+Result<tcp::acceptor> listen_at(asio::io_context& reactor, const Result<tcp::endpoint>& endpoint,
+                                std::string_view listen) {
   if (!endpoint) return endpoint.error();
   error_code fault;
   tcp::acceptor acceptor(reactor);
@@ -51,6 +49,26 @@ Result<tcp::acceptor> listen_on_loopback(asio::io_context& reactor, std::string_
                  "cannot listen on " + std::string(listen) + " (" + fault.message() + "): is another veneerd running?"};
   }
   return acceptor;
+}
+
+}  // namespace
+
+Result<tcp::endpoint> parse_loopback(std::string_view listen) {
+  auto endpoint = parse("listen", listen, "127.0.0.1:8765");
+  if (!endpoint || endpoint->address().is_loopback()) return endpoint;
+  return Error{ErrorCode::kInvalidArgument,
+               "listen = \"" + std::string(listen) +
+                   "\" is not a loopback address, and beyond this machine the API is reached through TLS only: write "
+                   "listen_tls = \"" +
+                   std::string(listen) + "\" with tls_certificate and tls_key, and leave listen on 127.0.0.1"};
+}
+
+Result<tcp::acceptor> listen_on_loopback(asio::io_context& reactor, std::string_view listen) {
+  return listen_at(reactor, parse_loopback(listen), listen);
+}
+
+Result<tcp::acceptor> listen_anywhere(asio::io_context& reactor, std::string_view listen) {
+  return listen_at(reactor, parse("listen_tls", listen, "0.0.0.0:8443"), listen);
 }
 
 namespace {

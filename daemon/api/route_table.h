@@ -16,8 +16,9 @@ inline constexpr std::size_t kPictureBody = 64 * 1024 * 1024;
 // are 19 MiB.
 inline constexpr std::size_t kDrawingBody = 24 * 1024 * 1024;
 
-// What a request of an operation may carry besides its path.
-enum class Takes { kNothing, kQuery, kJson, kDrawing, kPictureAndQuery };
+// What a request of an operation may carry besides its path. kSecrets is JSON that is written nowhere: no log, no
+// audit, no memory of requests that were sent twice.
+enum class Takes { kNothing, kQuery, kJson, kSecrets, kDrawing, kPictureAndQuery };
 constexpr std::size_t max_body(Takes takes) {
   if (takes == Takes::kPictureAndQuery) return kPictureBody;
   return takes == Takes::kDrawing ? kDrawingBody : kSmallBody;

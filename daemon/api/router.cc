@@ -47,8 +47,8 @@ ApiReply not_allowed(const std::vector<std::string>& methods) {
 // What an operation does not take must not be there: a reader that is asked for nothing refuses everything.
 Handler strict(const ApiOperation& operation, Handler handler) {
   const bool query = operation.takes == Takes::kQuery || operation.takes == Takes::kPictureAndQuery;
-  const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kDrawing ||
-                    operation.takes == Takes::kPictureAndQuery;
+  const bool body = operation.takes == Takes::kJson || operation.takes == Takes::kSecrets ||
+                    operation.takes == Takes::kDrawing || operation.takes == Takes::kPictureAndQuery;
   return [query, body, handler = std::move(handler)](const ApiRequest& request, Reply reply) {
     for (const bool of_query : {true, false}) {
       if (of_query ? query : body) continue;
@@ -61,6 +61,16 @@ Handler strict(const ApiOperation& operation, Handler handler) {
 
 constexpr std::size_t kLongestDetail = 1000;
 
+// What may be read of a request that has secrets.
+std::string open_part(const ApiRequest& request) {
+  const auto body = nlohmann::json::parse(request.body.text(), nullptr, false);
+  nlohmann::json shown = nlohmann::json::object();
+  for (const char* name : {"user", "role", "days"})
+    if (body.is_object() && body.contains(name) && (body[name].is_string() || body[name].is_number()))
+      shown[name] = body[name];
+  return shown.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 // "POST /api/v1/laser/jog {"dx_mm":5}"; a picture only by its size, a secret not at all.
 std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
   std::string line = request.method + " " + request.path;
@@ -68,7 +78,8 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
     line += fmt::format("{}{}={}", line.find('?') == std::string::npos ? "?" : "&", name, value);
   if (operation.takes == Takes::kPictureAndQuery || operation.takes == Takes::kDrawing)
     line += " (" + std::to_string(request.body.size()) + " bytes)";
-  if (operation.takes == Takes::kJson && operation.id != "openSession") line += " " + request.body.text();
+  if (operation.takes == Takes::kSecrets) line += " " + open_part(request);
+  if (operation.takes == Takes::kJson) line += " " + request.body.text();
   if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";
   return line;
 }
@@ -81,7 +92,7 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
     if (changes->may_begin)
       if (const Status may = changes->may_begin(operation.id, request); !may)
         return reply(ApiReply::error(may.error()));
-    if (!request.idempotency_key.empty() && changes->keys != nullptr) {
+    if (!request.idempotency_key.empty() && changes->keys != nullptr && operation.takes != Takes::kSecrets) {
       if (!usable_key(request.idempotency_key))
         return reply(
             ApiReply::error(unusable("Idempotency-Key must be 1 to 200 visible ASCII characters: choose another")));
@@ -92,12 +103,16 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
     if (!changes->note) return handler(request, std::move(reply));
     const std::string line = line_of(operation, request);
     // What needs no login, anybody may ask for without end.
-    const bool by_anybody = operation.role == Role::kViewer;
+    const bool by_anybody = operation.role <= Role::kViewer;
     if (!by_anybody) changes->note({request.caller, operation.id, line});
     handler(request,
             [&operation, changes, by_anybody, line, caller = request.caller, reply = std::move(reply)](ApiReply made) {
               const bool refused = made.status >= 400;
-              if (by_anybody && !refused) changes->note({caller, operation.id, line});
+              if (by_anybody && !refused) {
+                Caller by = caller;
+                if (!made.signed_in.empty()) by.who = made.signed_in;
+                changes->note({by, operation.id, line});
+              }
               if (!by_anybody && refused)
                 changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
               if (made.began_task) changes->note({caller, operation.id, {}, false, made.began_task});

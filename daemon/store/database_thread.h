@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "daemon/threads/worker.h"
+#include "db/accounts.h"
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/database.h"
@@ -51,7 +52,8 @@ struct Repositories {
         differences(database),
         facts(database),
         proposals(database),
-        masks(database) {}
+        masks(database),
+        accounts(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -65,6 +67,7 @@ struct Repositories {
   db::StockFacts facts;
   db::Proposals proposals;
   db::Masks masks;
+  db::Accounts accounts;
   CellDevices devices;
 };
 

@@ -12,6 +12,7 @@
 #include "base/archive.h"
 #include "base/files.h"
 #include "base/hash.h"
+#include "db/accounts.h"
 #include "db/audit.h"
 #include "db/backup.h"
 #include "db/panels.h"
@@ -211,6 +212,8 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
   std::vector<db::CertificateRecord> certificates;
   const Status placed = work.place_database(manifest->database, [&](db::Database& database) -> Status {
     if (Status noted = note_restore(database, order, manifest->made_at); !noted) return noted;
+    // Some may have been revoked since.
+    if (Status ended = db::Accounts(database).end_all(); !ended) return ended;
     return read_certificates(database, order.at, certificates);
   });
   if (!placed) return placed.error();

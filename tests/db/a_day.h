@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "db/accounts.h"
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/differences.h"
@@ -247,6 +248,20 @@ inline std::vector<Step> a_day() {
   add("key forgotten", [=](Database& db) { return RequestKeys(db).forget(forgotten); });
   add("key", [=](Database& db) { return RequestKeys(db).begin(forgotten, kNow); });
   add("keys pruned", [](Database& db) { return RequestKeys(db).prune(kLater); });
+  const UserRecord anna{"anna", "operator", "$argon2id$v=19$x", kNow, kNow};
+  const auto credential = [](char letter, const std::string& kind) {
+    return CredentialRecord{std::string(64, letter), kind, "anna", "press room", "viewer", kNow, kLater};
+  };
+  add("account", [=](Database& db) { return Accounts(db).add(anna); });
+  for (const char letter : {'a', 'b', 'c'})
+    add("signed in",
+        [=](Database& db) { return Accounts(db).add(credential(letter, letter == 'a' ? "session" : "token")); });
+  add("token revoked", [](Database& db) { return Accounts(db).end({std::string(64, 'b')}); });
+  add("another role", [=](Database& db) {
+    return Accounts(db).change({anna.name, "viewer", anna.password, anna.made_at, kLater});
+  });
+  add("account removed", [=](Database& db) { return Accounts(db).remove(anna.name); });
+  add("everybody out", [](Database& db) { return Accounts(db).end_all(); });
   add("wood described", [](Database& db) {
     return StockFacts(db).set_material({"walnut", "Juglans regia", "France", "Miller", "not_listed", "test", kLater});
   });

@@ -1,6 +1,7 @@
 // A cell after some days of work, with rows in every table and wood in every state.
 #pragma once
 
+#include "db/accounts.h"
 #include "db/audit.h"
 #include "db/certificates.h"
 #include "db/differences.h"
@@ -126,6 +127,12 @@ inline void fill(CellDatabase& cell) {
   const Isometry2<PanelFrame, PanelFrame> once_from_twice(degrees(1), point<PanelFrame>(2, 1));
   VENEER_ASSERT_OK(cell.panels().merge({once, twice, once_from_twice, 4, 0.01_mm, "local:1000", kLater}, {}, {}));
   VENEER_ASSERT_OK(cell.panels().note_restoration(kNow, "uid 1000", kNow));
+  Accounts accounts(cell.database());
+  VENEER_ASSERT_OK(accounts.add(UserRecord{"anna", "operator", "$argon2id$v=19$x", kNow, kNow}));
+  VENEER_ASSERT_OK(
+      accounts.add(CredentialRecord{std::string(64, 'a'), "token", "anna", "press room", "viewer", kNow, kLater}));
+  VENEER_ASSERT_OK(accounts.add(
+      CredentialRecord{std::string(64, 'b'), "session", {}, "console link 1 of uid 1000", "operator", kNow, kLater}));
   RequestKeys keys(cell.database());
   must(keys.begin({"local:1000", "newJob", "k-1", "hash"}, kNow));
   Audit audit(cell.database());

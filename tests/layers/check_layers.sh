@@ -91,6 +91,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
       door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
+      door("^sodium", "^daemon/api/passwords\\.cc$")
       door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       door("^systemd/", "^daemon/")
       door("^tesseract/", "^drivers/sim/proof/")

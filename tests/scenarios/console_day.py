@@ -20,9 +20,9 @@ TARGET_PX = 45  # 12 mm at 96 px an inch
 
 
 class Day:
-    def __init__(self, link, pictures):
+    def __init__(self, link, pictures, *arguments):
         options = webdriver.ChromeOptions()
-        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu"):
+        for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", *arguments):
             options.add_argument(argument)
         options.binary_location = "/usr/bin/chromium"
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})

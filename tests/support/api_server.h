@@ -1,4 +1,5 @@
-// The real API server on a temporary Unix socket and a free loopback port, its reactor on a thread of its own.
+// The real API server on a temporary Unix socket and a free loopback port, its reactor on a thread of its own. Accounts
+// are kept in memory; their passwords are hashed so cheaply that it protects nothing.
 #pragma once
 
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <type_traits>
@@ -20,9 +22,11 @@
 
 #include "base/clock.h"
 #include "base/log.h"
+#include "daemon/api/account_routes.h"
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
 #include "daemon/api/task_routes.h"
+#include "tests/support/account_memory.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::testing {
@@ -38,20 +42,26 @@ class ApiServer {
     options.listen = "127.0.0.1:0";
     if (bind) bind(router_);
     daemon::bind_task_routes(router_, tasks_);
-    daemon::bind_console_routes(router_, links_, [this] { return server_ ? server_->tcp_port() : 0; });
+    daemon::bind_console_routes(router_);
+    const daemon::AccountServices accounts{
+        accounts_, passwords_, throttle_, links_, [this] { return server_ ? server_->console_url() : ""; }, log};
+    daemon::bind_session_routes(router_, accounts);
+    daemon::bind_account_routes(router_, accounts);
+    accounts_.on_ended(
+        [this] { hub_.drop_unless([this](const daemon::Caller& caller) { return accounts_.holds(caller); }); });
     for (const std::string& id : router_.unbound()) {
       router_.bind(id, [id](const daemon::ApiRequest& request, const daemon::Reply& reply) {
         reply(daemon::ApiReply::json({{"operation", id}, {"bytes", request.body.size()}}));
       });
     }
     auto opened = daemon::HttpServer::open(
-        reactor_, options, router_, hub_, links_,
+        reactor_, options, router_, hub_, accounts_,
         [this](const daemon::Caller& caller) {
           ++stops_;
           return daemon::ApiReply::json({{"state", "Aborting"}, {"by", caller.who}});
         },
         log);
-    if (!opened) std::abort();
+    if (!opened) throw std::runtime_error(opened.error().message);
     server_ = std::move(*opened);
     thread_ = std::thread([this] { reactor_.run(); });
   }
@@ -81,14 +91,48 @@ class ApiServer {
   std::filesystem::path folder() const { return folder_.path(); }
   int port() const { return server_->tcp_port(); }
   std::string host() const { return "127.0.0.1:" + std::to_string(port()); }
+  int tls_port() const { return server_->tls_port(); }
   int stops() const { return stops_; }
   daemon::EventHub& hub() { return hub_; }
   daemon::TaskRegistry& tasks() { return tasks_; }
   daemon::ConsoleLinks& links() { return links_; }
+  daemon::Accounts& accounts() { return accounts_; }
+  // Of a session that somebody opened by a console link; of one that a user of this role opened, whose name is the
+  // role's; of a token of that user. The secret.
+  std::string console_session(daemon::Role role = daemon::Role::kOperator) {
+    return on_reactor([&] {
+      std::string out;
+      const auto link = links_.redeem(*links_.new_link("uid 1000", role));
+      accounts_.open_link_session(link->who, link->role, [&](const auto& got) { out = *got; });
+      return out;
+    });
+  }
+  std::string user_session(daemon::Role role) {
+    return on_reactor([&] {
+      std::string out;
+      const std::string name = add_user(role);
+      accounts_.open_session(name, accounts_.user(name)->password, [&](const auto& got) { out = *got; });
+      return out;
+    });
+  }
+  std::string user_token(daemon::Role role, const std::string& token) {
+    return on_reactor([&] {
+      std::string out;
+      accounts_.new_token(add_user(role), token, role, 90, [&](const auto& got) { out = *got; });
+      return out;
+    });
+  }
+  daemon::Passwords& passwords() { return passwords_; }
   daemon::HttpServer& server() { return *server_; }
   ManualClock& clock() { return clock_; }
 
  private:
+  std::string add_user(daemon::Role role) {
+    std::string name = daemon::to_string(role);
+    accounts_.add_user(name, role, "$argon2id$", [](const Status&) {});
+    return name;
+  }
+
   testing::TempDirectory folder_;
   boost::asio::io_context reactor_;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{reactor_.get_executor()};
@@ -97,6 +141,11 @@ class ApiServer {
   daemon::Router router_;
   daemon::EventHub hub_;
   daemon::ConsoleLinks links_{clock_};
+  AccountMemory account_memory_;
+  daemon::Accounts accounts_{[this](std::chrono::seconds ahead) { return calendar_time(clock_.now(), ahead); },
+                             account_memory_};
+  daemon::Passwords passwords_{reactor_, daemon::PasswordCost::kForTests};
+  daemon::SignInThrottle throttle_{clock_};
   daemon::TaskRegistry tasks_{reactor_, steady_, daemon::make_reactor_timer(reactor_),
                               [this](const daemon::TaskView& task) { hub_.broadcast_text(daemon::task_event(task)); }};
   std::unique_ptr<daemon::HttpServer> server_;

@@ -17,8 +17,8 @@ Status LoneDaemon::start(const fs::path& bin_dir, const std::string& laser, cons
   data_ = options.data.empty() ? dir_ / "data" : options.data;
   guardian_ = options.guardian;
   std::ofstream(dir_ / "veneerd.toml") << fmt::format(
-      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"{}\"\n[store]\ndata_dir = \"{}\"\n{}", laser, socket(),
-      options.listen, data_.string(), options.tables);
+      "[laser]\n{}[api]\nunix = \"{}\"\nlisten = \"{}\"\n{}[store]\ndata_dir = \"{}\"\n{}", laser, socket(),
+      options.listen, options.api, data_.string(), options.tables);
   fs::create_directories(data_);
   return start_process();
 }

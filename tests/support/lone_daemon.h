@@ -17,6 +17,7 @@ namespace veneer::tests {
 
 struct LoneDaemonOptions {
   std::string listen;          // of the API over TCP: "127.0.0.1:0" for any port; "" = none
+  std::string api;             // more lines of [api]
   std::filesystem::path log;   // where what it says goes; "" = a file of its own
   std::filesystem::path data;  // its data folder, already there; "" = a new one
   std::string tables;          // more of its configuration: whole tables of TOML
@@ -40,6 +41,7 @@ class LoneDaemon {
 
   const cli::ApiClient& api() const { return *api_; }
   std::string socket() const { return (dir_ / "d.sock").string(); }
+  const std::filesystem::path& log() const { return log_; }
   const std::filesystem::path& data() const { return data_; }
   int tcp_port() const;  // of the API; 0 when there is none
   // veneerctl with these arguments, to its end.

@@ -13,8 +13,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "daemon/api/account_routes.h"
 #include "daemon/api/console_routes.h"
 #include "daemon/routes/bind_routes.h"
+#include "daemon/services/account_store.h"
 #include "daemon/wiring.h"
 #include "tests/support/temp_directory.h"
 
@@ -37,7 +39,13 @@ class RoutedCell : public ::testing::Test {
     router.remember_in(keys);
     router.on_change([this](const daemon::Router::Change& change) { cell->audit(change); });
     daemon::bind_routes(router, *cell);
-    daemon::bind_console_routes(router, links, [] { return 8765; });
+    daemon::bind_console_routes(router);
+    accounts_in.emplace(*cell->database);
+    accounts.emplace(utc_timestamp, *accounts_in);
+    const daemon::AccountServices sign_in{
+        *accounts, passwords, throttle, links, [] { return "http://127.0.0.1:8765"; }, make_null_logger()};
+    daemon::bind_session_routes(router, sign_in);
+    daemon::bind_account_routes(router, sign_in);
   }
 
   daemon::ApiReply ask_raw(const std::string& method, const std::string& target, const std::string& body) {
@@ -91,7 +99,11 @@ class RoutedCell : public ::testing::Test {
   daemon::IdempotencyKeys keys{clock};
   daemon::Router router;
   daemon::ConsoleLinks links{clock};
+  daemon::Passwords passwords{reactor, daemon::PasswordCost::kForTests};
+  daemon::SignInThrottle throttle{clock};
   std::unique_ptr<daemon::Cell> cell;
+  std::optional<daemon::DatabaseAccountStore> accounts_in;
+  std::optional<daemon::Accounts> accounts;
 };
 
 }  // namespace veneer::testing

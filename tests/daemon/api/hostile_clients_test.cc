@@ -300,10 +300,7 @@ class AThousandConnections : public ::testing::Test {
     allow_descriptors(4096);
     session = new_session();
   }
-  std::string new_session() {
-    const std::string token = *server.on_reactor([&] { return server.links().new_link("uid 1000"); });
-    return server.on_reactor([&] { return server.links().redeem(token)->secret; });
-  }
+  std::string new_session() { return server.console_session(); }
   std::string as_console(const std::string& request) const {
     return request + "\r\nHost: " + server.host() + "\r\nAuthorization: Bearer " + session +
            "\r\nContent-Length: 0\r\n\r\n";

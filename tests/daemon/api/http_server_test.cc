@@ -47,14 +47,15 @@ TEST(HttpServer, AnswersManyRequestsOnOneConnection) {
 TEST(HttpServer, DoesNotOpenWhileAnOperationIsBoundToNothing) {
   boost::asio::io_context reactor;
   const ManualClock clock;
-  ConsoleLinks links(clock);
+  testing::AccountMemory store;
+  Accounts accounts([&clock](std::chrono::seconds ahead) { return testing::calendar_time(clock.now(), ahead); }, store);
   EventHub hub({}, make_null_logger());
   Router router;
   router.bind("getStatus", [](const ApiRequest&, const Reply&) {});
   HttpServerOptions options;
   options.listen = "127.0.0.1:0";
   const auto opened = HttpServer::open(
-      reactor, options, router, hub, links, [](const Caller&) { return ApiReply::json(nlohmann::json::object()); },
+      reactor, options, router, hub, accounts, [](const Caller&) { return ApiReply::json(nlohmann::json::object()); },
       make_null_logger());
   ASSERT_FALSE(opened.ok());
   EXPECT_NE(opened.error().message.find("getSession"), std::string::npos) << opened.error().message;

@@ -37,6 +37,8 @@ class Replies : public testing::RoutedCell {
                   {{"speed_mm_s", 9}, {"power", 0.8}, {"passes", 2}, {"kerf_back_mm", 0.31}})
                   .status,
               200);
+    EXPECT_EQ(ask("POST", "/api/v1/users/anna", {{"role", "operator"}, {"password", "walnut and maple"}}).status, 200);
+    EXPECT_EQ(ask("POST", "/api/v1/users/anna/tokens/press", {{"role", "viewer"}}).status, 200);
     cell->tasks.start("scan", "scanning").done({{"panel", "P-0003"}});
     cell->tasks.start("plan", "planning").fail({ErrorCode::kRefused, "there is no wood: scan a panel"});
     static_cast<void>(cell->tasks.start("scan", "scanning"));
@@ -196,6 +198,8 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listBackups", "/backups"},
                                                         {"getAudit", "/audit"},
                                                         {"getHistory", "/history"},
+                                                        {"listUsers", "/users"},
+                                                        {"listTokens", "/tokens"},
                                                         {"listTasks", "/tasks"},
                                                         {"getTask", "/tasks/2"},
                                                         {"getBedToolpath", "/bed/toolpath"}};

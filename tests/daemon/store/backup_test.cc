@@ -18,6 +18,7 @@
 #include "base/archive.h"
 #include "base/hash.h"
 #include "daemon/store/restore.h"
+#include "db/accounts.h"
 #include "db/audit.h"
 #include "tests/db/cell_database.h"
 #include "tests/support/json_schema.h"
@@ -465,6 +466,21 @@ TEST_F(Backup, ThatCannotBeMarkedDoesNotCount) {
   db::Database opened = must(db::Database::open(data / kDatabaseName));
   VENEER_EXPECT_OK(db::Panels(opened).check_seen({"P-0001"}));
   EXPECT_THAT(must(db::Audit(opened).latest(1)).at(0).detail, HasSubstr("nothing was cut since"));
+}
+
+// A token may have been revoked after the backup was made: it must not open anything again.
+TEST_F(Backup, BringsAccountsBackAndSignsNobodyIn) {
+  db::Accounts accounts(*database);
+  VENEER_EXPECT_OK(accounts.add(db::UserRecord{"anna", "operator", "$argon2id$v=19$x", "t", "t"}));
+  VENEER_EXPECT_OK(
+      accounts.add(db::CredentialRecord{std::string(64, 'a'), "token", "anna", "press room", "operator", "t", "t"}));
+  const fs::path backup = must(make()).folder;
+  VENEER_EXPECT_OK(accounts.end_all());
+  database.reset();
+  must(restore(backup, data));
+  db::Database opened = must(db::Database::open(data / kDatabaseName));
+  EXPECT_EQ(must(db::Accounts(opened).users()).size(), 1U);
+  EXPECT_TRUE(must(db::Accounts(opened).credentials()).empty());
 }
 
 // What was calibrated since is lost with the rest, and the certificates before count again.

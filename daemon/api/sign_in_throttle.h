@@ -1,0 +1,45 @@
+// How often a password may be tried: 3 times a minute, 5 in ten minutes, 10 an hour, for each name and for each address
+// alike. A try counts from its beginning, so that many at once are no way round; one that was right is given back.
+//
+// Bound to the reactor.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "base/clock.h"
+
+namespace veneer::daemon {
+
+class SignInThrottle {
+ public:
+  struct Limit {
+    std::size_t tries;
+    std::chrono::seconds in;
+  };
+  static constexpr std::array<Limit, 3> kLimits = {
+      Limit{3, std::chrono::minutes(1)}, Limit{5, std::chrono::minutes(10)}, Limit{10, std::chrono::hours(1)}};
+  static constexpr std::size_t kMostKeys = 4096;  // names and addresses; beyond that nobody new may try
+
+  // `clock` is real time and outlives this.
+  explicit SignInThrottle(const Clock& clock) : clock_(clock) {}
+
+  // nullopt: the try counts, and may go on. Else how long to wait; then it does not count.
+  std::optional<std::chrono::seconds> begin(const std::string& name, const std::string& address);
+  // The last one was right.
+  void give_back(const std::string& name, const std::string& address);
+
+ private:
+  using Tries = std::deque<TimePoint>;  // oldest first
+  Duration wait_of(const Tries& tries, TimePoint now) const;
+  void forget_old(TimePoint now);
+
+  const Clock& clock_;
+  std::map<std::string, Tries> tries_;  // "name anna", "address 192.168.1.7"
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,85 @@
+#include "daemon/api/tls.h"
+
+#include <fmt/format.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+namespace veneer::daemon {
+
+namespace ssl = boost::asio::ssl;
+using boost::system::error_code;
+
+namespace {
+
+Error unreadable(const char* what, const std::filesystem::path& file, const error_code& fault) {
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the {} {} cannot be used ({}): give a PEM file that the daemon's user may read", what,
+                           file.string(), fault.message())};
+}
+
+X509* certificate_in(const ssl::context& context) {
+  return SSL_CTX_get0_certificate(const_cast<ssl::context&>(context).native_handle());
+}
+
+}  // namespace
+
+TlsIdentity::TlsIdentity() : context_(ssl::context::tls_server) {
+  context_.set_options(ssl::context::default_workarounds | ssl::context::no_sslv2 | ssl::context::no_sslv3 |
+                       ssl::context::no_tlsv1 | ssl::context::no_tlsv1_1 | ssl::context::single_dh_use |
+                       SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
+}
+
+Result<std::unique_ptr<TlsIdentity>> TlsIdentity::load(const std::filesystem::path& certificate,
+                                                       const std::filesystem::path& key) {
+  std::unique_ptr<TlsIdentity> identity(new TlsIdentity);
+  error_code fault;
+  identity->context_.use_certificate_chain_file(certificate.string(), fault);
+  if (fault) return unreadable("certificate", certificate, fault);
+  identity->context_.use_private_key_file(key.string(), ssl::context::pem, fault);
+  if (fault) return unreadable("key", key, fault);
+  if (SSL_CTX_check_private_key(identity->context_.native_handle()) != 1)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the key {} is not that of the certificate {}: give the two that were made together",
+                             key.string(), certificate.string())};
+  if (X509_cmp_current_time(X509_get0_notAfter(certificate_in(identity->context_))) <= 0)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the certificate {} is past its time: make a new one", certificate.string())};
+  if (identity->name().empty())
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the certificate {} names no host (subjectAltName): make one with the names and addresses "
+                             "by which this machine is reached",
+                             certificate.string())};
+  return identity;
+}
+
+bool TlsIdentity::is_of(std::string_view host) const {
+  std::string name(host);
+  if (name.size() > 2 && name.front() == '[' && name.back() == ']') name = name.substr(1, name.size() - 2);
+  if (name.empty()) return false;
+  X509* certificate = certificate_in(context_);
+  return X509_check_host(certificate, name.data(), name.size(), 0, nullptr) == 1 ||
+         X509_check_ip_asc(certificate, name.c_str(), 0) == 1;
+}
+
+std::string TlsIdentity::name() const {
+  const std::unique_ptr<GENERAL_NAMES, decltype(&GENERAL_NAMES_free)> names(
+      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate_in(context_), NID_subject_alt_name, nullptr, nullptr)),
+      &GENERAL_NAMES_free);
+  for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* one = sk_GENERAL_NAME_value(names.get(), i);
+    if (one->type == GEN_DNS)
+      return {reinterpret_cast<const char*>(ASN1_STRING_get0_data(one->d.dNSName)),
+              static_cast<std::size_t>(ASN1_STRING_length(one->d.dNSName))};
+    if (one->type == GEN_IPADD && ASN1_STRING_length(one->d.iPAddress) == 4) {
+      const unsigned char* ip = ASN1_STRING_get0_data(one->d.iPAddress);
+      return fmt::format("{}.{}.{}.{}", ip[0], ip[1], ip[2], ip[3]);
+    }
+  }
+  return {};
+}
+
+}  // namespace veneer::daemon

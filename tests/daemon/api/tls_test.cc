@@ -1,0 +1,141 @@
+// The door for other machines: what it asks for, and that STOP goes through it as through the others.
+#include "daemon/api/tls.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "daemon/api/listen.h"
+#include "tests/support/api_server.h"
+#include "tests/support/http_probe.h"
+#include "tests/support/throwaway_certificate.h"
+#include "tests/support/tls_probe.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::AllOf;
+using testing::ApiServer;
+using ::testing::HasSubstr;
+using testing::HttpProbe;
+using testing::ThrowawayCertificate;
+using testing::TlsProbe;
+
+class Tls : public ::testing::Test {
+ protected:
+  HttpServerOptions options() const {
+    HttpServerOptions out;
+    out.listen_tls = "127.0.0.1:0";
+    out.tls_certificate = made_.certificate, out.tls_key = made_.key;
+    return out;
+  }
+  std::string host(const ApiServer& server, const std::string& name = "cell.test") const {
+    return name + ":" + std::to_string(server.tls_port());
+  }
+  TlsProbe to(const ApiServer& server) const { return TlsProbe(server.tls_port(), made_.certificate); }
+  static std::string stop(const std::string& host) {
+    return "POST /api/v1/stop HTTP/1.1\r\nHost: " + host + "\r\nContent-Length: 0\r\n\r\n";
+  }
+  static std::string why_not(const std::filesystem::path& certificate, const std::filesystem::path& key) {
+    const auto loaded = TlsIdentity::load(certificate, key);
+    return loaded ? "" : loaded.error().message;
+  }
+
+  testing::TempDirectory folder_;
+  ThrowawayCertificate made_{folder_.path()};
+};
+
+TEST_F(Tls, IsWhoItSaysAndAnswersToItsNamesOnly) {
+  ApiServer server(options());
+  for (const std::string name : {"cell.test", "127.0.0.1", "CELL.test"})
+    EXPECT_EQ(to(server).ask(stop(host(server, name))).status, 200) << name;
+  for (const std::string name : {"evil.example", "localhost", "sub.cell.test", "[::1]", ""}) {
+    const auto answer = to(server).ask(stop(host(server, name)));
+    EXPECT_EQ(answer.status, 403) << name;
+    EXPECT_THAT(answer.body, HasSubstr("https://cell.test:"));
+  }
+  EXPECT_EQ(to(server).ask(stop("cell.test")).status, 403) << "without its port";
+  EXPECT_EQ(server.stops(), 3);
+}
+
+TEST_F(Tls, StopRunsWhenItsHeaderIsThereAndWhileAHandlerHangs) {
+  std::vector<Reply> hanging;
+  ApiServer server(options(), {}, [&](Router& router) {
+    router.bind("getSession", [&hanging](const ApiRequest&, Reply reply) { hanging.push_back(std::move(reply)); });
+  });
+  auto busy = to(server);
+  busy.send("GET /api/v1/session HTTP/1.1\r\nHost: " + host(server) + "\r\n\r\n");
+  auto stopper = to(server);
+  EXPECT_EQ(stopper.ask("POST /api/v1/stop HTTP/1.1\r\nHost: " + host(server) + "\r\nContent-Length: 1000000\r\n\r\n{")
+                .status,
+            200);
+  EXPECT_EQ(server.stops(), 1);
+  server.on_reactor([&] { hanging.clear(); });
+}
+
+// Whoever talks no TLS is not answered, and costs nobody else their place.
+TEST_F(Tls, PlainHttpGetsNothingThere) {
+  HttpServerOptions with = options();
+  with.max_connections = 4;
+  with.header_timeout = std::chrono::milliseconds(200);
+  ApiServer server(with);
+  std::vector<HttpProbe> silent;
+  for (int i = 0; i < 8; ++i) silent.push_back(HttpProbe::over_tcp(server.tls_port()));
+  EXPECT_EQ(HttpProbe::over_tcp(server.tls_port()).ask(stop(host(server))).status, 0);
+  EXPECT_EQ(server.stops(), 0);
+  EXPECT_EQ(to(server).ask(stop(host(server))).status, 200);
+  EXPECT_TRUE(silent.back().hung_up()) << "a handshake has its time";
+}
+
+// A handshake costs the reactor, and STOP of the others would wait for it.
+TEST_F(Tls, ManyHandshakesWaitAtTheDoorAndLocalStopDoesNot) {
+  HttpServerOptions with = options();
+  with.max_handshakes = 2;
+  ApiServer server(with);
+  std::vector<HttpProbe> crowd;
+  for (int i = 0; i < 20; ++i) crowd.push_back(HttpProbe::over_tcp(server.tls_port()));
+  EXPECT_EQ(HttpProbe::over_tcp(server.port()).ask(stop(server.host())).status, 200);
+  EXPECT_LE(server.on_reactor([&] { return server.server().connections(); }), 3U);
+}
+
+TEST_F(Tls, TheEventStreamEndsWithItsSession) {
+  ApiServer server(options());
+  const std::string secret = server.user_session(Role::kViewer);
+  auto listener = to(server);
+  const auto upgraded = listener.ask("GET /api/v1/events HTTP/1.1\r\nHost: " + host(server) + "\r\nOrigin: https://" +
+                                     host(server) + "\r\nCookie: __Host-veneer=" + secret +
+                                     "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                                     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+  ASSERT_EQ(upgraded.status, 101) << upgraded.body;
+  while (server.on_reactor([&] { return server.hub().clients(); }) == 0) {
+  }
+  server.on_reactor([&] { server.accounts().remove_user("viewer", [](const Status&) {}); });
+  EXPECT_EQ(server.on_reactor([&] { return server.hub().clients(); }), 0U);
+  EXPECT_TRUE(listener.hung_up());
+}
+
+TEST_F(Tls, SaysWhatIsWrongWithACertificate) {
+  const auto missing = folder_ / "nothing.pem";
+  EXPECT_THAT(why_not(missing, made_.key), AllOf(HasSubstr("nothing.pem"), HasSubstr("PEM")));
+  EXPECT_THAT(why_not(made_.certificate, missing), AllOf(HasSubstr("the key"), HasSubstr("nothing.pem")));
+  const ThrowawayCertificate other(folder_ / "other");
+  EXPECT_THAT(why_not(made_.certificate, other.key), HasSubstr("key"));
+  const ThrowawayCertificate nameless(folder_ / "nameless", "keyUsage=digitalSignature");
+  EXPECT_THAT(why_not(nameless.certificate, nameless.key), HasSubstr("subjectAltName"));
+}
+
+TEST_F(Tls, PlainHttpStaysOnThisMachine) {
+  for (const char* beyond : {"0.0.0.0:8765", "192.168.1.5:8765", "[::]:8765"}) {
+    const auto parsed = parse_loopback(beyond);
+    ASSERT_FALSE(parsed.ok());
+    EXPECT_THAT(parsed.error().message,
+                AllOf(HasSubstr("TLS"), HasSubstr("listen_tls"), HasSubstr("tls_certificate"), HasSubstr("tls_key")));
+  }
+  boost::asio::io_context reactor;
+  EXPECT_TRUE(listen_anywhere(reactor, "0.0.0.0:0").ok());
+  EXPECT_THAT(listen_anywhere(reactor, "0.0.0.0").error().message, HasSubstr("0.0.0.0:8443"));
+}
+
+}  // namespace
+}  // namespace veneer::daemon

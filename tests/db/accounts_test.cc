@@ -1,0 +1,89 @@
+// Users, sessions and tokens in the database.
+#include "db/accounts.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::IsEmpty;
+
+class AccountsStore : public ::testing::Test {
+ protected:
+  CredentialRecord credential(char letter, const std::string& kind, std::optional<std::string> user,
+                              const std::string& name) {
+    return {std::string(64, letter), kind, std::move(user), name, "operator", kNow, kLater};
+  }
+  // The first letters of the secrets that are there.
+  std::string there() {
+    std::string out;
+    for (const CredentialRecord& one : must(accounts.credentials())) out += one.secret.front();
+    return out;
+  }
+  static UserRecord anna() { return {"anna", "operator", "$argon2id$v=19$x", kNow, kNow}; }
+  CellDatabase cell;
+  Accounts accounts{cell.database()};
+};
+
+TEST_F(AccountsStore, KeepsWhatItWasGiven) {
+  VENEER_ASSERT_OK(accounts.add(anna()));
+  VENEER_ASSERT_OK(accounts.add(credential('a', "token", "anna", "press room")));
+  VENEER_ASSERT_OK(accounts.add(credential('b', "session", std::nullopt, "console link 1 of uid 1000")));
+  const auto users = must(accounts.users());
+  ASSERT_EQ(users.size(), 1U);
+  EXPECT_EQ(users[0].password, "$argon2id$v=19$x");
+  const auto signed_in = must(accounts.credentials());
+  ASSERT_EQ(signed_in.size(), 2U);
+  EXPECT_EQ(signed_in[0].user, "anna");
+  EXPECT_EQ(signed_in[0].name, "press room");
+  EXPECT_EQ(signed_in[0].expires_at, kLater);
+  EXPECT_EQ(signed_in[1].user, std::nullopt);
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(AccountsStore, AChangeEndsSessionsAndARemovalEverything) {
+  VENEER_ASSERT_OK(accounts.add(anna()));
+  VENEER_ASSERT_OK(accounts.add(credential('a', "token", "anna", "press room")));
+  VENEER_ASSERT_OK(accounts.add(credential('b', "session", "anna", "")));
+  VENEER_ASSERT_OK(accounts.add(credential('c', "session", std::nullopt, "console link 1 of uid 1000")));
+  UserRecord changed = anna();
+  changed.role = "admin", changed.changed_at = kLater;
+  VENEER_ASSERT_OK(accounts.change(changed));
+  EXPECT_EQ(there(), "ac");
+  EXPECT_EQ(must(accounts.users()).at(0).role, "admin");
+  VENEER_ASSERT_OK(accounts.remove("anna"));
+  EXPECT_EQ(there(), "c");
+  EXPECT_THAT(must(accounts.users()), IsEmpty());
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+TEST_F(AccountsStore, RefusesWhatDoesNotFit) {
+  VENEER_ASSERT_OK(accounts.add(anna()));
+  EXPECT_EQ(accounts.add(anna()).error().code, ErrorCode::kConflict);
+  UserRecord other = anna();
+  other.name = "berta";
+  EXPECT_EQ(accounts.change(other).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(accounts.remove("berta").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(accounts.add(credential('a', "token", "berta", "x")).error().code, ErrorCode::kNotFound);
+  // A password as it was typed, an unknown role, a token that is nobody's.
+  other.password = "walnut";
+  EXPECT_FALSE(accounts.add(other).ok());
+  other = anna(), other.name = "berta", other.role = "boss";
+  EXPECT_FALSE(accounts.add(other).ok());
+  EXPECT_FALSE(accounts.add(credential('a', "token", std::nullopt, "x")).ok());
+  EXPECT_EQ(there(), "");
+}
+
+TEST_F(AccountsStore, EndsTheOnesThatAreNamedOrAll) {
+  for (const char letter : {'a', 'b', 'c'})
+    VENEER_ASSERT_OK(accounts.add(credential(letter, "session", std::nullopt, "console link 1 of uid 1000")));
+  VENEER_ASSERT_OK(accounts.end({std::string(64, 'b'), std::string(64, 'z')}));
+  EXPECT_EQ(there(), "ac");
+  VENEER_ASSERT_OK(accounts.end_all());
+  EXPECT_EQ(there(), "");
+}
+
+}  // namespace
+}  // namespace veneer::db
