@@ -24,7 +24,7 @@ struct Landmark {
 
 struct ConsensusLimits {
   Millimetres max_offset{0.05};   // of a landmark from where the others put it, rms of its points
-  std::size_t min_landmarks = 3;  // that must remain; more than half must, too
+  std::size_t min_landmarks = 3;  // that must remain; twice as many as are dropped must, too
 };
 
 template <class To, class From>
@@ -93,7 +93,8 @@ ConsensusFit<To, From> fit_consensus(std::span<const Landmark<To, From>> all, Ha
   ConsensusFit<To, From> everyone = consensus::judge<To, From>(all, std::vector<bool>(n, true), handedness);
   if (everyone.worst_left_out <= limits.max_offset.count()) return everyone;
   for (std::size_t moved = 1; moved <= consensus::kMostMoved; ++moved) {
-    if (n < moved + limits.min_landmarks || 2 * moved >= n) break;
+    // A bent sheet puts many a little off: few may not outvote many.
+    if (n < moved + limits.min_landmarks || n < 3 * moved) break;
     // Every way of leaving so many out, those that count as true; the first in order has the last ones left out.
     std::vector<bool> counts(n, true);
     std::fill(counts.end() - static_cast<std::ptrdiff_t>(moved), counts.end(), false);
