@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "calib/consensus_fit.h"
 #include "calib/point_fit.h"
 
 namespace veneer::calib {
@@ -110,6 +111,42 @@ struct Corners {
   std::vector<int> tag;  // id, per corner
 };
 
+double rms_of(const Corners& corners, Handedness hand) {
+  const std::span<const Point<BedFrame>> bed(corners.bed);
+  const std::span<const Point<PanelFrame>> panel(corners.panel);
+  return residual_of(fit_isometry<BedFrame, PanelFrame>(bed, panel, hand), bed, panel).rms;
+}
+
+// Takes the corners of tags that have moved out, and tells of all of them. By how much the rest disagrees.
+Millimetres leave_out_moved(Corners& corners, Handedness hand, const BedPoseLimits& limits, BedPose& pose) {
+  std::vector<Landmark<BedFrame, PanelFrame>> tags;
+  std::vector<FiducialOffset> offsets;
+  for (std::size_t i = 0; i < corners.tag.size(); i += 4) {
+    const auto first = static_cast<std::ptrdiff_t>(i);
+    tags.push_back({{corners.bed.begin() + first, corners.bed.begin() + first + 4},
+                    {corners.panel.begin() + first, corners.panel.begin() + first + 4}});
+    offsets.push_back({corners.tag[i], corners.panel[i], Millimetres(0)});
+  }
+  const auto fit = fit_consensus<BedFrame, PanelFrame>(
+      tags, hand, {limits.max_tag_offset, static_cast<std::size_t>(limits.min_tags)});
+  Corners counted;
+  for (std::size_t t = 0; t < tags.size(); ++t) {
+    offsets[t].off = Millimetres(fit.left_out[t]);
+    if (std::find(fit.moved.begin(), fit.moved.end(), t) != fit.moved.end()) {
+      pose.moved.push_back(offsets[t]);
+      continue;
+    }
+    pose.left_out.push_back(offsets[t]);
+    pose.tags.push_back(offsets[t].tag);
+    counted.bed.insert(counted.bed.end(), tags[t].to.begin(), tags[t].to.end());
+    counted.panel.insert(counted.panel.end(), tags[t].from.begin(), tags[t].from.end());
+    counted.tag.insert(counted.tag.end(), 4, offsets[t].tag);
+  }
+  std::sort(pose.tags.begin(), pose.tags.end());
+  corners = std::move(counted);
+  return Millimetres(fit.worst_left_out);
+}
+
 int worst_tag(const Corners& corners, const Isometry2<BedFrame, PanelFrame>& bed_from_panel) {
   double worst = -1;
   int id = -1;
@@ -120,12 +157,19 @@ int worst_tag(const Corners& corners, const Isometry2<BedFrame, PanelFrame>& bed
   return id;
 }
 
-Status within_limits(const BedPose& pose, const Corners& corners, const BedPoseLimits& limits) {
+Status within_limits(const BedPose& pose, const Corners& corners, Millimetres disagreement,
+                     const BedPoseLimits& limits) {
   if (std::abs(pose.scale - 1) > limits.max_scale_error) {
     return refused(
         fmt::format("panel {} looks {:.2f} % too {} for the height given: check its thickness, that it lies "
                     "flat, and the camera's calibration",
                     pose.panel.value, std::abs(pose.scale - 1) * 100, pose.scale > 1 ? "large" : "small"));
+  }
+  if (disagreement > limits.max_disagreement) {
+    return refused(fmt::format(
+        "panel {}'s tags {} do not lie as they were scanned, by up to {:.2f} mm ({:.2f} are allowed), and too few are "
+        "seen to tell which one has moved: press the panel flat, clear what covers the other tags, or scan it again",
+        pose.panel.value, list(pose.tags), disagreement.count(), limits.max_disagreement.count()));
   }
   if (pose.rms > limits.max_rms || pose.max > limits.max_single) {
     return refused(
@@ -162,25 +206,26 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
   pose.panel = key.first->panel, pose.face_up = key.second;
   Corners corners;
   for (const auto& [picture_tag, panel_tag] : tags) {
-    pose.tags.push_back(panel_tag->id);
     for (std::size_t i = 0; i < 4; ++i) {
       corners.bed.push_back(model.bed_from_camera(picture_tag->corners[i], height));
       corners.panel.push_back(panel_tag->corners[i]);
       corners.tag.push_back(panel_tag->id);
     }
   }
-  std::sort(pose.tags.begin(), pose.tags.end());
+  Handedness hand = Handedness::kProper;
+  if (rms_of(corners, Handedness::kImproper) < rms_of(corners, hand)) hand = Handedness::kImproper;
+  const Millimetres disagreement = leave_out_moved(corners, hand, limits, pose);
 
   const std::span<const Point<BedFrame>> bed(corners.bed);
   const std::span<const Point<PanelFrame>> panel(corners.panel);
-  const auto proper = fit_isometry<BedFrame, PanelFrame>(bed, panel, Handedness::kProper);
-  const auto improper = fit_isometry<BedFrame, PanelFrame>(bed, panel, Handedness::kImproper);
-  FitResidual best = residual_of(proper, bed, panel), other = residual_of(improper, bed, panel);
-  pose.bed_from_panel = proper;
-  if (other.rms < best.rms) std::swap(best, other), pose.bed_from_panel = improper;
+  const auto fitted = [&](Handedness h) { return fit_isometry<BedFrame, PanelFrame>(bed, panel, h); };
+  pose.bed_from_panel = fitted(hand);
+  const FitResidual best = residual_of(pose.bed_from_panel, bed, panel);
+  const FitResidual other =
+      residual_of(fitted(hand == Handedness::kProper ? Handedness::kImproper : Handedness::kProper), bed, panel);
   pose.rms = Millimetres(best.rms), pose.max = Millimetres(best.max), pose.other_hand_rms = Millimetres(other.rms);
   pose.scale = spread_of(bed) / spread_of(pose.bed_from_panel * corners.panel);
-  if (const Status good = within_limits(pose, corners, limits); !good.ok()) return good.error();
+  if (const Status good = within_limits(pose, corners, disagreement, limits); !good.ok()) return good.error();
   return pose;
 }
 
@@ -195,6 +240,18 @@ Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Mil
                     picture.cols, picture.rows, camera.width_px, camera.height_px)};
   }
   return locate_panel(detect_tags<CameraFrame>(picture), model, height, candidates, limits);
+}
+
+std::string moved_tags_text(const BedPose& pose) {
+  std::string tags;
+  for (const FiducialOffset& tag : pose.moved)
+    tags += fmt::format("{}{} ({:.2f} mm off)", tags.empty() ? "" : " and ", name_of(tag), tag.off.count());
+  if (tags.empty()) return tags;
+  const bool one = pose.moved.size() == 1;
+  return fmt::format(
+      "panel {}'s {} {} not seen where the scans saw {}, and count{} for nothing: wipe {} clean; what came loose is "
+      "replaced by a tag with a new number, scanned with --retag",
+      pose.panel.value, tags, one ? "is" : "are", one ? "it" : "them", one ? "s" : "", one ? "it" : "them");
 }
 
 Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up) {

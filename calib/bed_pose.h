@@ -3,11 +3,13 @@
 // Nothing is assumed of the face: a proper and an improper isometry are both fitted, and the tags' layout must decide
 // clearly. A panel with its back up has an improper one. Height is the distance of the *upper face* from the bed (the
 // panel's thickness, plus what it lies on); a wrong one shows up as a scale and is refused.
+// A tag that has moved since it was scanned is found by what the others say, named, and left out.
 // Functions are pure and may run at the same time.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/frames.h"
@@ -32,6 +34,9 @@ struct BedPose {
   Millimetres other_hand_rms{0};                   // of the isometry of the other handedness: far worse
   double scale = 1;                                // seen size over known size; the height's own check
   std::vector<int> tags;                           // ids used, ascending
+  // Tags that the others put elsewhere than they are seen, by how far; they count for nothing above. How far the
+  // others lie from where the rest puts them.
+  std::vector<FiducialOffset> moved, left_out;
 };
 
 struct BedPoseLimits {
@@ -39,19 +44,26 @@ struct BedPoseLimits {
   Millimetres max_single{0.30};
   int min_tags = 3;
   double max_scale_error = 0.002;
+  // A tag that lies farther from where the others put it has moved, and is dropped when the rest agree. Where nobody
+  // can tell which one it is, they may disagree by so much.
+  Millimetres max_tag_offset{0.08}, max_disagreement{0.16};
   // The other handedness must fit this much worse, and by this much in all.
   double min_hand_ratio = 10;
   Millimetres min_other_hand_rms{1};
 };
 
 // kNotFound: no tags of a known panel. kRefused: tags of several panels or both faces, strange tags among them, too
-// few, too large a residual, an undecided or contradicting handedness.
+// few, too large a residual, tags of which one has moved and too few to tell which, an undecided or contradicting
+// handedness.
 Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const CameraModel& model, Millimetres height,
                              std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
 
 // The same from a picture (BGR or grey, 8 bit), with the detector in between.
 Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
                            std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
+
+// What to tell of tags that have moved; "" when none has.
+std::string moved_tags_text(const BedPose& pose);
 
 // Whether what was found is what a job wants; the sentence says what to do with the panel.
 Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up);

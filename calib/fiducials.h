@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "base/face.h"
@@ -22,6 +23,15 @@ struct PanelHole {
   Point<PanelFrame> centre{};
   Millimetres diameter{6};
 };
+
+// How well one fiducial fits the others: a tag by its id, or a hole by its place.
+struct FiducialOffset {
+  int tag = -1;  // a hole: -1
+  Point<PanelFrame> place{};
+  Millimetres off{0};  // from where the others put it, rms of its corners
+};
+// "tag 212", "the hole at 12, 40".
+std::string name_of(const FiducialOffset& fiducial);
 
 struct PanelFiducials {
   std::vector<PanelTag> tags;  // sorted by id

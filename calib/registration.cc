@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
+#include "calib/consensus_fit.h"
 #include "calib/hole_tie.h"
 #include "calib/point_fit.h"
 #include "calib/sheet_outline.h"
@@ -166,53 +169,129 @@ struct TileFit {
   ScanMap map;
   double sum_of_squares = 0, max = 0;
   std::size_t points = 0;
+  std::vector<FiducialOffset> moved, left_out;
 };
 
-// One tile on the frozen fiducials of its face: tag corners, and holes near where they should be.
-Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& known, const ScannerModel& scanner) {
-  std::vector<Point<PanelFrame>> to;
-  std::vector<Point<GlassFrame>> from;
-  std::size_t tags = 0;
+using TileLandmark = Landmark<PanelFrame, GlassFrame>;
+
+// The panel's own tags on the tile, and which they are.
+std::vector<TileLandmark> known_tags(const TileView& tile, Face face, const PanelFiducials& known,
+                                     const ScannerModel& scanner, std::vector<FiducialOffset>& which) {
+  std::vector<TileLandmark> out;
   const auto corners = corners_on_glass(tile, scanner);
   for (const auto& tag : tile.tags) {
     const PanelTag* frozen = known.tag(tag.id);
     if (frozen == nullptr || frozen->face != face) continue;
-    ++tags;
-    for (int i = 0; i < 4; ++i) {
-      to.push_back(frozen->corners[static_cast<std::size_t>(i)]);
-      from.push_back(corners.at(tag.id * 4 + i));
-    }
-  }
-  if (tags < 2)
-    return refused(fmt::format("{} shows {} of the panel's tags, two are needed: lay more of the panel on the glass",
-                               tile.name, tags));
-  const auto fit = [&](Handedness hand) { return fit_isometry<PanelFrame, GlassFrame>(to, from, hand); };
-  const auto rms = [&](const auto& map) {
-    return residual_of(map, std::span<const Point<PanelFrame>>(to), std::span<const Point<GlassFrame>>(from)).rms;
-  };
-  const auto proper = fit(Handedness::kProper), improper = fit(Handedness::kImproper);
-  const auto& measured = rms(proper) <= rms(improper) ? proper : improper;
-  if ((measured.handedness() == Handedness::kImproper) != (face == Face::kBack))
-    return refused(fmt::format("the tags on {} lie mirrored to what the {} face must show: scan the panel's {} face",
-                               tile.name, to_string(face), to_string(face)));
-  const auto with_tags = measured;
-  for (const Hole& hole : tile.holes) {
-    const Point<GlassFrame> seen = scanner.glass_from_scan(hole.centre, tile.nominal);
-    for (const PanelHole& frozen : known.holes)
-      if (distance(with_tags * seen, frozen.centre).count() < 0.4) to.push_back(frozen.centre), from.push_back(seen);
-  }
-  const auto pose = fit(measured.handedness());
-  TileFit out{ScanMap(pose, scanner, tile.nominal)};
-  out.points = to.size();
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    const double d = distance(pose * from[i], to[i]).count();
-    out.sum_of_squares += d * d, out.max = std::max(out.max, d);
+    TileLandmark& landmark = out.emplace_back();
+    landmark.to.assign(frozen->corners.begin(), frozen->corners.end());
+    for (int i = 0; i < 4; ++i) landmark.from.push_back(corners.at(tag.id * 4 + i));
+    which.push_back({tag.id, frozen->corners[0], Millimetres(0)});
   }
   return out;
 }
 
+// Holes that are seen near where they should be.
+void add_known_holes(const TileView& tile, const PanelFiducials& known, const ScannerModel& scanner,
+                     const Isometry2<PanelFrame, GlassFrame>& panel_from_glass, std::vector<TileLandmark>& landmarks,
+                     std::vector<FiducialOffset>& which) {
+  constexpr double kReach = 0.4;  // mm
+  for (const Hole& hole : tile.holes) {
+    const Point<GlassFrame> seen = scanner.glass_from_scan(hole.centre, tile.nominal);
+    for (const PanelHole& frozen : known.holes) {
+      if (distance(panel_from_glass * seen, frozen.centre).count() >= kReach) continue;
+      landmarks.push_back({{frozen.centre}, {seen}});
+      which.push_back({-1, frozen.centre, Millimetres(0)});
+    }
+  }
+}
+
+// One tile on the frozen fiducials of its face: tags, and holes near where they should be. What has moved is left out.
+Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& known, const ScannerModel& scanner,
+                         const RegistrationOptions& options) {
+  std::vector<FiducialOffset> which;
+  std::vector<TileLandmark> landmarks = known_tags(tile, face, known, scanner, which);
+  if (landmarks.size() < 2)
+    return refused(fmt::format("{} shows {} of the panel's tags, two are needed: lay more of the panel on the glass",
+                               tile.name, landmarks.size()));
+  const ConsensusLimits limits{options.max_offset};
+  const auto fit = [&](Handedness hand) { return fit_consensus<PanelFrame, GlassFrame>(landmarks, hand, limits); };
+  const auto rms = [&](const ConsensusFit<PanelFrame, GlassFrame>& found) {
+    double sum = 0;
+    std::size_t points = 0;
+    for (std::size_t l = 0; l < landmarks.size(); ++l) {
+      if (std::binary_search(found.moved.begin(), found.moved.end(), l)) continue;
+      const double one = residual_of(found.to_from, std::span<const Point<PanelFrame>>(landmarks[l].to),
+                                     std::span<const Point<GlassFrame>>(landmarks[l].from))
+                             .rms;
+      sum += one * one * static_cast<double>(landmarks[l].to.size()), points += landmarks[l].to.size();
+    }
+    return std::sqrt(sum / static_cast<double>(points));
+  };
+  const auto proper = fit(Handedness::kProper), improper = fit(Handedness::kImproper);
+  const auto& measured = rms(proper) <= rms(improper) ? proper : improper;
+  if ((measured.to_from.handedness() == Handedness::kImproper) != (face == Face::kBack))
+    return refused(fmt::format("the tags on {} lie mirrored to what the {} face must show: scan the panel's {} face",
+                               tile.name, to_string(face), to_string(face)));
+  add_known_holes(tile, known, scanner, measured.to_from, landmarks, which);
+  const auto found = fit(measured.to_from.handedness());
+  TileFit out;
+  out.map = ScanMap(found.to_from, scanner, tile.nominal);
+  for (std::size_t l = 0; l < landmarks.size(); ++l) {
+    which[l].off = Millimetres(found.left_out[l]);
+    const bool moved = std::binary_search(found.moved.begin(), found.moved.end(), l);
+    (moved ? out.moved : out.left_out).push_back(which[l]);
+    if (moved) continue;
+    out.points += landmarks[l].to.size();
+    for (std::size_t i = 0; i < landmarks[l].to.size(); ++i) {
+      const double d = distance(found.to_from * landmarks[l].from[i], landmarks[l].to[i]).count();
+      out.sum_of_squares += d * d, out.max = std::max(out.max, d);
+    }
+  }
+  return out;
+}
+
+bool on_sheet(const PanelTag& tag, const Box<PanelFrame>& sheet) {
+  const Millimetres tolerance{1};
+  return std::all_of(tag.corners.begin(), tag.corners.end(), [&](const Point<PanelFrame>& p) {
+    return p.x > sheet.min.x - tolerance && p.y > sheet.min.y - tolerance && p.x < sheet.max.x + tolerance &&
+           p.y < sheet.max.y + tolerance;
+  });
+}
+
+// Tags that the panel never had become its own, where the map puts them.
+Status retag(std::span<const TileView> tiles, Face face, Registration& registration) {
+  constexpr std::size_t kNeeded = 3;
+  if (registration.left_out.size() < kNeeded)
+    return refused(
+        fmt::format("{} of the panel's fiducials still lie where they were, three are needed to tie new tags to: lay "
+                    "the panel so that more of them are seen",
+                    registration.left_out.size()));
+  std::map<int, std::vector<std::array<Point<PanelFrame>, 4>>> seen;
+  for (std::size_t t = 0; t < tiles.size(); ++t)
+    for (const auto& tag : tiles[t].tags) {
+      if (registration.fiducials.tag(tag.id) != nullptr) continue;
+      auto& corners = seen[tag.id].emplace_back();
+      for (std::size_t i = 0; i < 4; ++i) corners[i] = registration.tiles[t] * tag.corners[i];
+    }
+  for (const auto& [id, views] : seen) {
+    PanelTag tag{id, face, {}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      double x = 0, y = 0;
+      for (const auto& corners : views) x += corners[i].x.count(), y += corners[i].y.count();
+      const auto n = static_cast<double>(views.size());
+      tag.corners[i] = point<PanelFrame>(x / n, y / n);
+    }
+    if (!on_sheet(tag, registration.sheet))
+      return refused(fmt::format("tag {} does not lie on the panel: lay only this panel on the glass", id));
+    registration.fiducials.tags.push_back(tag);
+    registration.new_tags.push_back(id);
+  }
+  sort_by_id(registration.fiducials.tags);
+  return Ok();
+}
+
 // Whether the scan shows the panel, and the face that was asked for.
-Status check_face(std::span<const TileView> tiles, Face face, const PanelFiducials& known) {
+Status check_face(std::span<const TileView> tiles, Face face, const PanelFiducials& known, bool new_tags) {
   std::vector<int> other_face, strangers;
   std::size_t right = 0;
   for (const int id : seen_ids(tiles)) {
@@ -234,9 +313,11 @@ Status check_face(std::span<const TileView> tiles, Face face, const PanelFiducia
   if (right == 0)
     return refused(
         fmt::format("another panel lies on the glass (tags {}): lay the wanted panel on it", list_of(strangers)));
-  if (!strangers.empty())
-    return refused(fmt::format("tag {} does not belong to this panel's {} face: lay only this panel on the glass",
-                               list_of(strangers), to_string(face)));
+  if (!strangers.empty() && !new_tags)
+    return refused(
+        fmt::format("tag {} does not belong to this panel's {} face: lay only this panel on the glass, or "
+                    "scan it with --retag when the tag was newly glued to it",
+                    list_of(strangers), to_string(face)));
   return Ok();
 }
 
@@ -313,7 +394,7 @@ Result<Registration> register_first_scan(std::span<const TileView> tiles, const 
 Result<Registration> register_scan(std::span<const TileView> tiles, Face face, const PanelFiducials& known,
                                    const ScannerModel& scanner, const RegistrationOptions& options) {
   if (auto status = check_tags(tiles, scanner, options); !status) return status.error();
-  if (auto status = check_face(tiles, face, known); !status) return status.error();
+  if (auto status = check_face(tiles, face, known, options.retag); !status) return status.error();
   if (!known.knows(face)) {
     if (face == Face::kShow)
       return Error{ErrorCode::kInvalidArgument, "the panel's show face was never scanned: scan it first"};
@@ -323,8 +404,10 @@ Result<Registration> register_scan(std::span<const TileView> tiles, Face face, c
   double sum = 0, max = 0;
   std::size_t points = 0;
   for (const TileView& tile : tiles) {
-    auto fit = fit_tile(tile, face, known, scanner);
+    auto fit = fit_tile(tile, face, known, scanner, options);
     if (!fit) return fit.error();
+    out.moved.insert(out.moved.end(), fit->moved.begin(), fit->moved.end());
+    out.left_out.insert(out.left_out.end(), fit->left_out.begin(), fit->left_out.end());
     sum += fit->sum_of_squares, max = std::max(max, fit->max), points += fit->points;
     out.tiles.push_back(std::move(fit->map));
   }
@@ -334,6 +417,8 @@ Result<Registration> register_scan(std::span<const TileView> tiles, Face face, c
     return status.error();
   out.fiducials = known;
   out.sheet = sheet_box(tiles, out.tiles);
+  if (options.retag)
+    if (auto status = retag(tiles, face, out); !status) return status.error();
   return out;
 }
 

@@ -4,6 +4,7 @@
 // +x along its lower edge, where "lower" is how most of the tags stand (if they do not agree, how the first tile lay).
 // Its fiducials are then frozen; later scans are fitted to them and move nothing. A back scan is tied to the show face
 // by at least three asymmetric through-holes; its handedness is measured from them. Printed tag size is only a check.
+// What has moved since it was frozen is found by what the other fiducials say, named, and left out.
 // Thread-safe.
 #pragma once
 
@@ -59,8 +60,13 @@ struct RegistrationOptions {
   double tag_size_tolerance = 0.01;
   Millimetres max_rms{0.05};
   Millimetres max_single{0.10};
+  // A frozen fiducial that lies farther from where the others put it has moved, and is dropped when the rest agree.
+  Millimetres max_offset{0.05};
   std::size_t min_tags = 3;   // on the face, all tiles together
   std::size_t min_holes = 3;  // that tie the back to the show face
+  // A later scan of a known face: tags that the panel never had become its own, tied to the map by three fiducials or
+  // more that stayed where they were. Those that moved stay frozen where they were, and count no more.
+  bool retag = false;
   // Ids of tags that belong to other panels (and to the AprilGrid sheet): seeing one is an error.
   std::set<int> foreign_tags;
 };
@@ -71,7 +77,11 @@ struct Registration {
   // frozen fiducials. First back scan: of the holes that tie the faces; later ones: with the frozen back tags.
   std::optional<Millimetres> rms, max;
   PanelFiducials fiducials;  // all that is known after this scan: what was frozen before, and what is new
-  Box<PanelFrame> sheet;     // the sheet's bounding box; its min is (0, 0) on a first scan
+  // Of a later scan of a face: fiducials that no longer lie where they were frozen, by what the others say; they count
+  // for nothing else here. How far the others lie from where the rest puts them.
+  std::vector<FiducialOffset> moved, left_out;
+  std::vector<int> new_tags;  // ids that became the panel's by `retag`, ascending
+  Box<PanelFrame> sheet;      // the sheet's bounding box; its min is (0, 0) on a first scan
 };
 
 // kNotFound: no tags. kRefused: too few, too large a residual, a foreign tag, tiles that share too little.

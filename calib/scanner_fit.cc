@@ -250,6 +250,28 @@ void describe(ScannerCertificateData& out, const std::vector<Corner>& corners, c
                          (data.covered_to_y_mm - data.covered_from_y_mm) / (width * height);
 }
 
+// How far off the map is at a scan that it was made without, the sheet laid on it as well as can be.
+Stray miss_of_scan(std::vector<Corner> corners, std::size_t scan, const Fit& fit, const ShiftLattice& lattice,
+                   const Eigen::MatrixXd& energy) {
+  constexpr int kLeftOut = 0, kUsed = 1;
+  for (Corner& corner : corners) corner.fold = corner.scan == scan ? kLeftOut : kUsed;
+  const Fit without = solve(corners, fit.poses, lattice, energy, kLeftOut);
+  constexpr ScanResolution kUnit{1};  // nominal mm stand for pixels
+  std::vector<Point<GlassFrame>> seen;
+  std::vector<Point<SheetFrame>> on_sheet;
+  for (const Corner& corner : corners) {
+    if (corner.scan != scan || corner.dropped) continue;
+    seen.push_back(without.model.glass_from_scan(point<ScanFrame>(corner.x, corner.y), kUnit));
+    on_sheet.push_back(corner.on_sheet);
+  }
+  const std::span<const Point<GlassFrame>> to(seen);
+  const std::span<const Point<SheetFrame>> from(on_sheet);
+  Stray out;
+  const Pose pose = fit_isometry(to, from);
+  for (std::size_t i = 0; i < seen.size(); ++i) out.add(distance(pose * on_sheet[i], seen[i]).count());
+  return out;
+}
+
 Status within(const ScannerCertificateData& found, const ScannerFitOptions& options) {
   const Millimetres rms = std::max(found.rms, found.left_out_rms), max = std::max(found.max, found.left_out_max);
   if (rms <= options.max_rms && max <= options.max_single) return Ok();
@@ -308,6 +330,15 @@ Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans
   out.tags = static_cast<int>(corners.size() / 4);
   out.rms = Millimetres(fitted.rms), out.max = Millimetres(fitted.max);
   out.left_out_rms = Millimetres(left_out.rms), out.left_out_max = Millimetres(left_out.max);
+  if (scans.size() > 1) {
+    Stray others;
+    for (std::size_t s = 0; s < scans.size(); ++s) {
+      const Stray one = miss_of_scan(corners, s, fit, lattice, energy);
+      others.rms += one.rms, others.max = std::max(others.max, one.max), others.count += one.count;
+    }
+    others.close();
+    out.other_scan_rms = Millimetres(others.rms), out.other_scan_max = Millimetres(others.max);
+  }
   describe(out, corners, fit, width, height);
   if (auto status = within(out, options); !status) return status.error();
   return out;

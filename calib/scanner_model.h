@@ -64,8 +64,11 @@ struct ScannerCertificateData {
   int scans = 0, tags = 0, dropped = 0;
   Millimetres rms{0}, max{0};                    // tag corners, model against sheet
   Millimetres left_out_rms{0}, left_out_max{0};  // corners of tags the fit had not seen, inside the covered area
-  double scale_x = 1, scale_y = 1;               // true mm per nominal mm, mean over the covered area
-  double covered_fraction = 0;                   // of the glass
+  // Whole scans of which the fit had seen the others only, beyond what these covered too: how well it will serve at
+  // another scan. Nothing of a single one.
+  std::optional<Millimetres> other_scan_rms, other_scan_max;
+  double scale_x = 1, scale_y = 1;  // true mm per nominal mm, mean over the covered area
+  double covered_fraction = 0;      // of the glass
 };
 
 struct ScannerFitOptions {
@@ -75,8 +78,9 @@ struct ScannerFitOptions {
   int min_tags = 40;  // per scan
 };
 
-// One scan suffices; two or three at different places cover more of the glass and average the noise.
-// kNotFound when a scan does not show the sheet, kRefused when a residual is over the limits.
+// One scan suffices for a map, but nothing tells how well it will serve at the next; two or three at different places
+// do, cover more of the glass and average the noise. kNotFound when a scan does not show the sheet, kRefused when a
+// residual is over the limits.
 Result<ScannerCertificateData> fit_scanner_model(std::span<const GridScan> scans, const AprilGrid& grid = {},
                                                  const ScannerFitOptions& options = {});
 

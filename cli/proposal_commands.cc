@@ -27,7 +27,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string face = "show";
     std::string panel, part_of, picture;
-    bool more = false, accept = false;
+    bool more = false, accept = false, retag = false;
     std::vector<std::string> overruled;
   };
   const auto options = std::make_shared<Options>();
@@ -38,6 +38,8 @@ void add_scan(CLI::App& panel, CommandContext& context) {
                    "A panel that was sawn apart, of which this is a part; needed only where no tag of it is left");
   CLI::Option* more =
       scan->add_flag("--more", options->more, "More parts of the same panel follow; leave it out for the last one");
+  scan->add_flag("--retag", options->retag,
+                 "Tags of this panel that it never had were newly glued on, and become its own");
   scan->add_flag("--accept", options->accept, "Take it into stock at once, unless it has warnings")->excludes(more);
   add_override(*scan, options->overruled);
   scan->add_option("--picture", options->picture, "Save the picture of what waits to be accepted (PNG)");
@@ -45,6 +47,7 @@ void add_scan(CLI::App& panel, CommandContext& context) {
     json body = {{"face", options->face}, {"more", options->more}};
     if (!options->panel.empty()) body["panel"] = options->panel;
     if (!options->part_of.empty()) body["part_of"] = options->part_of;
+    if (options->retag) body["retag"] = true;
     // Who overrules a warning means to accept.
     const bool accept = options->accept || !options->overruled.empty();
     if (accept) body["accept"] = true;

@@ -191,6 +191,19 @@ std::string render_next(const json& status) {
          (command.empty() ? "" : "  " + command + "\n");
 }
 
+namespace {
+
+// What a certificate does not tell, or will not for long.
+std::string doubt_lines(const json& certificate, const std::string& of) {
+  std::string text;
+  if (const json& doubts = member(certificate, "doubts"); doubts.is_array())
+    for (const json& doubt : doubts)
+      if (doubt.is_string()) text += line(of, doubt.get<std::string>());
+  return text;
+}
+
+}  // namespace
+
 std::string render_certificates(const json& reply) {
   const json& list = member(reply, "certificates");
   if (!list.is_array() || list.empty()) return "No certificates yet. Begin with `veneerctl calibrate scanner`.\n";
@@ -201,7 +214,10 @@ std::string render_certificates(const json& reply) {
                millimetres(certificate, "max_mm", 3), text_or(certificate, "issued", ""),
                text_or(certificate, "expires", ""), text_or(certificate, "made_on", "")});
   }
-  return table.str();
+  std::string text = table.str();
+  for (const json& certificate : list)
+    text += doubt_lines(certificate, fmt::format("No. {}", whole_or(certificate, "id", 0)));
+  return text;
 }
 
 std::string render_recipes(const json& reply) {
@@ -272,6 +288,7 @@ std::string render_calibration(const json& result) {
                           member(figures, "max_mm").is_number() ? "worst " + millimetres(figures, "max_mm", 3) : ""},
                          ", "));
   text += line("Kerf", millimetres(figures, "kerf_mm", 3));
+  text += doubt_lines(result, "Beware");
   return text;
 }
 

@@ -85,6 +85,11 @@ std::string render_scan_result(const json& result) {
   if (waiting.is_number()) text += changed_wood(result);
   const json& registration = member(result, "registration");
   if (registration.is_object() && member(registration, "rms_mm").is_number()) text += render_registration(registration);
+  if (const json& added = member(result, "new_tags"); added.is_array() && !added.empty()) {
+    std::vector<std::string> tags;
+    for (const json& tag : added) tags.push_back(tag.dump());
+    text += line("New tags", joined(tags, ", "));
+  }
   const json& differences = member(result, "differences");
   if (differences.is_array()) {
     text += line("Ledger", differences.empty() ? "agrees with the wood"

@@ -97,6 +97,23 @@ Status freeze_fiducials(SQLite::Database& connection, const PanelId& panel,
   return Ok();
 }
 
+// Each tag is on one sheet of the stock.
+Status check_tags_are_new(SQLite::Database& connection, const std::vector<FiducialRecord>& fiducials) {
+  SQLite::Statement same(connection,
+                         fmt::format("SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE "
+                                     "f.kind = 'tag' AND f.number = ? AND {} LIMIT 1",
+                                     kIsInStock));
+  for (const auto& fiducial : fiducials) {
+    if (fiducial.kind != FiducialKind::kTag) continue;
+    same.reset();
+    same.bind(1, fiducial.tag_id);
+    if (same.executeStep())
+      return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock and carries tag {}: scan the sheet again",
+                                                     text(same.getColumn(0)), fiducial.tag_id)};
+  }
+  return Ok();
+}
+
 Status enter_panel(SQLite::Database& connection, const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials) {
   const std::int64_t number = number_of(panel.id);
@@ -112,18 +129,7 @@ Status enter_panel(SQLite::Database& connection, const PanelRecord& panel, const
     if (scan.panel != panel.id)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
-  SQLite::Statement same(connection,
-                         fmt::format("SELECT p.id FROM fiducials AS f JOIN panels AS p ON p.id = f.panel WHERE "
-                                     "f.kind = 'tag' AND f.number = ? AND {} LIMIT 1",
-                                     kIsInStock));
-  for (const auto& fiducial : fiducials) {
-    if (fiducial.kind != FiducialKind::kTag) continue;
-    same.reset();
-    same.bind(1, fiducial.tag_id);
-    if (same.executeStep())
-      return Error{ErrorCode::kConflict, fmt::format("panel {} is in stock and carries tag {}: scan the sheet again",
-                                                     text(same.getColumn(0)), fiducial.tag_id)};
-  }
+  if (const Status unique = check_tags_are_new(connection, fiducials); !unique) return unique;
   SQLite::Statement insert(connection,
                            "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
                            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
@@ -286,7 +292,7 @@ Result<std::vector<PanelId>> Panels::parts_of(const PanelId& parent) {
 }
 
 Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
-                         const std::vector<FiducialRecord>& fiducials) {
+                         const std::vector<FiducialRecord>& fiducials, const std::vector<FiducialRecord>& new_tags) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     if (is_retired(connection, panel)) return retired_meanwhile(panel);
@@ -295,6 +301,8 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.value)};
     insert_scans(connection, scans);
+    if (const Status unique = check_tags_are_new(connection, new_tags); !unique) return unique;
+    insert_fiducials(connection, panel, new_tags);
     return freeze_fiducials(connection, panel, fiducials);
   });
 }

@@ -115,9 +115,9 @@ class Panels {
   Result<std::optional<PartRecord>> part(const PanelId& panel);
   Result<std::vector<PanelId>> parts_of(const PanelId& parent);  // in order of id
   // A later look at a known panel: its scans, and the fiducials of a face that had none (kConflict when it has, or when
-  // the panel is retired).
+  // the panel is retired); `new_tags` were glued to a face that has some (kConflict when a panel in stock carries one).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
-                   const std::vector<FiducialRecord>& fiducials);
+                   const std::vector<FiducialRecord>& fiducials, const std::vector<FiducialRecord>& new_tags = {});
   // A new version of map and mask, made by comparison with version `after`; its number. The frame, the size, the
   // fiducials and earlier versions stay. kConflict when another version counts by now, or the panel is retired.
   Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after,

@@ -39,7 +39,7 @@ cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out)
   for (const BedPanel& panel : order.panels) candidates.push_back({panel.panel, panel.fiducials});
   const auto found = calib::find_panel(picture, camera, order.height, candidates);
   if (!found) return none(found.error());
-  out.pose = SeenPose{found->panel, found->face_up, found->bed_from_panel, found->rms};
+  out.pose = SeenPose{found->panel, found->face_up, found->bed_from_panel, found->rms, calib::moved_tags_text(*found)};
   for (const BedPanel& panel : order.panels)
     if (panel.panel == found->panel)
       return calib::draw_pose(picture, camera, order.height, *found, panel.fiducials, panel.outline);

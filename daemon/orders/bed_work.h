@@ -34,6 +34,7 @@ struct SeenPose {
   Face face_up = Face::kBack;
   Isometry2<BedFrame, PanelFrame> bed_from_panel;
   Millimetres rms{0};
+  std::string moved_tags;  // what to tell of tags that count no more; "" when there are none
 };
 struct BedSeen {
   std::vector<int> tags;
@@ -46,7 +47,7 @@ Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path&
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, tags, camera, height, panels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, pose, why_none, why_code)
 
 }  // namespace veneer::daemon

@@ -122,6 +122,23 @@ void judge_hairs(const std::vector<calib::HairOnGlass>& hairs, std::vector<ScanW
 
 }  // namespace
 
+std::vector<ScanWarning> doubts_of_moved(const calib::Registration& registration) {
+  std::vector<ScanWarning> out;
+  int holes = 0;
+  for (const calib::FiducialOffset& moved : registration.moved) {
+    std::string name = moved.tag >= 0 ? fmt::format("moved-tag-{}", moved.tag) : fmt::format("moved-hole-{}", ++holes);
+    // Two tiles may see the same tag.
+    if (std::ranges::any_of(out, [&](const ScanWarning& warning) { return warning.name == name; })) continue;
+    out.push_back(
+        {std::move(name),
+         fmt::format("{} lies {:.2f} mm from where the first scans saw it, by what the others say, and counts for "
+                     "nothing: wipe it clean and scan again; if it came loose, glue on a tag with a new number "
+                     "and scan with --retag",
+                     name_of(moved), moved.off.count())});
+  }
+  return out;
+}
+
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask) {
   std::vector<ScanWarning> out;
   for (const calib::AskedStrip& strip : mask.asked) {

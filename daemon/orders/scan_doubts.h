@@ -19,6 +19,10 @@ struct ScanWarning {
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);
 
+// moved-tag-212, moved-hole-1, ...: fiducials that no longer lie where the panel's first scans saw them, by what the
+// others say. They count for nothing, so that the scan is as good without them.
+std::vector<ScanWarning> doubts_of_moved(const calib::Registration& registration);
+
 // Of a first scan, which defines the panel's frame:
 //   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)
 //   tag-size      or all of them longer or shorter than they were printed (0.5 %)

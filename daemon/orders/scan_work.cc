@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -139,7 +140,8 @@ Status read_known_panel(const RegisterScans& order, const calib::Registration& r
   const calib::EarlierLook look{*before, *earlier};
   auto mask = calib::mask_veneer(*map, *order.known, {}, &look);
   if (!mask) return mask.error();
-  out.warnings = doubts_of_mask(*mask);
+  const auto doubts = doubts_of_mask(*mask);
+  out.warnings.insert(out.warnings.end(), doubts.begin(), doubts.end());
   compare_wood(order, *earlier, mask->usable, out);
   return write_panel(*map, *mask, folder, out);
 }
@@ -182,6 +184,7 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   const calib::ScannerModel scanner(order.scanner);
   calib::RegistrationOptions options;
   options.foreign_tags = order.foreign_tags;
+  options.retag = order.retag;
   auto registration = order.known ? calib::register_scan(order.views, order.face, *order.known, scanner, options)
                                   : calib::register_first_scan(order.views, scanner, options);
   if (!registration) return registration.error();
@@ -191,6 +194,10 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   out.sheet = registration->sheet;
   for (std::size_t i = 0; i < order.views.size(); ++i)
     out.lattices.push_back(lattice_text(registration->tiles[i], order.views[i].width_px, order.views[i].height_px));
+  out.new_tags = registration->new_tags;
+  if (!registration->left_out.empty())
+    out.left_out = std::ranges::max(registration->left_out, {}, &calib::FiducialOffset::off).off;
+  out.warnings = doubts_of_moved(*registration);
   if (order.known && order.face == Face::kBack) return out;
   const Status read = order.known ? read_known_panel(order, *registration, folder, progress, out)
                                   : read_new_panel(order, *registration, folder, progress, out);

@@ -46,6 +46,7 @@ struct RegisterScans {
   std::vector<Region<PanelFrame>> gone;
   std::vector<Region<PanelFrame>> held;      // what else the ledger holds: wood that is not free, and not gone
   std::vector<Region<PanelFrame>> suspects;  // outlines of pieces of which nobody knows whether they were cut out
+  bool retag = false;  // tags that the panel never had become its own (calib::RegistrationOptions)
 };
 struct PanelRead {
   std::optional<Millimetres> rms, max;
@@ -60,6 +61,10 @@ struct PanelRead {
   // cuts, and wood that it would give back; patches wider than a millimetre.
   SquareMillimetres lost{0}, gained{0};
   std::vector<ScanWarning> warnings;
+  // Of a face that was known: the tags that became its own, and how far the worst of its fiducials lies from where the
+  // others put it.
+  std::vector<int> new_tags;
+  std::optional<Millimetres> left_out;
 };
 Result<PanelRead> register_scans(const RegisterScans& order, const std::filesystem::path& folder,
                                  const TaskProgress& progress);
@@ -70,9 +75,9 @@ std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, in
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
-                                   earlier_map, earlier_mask, gone, held, suspects)
+                                   earlier_map, earlier_mask, gone, held, suspects, retag)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
-                                   suspects_gone, lost, gained, warnings)
+                                   suspects_gone, lost, gained, warnings, new_tags, left_out)
 
 }  // namespace veneer::daemon

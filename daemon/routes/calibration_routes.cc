@@ -26,8 +26,8 @@ struct Board {
 };
 
 // Burns on the reactor, then photographs and fits on the camera's worker.
-void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
-                     std::vector<std::string> confirmed) {
+void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, const Board& board,
+                      const std::string& who, std::vector<std::string> confirmed) {
   const auto& travel = s.unit.limits().travel;
   const Millimetres full(30);  // without a word about the board it nearly fills the bed
   auto strokes = s.calibrations.pattern_job(travel, board.width > Millimetres(0) ? board.width : travel.width() - full,
@@ -44,6 +44,17 @@ void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, con
     });
   };
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
+}
+
+// Looks on the camera's worker before anything is burnt.
+void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
+                     const std::vector<std::string>& confirmed) {
+  post_task(s.camera, task, [s, task, board, who, confirmed] {
+    const Status ready = s.calibrations.ready_for_pattern(
+        [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+    if (!ready) return task.fail(ready.error());
+    s.on_reactor([s, task, board, who, confirmed] { burn_and_measure(s, task, board, who, confirmed); });
+  });
 }
 
 // A run looks at the bed with the same camera and on the same thread, so that a calibration which takes its time, or
@@ -101,8 +112,10 @@ void calibrate(const CalibrationServices& s, const ApiRequest& request, const Re
   });
 }
 
+constexpr std::chrono::hours kSoon(7 * 24);  // before it expires
+
 Result<json> certificates_json(Repositories& r, const Page& page) {
-  auto list = judged_certificates(r, utc_timestamp(), {page.after}, page.limit + 1);
+  auto list = judged_certificates(r, utc_timestamp(), {page.after}, page.limit + 1, utc_timestamp(kSoon));
   if (!list) return list.error();
   json out = {{"certificates", json::array()}};
   out["next"] = cut_to_page(*list, page, [](const JudgedCertificate& judged) { return judged.record.id.value; });

@@ -180,8 +180,10 @@ json to_json(const JudgedCertificate& certificate) {
               {"issued", c.issued_at},
               {"expires", c.expires_at},
               {"rms_mm", c.rms.count()}};
-  for (const char* key : {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans"})
+  for (const char* key : {"max_mm", "left_out_rms_mm", "kerf_mm", "scale_x", "scale_y", "skew_deg", "views", "scans",
+                          "other_scan_rms_mm", "covered_fraction"})
     if (payload.contains(key)) out[key] = payload[key];
+  if (!certificate.doubts.empty()) out["doubts"] = certificate.doubts;
   return out;
 }
 
@@ -235,12 +237,14 @@ json to_json(const ScanOutcome& o) {
   if (o.part_of) out["part_of"] = o.part_of->value, out["carried"] = o.carried;
   out["registration"] = {{"rms_mm", o.rms ? json(o.rms->count()) : json()},
                          {"max_mm", o.max ? json(o.max->count()) : json()}};
+  if (o.left_out) out["registration"]["left_out_mm"] = o.left_out->count();
+  if (!o.new_tags.empty()) out["new_tags"] = o.new_tags;
+  if (o.face == Face::kShow || !o.warnings.empty()) out["warnings"] = warnings_json(o.warnings);
   if (o.face == Face::kShow) {
     out["usable_mm2"] = o.usable.count();
     out["zones"] = o.zones;
     out["size_mm"] = {o.width.count(), o.height.count()};
     if (!o.is_new) out["lost_mm2"] = o.lost.count(), out["gained_mm2"] = o.gained.count();
-    out["warnings"] = warnings_json(o.warnings);
     out["suspects"] = json::array();
     for (const SeenSuspect& suspect : o.suspects)
       out["suspects"].push_back(
@@ -348,11 +352,16 @@ json to_json(const JobOutcome& o) {
 }
 
 json to_json(const CalibrationOutcome& o) {
-  return {{"device", o.device},
-          {"views", o.views},
-          {"certificate", o.certificate.value},
-          {"rms_mm", o.rms.count()},
-          {"figures", json::parse(o.payload, nullptr, false)}};
+  const json figures = json::parse(o.payload, nullptr, false);
+  json out = {{"device", o.device},
+              {"views", o.views},
+              {"certificate", o.certificate.value},
+              {"rms_mm", o.rms.count()},
+              {"figures", figures}};
+  if (o.device == "scanner" && o.certificate.value != 0)
+    if (auto doubts = doubts_of_payload(db::CertificateKind::kScanner, figures); !doubts.empty())
+      out["doubts"] = std::move(doubts);
+  return out;
 }
 
 }  // namespace veneer::daemon

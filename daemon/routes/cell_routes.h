@@ -89,6 +89,7 @@ struct CalibrationServices {
   QueryPool& queries;
   Millimetres thickness;  // of a panel
   std::function<void()> on_calibrated;
+  std::function<void(std::function<void()>)> on_reactor;  // has something done there
 };
 void bind_calibration_routes(Router& router, const CalibrationServices& services);
 

@@ -263,7 +263,7 @@ Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   if (!seen->pose) return Error{error_code_of(seen->why_code), seen->why_none};
   const SeenPose& pose = *seen->pose;
   note_seen({pose.panel});
-  return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms};
+  return ProvenPose{pose.panel, pose.face_up == Face::kBack, pose.bed_from_panel, pose.rms, pose.moved_tags};
 }
 
 }  // namespace veneer::daemon

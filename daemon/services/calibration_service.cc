@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/clock.h"
+#include "calib/april_grid.h"
+#include "daemon/orders/bed_work.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/work_folder.h"
@@ -26,6 +29,12 @@ bool is_about_the_views(const Error& error) {
     default:
       return true;
   }
+}
+
+Status require_camera(const Calibration& calibration) {
+  if (calibration.camera) return Ok();
+  return Error{ErrorCode::kRefused,
+               "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
 }
 
 }  // namespace
@@ -169,14 +178,32 @@ Result<LaserJob> CalibrationService::pattern_job(const Box<MachineFrame>& travel
   return LaserJob{planner::pattern_strokes(*made, recipe)};
 }
 
+Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const std::stop_token& stop) {
+  progress(0.02, "looking at the bed");
+  const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
+  if (!calibration) return calibration.error();
+  if (const Status able = require_camera(*calibration); !able) return able;
+  const auto picture = camera_.capture();
+  if (!picture) return picture.error();
+  LookAtBed look;
+  look.file = picture->string(), look.tags = true;
+  const auto seen = have<BedSeen>(look, *picture, progress, stop);
+  if (!seen) return seen.error();
+  const calib::AprilGrid grid;
+  const auto of_grid = [&](int tag) { return tag >= grid.first_id && tag < grid.first_id + grid.tags(); };
+  if (std::none_of(seen->tags.begin(), seen->tags.end(), of_grid)) return Ok();
+  return Error{
+      ErrorCode::kRefused,
+      "the AprilGrid sheet lies on the bed, and the pattern would be cut through it: take it off, lay the bare "
+      "board in the middle of the bed, and run veneerctl calibrate laser again"};
+}
+
 Result<CalibrationOutcome> CalibrationService::axes(Millimetres height, const TaskProgress& progress,
                                                     const std::stop_token& stop) {
   progress(0.7, "photographing the pattern");
   auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
-  if (!calibration->camera)
-    return Error{ErrorCode::kRefused,
-                 "the bed camera has no valid certificate: run veneerctl calibrate camera before calibrate laser"};
+  if (const Status able = require_camera(*calibration); !able) return able.error();
   const auto burnt = burnt_area(*calibration);
   if (!burnt) return burnt.error();
   const auto picture = camera_.capture();

@@ -50,6 +50,9 @@ class CalibrationService {
   // The AprilGrid sheet on the bed, its printed face `height` above it; at least four views at two heights.
   Result<CalibrationOutcome> camera(bool more, Millimetres height, const TaskProgress& progress,
                                     const std::stop_token& stop);
+  // Before the pattern is burnt: whether it could be measured afterwards, and whether the AprilGrid sheet still lies on
+  // the bed, through which it would be cut. kRefused, saying what to do.
+  Status ready_for_pattern(const TaskProgress& progress, const std::stop_token& stop);
   // The burnt pattern on the bed, the board's upper face `height` above it.
   Result<CalibrationOutcome> axes(Millimetres height, const TaskProgress& progress, const std::stop_token& stop);
   // The burnt board on the glass.

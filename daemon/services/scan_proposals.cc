@@ -128,6 +128,7 @@ ScanOutcome told(const SeenSheet& seen) {
   out.is_new = !seen.panel;
   out.part_of = seen.parent;
   out.rms = seen.read.rms, out.max = seen.read.max;
+  out.left_out = seen.read.left_out, out.new_tags = seen.read.new_tags;
   out.width = seen.read.sheet.width(), out.height = seen.read.sheet.height();
   out.usable = seen.read.usable;
   out.zones = seen.read.zones.size();
@@ -199,6 +200,14 @@ std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const 
     record.lattice = read.lattices.at(i);
     record.taken_at = tiles[i].taken_at;
   }
+  return records;
+}
+
+std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face) {
+  auto records = to_records(read.fiducials, face);
+  std::erase_if(records, [&](const db::FiducialRecord& record) {
+    return record.kind != db::FiducialKind::kTag || std::ranges::count(read.new_tags, record.tag_id) == 0;
+  });
   return records;
 }
 
@@ -398,7 +407,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     if (!zones) return zones.error();
     outcome.zones = zones->size();
     // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
-    return r.panels.add_scans(panel, scans, {});
+    return r.panels.add_scans(panel, scans, {}, new_tag_records(seen.read, Face::kShow));
   });
   if (!written) return written.error();
   library_.drop_index(panel);

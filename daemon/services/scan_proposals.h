@@ -48,6 +48,8 @@ struct ScanOutcome {
   std::size_t carried = 0;         // pieces and scrap of that one that lay in its wood
   Face face = Face::kShow;
   std::optional<Millimetres> rms, max;  // of the registration
+  std::optional<Millimetres> left_out;  // the worst fiducial of a later scan, from where the others put it
+  std::vector<int> new_tags;            // that became the panel's
   SquareMillimetres usable{0};          // of a show face
   std::size_t zones = 0;
   std::optional<std::vector<FoundDifference>> differences;  // of a show face that was known: against the ledger
@@ -115,6 +117,9 @@ class ScanProposals {
 // As the database keeps them with a proposal.
 std::string to_text(const std::vector<ScanWarning>& warnings);
 std::vector<ScanWarning> warnings_of(const db::ProposalRecord& proposal);
+// Of the tags that a scan of a known face added to it.
+std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face);
+
 std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const std::vector<TakenTile>& tiles,
                                          const PanelRead& read);
 

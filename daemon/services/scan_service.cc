@@ -305,8 +305,12 @@ Result<ScanOutcome> ScanService::finish(const ScanRequest& request, const TaskPr
   auto folder = WorkFolder::make(library_.data_dir());
   if (!folder) return folder.error();
   WorkOrder work = order(RegisterScans::kKind, "registering the scan", *folder);
-  const auto wanted = ask_of(*known, calibration->scanner->data(), work);
+  auto wanted = ask_of(*known, calibration->scanner->data(), work);
   if (!wanted) return wanted.error();
+  wanted->retag = request.retag;
+  if (request.retag && !known->fiducials.knows(known->face))
+    return Error{ErrorCode::kInvalidArgument,
+                 "tags can be added to a face that is known already: scan it without --retag, its tags are all new"};
   auto read = have_done<PanelRead>(workers_, std::move(work), *wanted, progress, stop);
   if (!read) return read.error();
   if (!can_be(*read, tiles_.size(), known->suspects.size()))
@@ -370,7 +374,9 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& r
   // Back tags are frozen once; a later look at the back adds its scans only.
   std::vector<db::FiducialRecord> fiducials;
   if (!known.fiducials.knows(Face::kBack)) fiducials = to_records(read.fiducials, Face::kBack);
-  const Status added = database_.call([&](Repositories& r) { return r.panels.add_scans(id, scans, fiducials); });
+  const auto new_tags = new_tag_records(read, Face::kBack);
+  const Status added =
+      database_.call([&](Repositories& r) { return r.panels.add_scans(id, scans, fiducials, new_tags); });
   if (!added) return added.error();
   ScanOutcome outcome;
   outcome.tiles = tiles_.size();
@@ -378,6 +384,8 @@ Result<ScanOutcome> ScanService::add_back(const Known& known, const PanelRead& r
   outcome.face = Face::kBack;
   outcome.rms = read.rms;
   outcome.max = read.max;
+  outcome.left_out = read.left_out, outcome.new_tags = read.new_tags;
+  outcome.warnings = read.warnings;
   return outcome;
 }
 

@@ -34,6 +34,7 @@ struct ScanRequest {
   Face face = Face::kShow;
   std::optional<PanelId> panel;       // needed for the first look at a panel's back
   std::optional<PanelId> part_of;     // a sawn panel, where the tags do not say so
+  bool retag = false;                 // strange tags were newly glued to the panel, and become its own
   bool more = false;                  // further tiles follow
   bool accept = false;                // takes it into stock when each of its warnings is overruled
   std::vector<std::string> overrule;  // names of warnings

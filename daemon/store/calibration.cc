@@ -221,8 +221,30 @@ Result<Calibration> load_calibration(Repositories& r, const std::string& now) {
   }
 }
 
+std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const json& payload) {
+  constexpr double kMostOff = 0.03;  // mm rms
+  constexpr double kLeastCovered = 0.7;
+  std::vector<std::string> out;
+  if (kind != db::CertificateKind::kScanner || !payload.is_object()) return out;
+  if (payload.value("scans", 0) == 1)
+    out.emplace_back(
+        "it was made of one scan, so nothing tells how far off the next one will be: calibrate with two "
+        "more, the sheet at other places (--more)");
+  if (const double off = payload.value("other_scan_rms_mm", 0.0); off > kMostOff)
+    out.push_back(
+        fmt::format("a scan that it was made without lay off by {:.3f} mm rms, {:.3f} mm at worst: press the "
+                    "sheet flat, and scan it at more places",
+                    off, payload.value("other_scan_max_mm", 0.0)));
+  if (const double covered = payload.value("covered_fraction", 1.0); covered < kLeastCovered)
+    out.push_back(
+        fmt::format("the sheet was seen on {:.0f} % of the glass, and beyond it the map is a guess: lay "
+                    "panels there, or calibrate with the sheet moved to the other end as well",
+                    covered * 100));
+  return out;
+}
+
 Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, const std::string& now,
-                                                           CertificateId before, int limit) {
+                                                           CertificateId before, int limit, const std::string& soon) {
   auto list = r.certificates.list(before, limit);
   if (!list) return list.error();
   try {
@@ -232,8 +254,15 @@ Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& r, cons
     for (auto& record : *list) {
       const CertificateStanding& standing = last->at(record.kind).standing;
       const CertificateState state = record.id == standing.certificate ? standing.state : CertificateState::kReplaced;
-      std::string device = made_on(json::parse(record.payload, nullptr, false));
-      out.push_back({std::move(record), state, std::move(device)});
+      const json payload = json::parse(record.payload, nullptr, false);
+      std::vector<std::string> doubts;
+      if (state == CertificateState::kValid) {
+        doubts = doubts_of_payload(record.kind, payload);
+        if (standing.expires_at <= soon)
+          doubts.push_back(fmt::format("it expires on {}: calibrate again before then, so that no job has to wait",
+                                       standing.expires_at.substr(0, 10)));
+      }
+      out.push_back({std::move(record), state, made_on(payload), std::move(doubts)});
     }
     return out;
   } catch (const json::exception& e) {
@@ -287,23 +316,26 @@ Status require_scan_size(const Calibration& calibration, int columns, int rows) 
 
 json to_payload(const calib::ScannerCertificateData& s) {
   const auto& d = s.model;
-  return {{"columns", d.columns},
-          {"rows", d.rows},
-          {"spacing_x_mm", d.spacing_x_mm},
-          {"spacing_y_mm", d.spacing_y_mm},
-          {"shift_x_mm", d.shift_x_mm},
-          {"shift_y_mm", d.shift_y_mm},
-          {"covered_mm", {d.covered_from_x_mm, d.covered_from_y_mm, d.covered_to_x_mm, d.covered_to_y_mm}},
-          {"scans", s.scans},
-          {"tags", s.tags},
-          {"dropped", s.dropped},
-          {"rms_mm", s.rms.count()},
-          {"max_mm", s.max.count()},
-          {"left_out_rms_mm", s.left_out_rms.count()},
-          {"left_out_max_mm", s.left_out_max.count()},
-          {"scale_x", s.scale_x},
-          {"scale_y", s.scale_y},
-          {"covered_fraction", s.covered_fraction}};
+  json payload = {{"columns", d.columns},
+                  {"rows", d.rows},
+                  {"spacing_x_mm", d.spacing_x_mm},
+                  {"spacing_y_mm", d.spacing_y_mm},
+                  {"shift_x_mm", d.shift_x_mm},
+                  {"shift_y_mm", d.shift_y_mm},
+                  {"covered_mm", {d.covered_from_x_mm, d.covered_from_y_mm, d.covered_to_x_mm, d.covered_to_y_mm}},
+                  {"scans", s.scans},
+                  {"tags", s.tags},
+                  {"dropped", s.dropped},
+                  {"rms_mm", s.rms.count()},
+                  {"max_mm", s.max.count()},
+                  {"left_out_rms_mm", s.left_out_rms.count()},
+                  {"left_out_max_mm", s.left_out_max.count()},
+                  {"scale_x", s.scale_x},
+                  {"scale_y", s.scale_y},
+                  {"covered_fraction", s.covered_fraction}};
+  if (s.other_scan_rms) payload["other_scan_rms_mm"] = s.other_scan_rms->count();
+  if (s.other_scan_max) payload["other_scan_max_mm"] = s.other_scan_max->count();
+  return payload;
 }
 
 json to_payload(const calib::CameraFit& fit) {

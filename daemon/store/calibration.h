@@ -65,17 +65,23 @@ struct Calibration {
 struct JudgedCertificate {
   db::CertificateRecord record;
   CertificateState state = CertificateState::kMissing;
-  std::string made_on;  // the device, or devices; "" where the certificate names none
+  std::string made_on;              // the device, or devices; "" where the certificate names none
+  std::vector<std::string> doubts;  // of one in force: how well it will serve, and for how long, each as a sentence
 };
+
+// How well a certificate will serve where nothing was measured, by how it was made: each as a sentence; mostly empty.
+std::vector<std::string> doubts_of_payload(db::CertificateKind kind, const nlohmann::json& payload);
 
 // The devices that a certificate of this kind is bound to, as one name; "" when one of them has none.
 std::string device_name(db::CertificateKind kind, const CellDevices& devices);
 
 // Certificates in force at `now` on the devices of the repositories; all others stay empty, and `standing` says why.
 Result<Calibration> load_calibration(Repositories& repositories, const std::string& now);
-// At most `limit` certificates, the one issued last first, from before `before` on; {0}: from the last one.
+// At most `limit` certificates, the one issued last first, from before `before` on; {0}: from the last one. Those that
+// expire until `soon` say so among their doubts.
 Result<std::vector<JudgedCertificate>> judged_certificates(Repositories& repositories, const std::string& now,
-                                                           CertificateId before = {}, int limit = -1);
+                                                           CertificateId before = {}, int limit = -1,
+                                                           const std::string& soon = "");
 
 // kRefused with the command that makes the missing certificate.
 Status require_scanner(const Calibration& calibration);

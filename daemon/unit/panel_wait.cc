@@ -120,6 +120,7 @@ void PanelWait::judge(const ProvenPose& pose) {
   if (checked) {
     load.sentence = fmt::format("panel {} found, back face up, fitted to {:.3f} mm; {} pieces: press Unsuspend",
                                 load.panel.value, pose.rms.count(), drawn_->burns.size());
+    if (!pose.moved_tags.empty()) load.sentence += "; but " + pose.moved_tags;
     seen_ = pose;
   } else {
     load.sentence = checked.error().message;

@@ -1,6 +1,8 @@
 // What the camera proved about the sheet on the bed.
 #pragma once
 
+#include <string>
+
 #include "base/frames.h"
 #include "base/ids.h"
 #include "base/result.h"
@@ -12,6 +14,7 @@ struct ProvenPose {
   bool back_up = false;
   Isometry2<BedFrame, PanelFrame> bed_from_panel;
   Millimetres rms{0};
+  std::string moved_tags;  // what to tell of tags that have moved and do not count; "" when there are none
 };
 
 // Back up, and the tags' layout says so as well.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "drivers/sim/bed_light.h"
 #include "drivers/sim/coarse_map.h"
 #include "drivers/sim/light.h"
 #include "drivers/sim/noise.h"
@@ -139,7 +140,19 @@ BedCamera::BedCamera(const CameraTruth& camera, const TwinSettings::Bed& bed) : 
   ground_ = draw_bed(bed, random);
 }
 
-cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
+Vec2 BedCamera::on_sheet(const BedView& view, Vec2 pixel) const {
+  const Sheet& sheet = *view.sheet;
+  double height = view.face_height_mm;
+  Vec2 at = view.bed_from_sheet.back_to_sheet(camera_.bed_at(pixel, height));
+  // The ray is steep and the sheet nearly flat: each round comes a hundred times nearer.
+  for (int i = 0; i < 3 && !sheet.relief.flat(); ++i) {
+    height = view.face_height_mm + sheet.relief.lift(at.x / sheet.width_mm, at.y / sheet.height_mm, view.face_up);
+    at = view.bed_from_sheet.back_to_sheet(camera_.bed_at(pixel, height));
+  }
+  return at;
+}
+
+cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed, const Roughness& rough) const {
   const cv::Size size(camera_.width_px, camera_.height_px);
   Random lamps(camera_.light_seed, "lamps"), random(seed, "camera");
   const CoarseMap ground_map(size, 8, [&](Vec2 p) {
@@ -150,10 +163,7 @@ cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
   std::unique_ptr<CoarseMap> face_map;
   if (view.sheet != nullptr) {
     face = half_face(*view.sheet, view.face_up, kBlurPx * (camera_.position[2] - view.face_height_mm) / camera_.fx);
-    face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) {
-      const Vec2 at = view.bed_from_sheet.back_to_sheet(camera_.bed_at(p, view.face_height_mm));
-      return view.sheet->pixel(at) * 0.5;
-    });
+    face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) { return view.sheet->pixel(on_sheet(view, p)) * 0.5; });
   }
   cv::Mat picture(size, CV_8UC3);
   const int strips = (size.height + kStripRows - 1) / kStripRows;
@@ -171,6 +181,8 @@ cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed) const {
       strips);
   const auto columns = falloff(size.width, camera_.uneven_light, lamps),
              rows = falloff(size.height, camera_.uneven_light, lamps);
+  Random weather(seed, "weather");
+  light_the_bed(picture, rough, weather);
   light_and_noise(picture, columns, rows, camera_.noise, random);
   return picture;
 }

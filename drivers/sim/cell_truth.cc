@@ -144,6 +144,16 @@ Vec2 CameraTruth::bed_at(Vec2 p, double z) const {
   return {position[0] + t * rx, position[1] + t * ry};
 }
 
+ScannerTruth scanner_of_today(const CellTruth& truth, std::uint64_t scan) {
+  ScannerTruth today = truth.scanner;
+  const Roughness& rough = truth.settings.rough;
+  Random random(truth.settings.seed, "scanner of the day", scan);
+  for (std::array<double, 6>* warp : {&today.warp_x, &today.warp_y})
+    for (double& k : *warp) k += random.spread(rough.scan_warp_mm / 3);
+  for (double& colour : today.lamp) colour += random.spread(rough.scan_colour);
+  return today;
+}
+
 CellTruth draw_cell_truth(const TwinSettings& settings) {
   CellTruth truth;
   truth.settings = settings;

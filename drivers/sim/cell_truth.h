@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "drivers/sim/plane.h"
+#include "drivers/sim/roughness.h"
 
 namespace veneer::sim {
 
@@ -46,6 +47,7 @@ struct TwinSettings {
     double engrave_energy = 0.0004;  // below this nothing shows
     double engrave_width_mm = 0.20;
   } laser;
+  Roughness rough;
 };
 
 // A smooth error of place: (x, y) -> (dx, dy) mm, polynomial over the glass plus a periodic wobble.
@@ -59,6 +61,7 @@ struct ScannerTruth {
   Wave wobble_xx, wobble_xy, wobble_yx, wobble_yy;  // wobble_xy: error of x as a function of y
   double psf_px = 0.6, noise = 1.6, dust = 1.0, uneven_light = 0.04;
   std::uint64_t light_seed = 0;
+  std::array<double, 3> lamp{1, 1, 1};  // blue, green, red
 
   // True glass mm of what the scanner shows at nominal mm (pixel / nominal px_per_mm, y up).
   Vec2 glass_from_nominal(Vec2 nominal) const;
@@ -88,6 +91,8 @@ struct CellTruth {
 };
 
 CellTruth draw_cell_truth(const TwinSettings& settings);
+// The scanner as it is at one scan: its carriage never runs twice the same way, its lamp ages and warms up.
+ScannerTruth scanner_of_today(const CellTruth& truth, std::uint64_t scan);
 Status save_cell_truth(const CellTruth& truth, const std::filesystem::path& file);
 Result<CellTruth> load_cell_truth(const std::filesystem::path& file);
 

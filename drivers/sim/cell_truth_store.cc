@@ -33,7 +33,8 @@ json to_json(const ScannerTruth& s) {
           {"noise", s.noise},
           {"dust", s.dust},
           {"uneven_light", s.uneven_light},
-          {"light_seed", s.light_seed}};
+          {"light_seed", s.light_seed},
+          {"lamp", s.lamp}};
 }
 
 ScannerTruth scanner_from(const json& v) {
@@ -47,6 +48,7 @@ ScannerTruth scanner_from(const json& v) {
   s.psf_px = v.at("psf_px").get<double>(), s.noise = v.at("noise").get<double>();
   s.dust = v.at("dust").get<double>(), s.uneven_light = v.at("uneven_light").get<double>();
   s.light_seed = v.at("light_seed").get<std::uint64_t>();
+  s.lamp = v.value("lamp", s.lamp);
   return s;
 }
 
@@ -94,6 +96,7 @@ Status save_cell_truth(const CellTruth& truth, const std::filesystem::path& file
       file, {{"schema_version", 1},
              {"seed", s.seed},
              {"sheet_dpi", s.sheet_dpi},
+             {"rough", to_json(s.rough)},
              {"bed", {{"width_mm", s.bed.width_mm}, {"height_mm", s.bed.height_mm}}},
              {"laser",
               {{"through_energy", s.laser.through_energy},
@@ -113,6 +116,7 @@ Result<CellTruth> load_cell_truth(const std::filesystem::path& file) {
     CellTruth truth;
     truth.settings.seed = v.at("seed").get<std::uint64_t>();
     truth.settings.sheet_dpi = v.at("sheet_dpi").get<double>();
+    truth.settings.rough = roughness_from(v.value("rough", json::object()));
     truth.settings.bed = {v.at("bed").at("width_mm").get<double>(), v.at("bed").at("height_mm").get<double>()};
     const json& laser = v.at("laser");
     truth.settings.laser.through_energy = laser.at("through_energy").get<double>();

@@ -100,13 +100,15 @@ int run(const sim::TwinConfig& config, const std::filesystem::path& state_dir, c
 int main(int argc, char** argv) {
   CLI::App app("The simulated scan-to-cut cell: scanner, bed camera and laser with a truth of their own",
                "veneer-twin");
-  std::string config_file, state_dir, socket, swatches;
+  std::string config_file, state_dir, socket, swatches, preset;
   std::optional<std::uint64_t> seed;
   bool journal = false, check = false;
   app.add_option("--config", config_file, "TOML file with [twin]");
   app.add_option("--state-dir", state_dir, "where the truth is kept");
   app.add_option("--socket", socket, "Unix socket to listen on");
   app.add_option("--seed", seed, "instead of the configuration's");
+  app.add_option("--preset", preset, "how unkind the workshop is, instead of the configuration's")
+      ->check(CLI::IsMember({"bench", "workshop", "rough"}));
   app.add_flag("--journal", journal, "log with priorities for journald");
   app.add_flag("--check-config", check, "only say whether the configuration is right");
   app.add_option("--swatches", swatches, "only write a picture of all woods to this file");
@@ -121,7 +123,7 @@ int main(int argc, char** argv) {
     return s.ok() ? 0 : fail(s.error());
   }
   if (config_file.empty()) return fail({ErrorCode::kInvalidArgument, "--config is missing: name the TOML file"}, 2);
-  Result<sim::TwinConfig> config = sim::load_twin_config(config_file);
+  Result<sim::TwinConfig> config = sim::load_twin_config(config_file, preset);
   if (!config.ok()) return fail(config.error(), 2);
   if (check) return 0;
   if (state_dir.empty() || socket.empty()) {

@@ -179,6 +179,8 @@ cv::Mat render_scan(const ScanTruth& truth, const Sheet* sheet, std::uint64_t se
   }
   Random random(seed, "scan");
   show_dust(picture, draw_dust(size, truth.px_per_mm, device.dust, random));
+  if (device.lamp != std::array<double, 3>{1, 1, 1})
+    cv::multiply(picture, cv::Scalar(device.lamp[0], device.lamp[1], device.lamp[2]), picture);
   Random lamp(device.light_seed, "lamp");
   const auto columns = uneven(picture.cols, device.uneven_light, truth.px_per_mm, true, lamp);
   const auto rows = uneven(picture.rows, device.uneven_light, truth.px_per_mm, false, lamp);

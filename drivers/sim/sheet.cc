@@ -8,6 +8,7 @@ namespace veneer::sim {
 namespace {
 
 constexpr double kCharWidth = 0.10;  // mm of browned wood beside a kerf
+constexpr double kSoot = 70;         // of 255, how dark it is beside the cut
 constexpr double kChipArea = 4;      // mm2; smaller parts are swept up, not kept
 constexpr double kLongestDraw = 2;   // mm; strokes are drawn in bits this long, so that boxes stay small
 
@@ -34,7 +35,9 @@ void darken(cv::Mat& layer, cv::Point at, double value) {
 }
 
 void burn_segment(Sheet& sheet, const TrueBurn& stroke, Vec2 a, Vec2 b) {
-  const double half = stroke.width_mm / 2, pixel = 1 / sheet.px_per_mm;
+  const double way = length(b - a), along_y = way > 0 ? (b.y - a.y) / way : 0;
+  const double half = (stroke.width_mm + stroke.oval_mm * along_y * along_y) / 2, pixel = 1 / sheet.px_per_mm;
+  const double open = half - stroke.taper_mm / 2, soot = stroke.by_hand ? 0 : stroke.soot_mm;
   cv::Mat& met = stroke.face == SheetFace::kShow ? sheet.engraved_front : sheet.engraved_back;
   cv::Mat& other = stroke.face == SheetFace::kShow ? sheet.engraved_back : sheet.engraved_front;
   if (stroke.depth == BurnDepth::kEngrave) {
@@ -43,14 +46,15 @@ void burn_segment(Sheet& sheet, const TrueBurn& stroke, Vec2 a, Vec2 b) {
     });
     return;
   }
-  along_segment(sheet, a, b, half + kCharWidth + pixel, [&](cv::Point at, double d) {
-    const double burnt = std::clamp((half - d) / pixel + 0.5, 0.0, 1.0);
+  along_segment(sheet, a, b, half + kCharWidth + soot + pixel, [&](cv::Point at, double d) {
+    const double burnt = std::clamp((open - d) / pixel + 0.5, 0.0, 1.0);
     auto& wood = sheet.material.at<unsigned char>(at);
     wood = std::min(wood, cv::saturate_cast<unsigned char>(255 * (1 - burnt)));
     if (stroke.by_hand) return;
     const double browned = std::clamp(1 - (d - half) / kCharWidth, 0.0, 1.0);
     darken(met, at, 150 * browned);
-    darken(other, at, 95 * browned);
+    darken(other, at, 95 * std::clamp(1 - (d - open) / kCharWidth, 0.0, 1.0));
+    if (soot > 0) darken(met, at, kSoot * std::clamp(1 - (d - half) / soot, 0.0, 1.0));
   });
 }
 

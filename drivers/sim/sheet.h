@@ -17,6 +17,7 @@
 
 #include "base/result.h"
 #include "drivers/sim/plane.h"
+#include "drivers/sim/relief.h"
 
 namespace veneer::sim {
 
@@ -48,7 +49,8 @@ struct SpeciesZone {
 };
 
 // One stroke as burnt, in sheet mm. Width is what is burnt away (through) or darkened (engrave). By hand: a bridge that
-// somebody cut through with a knife, which browns nothing.
+// somebody cut through with a knife, which browns nothing. A cut along y is wider by `oval_mm` than one along x,
+// narrower by `taper_mm` where it leaves the wood (that is what is open), and has soot beside it.
 struct TrueBurn {
   BurnDepth depth = BurnDepth::kEngrave;
   SheetFace face = SheetFace::kShow;  // which face the beam met
@@ -56,6 +58,7 @@ struct TrueBurn {
   double begin_s = 0, end_s = 0;  // device time of the controller
   std::vector<Vec2> points;
   bool by_hand = false;
+  double oval_mm = 0, taper_mm = 0, soot_mm = 0;
 };
 
 // A part that was cut loose and fell out when the sheet was lifted. `mask` (255 = wood) covers `box` of the sheet's
@@ -72,7 +75,7 @@ struct Sheet {
   SheetKind kind = SheetKind::kPanel;
   double width_mm = 0, height_mm = 0, thickness_mm = 0;
   double px_per_mm = 0;
-  cv::Mat front, back;                    // CV_8UC3, unburnt, never change
+  cv::Mat front, back;                    // CV_8UC3, unburnt; change only where a tag slips
   cv::Mat material;                       // CV_8UC1, coverage: 255 = wood, 0 = nothing (holes, kerf, fallen pieces)
   cv::Mat engraved_front, engraved_back;  // CV_8UC1, darkening by engraving (and the browned edge of kerf)
   std::vector<TrueTag> tags;
@@ -82,6 +85,9 @@ struct Sheet {
   std::vector<TrueBurn> burns;
   std::vector<TruePiece> pieces;
   bool cut_since_lifted = false;  // there may be loose pieces lying in place
+  Relief relief;                  // on the bed; on the glass it is pressed flat
+  // Whether a tag of the show face, of the back has moved. `tags` stay where they were glued, as a scan saw them.
+  std::array<bool, 2> slipped{};
 
   Vec2 pixel(Vec2 mm) const { return {mm.x * px_per_mm, (height_mm - mm.y) * px_per_mm}; }
   Vec2 mm(Vec2 px) const { return {px.x / px_per_mm, height_mm - px.y / px_per_mm}; }

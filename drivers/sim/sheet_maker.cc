@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "drivers/sim/noise.h"
 #include "drivers/sim/panel_layout.h"
+#include "drivers/sim/tag_dirt.h"
 #include "drivers/sim/tag_picture.h"
 #include "drivers/sim/wood.h"
 
@@ -69,6 +71,27 @@ cv::Mat primed_board(cv::Size size, double px_per_mm, Random& random) {
   }
   cv::resize(out, grown, size, 0, 0, cv::INTER_LINEAR);
   return grown;
+}
+
+// A panel is veneered on whatever board was there.
+cv::Mat board_under_veneer(const Sheet& sheet, const PanelOrder& order, Random& random) {
+  Random choice(order.seed, "kind of board");
+  const cv::Mat grey = primed_board(sheet.material.size(), sheet.px_per_mm, random);
+  if (choice.uniform() >= order.rough.other_boards) return grey;
+  // As the primed one, of another colour: raw MDF, dark and red-brown film, black primer.
+  constexpr std::array<std::array<double, 3>, 4> kColours = {
+      {{128, 158, 184}, {52, 62, 74}, {44, 58, 96}, {36, 35, 34}}};
+  const auto& colour = kColours[static_cast<std::size_t>(choice.below(static_cast<int>(kColours.size())))];
+  cv::Mat out;
+  cv::subtract(grey, cv::Scalar(131 - colour[0], 125 - colour[1], 119 - colour[2]), out);
+  return out;
+}
+
+// How it lies on the bed.
+void set_relief(Sheet& sheet, const PanelOrder& order) {
+  Random random(order.seed, "relief");
+  sheet.thickness_mm = kBoardThickness + random.spread(order.rough.thickness_mm);
+  sheet.relief = {random.spread(order.rough.bow_mm), random.spread(order.rough.bow_mm / 2)};
 }
 
 // Lays one strip on the board: 1 where veneer covers the pixel goes into `cover`.
@@ -177,15 +200,20 @@ Result<std::shared_ptr<Sheet>> make_panel(const PanelOrder& order) {
         ErrorCode::kInvalidArgument,
         fmt::format("{} strips do not fit on {} mm: a strip is at least 22 mm wide", order.strips, order.width_mm)};
   }
-  const PanelLayout layout = draw_layout(order.width_mm, order.height_mm, order.strips, order.seed);
+  PanelLayout layout = draw_layout(order.width_mm, order.height_mm, order.strips, order.seed);
+  Random treated(order.seed, "treated woods");
+  for (StripPlace& strip : layout.strips)
+    if (treated.uniform() < order.rough.other_woods)
+      strip.species =
+          treated_woods()[static_cast<std::size_t>(treated.below(static_cast<int>(treated_woods().size())))].name;
   if (order.first_tag + static_cast<int>(layout.tags.size()) > kTagFamilySize) {
     return Error{ErrorCode::kConflict,
                  "all tags of the family are used up: start the twin with an empty state directory"};
   }
   auto sheet = blank(order.name, SheetKind::kPanel, order.width_mm, order.height_mm, order.dpi);
-  sheet->thickness_mm = kBoardThickness;
+  set_relief(*sheet, order);
   Random random(order.seed, "board");
-  sheet->front = primed_board(sheet->material.size(), sheet->px_per_mm, random);
+  sheet->front = board_under_veneer(*sheet, order, random);
   cv::Mat cover = cv::Mat::zeros(sheet->material.size(), CV_8UC1);
   const auto count = static_cast<int>(layout.strips.size());
   std::vector<Sheet> parts(layout.strips.size() + 1, *sheet);  // share rasters; strips touch disjoint pixels
@@ -213,23 +241,25 @@ Result<std::shared_ptr<Sheet>> make_panel(const PanelOrder& order) {
   }
   for (const TrueHole& hole : layout.screw_holes) sink_screw(*sheet, hole);
   for (const TrueHole& hole : layout.holes) drill(*sheet, hole);
+  soil_tags(*sheet, order.rough.tag_dirt, order.seed);
   return sheet;
 }
 
-std::shared_ptr<Sheet> make_grid(const std::string& name, double dpi, std::uint64_t seed) {
+std::shared_ptr<Sheet> make_grid(const std::string& name, double dpi, std::uint64_t seed, double print_error) {
   constexpr int kColumns = 12, kRows = 10;
   constexpr double kPitch = 24, kSquare = 18, kEdge = 9;
   auto sheet = blank(name, SheetKind::kGrid, (kColumns - 1) * kPitch + kSquare + 2 * kEdge,
                      (kRows - 1) * kPitch + kSquare + 2 * kEdge, dpi);
   sheet->front = cv::Mat(sheet->material.size(), CV_8UC3, cv::Scalar(244, 246, 247));
   sheet->back = cv::Mat(sheet->material.size(), CV_8UC3, cv::Scalar(206, 206, 204));
-  Random random(seed, "grid");
+  Random random(seed, "grid"), printer(seed, "printer");
+  const Vec2 stretch{1 + printer.spread(print_error), 1 + printer.spread(print_error)};
   for (int i = 0; i < kColumns * kRows; ++i) {
     TagPlace tag;
     tag.id = i, tag.square_mm = kSquare;
     const int column = i % kColumns, row = i / kColumns;
-    tag.centre = {kEdge + kSquare / 2 + column * kPitch + random.spread(0.003),
-                  kEdge + kSquare / 2 + row * kPitch + random.spread(0.003)};
+    tag.centre = {kEdge + (kSquare / 2 + column * kPitch) * stretch.x + random.spread(0.003),
+                  kEdge + (kSquare / 2 + row * kPitch) * stretch.y + random.spread(0.003)};
     print_tag(*sheet, tag);
   }
   return sheet;
@@ -242,7 +272,7 @@ Result<std::shared_ptr<Sheet>> make_board(const PanelOrder& order) {
                              order.height_mm)};
   }
   auto sheet = blank(order.name, SheetKind::kBoard, order.width_mm, order.height_mm, order.dpi);
-  sheet->thickness_mm = kBoardThickness;
+  set_relief(*sheet, order);
   sheet->front = pale_plywood(sheet->material.size(), sheet->px_per_mm, order.seed + 1);
   sheet->back = pale_plywood(sheet->material.size(), sheet->px_per_mm, order.seed + 2);
   return sheet;

@@ -56,7 +56,9 @@ json describe(const Sheet& sheet) {
           {"tags", tags},
           {"holes", to_json(sheet.holes)},
           {"screw_holes", to_json(sheet.screw_holes)},
-          {"zones", zones}};
+          {"zones", zones},
+          {"relief", sim::to_json(sheet.relief)},
+          {"slipped", sheet.slipped}};
 }
 
 SheetKind kind_from(const std::string& name) {
@@ -79,6 +81,8 @@ void read_description(Sheet& sheet, const json& value) {
     std::copy_n(corners.begin(), std::min(corners.size(), tag.corners.size()), tag.corners.begin());
     sheet.tags.push_back(tag);
   }
+  sheet.relief = relief_from(value.value("relief", json::object()));
+  sheet.slipped = value.value("slipped", std::array<bool, 2>{});
   sheet.holes = holes_from(value.at("holes"));
   sheet.screw_holes = holes_from(value.at("screw_holes"));
   for (const json& z : value.at("zones")) {
@@ -101,6 +105,8 @@ Status read_burns(Sheet& sheet, const fs::path& file) {
     burn.end_s = value.at("end_s").get<double>();
     burn.points = points_from(value.at("points_mm"));
     burn.by_hand = value.value("by_hand", false);
+    burn.oval_mm = value.value("oval_mm", 0.0), burn.taper_mm = value.value("taper_mm", 0.0);
+    burn.soot_mm = value.value("soot_mm", 0.0);
     // What was cut after the last lifting may hang loose; looking again costs little.
     sheet.cut_since_lifted = sheet.cut_since_lifted || burn.depth == BurnDepth::kThrough;
     burn_stroke(sheet, std::move(burn));
@@ -146,6 +152,9 @@ Status append_burn(const TrueBurn& burn, const fs::path& dir) {
   json line = {{"depth", to_string(burn.depth)}, {"face", to_string(burn.face)}, {"width_mm", burn.width_mm},
                {"begin_s", burn.begin_s},        {"end_s", burn.end_s},          {"points_mm", to_json(burn.points)}};
   if (burn.by_hand) line["by_hand"] = true;
+  for (const auto& [name, value] :
+       {std::pair{"oval_mm", burn.oval_mm}, {"taper_mm", burn.taper_mm}, {"soot_mm", burn.soot_mm}})
+    if (value != 0) line[name] = value;
   std::ofstream out(dir / "burns.jsonl", std::ios::app | std::ios::binary);
   out << line.dump() << "\n" << std::flush;
   if (!out) return Error{ErrorCode::kStorage, fmt::format("cannot append to {}", (dir / "burns.jsonl").string())};

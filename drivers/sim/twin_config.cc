@@ -13,6 +13,8 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/sim/roughness.h"
+
 namespace veneer::sim {
 namespace {
 
@@ -123,9 +125,22 @@ void read_machine(Table& twin, TwinConfig& config) {
   laser.refuse_unread();
 }
 
+void read_roughness(Table& twin, Roughness& rough, std::string preset) {
+  std::string written = "bench";
+  twin.word("preset", written, {kPresetNames[0], kPresetNames[1], kPresetNames[2]});
+  if (preset.empty()) preset = written;
+  rough = roughness_preset(preset).value_or(Roughness{});
+  Table knobs = twin.table("rough");
+  for (const RoughnessKnob& knob : roughness_knobs()) knobs.number(knob.name, rough.*knob.value, 0, knob.most);
+  knobs.refuse_unread();
+}
+
 }  // namespace
 
-Result<TwinConfig> load_twin_config(const std::filesystem::path& file) {
+Result<TwinConfig> load_twin_config(const std::filesystem::path& file, const std::string& preset) {
+  if (!preset.empty() && !roughness_preset(preset))
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("there is no preset \"{}\": use one of {}", preset, fmt::join(kPresetNames, ", "))};
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) {
     return Error{ErrorCode::kNotFound,
@@ -147,6 +162,7 @@ Result<TwinConfig> load_twin_config(const std::filesystem::path& file) {
     twin.number("sheet_dpi", config.settings.sheet_dpi, 100, 800);
     read_devices(twin, config.settings);
     read_machine(twin, config);
+    read_roughness(twin, config.settings.rough, preset);
     twin.refuse_unread();
     top.refuse_unread();
     if (mistake) return *mistake;

@@ -1,6 +1,6 @@
-// veneer-twin's configuration file (TOML). It reads [sim] time_scale, [twin], [twin.scanner], [twin.camera], [twin.bed]
-// and [twin.laser]; a key nobody reads there is an error. Tables of the daemon may stand in the same file and are left
-// to it.
+// veneer-twin's configuration file (TOML). It reads [sim] time_scale, [twin], [twin.scanner], [twin.camera],
+// [twin.bed], [twin.laser] and [twin.rough]; a key nobody reads there is an error. Tables of the daemon may stand in
+// the same file and are left to it.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,8 @@ struct TwinConfig {
   bool reset_on_open = true;        // opening the port pulses DTR, which resets the board
 };
 
-// kNotFound, or kInvalidArgument naming file, line and key.
-Result<TwinConfig> load_twin_config(const std::filesystem::path& file);
+// kNotFound, or kInvalidArgument naming file, line and key. [twin] preset is where [twin.rough] begins; `preset`, when
+// it is given, takes its place.
+Result<TwinConfig> load_twin_config(const std::filesystem::path& file, const std::string& preset = "");
 
 }  // namespace veneer::sim

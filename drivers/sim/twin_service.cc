@@ -262,7 +262,7 @@ TwinService::Reply TwinService::scan(const json& r) {
   ScanTruth truth;
   truth.capture = fmt::format("capture-{}", number);
   truth.px_per_mm = dpi / 25.4;
-  truth.scanner = world_.truth().scanner;
+  truth.scanner = scanner_of_today(world_.truth(), static_cast<std::uint64_t>(number));
   if (lies)
     truth.sheet = lies->sheet->name, truth.face = lies->placement.face, truth.glass_from_sheet = lies->placement.pose;
   const std::uint64_t seed = Random(world_.truth().settings.seed, "capture", static_cast<std::uint64_t>(number)).next();
@@ -293,7 +293,7 @@ TwinService::Reply TwinService::camera(const json&) {
   }
   const std::uint64_t seed = Random(world_.truth().settings.seed, "camera", static_cast<std::uint64_t>(number)).next();
   if (!eye_) eye_.emplace(world_.truth().camera, world_.truth().settings.bed);
-  cv::Mat picture = eye_->picture(view, seed);
+  cv::Mat picture = eye_->picture(view, seed, world_.truth().settings.rough);
   if (camera_dark_) picture *= 0.02;
   const std::string name = fmt::format("camera-{}", number);
   const fs::path file = world_.state_dir() / "captures" / (name + ".ppm");

@@ -38,7 +38,9 @@ struct WoodSpecies {
 };
 
 const std::vector<WoodSpecies>& wood_species();
-const WoodSpecies* find_species(const std::string& name);  // null when unknown
+// What no tree grows: weathered, dyed, bleached and ebonised woods, some without any warmth.
+const std::vector<WoodSpecies>& treated_woods();
+const WoodSpecies* find_species(const std::string& name);  // of either; null when unknown
 
 // CV_8UC3 BGR of `size` pixels; the grain runs along the columns (top to bottom).
 cv::Mat grow_wood(const WoodSpecies& species, cv::Size size, double px_per_mm, std::uint64_t seed);

@@ -116,7 +116,44 @@ WoodSpecies zebrano() {
   return w;
 }
 
+WoodSpecies weathered_oak() {
+  WoodSpecies w = oak();
+  w.name = "weathered oak";
+  w.palette = {rgb(176, 174, 170), rgb(152, 150, 147), rgb(122, 121, 119), rgb(82, 82, 81)};
+  w.hue_spread = 0.005;
+  return w;
+}
+
+WoodSpecies silver_maple() {
+  WoodSpecies w = maple();
+  w.name = "silver maple";
+  w.palette = {rgb(196, 199, 202), rgb(178, 181, 185), rgb(154, 158, 163), rgb(120, 124, 130)};
+  w.hue_spread = 0.004;
+  return w;
+}
+
+WoodSpecies bleached_ash() {
+  WoodSpecies w = ash();
+  w.name = "bleached ash";
+  w.palette = {rgb(242, 239, 232), rgb(231, 227, 218), rgb(212, 207, 197), rgb(180, 174, 163)};
+  w.hue_spread = 0.005;
+  return w;
+}
+
+WoodSpecies ebonised_cherry() {
+  WoodSpecies w = cherry();
+  w.name = "ebonised cherry";
+  w.palette = {rgb(58, 56, 55), rgb(44, 43, 42), rgb(32, 31, 31), rgb(20, 20, 20)};
+  w.hue_spread = 0.004;
+  return w;
+}
+
 }  // namespace
+
+const std::vector<WoodSpecies>& treated_woods() {
+  static const std::vector<WoodSpecies> kAll = {weathered_oak(), silver_maple(), bleached_ash(), ebonised_cherry()};
+  return kAll;
+}
 
 const std::vector<WoodSpecies>& wood_species() {
   static const std::vector<WoodSpecies> kAll = {maple(), oak(),    walnut(),  cherry(),  wenge(),
@@ -126,6 +163,9 @@ const std::vector<WoodSpecies>& wood_species() {
 
 const WoodSpecies* find_species(const std::string& name) {
   for (const WoodSpecies& w : wood_species()) {
+    if (w.name == name) return &w;
+  }
+  for (const WoodSpecies& w : treated_woods()) {
     if (w.name == name) return &w;
   }
   return nullptr;

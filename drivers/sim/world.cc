@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cctype>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -12,6 +12,7 @@
 #include "drivers/sim/placing.h"
 #include "drivers/sim/random.h"
 #include "drivers/sim/sheet_maker.h"
+#include "drivers/sim/tag_dirt.h"
 #include "drivers/sim/truth_files.h"
 
 namespace veneer::sim {
@@ -20,12 +21,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-constexpr double kThicknessOfThreshold = 2.1;  // mm; the through-energy is given for this
-constexpr double kSpot = 0.2;                  // mm; what a beam at rest heats
-constexpr double kPauseEndsStroke = 0.05;      // s of darkness
-
-double seconds(TimePoint t) { return std::chrono::duration<double>(t.time_since_epoch()).count(); }
 
 bool is_name(const std::string& name) {
   return !name.empty() && name.size() <= 64 && name.front() != '.' &&
@@ -49,12 +44,6 @@ std::optional<Placement> placement_from(const json& value) {
 }
 
 }  // namespace
-
-// A stroke still being burnt.
-struct World::OpenStroke {
-  std::shared_ptr<Sheet> sheet;
-  TrueBurn burn;
-};
 
 World::World(fs::path state_dir, Logger log) : state_dir_(std::move(state_dir)), log_(std::move(log)) {}
 
@@ -86,6 +75,7 @@ Result<std::unique_ptr<World>> World::open(const TwinSettings& settings, fs::pat
     if (Status s = save_cell_truth(world->truth_, truth / "cell.json"); !s.ok()) return s.error();
   }
   if (Status s = world->load(); !s.ok()) return s.error();
+  world->carriage_ = Carriage(world->truth_.settings.rough, world->truth_.settings.seed);
   return world;
 }
 
@@ -151,7 +141,7 @@ Status World::add(std::shared_ptr<Sheet> sheet) {
 Status World::new_panel(const std::string& name, double width_mm, double height_mm, int strips) {
   const std::lock_guard one_at_a_time(changing_);
   if (Status s = check_new(name); !s.ok()) return s;
-  PanelOrder order{name, width_mm, height_mm, strips, 0, truth_.settings.sheet_dpi, 0};
+  PanelOrder order{name, width_mm, height_mm, strips, 0, truth_.settings.sheet_dpi, 0, truth_.settings.rough};
   {
     const std::lock_guard lock(mutex_);
     order.first_tag = next_tag_;
@@ -173,13 +163,13 @@ Status World::new_grid(const std::string& name) {
       }
     }
   }
-  return add(make_grid(name, truth_.settings.sheet_dpi, truth_.settings.seed));
+  return add(make_grid(name, truth_.settings.sheet_dpi, truth_.settings.seed, truth_.settings.rough.grid_print_error));
 }
 
 Status World::new_board(const std::string& name, double width_mm, double height_mm) {
   const std::lock_guard one_at_a_time(changing_);
   if (Status s = check_new(name); !s.ok()) return s;
-  PanelOrder order{name, width_mm, height_mm, 0, 0, truth_.settings.sheet_dpi, 0};
+  PanelOrder order{name, width_mm, height_mm, 0, 0, truth_.settings.sheet_dpi, 0, truth_.settings.rough};
   {
     const std::lock_guard lock(mutex_);
     order.seed = Random(truth_.settings.seed, "board", sheets_.size()).next();
@@ -228,7 +218,29 @@ Status World::place_at(const Placement& placement, Spot on) {
   return put(placement, on);
 }
 
+// A tag that was badly glued moves when it is first pressed on.
+Status World::slip_tags(const Placement& placement) {
+  const double amount = truth_.settings.rough.tag_slip_mm;
+  std::shared_ptr<Sheet> changed;
+  {
+    const std::lock_guard lock(mutex_);
+    const std::shared_ptr<Sheet>& sheet = sheets_.at(placement.sheet);
+    bool& slipped = sheet->slipped[placement.face == SheetFace::kShow ? 0 : 1];
+    if (amount <= 0 || slipped || sheet->kind != SheetKind::kPanel) return Ok();
+    slipped = true;
+    changed = copy_of(*sheet);
+  }
+  Random random(truth_.settings.seed, "slip " + placement.sheet + to_string(placement.face));
+  slip_one_tag(*changed, placement.face, amount, random);
+  if (Status s = save_sheet(*changed, sheet_dir(placement.sheet)); !s.ok()) return s;
+  const std::lock_guard lock(mutex_);
+  sheets_[placement.sheet] = changed;
+  return Ok();
+}
+
 Status World::put(const Placement& placement, Spot on) {
+  if (on == Spot::kBed)
+    if (Status s = slip_tags(placement); !s.ok()) return s;
   for (const Spot spot : {Spot::kScanner, Spot::kBed}) {
     const std::optional<Placement>& lies = spot == Spot::kScanner ? on_scanner_ : on_bed_;
     if (!lies || (spot != on && lies->sheet != placement.sheet)) continue;
@@ -304,66 +316,6 @@ Status World::nudge() {
   on_bed_->pose.shift = on_bed_->pose.shift + Vec2{random.error(3), random.error(3)};
   if (Status s = log_load_locked(true); !s.ok()) return s;
   return save_locked();
-}
-
-void World::burn(const BurnSegment& commanded) {
-  const std::lock_guard lock(mutex_);
-  const TwinSettings::Bed& bed = truth_.settings.bed;
-  MachineAxes axes = truth_.axes;
-  axes.x_scale += drift_.x_scale, axes.y_scale += drift_.y_scale;
-  const Vec2 from = axes.bed_from_commanded({bed.width_mm + commanded.from.x_mm, bed.height_mm + commanded.from.y_mm});
-  const Vec2 to = axes.bed_from_commanded({bed.width_mm + commanded.to.x_mm, bed.height_mm + commanded.to.y_mm});
-  mark_locked(from, to, commanded.power_seconds, seconds(commanded.start), seconds(commanded.end));
-}
-
-void World::mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s) {
-  if (!on_bed_) return;
-  const std::shared_ptr<Sheet>& sheet = sheets_.at(on_bed_->sheet);
-  const TwinSettings::Laser& laser = truth_.settings.laser;
-  const double path = length(to - from);
-  const double energy = power_seconds / (path > 1e-6 ? path : kSpot);
-  if (energy < laser.engrave_energy) return;
-  const bool through = energy >= laser.through_energy * sheet->thickness_mm / kThicknessOfThreshold;
-  const BurnDepth depth = through ? BurnDepth::kThrough : BurnDepth::kEngrave;
-  const Vec2 a = on_bed_->pose.back_to_sheet(from), b = on_bed_->pose.back_to_sheet(to);
-  const auto off = [&](Vec2 p) {
-    return p.x < -1 || p.y < -1 || p.x > sheet->width_mm + 1 || p.y > sheet->height_mm + 1;
-  };
-  if (off(a) && off(b)) return;
-  if (stroke_) {
-    TrueBurn& open = stroke_->burn;
-    const bool goes_on = stroke_->sheet == sheet && open.depth == depth && begin_s - open.end_s < kPauseEndsStroke &&
-                         length(open.points.back() - a) < 1e-3;
-    if (!goes_on) end_stroke_locked();
-  }
-  if (!stroke_) {
-    stroke_ = std::make_unique<OpenStroke>();
-    stroke_->sheet = sheet;
-    stroke_->burn = {depth, on_bed_->face, through ? truth_.kerf_mm : laser.engrave_width_mm, begin_s, end_s, {a}};
-  }
-  TrueBurn& open = stroke_->burn;
-  open.end_s = end_s;
-  // Joins what is straight: the last point goes when it lies within half a micrometre of the chord.
-  if (open.points.size() >= 2) {
-    const Vec2 base = open.points[open.points.size() - 2], d = b - base, q = open.points.back() - base;
-    const double chord = length(d), along = chord > 0 ? (q.x * d.x + q.y * d.y) / chord : -1;
-    if (along >= 0 && along <= chord && std::abs(d.x * q.y - d.y * q.x) < 5e-4 * chord) open.points.pop_back();
-  }
-  open.points.push_back(b);
-}
-
-void World::end_stroke_locked() {
-  if (!stroke_) return;
-  const std::unique_ptr<OpenStroke> stroke = std::move(stroke_);
-  Sheet& sheet = *stroke->sheet;
-  if (stroke->burn.depth == BurnDepth::kThrough) sheet.cut_since_lifted = true;
-  burn_stroke(sheet, stroke->burn);
-  if (Status s = append_burn(sheet.burns.back(), sheet_dir(sheet.name)); !s.ok()) log_->error("{}", s.error().message);
-}
-
-void World::flush_burns() {
-  const std::lock_guard lock(mutex_);
-  end_stroke_locked();
 }
 
 void World::drift_axes(double scale) {

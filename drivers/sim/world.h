@@ -25,6 +25,7 @@
 
 #include "base/log.h"
 #include "base/result.h"
+#include "drivers/sim/carriage.h"
 #include "drivers/sim/cell_truth.h"
 #include "drivers/sim/grbl_controller/burn_sink.h"
 #include "drivers/sim/sheet.h"
@@ -80,8 +81,10 @@ class World final : public BurnSink {
   Status nudge();
   Status place_at(const Placement& placement, Spot on);  // for tests: a pose of one's own
 
-  // BurnSink: adds the bed's travel, applies the axes (bed_from_commanded), then marks the sheet that lies on the bed.
+  // BurnSink: adds the bed's travel, goes where the carriage truly goes, then marks the sheet that lies on the bed.
   void burn(const BurnSegment& commanded) override;
+  void moved(const HeadPosition& from, const HeadPosition& to) override;
+  void homed() override;
   // Ends the stroke being burnt, so that it is in the log and on disk. Cheap; called now and then and before pictures.
   void flush_burns();
   // The axes stretch now by this much more (a fault).
@@ -99,7 +102,10 @@ class World final : public BurnSink {
 
  private:
   World(std::filesystem::path state_dir, Logger log);
-  struct OpenStroke;
+  struct OpenStroke {  // still being burnt
+    std::shared_ptr<Sheet> sheet;
+    TrueBurn burn;
+  };
   Status load();
   std::filesystem::path sheet_dir(const std::string& name) const;
   Status check_new(const std::string& name) const;
@@ -110,7 +116,10 @@ class World final : public BurnSink {
   Status let_pieces_fall(const std::string& name, bool leave_bridges);
   Status log_load_locked(bool nudged);
   Status save_locked();
+  Status slip_tags(const Placement& placement);
+  std::vector<Carriage::Place> follow_locked(const HeadPosition& from, const HeadPosition& to);
   void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
+  TrueBurn begin_burn(const Sheet& sheet, BurnDepth depth, Vec2 at, double energy) const;
   void end_stroke_locked();
   static std::shared_ptr<Sheet> copy_of(const Sheet& sheet);
 
@@ -120,6 +129,7 @@ class World final : public BurnSink {
   Logger log_;
   CellTruth truth_;
   MachineAxes drift_;
+  Carriage carriage_;
   std::map<std::string, std::shared_ptr<Sheet>> sheets_;
   std::optional<Placement> on_scanner_, on_bed_;
   std::unique_ptr<OpenStroke> stroke_;

@@ -224,9 +224,60 @@ TEST(BedPose, SaysInOneSentenceWhatIsWrongWithTheTags) {
   more.push_back(tags[1]), more.back().id = 18;
   EXPECT_TRUE(has(complaint(more, ErrorCode::kRefused), "17, 18"));
 
-  auto moved = tags;
+  std::vector<Tag<CameraFrame>> moved(tags.begin(), tags.begin() + 3);
   for (auto& corner : moved[2].corners) corner.x += Pixels(5);
-  EXPECT_TRUE(has(complaint(moved, ErrorCode::kRefused), "tag 217"));
+  EXPECT_TRUE(has(complaint(moved, ErrorCode::kRefused), "too few are seen to tell which one has moved"));
+}
+
+// A tag that came loose, by what the others say. 0.15 mm may move the pose by 0.02 mm at most.
+TEST(BedPose, LeavesOutATagThatHasMoved) {
+  const test::TrueCamera camera;
+  const CameraModel model = exact_model(camera);
+  const std::vector<PanelCandidate> candidates = {large_panel()};
+  const auto sound = locate_panel(seen_tags(camera, kBackTags, kLay), model, 2.1_mm, candidates);
+  ASSERT_TRUE(sound.ok()) << sound.error().message;
+  EXPECT_TRUE(sound->moved.empty());
+  EXPECT_EQ(moved_tags_text(*sound), "");
+  ASSERT_EQ(sound->left_out.size(), 5U);
+  for (const FiducialOffset& tag : sound->left_out) EXPECT_LT(tag.off.count(), 0.05);
+  for (const double by : {0.15, 0.22, 0.4, 3.0}) {
+    for (std::size_t which = 0; which < kBackTags.size(); ++which) {
+      for (const double way : {0.0, 1.9, 4.1}) {
+        auto tags = kBackTags;
+        tags[which].lay.x += by * std::cos(way), tags[which].lay.y += by * std::sin(way);
+        const auto pose = locate_panel(seen_tags(camera, tags, kLay), model, 2.1_mm, candidates);
+        ASSERT_TRUE(pose.ok()) << by << " mm: " << pose.error().message;
+        ASSERT_EQ(pose->moved.size(), 1U) << by << " mm";
+        EXPECT_EQ(pose->moved[0].tag, tags[which].id);
+        EXPECT_NEAR(pose->moved[0].off.count(), by, 0.05);
+        EXPECT_EQ(pose->tags.size(), 4U);
+        double worst = 0;
+        for (const auto& corner : {point<PanelFrame>(0, 0), point<PanelFrame>(kWidth, 0), point<PanelFrame>(0, kHeight),
+                                   point<PanelFrame>(kWidth, kHeight)})
+          worst = std::max(worst, distance(pose->bed_from_panel * corner, sound->bed_from_panel * corner).count());
+        EXPECT_LE(worst, 0.02) << "tag " << tags[which].id << ", " << by << " mm";
+        EXPECT_NE(moved_tags_text(*pose).find("tag " + std::to_string(tags[which].id)), std::string::npos);
+      }
+    }
+  }
+}
+
+TEST(BedPose, RefusesWhenNobodyCanTellWhichTagsHaveMoved) {
+  const test::TrueCamera camera;
+  const CameraModel model = exact_model(camera);
+  const std::vector<PanelCandidate> candidates = {large_panel()};
+  auto tags = kBackTags;
+  tags[1].lay.y += 0.3, tags[3].lay.x -= 0.25;
+  const auto two = locate_panel(seen_tags(camera, tags, kLay), model, 2.1_mm, candidates);
+  ASSERT_FALSE(two.ok()) << "two of five: the sheet may be bent as well";
+  EXPECT_NE(two.error().message.find("which one has moved"), std::string::npos) << two.error().message;
+  // Three tags: one of them moved, and any may be the one.
+  tags = {kBackTags[0], kBackTags[1], kBackTags[3]};
+  tags[2].lay.x += 0.25;
+  const auto three = locate_panel(seen_tags(camera, tags, kLay), model, 2.1_mm, candidates);
+  ASSERT_FALSE(three.ok());
+  EXPECT_EQ(three.error().code, ErrorCode::kRefused);
+  EXPECT_NE(three.error().message.find("which one has moved"), std::string::npos) << three.error().message;
 }
 
 // A registration that lost the mirroring between the faces must not reach the laser.

@@ -185,6 +185,79 @@ TEST(Registration, FitsALaterScanToTheFrozenFiducials) {
   EXPECT_EQ(found->fiducials.tags[0].corners, known.tags[0].corners);
 }
 
+// The scan with one of its tags elsewhere by so much, as if it had come loose.
+TileView with_moved_tag(TileView view, std::size_t which, double dx_mm, double dy_mm) {
+  for (auto& corner : view.tags[which].corners) {
+    corner.x += Pixels(dx_mm * view.nominal.px_per_mm);
+    corner.y += Pixels(dy_mm * view.nominal.px_per_mm);
+  }
+  return view;
+}
+
+double most_apart(const Registration& a, const Registration& b) {
+  double worst = 0;
+  for (const auto& p : {point<ScanFrame>(0, 0), point<ScanFrame>(1000, 0), point<ScanFrame>(0, 800)})
+    worst = std::max(worst, distance(a.tiles[0] * p, b.tiles[0] * p).count());
+  return worst;
+}
+
+TEST(Registration, LeavesOutATagThatHasMovedSinceItWasFrozen) {
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
+  const TileView view = cell.scan(Face::kShow, cell.whole(Face::kShow, 178));
+  const TileView sound[] = {view};
+  const auto untouched = register_scan(sound, Face::kShow, known, cell.model);
+  ASSERT_TRUE(untouched.ok()) << untouched.error().message;
+  EXPECT_TRUE(untouched->moved.empty());
+  // Leave-one-out residuals of everything that was seen before.
+  EXPECT_EQ(untouched->left_out.size(), 9U);
+  for (const auto& fiducial : untouched->left_out) EXPECT_LT(fiducial.off.count(), 0.03) << name_of(fiducial);
+  for (const double by : {0.15, -0.4, 2.5}) {
+    for (std::size_t which = 0; which < view.tags.size(); ++which) {
+      const TileView later[] = {with_moved_tag(view, which, by, 0.3 * by)};
+      const auto found = register_scan(later, Face::kShow, known, cell.model);
+      ASSERT_TRUE(found.ok()) << found.error().message;
+      ASSERT_EQ(found->moved.size(), 1U);
+      EXPECT_EQ(found->moved[0].tag, view.tags[which].id);
+      EXPECT_EQ(name_of(found->moved[0]), "tag " + std::to_string(view.tags[which].id));
+      EXPECT_NEAR(found->moved[0].off.count(), std::abs(by) * 1.044, 0.03);
+      EXPECT_LT(most_apart(*untouched, *found), 0.02);
+      EXPECT_EQ(found->fiducials.tags[0].corners, known.tags[0].corners);  // nothing is frozen anew unasked
+    }
+  }
+}
+
+TEST(Registration, TakesNewTagsWhenToldToAndTiesThemToThoseThatStayed) {
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
+  TileView view = with_moved_tag(cell.scan(Face::kShow, cell.whole(Face::kShow, 178)), 1, 4, -2);
+  view.tags[2].id = 400;  // where another one had been
+  const TileView later[] = {view};
+  const auto unasked = register_scan(later, Face::kShow, known, cell.model);
+  ASSERT_FALSE(unasked.ok());
+  EXPECT_THAT(unasked.error().message, ::testing::HasSubstr("--retag"));
+  RegistrationOptions options;
+  options.retag = true;
+  const auto found = register_scan(later, Face::kShow, known, cell.model, options);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_THAT(found->new_tags, ::testing::ElementsAre(400));
+  ASSERT_NE(found->fiducials.tag(400), nullptr);
+  EXPECT_EQ(found->fiducials.tag(view.tags[1].id)->corners, known.tag(view.tags[1].id)->corners);
+  const auto again = register_scan(later, Face::kShow, found->fiducials, cell.model);
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->moved.size(), 1U);
+  EXPECT_EQ(again->left_out.size(), found->left_out.size() + 1);
+  EXPECT_LT(most_apart(*found, *again), 0.01);
+  // Nobody can tie new tags to fewer than three old fiducials.
+  TileView bare = view;
+  bare.holes.clear();
+  bare.tags = {view.tags[0], view.tags[2], view.tags[3]};
+  const TileView two_old[] = {bare};
+  const auto refused = register_scan(two_old, Face::kShow, known, cell.model, options);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("three are needed to tie new tags to"));
+}
+
 TEST(Registration, TiesTheBackToTheShowFaceByItsHoles) {
   const Cell& cell = warped_cell();
   const TileView show[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};
@@ -316,9 +389,11 @@ TEST(Registration, NamesWhatIsWrongInOneSentence) {
   ASSERT_FALSE(answer.ok());
   EXPECT_THAT(answer.error().message, ::testing::HasSubstr("instead of 14.00"));
 
-  TileView moved = good;
-  for (auto& corner : moved.tags[2].corners) corner.x += Pixels(3);
-  answer = register_scan(std::span(&moved, 1), Face::kShow, known, cell.model);
+  TileView warped = good;  // everything moved, as no glue does
+  for (auto& tag : warped.tags)
+    for (auto& corner : tag.corners) corner.x = corner.x * 1.003;
+  warped.holes.clear();
+  answer = register_scan(std::span(&warped, 1), Face::kShow, known, cell.model);
   ASSERT_FALSE(answer.ok());
   EXPECT_THAT(answer.error().message, ::testing::HasSubstr("calibrate the scanner"));
 

@@ -92,6 +92,29 @@ TEST(ScannerModel, FindsAWarpedScannerFromThreeScansToTwentyMicrometres) {
   RecordProperty("rms_um", static_cast<int>(error.rms * 1000));
 }
 
+// Fitted to one scan the residual is small whatever comes next; another scan, left out, tells.
+TEST(ScannerModel, TellsHowFarOffAScanLiesThatItWasMadeWithout) {
+  const rendered::Scanner scanner = scanner_of_test(true);
+  rendered::Scanner later = scanner;
+  later.scale_x += 0.0006;  // its carriage ran otherwise: 0.1 mm over the sheet
+  const GridScan first = scan_of(scanner, 14, 126, 0.4), same = scan_of(scanner, 18, 122, -0.8),
+                 other = scan_of(later, 18, 122, -0.8);
+  const auto fitted = [&](std::initializer_list<GridScan> list) {
+    const std::vector<GridScan> scans(list);
+    calib::ScannerFitOptions options = small_sheet_options();
+    options.max_rms = options.max_single = 1_mm;
+    auto fit = calib::fit_scanner_model(scans, small_grid(), options);
+    EXPECT_TRUE(fit.ok()) << fit.error().message;
+    return fit ? *fit : calib::ScannerCertificateData{};
+  };
+  EXPECT_FALSE(fitted({first}).other_scan_rms) << "nothing is known of another scan";
+  const auto steady = fitted({first, same}), unsteady = fitted({first, other});
+  ASSERT_TRUE(steady.other_scan_rms && unsteady.other_scan_rms);
+  EXPECT_LT(steady.other_scan_rms->count(), 0.02);
+  EXPECT_GT(unsteady.other_scan_rms->count(), 0.02);
+  EXPECT_GT(unsteady.other_scan_rms->count(), 2 * steady.other_scan_rms->count());
+}
+
 TEST(ScannerModel, UndoesItself) {
   const rendered::Scanner scanner = scanner_of_test(true);
   const GridScan scans[] = {scan_of(scanner, 14, 126, 2)};

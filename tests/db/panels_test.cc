@@ -94,6 +94,20 @@ TEST_F(PanelsTest, FiducialsOfAFaceAreFrozenOnce) {
   EXPECT_FALSE(execute(cell.database(), "UPDATE panels SET width_um = 1").ok());
 }
 
+TEST_F(PanelsTest, AFaceTakesNewTagsBesideThoseThatAreFrozen) {
+  VENEER_ASSERT_OK(panels.add(sheet(id), {}, {tag(201, Face::kShow, 5, 5)}));
+  VENEER_ASSERT_OK(panels.add(sheet({"P-0002"}), {}, {tag(210, Face::kShow, 5, 5)}));
+  VENEER_EXPECT_OK(panels.add_scans(id, {scan(id, Face::kShow)}, {}, {tag(202, Face::kShow, 50, 5)}));
+  EXPECT_EQ(must(panels.fiducials(id)).size(), 2U);
+  for (const int known : {201, 210}) {
+    const Status twice = panels.add_scans(id, {scan(id, Face::kShow)}, {}, {tag(known, Face::kShow, 90, 5)});
+    ASSERT_FALSE(twice.ok());
+    EXPECT_EQ(twice.error().code, ErrorCode::kConflict);
+    EXPECT_THAT(twice.error().message, HasSubstr("carries tag " + std::to_string(known)));
+  }
+  EXPECT_EQ(must(panels.scans(id)).size(), 1U) << "nothing of what was refused";
+}
+
 TEST_F(PanelsTest, AnEarlierMaskCountsAgainAsANewVersion) {
   cell.new_panel();
   const MaskRecord first = must(panels.masks(id)).at(0);

@@ -41,6 +41,7 @@ struct Arguments {
   std::uint64_t seed = 1;
   fs::path picture = "/usr/share/matplotlib/mpl-data/sample_data/grace_hopper.jpg";
   double time_scale = 80;
+  std::string preset = "bench";
 };
 
 // The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised.
@@ -96,8 +97,10 @@ int run(const Arguments& arguments) {
   std::error_code ignored;
   fs::create_directories(arguments.out, ignored);
   fs::remove_all(arguments.out / "cell", ignored);
-  std::printf("demo, seed %llu, into %s\n", static_cast<unsigned long long>(arguments.seed), arguments.out.c_str());
-  auto cell = SimulatedCell::start({arguments.out / "cell", bin_dir, arguments.seed, arguments.time_scale});
+  std::printf("demo, seed %llu, %s, into %s\n", static_cast<unsigned long long>(arguments.seed),
+              arguments.preset.c_str(), arguments.out.c_str());
+  auto cell = SimulatedCell::start({arguments.out / "cell", bin_dir, arguments.seed, arguments.time_scale,
+                                    "preset = \"" + arguments.preset + "\"\n"});
   if (!cell) {
     std::fprintf(stderr, "demo: %s\n", cell.error().message.c_str());
     return 1;
@@ -107,6 +110,7 @@ int run(const Arguments& arguments) {
   const Status told = tell_all(story, arguments, bin_dir);
   story.report()["schema_version"] = 1;
   story.report()["seed"] = arguments.seed;
+  story.report()["preset"] = arguments.preset;
   std::ofstream(arguments.out / "report.json") << story.report().dump(2) << '\n';
   if (!told) {
     std::fprintf(stderr, "demo (seed %llu): %s\n", static_cast<unsigned long long>(arguments.seed),
@@ -130,6 +134,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", arguments.seed, "draws wood, layout, poses, warp and noise");
   app.add_option("--picture", arguments.picture, "a portrait; what the jobs rebuild is its middle");
   app.add_option("--time-scale", arguments.time_scale, "device time per real time")->check(CLI::Range(1.0, 1000.0));
+  app.add_option("--preset", arguments.preset, "how unkind the twin's workshop is")
+      ->check(CLI::IsMember({"bench", "workshop", "rough"}));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

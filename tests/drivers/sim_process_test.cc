@@ -268,6 +268,23 @@ TEST_F(TwinConfigFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_EQ(load_twin_config("/nonexistent.toml").error().code, ErrorCode::kNotFound);
 }
 
+TEST_F(TwinConfigFile, BeginsWithAPresetAndLetsKeysChangeIt) {
+  const Result<TwinConfig> config = load("[twin]\npreset = \"workshop\"\n[twin.rough]\nbow_mm = 3\n");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  Roughness expected = *roughness_preset("workshop");
+  expected.bow_mm = 3;
+  EXPECT_EQ(config->settings.rough, expected);
+  // The command line's takes the place of the file's.
+  const auto rough = load_twin_config(dir_.path() / "twin.toml", "rough");
+  ASSERT_TRUE(rough.ok()) << rough.error().message;
+  EXPECT_EQ(rough->settings.rough.soot_mm, roughness_preset("rough")->soot_mm);
+  EXPECT_EQ(rough->settings.rough.bow_mm, 3);
+  EXPECT_EQ(load("[twin]\nseed = 2\n")->settings.rough, Roughness{});
+  EXPECT_THAT(load("[twin]\npreset = \"clean\"\n").error().message, HasSubstr("one of bench, workshop, rough"));
+  EXPECT_THAT(load("[twin.rough]\nbacklash_mm = -1\n").error().message, HasSubstr("twin.rough.backlash_mm"));
+  EXPECT_THAT(load("[twin.rough]\nwobble = 1\n").error().message, HasSubstr("twin.rough.wobble is not a setting"));
+}
+
 TEST_F(TwinConfigFile, AgreesWithTheShippedOne) {
   const Result<TwinConfig> shipped =
       load_twin_config(std::filesystem::path(VENEER_SOURCE_DIR) / "systemd/veneer-twin.toml");

@@ -26,11 +26,15 @@ struct BurnSegment {
   double energy_per_mm() const;
 };
 
-// Gets every burn in the order of time, as soon as the controller is advanced over it.
+// Gets every burn and every dark motion in the order of time, as soon as the controller is advanced over it.
 class BurnSink {
  public:
   virtual ~BurnSink() = default;
   virtual void burn(const BurnSegment& segment) = 0;
+  // The motors went straight from one place to another without burning.
+  virtual void moved(const HeadPosition& /*from*/, const HeadPosition& /*to*/) {}
+  // The machine has found its switches.
+  virtual void homed() {}
 };
 
 // The controller's own beam watchdog, kept beside whatever the sink does. All times are device time.

@@ -166,12 +166,13 @@ void GrblController::Impl::move(double seconds) {
   slip_.y_mm = std::clamp(step.to[1] + slip_.y_mm, -settings_[131] - kOverrun, kOverrun) - step.to[1];
   const double power = power_of(step.request.s);
   account_motion(mm, power > 0 && !interlocked());
-  if (power > 0) {
-    const double way = std::hypot(mm, step.to[2] - step.from[2]);
-    const double energy = step.request.dynamic ? power * way / programmed : power * step.seconds;
-    const HeadPosition to{step.to[0] + slip_.x_mm, step.to[1] + slip_.y_mm};
-    if (energy > 0) burn(from, to, energy, time_, step.seconds);
-  }
+  const HeadPosition to{step.to[0] + slip_.x_mm, step.to[1] + slip_.y_mm};
+  const double way = std::hypot(mm, step.to[2] - step.from[2]);
+  const double energy = step.request.dynamic ? power * way / programmed : power * step.seconds;
+  if (power > 0 && energy > 0)
+    burn(from, to, energy, time_, step.seconds);
+  else if (sink_ != nullptr)
+    sink_->moved(from, to);
   // Of a motion that is broken off too.
   log_.longest_queued_motion_s = std::max(log_.longest_queued_motion_s, run_time_ - step.request.queued_at);
   if (step.stopped) {
@@ -184,6 +185,7 @@ void GrblController::Impl::burn(const HeadPosition& from, const HeadPosition& to
                                 double seconds) {
   if (interlocked()) {
     log_.beam_while_lid_open_s += seconds;
+    if (sink_ != nullptr) sink_->moved(from, to);
     return;
   }
   log_.beam_on_s += seconds;
@@ -297,6 +299,7 @@ void GrblController::Impl::finish_homing() {
   motion_.set_position({-pull_off, -pull_off, motion_.position()[2]});
   slip_ = {};
   homed_ = true;
+  if (sink_ != nullptr) sink_->homed();
   gcode_.set_position(motion_.position());
   state_ = State::kIdle;
   reply(0);

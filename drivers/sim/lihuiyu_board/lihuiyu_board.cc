@@ -198,7 +198,10 @@ void LihuiyuBoard::move(double seconds) {
   const double x = std::clamp(at_x, 0.0, options_.travel_x_mm), y = std::clamp(at_y, 0.0, options_.travel_y_mm);
   const double mm = std::hypot(x - x_, y - y_);
   if (!consent_) log_.moved_without_consent_mm += mm;
-  if (burning_power() > 0) burn(x_, y_, x, y, seconds);
+  if (burning_power() > 0)
+    burn(x_, y_, x, y, seconds);
+  else if (sink_ != nullptr)
+    sink_->moved({x_ - options_.travel_x_mm, -y_}, {x - options_.travel_x_mm, -y});
   if (commanded_ && powered_ && lid_open_) log_.beam_while_lid_open_s += seconds;
   if (commanded_ && powered_ && !relay_on_) log_.beam_while_relay_off_s += seconds;
   x_ = x;
@@ -215,6 +218,7 @@ void LihuiyuBoard::move(double seconds) {
   if (motion.action.kind == GlAction::Kind::kHome) {
     homing_ = false;
     homed_ = true;
+    if (sink_ != nullptr) sink_->homed();
   }
   motion_.reset();
 }

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/orders/bed_work.h"
 #include "daemon/orders/calibration_work.h"
+#include "daemon/store/calibration.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -32,6 +34,11 @@ class Fitter final : public WorkRunner {
   Result<nlohmann::json> run(const WorkOrder& order, const TaskProgress&, std::stop_token stop) override {
     if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "cancelled"};
     if (order.kind == ReadGridScan::kKind) return nlohmann::json(calib::GridScan{});
+    if (order.kind == LookAtBed::kKind) {
+      BedSeen seen;
+      seen.tags = tags_on_bed;
+      return nlohmann::json(seen);
+    }
     if (order.kind != FitScanner::kKind) return Error{ErrorCode::kNotFound, "no such kind of work"};
     fitted.push_back(order.request.get<FitScanner>().scans.size());
     if (fails_with) return Error{*fails_with, "no fit"};
@@ -39,6 +46,7 @@ class Fitter final : public WorkRunner {
   }
   std::optional<ErrorCode> fails_with;
   std::vector<std::size_t> fitted;
+  std::vector<int> tags_on_bed;
 };
 
 class CollectedViews : public ::testing::Test {
@@ -96,6 +104,27 @@ TEST_F(CollectedViews, OfTheCameraCanBeGivenUpAsThoseOfTheScanner) {
   ASSERT_FALSE(camera.ok());
   EXPECT_EQ(camera.error().code, ErrorCode::kCancelled);
   EXPECT_EQ(service_->scanner(true, silent, asked.get_token()).error().code, ErrorCode::kCancelled);
+}
+
+// It burnt first: through the AprilGrid sheet where that still lay on the bed, and with no certificate to measure with.
+TEST_F(CollectedViews, OfThePatternAreLookedForBeforeItIsBurnt) {
+  const auto ready = [&] { return service_->ready_for_pattern([](double, const std::string&) {}, {}); };
+  const Status unmeasurable = ready();
+  ASSERT_FALSE(unmeasurable.ok());
+  EXPECT_EQ(unmeasurable.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(unmeasurable.error().message, ::testing::HasSubstr("run veneerctl calibrate camera before"));
+  db::CertificateRecord camera;
+  camera.kind = db::CertificateKind::kCamera;
+  camera.issued_at = "2026-01-01T00:00:00.000Z", camera.expires_at = "2999-01-01T00:00:00.000Z";
+  camera.payload = to_payload(calib::CameraFit{}).dump();
+  ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(camera); }).ok());
+  workers_.tags_on_bed = {7, 8, 31};
+  const Status grid = ready();
+  ASSERT_FALSE(grid.ok());
+  EXPECT_EQ(grid.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(grid.error().message, ::testing::HasSubstr("AprilGrid sheet lies on the bed"));
+  workers_.tags_on_bed.clear();
+  EXPECT_TRUE(ready().ok());
 }
 
 TEST_F(CollectedViews, AreTakenAnewWhenTheyAreNoGood) {

@@ -276,6 +276,51 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
   }
 }
 
+TEST_F(ScanServiceTest, ATagThatCameLooseIsNamedAndANewOneTakesItsPlace) {
+  rendered::Panel sheet = rendered::sample_panel();
+  ASSERT_TRUE(scan().ok());
+  const auto loose = std::ranges::find(sheet.tags, Face::kShow, &rendered::GluedTag::face);
+  const std::string name = fmt::format("moved-tag-{}", loose->id);
+  loose->x += 0.3;
+  lay(sheet);
+  const auto moved = scan();
+  ASSERT_TRUE(moved.ok()) << moved.error().message;
+  ASSERT_EQ(moved->warnings.size(), 1U);
+  EXPECT_EQ(moved->warnings[0].name, name);
+  EXPECT_THAT(moved->warnings[0].text, ::testing::HasSubstr("--retag"));
+  ASSERT_TRUE(moved->left_out);
+  EXPECT_LT(moved->left_out->count(), 0.05);
+  EXPECT_FALSE(moved->proposal) << "the others say where the panel lies";
+
+  loose->id = 400;
+  lay(sheet);
+  const auto strange = scan();
+  ASSERT_FALSE(strange.ok());
+  EXPECT_THAT(strange.error().message, ::testing::HasSubstr("--retag"));
+  ScanRequest retag;
+  retag.retag = true;
+  const auto glued = scan(retag);
+  ASSERT_TRUE(glued.ok()) << glued.error().message;
+  EXPECT_EQ(glued->new_tags, std::vector<int>{400});
+  const auto known = database_->call([](Repositories& r) { return *r.panels.fiducials(PanelId{"P-0001"}); });
+  const auto is = [](int id) {
+    return [id](const db::FiducialRecord& f) { return f.kind == db::FiducialKind::kTag && f.tag_id == id; };
+  };
+  ASSERT_EQ(std::ranges::count_if(known, is(400)), 1);
+  const auto after = scan();
+  ASSERT_TRUE(after.ok()) << after.error().message;
+  EXPECT_TRUE(after->warnings.empty());
+}
+
+TEST_F(ScanServiceTest, ANewPanelsTagsNeedNoWord) {
+  ScanRequest retag;
+  retag.retag = true;
+  const auto refused = scan(retag);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("without --retag"));
+}
+
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
     if (kind == RegisterScans::kKind) answer["warnings"] = std::vector<ScanWarning>{{"strip-1", "a strip is left out"}};

@@ -163,6 +163,32 @@ TEST_F(CalibrationTest, EveryCertificateIsListedAsWhatItIs) {
   EXPECT_EQ(states(), (std::vector<std::string>{"other_device twin:camera", "replaced "}));
 }
 
+TEST_F(CalibrationTest, ACertificateSaysHowWellAndHowLongItWillServe) {
+  calib::ScannerCertificateData scanner;
+  scanner.scans = 1, scanner.covered_fraction = 0.9;
+  issue(db::CertificateKind::kScanner, to_payload(scanner));
+  const auto doubts = [&](const char* soon) {
+    auto list = database_->call([&](Repositories& r) { return judged_certificates(r, kNow, {}, -1, soon); });
+    EXPECT_TRUE(list.ok());
+    return list->front().doubts;
+  };
+  ASSERT_EQ(doubts("").size(), 1U);
+  EXPECT_NE(doubts("")[0].find("made of one scan"), std::string::npos);
+  // Expires in 2999.
+  EXPECT_EQ(doubts("2026-05-08T00:00:00.000Z").size(), 1U);
+  ASSERT_EQ(doubts("2999-01-02T00:00:00.000Z").size(), 2U);
+  EXPECT_NE(doubts("2999-01-02T00:00:00.000Z")[1].find("expires on 2999-01-01"), std::string::npos);
+  scanner.scans = 3, scanner.covered_fraction = 0.5;
+  scanner.other_scan_rms = Millimetres(0.045), scanner.other_scan_max = Millimetres(0.12);
+  issue(db::CertificateKind::kScanner, to_payload(scanner));
+  ASSERT_EQ(doubts("").size(), 2U);
+  EXPECT_NE(doubts("")[0].find("0.045 mm rms"), std::string::npos);
+  EXPECT_NE(doubts("")[1].find("50 % of the glass"), std::string::npos);
+  scanner.covered_fraction = 0.8, scanner.other_scan_rms = Millimetres(0.006);
+  issue(db::CertificateKind::kScanner, to_payload(scanner));
+  EXPECT_TRUE(doubts("").empty());
+}
+
 TEST_F(CalibrationTest, ACertificateThatNamesNoDeviceIsVoidWhereDevicesHaveNames) {
   issue(db::CertificateKind::kCamera, to_payload(calib::CameraFit{}));
   EXPECT_TRUE(load().camera);
