@@ -17,6 +17,7 @@ inline constexpr std::array kPlannerCommands = {
     PlannerCommand{"plan", "Plan pictures from panels, without a cell"},
     PlannerCommand{"series", "Plan a picture again and again from the same wood"},
     PlannerCommand{"map", "Draw the map by which a planned picture is put together"},
+    PlannerCommand{"mount", "Draw back plate, tray and frame for a planned picture"},
 };
 
 // What stands before the commands: --socket, --json, --version.

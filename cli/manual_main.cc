@@ -9,6 +9,7 @@
 #include "cli/command_tree.h"
 #include "cli/manual.h"
 #include "cli/map_command.h"
+#include "cli/mount_command.h"
 #include "cli/plan_command.h"
 #include "cli/series_command.h"
 
@@ -22,6 +23,7 @@ veneer::Status write_all(const std::filesystem::path& folder) {
   veneer::cli::add_plan_command(app);
   veneer::cli::add_series_command(app);
   veneer::cli::add_map_command(app);
+  veneer::cli::add_mount_command(app);
   std::filesystem::create_directories(folder / "man1");
   const auto write = [&](const std::string& name, const std::string& text) {
     return veneer::cli::write_file((folder / name).string(), text);

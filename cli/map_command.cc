@@ -23,16 +23,6 @@ struct MapCommandArguments {
   std::string plan, artwork, picture;
 };
 
-// By its letter; the first without one.
-std::size_t artwork_of(const planner::Plan& plan, const std::string& letter) {
-  if (letter.empty()) return 0;
-  const auto found = std::ranges::find(plan.artworks, letter, &planner::PlanArtwork::letter);
-  if (found != plan.artworks.end()) return static_cast<std::size_t>(found - plan.artworks.begin());
-  std::string letters;
-  for (const auto& artwork : plan.artworks) letters += (letters.empty() ? "" : ", ") + artwork.letter;
-  end(kUnusableArguments, fmt::format("no picture of the plan has marks with {}: there are {}", letter, letters));
-}
-
 // As `plan` wrote it beside the plan, unless another one is named. None is no fault.
 cv::Mat finished_picture(const MapCommandArguments& arguments, const planner::Plan& plan, std::size_t artwork) {
   if (!arguments.picture.empty()) return or_end(planner::load_picture(arguments.picture));
@@ -44,10 +34,7 @@ cv::Mat finished_picture(const MapCommandArguments& arguments, const planner::Pl
 
 void run_map(const MapCommandArguments& arguments) {
   const std::string format = map_format(arguments.map);
-  if (fs::is_directory(arguments.plan))
-    end(kUnusableArguments, fmt::format("{} is a folder: name the plan.json in it", arguments.plan));
-  const planner::Plan plan = or_end(planner::read_plan(arguments.plan));
-  if (plan.artworks.empty()) end(kUnusableArguments, fmt::format("{} has no picture", arguments.plan));
+  const planner::Plan plan = plan_of_file(arguments.plan);
   planner::MapOptions options;
   options.view = arguments.map.view == "show" ? planner::MapView::kShow : planner::MapView::kBack;
   options.scale = arguments.map.scale == "1:1" ? planner::MapScale::kTrue : planner::MapScale::kFit;

@@ -23,6 +23,7 @@
 #include "cli/plan_suggestions.h"
 #include "cli/plan_support.h"
 #include "planner/cutting/cut_drawing.h"
+#include "planner/files/as_built.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/plan_journal.h"
 #include "planner/files/preview.h"
@@ -43,7 +44,9 @@ struct PlanCommandArguments {
   EditArguments edits;
   std::string formats = "svg,json";
   std::string out;
-  bool suggest = false;
+  bool suggest = false, as_built = false;
+  double distance_m = 0;
+  std::string putty;
 };
 
 std::string known_formats() {
@@ -67,6 +70,15 @@ std::set<std::string> wanted_formats(const std::string& list) {
   return formats;
 }
 
+// How the picture is to be shown as built, if it is.
+std::optional<planner::AsBuilt> wanted_look(const PlanCommandArguments& arguments) {
+  if (!arguments.as_built) return {};
+  planner::AsBuilt look;
+  look.distance = Millimetres(arguments.distance_m * 1000);
+  if (!arguments.putty.empty()) look.putty = or_end(planner::colour_of(arguments.putty));
+  return look;
+}
+
 std::int64_t peak_rss_bytes() {
   struct rusage usage {};
   getrusage(RUSAGE_SELF, &usage);
@@ -80,7 +92,7 @@ struct Previews {
 
 // Adds what the previews say to `figures`.
 Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                      const fs::path& out, Previews& figures) {
+                      const std::optional<planner::AsBuilt>& look, const fs::path& out, Previews& figures) {
   for (std::size_t i = 0; i < plan.artworks.size(); ++i) {
     const auto preview = planner::assemble_preview(plan, i, stock, ScanResolution::from_dpi(plan.dpi));
     if (!preview.ok()) return preview.error();
@@ -91,6 +103,11 @@ Status write_previews(const Plan& plan, const std::vector<StockPanel>& stock, co
     // Several pictures: preview.png is the first, the others carry their letter.
     const fs::path path = out / (i == 0 ? "preview.png" : fmt::format("preview-{}.png", plan.artworks[i].letter));
     if (Status status = write_picture(preview->pixels, path); !status.ok()) return status;
+    if (!look) continue;
+    const auto built = planner::as_built(plan, i, preview->pixels, *look);
+    if (!built.ok()) return built.error();
+    const fs::path to = out / (i == 0 ? "as-built.png" : fmt::format("as-built-{}.png", plan.artworks[i].letter));
+    if (Status status = write_picture(*built, to); !status.ok()) return status;
   }
   return Ok();
 }
@@ -113,14 +130,15 @@ Status write_cut_drawings(const Plan& plan, const std::set<std::string>& formats
 
 // Adds to the plan's warnings what the cut files had to leave out, and to `figures` what the previews say.
 Status write_files(Plan& plan, const std::vector<StockPanel>& stock, const PlanOptions& options,
-                   const std::set<std::string>& formats, const fs::path& out, Previews& figures) {
+                   const std::optional<planner::AsBuilt>& look, const std::set<std::string>& formats,
+                   const fs::path& out, Previews& figures) {
   // plan.json is always there: everything else can be made from it again.
   if (Status status = planner::write_plan(plan, out / "plan.json"); !status.ok()) return status;
   std::vector<std::string> left_out;
   auto drawn = std::async(std::launch::async, [&] {
     return formats == std::set<std::string>{"json"} ? Status(Ok()) : write_cut_drawings(plan, formats, out, left_out);
   });
-  Status shown = write_previews(plan, stock, options, out, figures);
+  Status shown = write_previews(plan, stock, options, look, out, figures);
   if (Status status = drawn.get(); !status.ok()) return status;
   plan.warnings.insert(plan.warnings.end(), left_out.begin(), left_out.end());
   return shown;
@@ -190,6 +208,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   if (arguments.out.empty()) end(kUnusableArguments, "--out \"\" names no directory");
   const auto formats = wanted_formats(arguments.formats);
+  const auto look = wanted_look(arguments);
   PlanOptions options = or_end(plan_options(arguments.plan));
   if (arguments.plan.copies < 1 || arguments.plan.copies > 1000)
     end(kUnusableArguments, "--repeat must lie between 1 and 1000");
@@ -206,7 +225,7 @@ void run_plan(const PlanCommandArguments& arguments) {
   const fs::path journal = fs::path(arguments.out) / "plan.journal";
   Plan plan = plan_with_journal(artworks, stock, options, journal);
   Previews preview;
-  or_fail(write_files(plan, stock, options, formats, arguments.out, preview));
+  or_fail(write_files(plan, stock, options, look, formats, arguments.out, preview));
   spent.total = seconds();
   const std::string report = planner::report_to_json(plan, spent, peak_rss_bytes(), options.threads,
                                                      {preview.cost.per_pixel(), preview.grain.mean()});
@@ -265,6 +284,17 @@ void add_plan_command(CLI::App& app) {
           "--format", arguments->formats,
           "What to write, of " + known_formats() + "; svg, dxf and eps are cut files; plan.json is always written")
       ->capture_default_str();
+  CLI::Option* as_built = plan->add_flag(
+      "--as-built", arguments->as_built,
+      "Draw as-built.png too: the picture with its joints and the wood that the beam browns beside them");
+  plan->add_option("--distance-m", arguments->distance_m,
+                   "With --as-built: as it is seen from so far, in metres; 0: from as near as one likes")
+      ->needs(as_built)
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  plan->add_option("--putty", arguments->putty,
+                   "With --as-built: colour of what fills the joints, as RRGGBB [they stay open]")
+      ->needs(as_built);
   plan->add_option("--out", arguments->out, "Directory for the results")->required();
   plan->add_flag("--suggest", arguments->suggest,
                  "Plan nothing, but say at which crop, size, patches and layout the picture reads in this wood: a "

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <thread>
@@ -44,6 +45,23 @@ Status write_picture(const cv::Mat& picture, const fs::path& path) {
   const auto file = planner::encode_png(picture);
   if (!file) return Error{ErrorCode::kStorage, fmt::format("{} cannot be made", path.string())};
   return planner::write_text(*file, path);
+}
+
+planner::Plan plan_of_file(const std::string& file) {
+  if (std::filesystem::is_directory(file))
+    end(kUnusableArguments, fmt::format("{} is a folder: name the plan.json in it", file));
+  planner::Plan plan = or_end(planner::read_plan(file));
+  if (plan.artworks.empty()) end(kUnusableArguments, fmt::format("{} has no picture", file));
+  return plan;
+}
+
+std::size_t artwork_of(const planner::Plan& plan, const std::string& letter) {
+  if (letter.empty()) return 0;
+  const auto found = std::ranges::find(plan.artworks, letter, &planner::PlanArtwork::letter);
+  if (found != plan.artworks.end()) return static_cast<std::size_t>(found - plan.artworks.begin());
+  std::string letters;
+  for (const auto& artwork : plan.artworks) letters += (letters.empty() ? "" : ", ") + artwork.letter;
+  end(kUnusableArguments, fmt::format("no picture of the plan has marks with {}: there are {}", letter, letters));
 }
 
 void with_progress(const std::function<void(const planner::Progress&, std::stop_token)>& work) {

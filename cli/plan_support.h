@@ -31,6 +31,11 @@ void make_directory(const std::filesystem::path& out);
 
 Status write_picture(const cv::Mat& picture, const std::filesystem::path& path);
 
+// A plan's file, which has a picture; ends the command otherwise.
+planner::Plan plan_of_file(const std::string& file);
+// The artwork whose marks begin with this letter; the first without one. Ends the command when there is none.
+std::size_t artwork_of(const planner::Plan& plan, const std::string& letter);
+
 // Runs `work` with its progress on stderr (progress.h); the first Ctrl-C requests its stop.
 void with_progress(const std::function<void(const planner::Progress& progress, std::stop_token stop)>& work);
 

@@ -3,6 +3,7 @@
 
 #include "cli/command_context.h"
 #include "cli/map_command.h"
+#include "cli/mount_command.h"
 #include "cli/plan_command.h"
 #include "cli/series_command.h"
 
@@ -12,5 +13,6 @@ int main(int argc, char** argv) {
   veneer::cli::add_plan_command(app);
   veneer::cli::add_series_command(app);
   veneer::cli::add_map_command(app);
+  veneer::cli::add_mount_command(app);
   return veneer::cli::run(app, argc, argv);
 }

@@ -16,11 +16,12 @@ Clearance::Clearance(const FreeWood& wood, Millimetres reach)
 
 Result<Clearance> Clearance::measure(const FreeWood& wood, Millimetres reach, const std::stop_token& stop) {
   // Band by band: no band looks further beyond its rows than anything reaches.
-  constexpr int kBand = 256;
+  constexpr int kBand = 64 * kBlock;
   Clearance out(wood, reach);
   cv::Mat free;
   cv::copyMakeBorder(out.raster_.pixels, free, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
   out.distance_.create(free.size(), CV_16UC1);
+  out.farthest_.create((free.rows + kBlock - 1) / kBlock, (free.cols + kBlock - 1) / kBlock, CV_16UC1);
   for (int top = 0; top < free.rows; top += kBand) {
     if (stop.stop_requested()) return cancelled();
     const cv::Range band(top, std::min(free.rows, top + kBand));
@@ -29,8 +30,21 @@ Result<Clearance> Clearance::measure(const FreeWood& wood, Millimetres reach, co
     cv::distanceTransform(free.rowRange(seen), distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
     out.rounded(distances.rowRange(band.start - seen.start, band.end - seen.start))
         .copyTo(out.distance_.rowRange(band));
+    out.find_farthest({0, band.start, free.cols, band.size()});
   }
   return out;
+}
+
+void Clearance::find_farthest(const cv::Rect& part) {
+  for (int r = part.y / kBlock; r * kBlock < part.br().y; ++r) {
+    for (int c = part.x / kBlock; c * kBlock < part.br().x; ++c) {
+      const cv::Rect block = cv::Rect(c * kBlock, r * kBlock, kBlock, kBlock) & cv::Rect({0, 0}, distance_.size());
+      std::uint16_t most = 0;
+      for (int y = block.y; y < block.br().y; ++y)
+        for (int x = block.x; x < block.br().x; ++x) most = std::max(most, distance_.ptr<std::uint16_t>(y)[x]);
+      farthest_.at<std::uint16_t>(r, c) = most;
+    }
+  }
 }
 
 cv::Mat Clearance::rounded(const cv::Mat& distances) const {
@@ -66,6 +80,7 @@ void Clearance::take(const std::vector<Ring<PanelFrame>>& grown) {
   cv::distanceTransform(free, distances, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   cv::Mat known = distance_(part);
   cv::min(known, rounded(distances), known);
+  find_farthest(part);
 }
 
 std::vector<CoverDisc> cover_of(const Ring<ArtworkFrame>& outline, const PixelGrid& grid, int left, int top) {

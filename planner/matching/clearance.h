@@ -36,12 +36,22 @@ class Clearance {
     const int r = std::clamp(static_cast<int>(std::floor(row)) + 1, 0, distance_.rows - 1);
     return distance_.ptr<std::uint16_t>(r)[c] * (1.0 / kUnits);
   }
+  // At least at() of the same place and of all within a few pixels. Of a map so much smaller that it stays in the
+  // processor's cache, where at() waits for memory each time.
+  double at_most(double column, double row) const {
+    const int c = std::clamp(static_cast<int>(std::floor(column)) + 1, 0, distance_.cols - 1) / kBlock;
+    const int r = std::clamp(static_cast<int>(std::floor(row)) + 1, 0, distance_.rows - 1) / kBlock;
+    return farthest_.ptr<std::uint16_t>(r)[c] * (1.0 / kUnits);
+  }
   const Raster<PanelFrame>& raster() const { return raster_; }
   Millimetres kerf() const { return kerf_; }
-  std::size_t bytes() const { return distance_.total() * distance_.elemSize(); }
+  std::size_t bytes() const { return (distance_.total() + farthest_.total()) * distance_.elemSize(); }
 
  private:
   static constexpr double kUnits = 32;  // a pixel
+  static constexpr int kBlock = 4;      // pixels of a side that at_most() answers for together
+  // To be called when `part` of the distances has changed.
+  void find_farthest(const cv::Rect& part);
   Clearance(const FreeWood& wood, Millimetres reach);
   cv::Mat rounded(const cv::Mat& distances) const;
 
@@ -49,6 +59,7 @@ class Clearance {
   Millimetres kerf_;
   int reach_;
   cv::Mat distance_;  // CV_16UC1, with a border of one gone pixel
+  cv::Mat farthest_;  // of each block of kBlock x kBlock of them
 };
 
 // A disc within an outline, in working pixels from the upper left corner of the patch's window.
@@ -66,16 +77,22 @@ class Cover {
 
   // Whether no place within `around` working pixels of lattice place (x, y) can be taken, for certain.
   bool rules_out(double x, double y, double around) const {
+    return any_disc(x, y, around, [&](double column, double row) { return clearance_.at_most(column, row); }) ||
+           any_disc(x, y, around, [&](double column, double row) { return clearance_.at(column, row); });
+  }
+
+ private:
+  // Whether a disc reaches farther than `room` says for its centre.
+  template <class Room>
+  bool any_disc(double x, double y, double around, const Room& room) const {
     for (const CoverDisc& disc : discs_) {
       const double u = x + disc.x, v = y + disc.y;
-      if (clearance_.at(column_ + column_x_ * u + column_y_ * v, row_ + row_x_ * u + row_y_ * v) + around * scale_ <
-          disc.radius)
+      if (room(column_ + column_x_ * u + column_y_ * v, row_ + row_x_ * u + row_y_ * v) + around * scale_ < disc.radius)
         return true;
     }
     return false;
   }
 
- private:
   const Clearance& clearance_;
   std::vector<CoverDisc> discs_;  // radii in pixels of the stock raster, grown
   double scale_;                  // such pixels a working pixel

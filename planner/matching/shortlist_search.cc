@@ -209,7 +209,7 @@ ShortlistSearch::Block ShortlistSearch::block_of(const Scored& cell) const {
 
 bool ShortlistSearch::ruled_out(const Block& block) const {
   const double across = (block.x1 - block.x0 - 1) / 2.0, down = (block.y1 - block.y0 - 1) / 2.0;
-  return cover_[block.lattice].rules_out(block.x0 + across, block.y0 + down, std::hypot(across, down));
+  return cover_[block.lattice].rules_out(block.x0 + across, block.y0 + down, std::sqrt(across * across + down * down));
 }
 
 void ShortlistSearch::look_at(std::vector<Block>& blocks, const TargetWindow& window, std::size_t wanted) {

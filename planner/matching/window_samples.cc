@@ -83,11 +83,11 @@ bool stays_within(const Walk& walk, int count, const cv::Size& map) {
   return within(walk.column, walk.column_step, map.width) && within(walk.row, walk.row_step, map.height);
 }
 
-// (kWhole - f, f) four times over, for every weight f.
+// (kWhole - f, f) four times over, for every weight f, and for kWhole.
 struct WeightTable {
-  alignas(16) std::int16_t weights[kWhole][8];
+  alignas(16) std::int16_t weights[kWhole + 1][8];
   constexpr WeightTable() : weights() {
-    for (int f = 0; f < kWhole; ++f)
+    for (int f = 0; f <= kWhole; ++f)
       for (int k = 0; k < 8; ++k) weights[f][k] = static_cast<std::int16_t>(k % 2 == 0 ? kWhole - f : f);
   }
   const __m128i& operator[](int f) const { return *reinterpret_cast<const __m128i*>(weights[f]); }
@@ -100,6 +100,12 @@ __m128i along_columns(const std::int16_t* upper, const std::int16_t* lower, int 
   const __m128i below = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(lower));
   const __m128i sums = _mm_madd_epi16(_mm_unpacklo_epi16(above, below), kWeights[fy]);
   return _mm_srai_epi32(_mm_add_epi32(sums, _mm_set1_epi32(1 << (kDropped - 1))), kDropped);
+}
+
+// The sums of left and right neighbours, rounded to entries. `sides`: (left, right) of four of them.
+__m128i along_row(const __m128i& sides, const __m128i& weights) {
+  const __m128i sums = _mm_madd_epi16(sides, weights);
+  return _mm_srai_epi32(_mm_add_epi32(sums, _mm_set1_epi32(1 << (kRest - 1))), kRest);
 }
 
 // Two channels, and no sample needs a pixel beyond the map.
@@ -119,11 +125,43 @@ void sample_row_of_two(const cv::Mat& map, Walk walk, int count, std::int16_t* o
     // Channel by channel: left, right.
     __m128i sides = _mm_packs_epi32(first, second);
     sides = _mm_shufflehi_epi16(_mm_shufflelo_epi16(sides, _MM_SHUFFLE(3, 1, 2, 0)), _MM_SHUFFLE(3, 1, 2, 0));
-    __m128i sums = _mm_madd_epi16(sides, _mm_unpacklo_epi64(kWeights[fx], kWeights[next_fx]));
-    sums = _mm_srai_epi32(_mm_add_epi32(sums, _mm_set1_epi32(1 << (kRest - 1))), kRest);
+    const __m128i sums = along_row(sides, _mm_unpacklo_epi64(kWeights[fx], kWeights[next_fx]));
     _mm_storel_epi64(reinterpret_cast<__m128i*>(out + static_cast<std::ptrdiff_t>(2) * i), _mm_packs_epi32(sums, sums));
   }
   if (count % 2 != 0) sample_row(map, walk, 1, out + static_cast<std::ptrdiff_t>(2) * (count - 1));
+}
+
+// The same for four channels, as many as brightness, edges and colour have together. Positions beyond the map are moved
+// to its border, unless kInside; on the border they are the right or lower neighbour of the pixel before it.
+template <bool kInside>
+void sample_row_of_four(const cv::Mat& map, Walk walk, int count, std::int16_t* out) {
+  const auto stride = static_cast<std::ptrdiff_t>(map.step1());
+  const auto* origin = map.ptr<std::int16_t>(0);
+  const std::int64_t last_column = map.cols - 1, last_row = map.rows - 1;
+  const __m128i half = _mm_set1_epi32(1 << (kDropped - 1));
+  const auto place = [](std::int64_t position, std::int64_t last, int& weight) {
+    if constexpr (kInside) {
+      weight = weight_of(position);
+      return position >> kFractionBits;
+    }
+    const std::int64_t at = std::clamp<std::int64_t>(position, 0, last << kFractionBits);
+    const std::int64_t pixel = std::min(at >> kFractionBits, last - 1);
+    weight = static_cast<int>((at - (pixel << kFractionBits)) >> (kFractionBits - kWeightBits));
+    return pixel;
+  };
+  for (int i = 0; i < count; ++i, out += 4, walk.column += walk.column_step, walk.row += walk.row_step) {
+    int fx = 0, fy = 0;
+    const std::int64_t column = place(walk.column, last_column, fx), row = place(walk.row, last_row, fy);
+    const std::int16_t* upper = origin + row * stride + column * 4;
+    const __m128i above = _mm_loadu_si128(reinterpret_cast<const __m128i*>(upper));
+    const __m128i below = _mm_loadu_si128(reinterpret_cast<const __m128i*>(upper + stride));
+    const __m128i left = _mm_madd_epi16(_mm_unpacklo_epi16(above, below), kWeights[fy]);
+    const __m128i right = _mm_madd_epi16(_mm_unpackhi_epi16(above, below), kWeights[fy]);
+    const __m128i both = _mm_packs_epi32(_mm_srai_epi32(_mm_add_epi32(left, half), kDropped),
+                                         _mm_srai_epi32(_mm_add_epi32(right, half), kDropped));
+    const __m128i sums = along_row(_mm_unpacklo_epi16(both, _mm_srli_si128(both, 8)), kWeights[fx]);
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(out), _mm_packs_epi32(sums, sums));
+  }
 }
 
 #endif
@@ -156,9 +194,15 @@ void sample(const cv::Mat& map, const Lattice& lattice, const SampleGrid& grid, 
     return Walk{fixed(column - 0.5), fixed(row - 0.5), column_step, row_step};
   };
 #ifdef __SSE2__
+  const bool inside = stays_within(walk_of_row(0), grid.columns, map.size()) &&
+                      stays_within(walk_of_row(grid.rows - 1), grid.columns, map.size());
+  if (map.channels() == 4 && map.cols > 1 && map.rows > 1) {
+    const auto sample_four = inside ? sample_row_of_four<true> : sample_row_of_four<false>;
+    for (int k = 0; k < grid.rows; ++k)
+      sample_four(map, walk_of_row(k), grid.columns, out + static_cast<std::size_t>(k) * row_length);
+    return;
+  }
   if (map.channels() == 2) {
-    const bool inside = stays_within(walk_of_row(0), grid.columns, map.size()) &&
-                        stays_within(walk_of_row(grid.rows - 1), grid.columns, map.size());
     for (int k = 0; k < grid.rows; ++k) {
       Walk walk = walk_of_row(k);
       std::int16_t* to = out + static_cast<std::size_t>(k) * row_length;

@@ -419,6 +419,24 @@ TEST_F(PlanCommand, DrawsTheMapOfAPlan) {
   EXPECT_THAT(refused(path("nothing.json") + " --out map.pdf"), HasSubstr("nothing.json"));
 }
 
+TEST_F(PlanCommand, DrawsThePictureAsBuiltAndWhatItIsKeptIn) {
+  const Outcome planned = plan(usual() + " --as-built --distance-m 0.5 --putty d8c8a0");
+  ASSERT_EQ(planned.status, 0) << planned.errors;
+  const cv::Mat preview = cv::imread(path("out/preview.png")), built = cv::imread(path("out/as-built.png"));
+  ASSERT_EQ(preview.size(), built.size());
+  EXPECT_GT(cv::norm(preview, built, cv::NORM_L1), 0);
+  expect_unusable(usual() + " --as-built --putty wood", "write six digits");
+  expect_unusable(usual() + " --putty d8c8a0", "--as-built");
+  const Outcome drawn = run("mount " + path("out/plan.json") + " --rail-mm 8 --out " + path("mount"));
+  EXPECT_EQ(drawn.status, 0) << drawn.errors;
+  for (const std::string part : {"back", "tray", "frame"})
+    EXPECT_THAT(text("mount/" + part + ".svg"), HasSubstr("<svg")) << part;
+  const Outcome refused = run("mount " + path("out/plan.json") + " --rail-mm 1 --out " + path("none"));
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("would not hold"));
+  EXPECT_FALSE(fs::exists(path("none")));
+}
+
 TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
   ASSERT_EQ(plan(usual()).status, 0);
   const std::string without = text("out/plan.json");

@@ -203,6 +203,12 @@ RC_GTEST_PROP(Clearance, RulesOutOnlyWhatFreeWoodRefuses, ()) {
     if (!admitted || i % 4 != 0) continue;
     wood.allocate(at);
     clearance.take(grown_rings(at, kerf));
+    // What asks first and coarsely is never the stricter one.
+    for (int k = 0; k < 40; ++k) {
+      const double column = random.uniform(-3.0, 73.0), row = random.uniform(-3.0, 63.0),
+                   exact = clearance.at(column, row);
+      RC_ASSERT(clearance.at_most(column, row) >= exact);
+    }
   }
   RC_ASSERT(ruled_out > refused * 0.6);
 }

@@ -40,21 +40,24 @@ TEST(WindowSamples, AreBilinearAndTheBorderRepeats) {
   }
 }
 
-TEST(WindowSamples, OfTwoChannelsAreThoseOfEachAlone) {
-  // Two channels have code of their own.
-  const cv::Mat both = random_entries(50, 60, 2);
-  std::vector<cv::Mat> alone;
-  cv::split(both, alone);
-  for (const double angle : {0.0, 48.0, 180.0, 312.0}) {
-    const Lattice lattice(both.cols, both.rows, degrees(angle));
-    for (const int columns : {1, 2, 17, lattice.width() + 9}) {
-      const SampleGrid grid{-4, 20, 1, 1.5, columns, 25};
-      const auto length = static_cast<std::size_t>(columns);
-      std::vector<std::int16_t> two(2 * length * 25), one(length * 25);
-      sample(both, lattice, grid, 2 * length, two.data());
-      for (std::size_t channel = 0; channel < 2; ++channel) {
-        sample(alone[channel], lattice, grid, length, one.data());
-        for (std::size_t i = 0; i < one.size(); ++i) ASSERT_EQ(two[2 * i + channel], one[i]) << angle << " " << i;
+TEST(WindowSamples, OfSeveralChannelsAreThoseOfEachAlone) {
+  // Two channels have code of their own, and so have four.
+  for (const std::size_t channels : {2U, 3U, 4U}) {
+    const cv::Mat all = random_entries(50, 60, static_cast<int>(channels));
+    std::vector<cv::Mat> alone;
+    cv::split(all, alone);
+    for (const double angle : {0.0, 48.0, 180.0, 312.0}) {
+      const Lattice lattice(all.cols, all.rows, degrees(angle));
+      for (const int columns : {1, 2, 17, lattice.width() + 9}) {
+        const SampleGrid grid{-4, 20, 1, 1.5, columns, 25};
+        const auto length = static_cast<std::size_t>(columns);
+        std::vector<std::int16_t> together(channels * length * 25), one(length * 25);
+        sample(all, lattice, grid, channels * length, together.data());
+        for (std::size_t channel = 0; channel < channels; ++channel) {
+          sample(alone[channel], lattice, grid, length, one.data());
+          for (std::size_t i = 0; i < one.size(); ++i)
+            ASSERT_EQ(together[channels * i + channel], one[i]) << angle << " " << i << " of " << channels;
+        }
       }
     }
   }
