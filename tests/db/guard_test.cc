@@ -30,6 +30,10 @@ class GuardTest : public ::testing::Test {
     return texts("SELECT name FROM pragma_table_xinfo('" + table + "') WHERE hidden = 0 ORDER BY cid");
   }
   int rows(const std::string& table) { return sql().execAndGet("SELECT count(*) FROM " + table).getInt(); }
+  // What tells of nothing that was done.
+  static bool may_go(const std::string& table) {
+    return table == "recipes" || table == "request_keys" || table == "kept_cuts";
+  }
   // A row in the place of one that is there, the same but for a text.
   std::string replacement(const std::string& table) {
     std::string names, values;
@@ -44,7 +48,7 @@ class GuardTest : public ::testing::Test {
 };
 
 TEST_F(GuardTest, EveryTableHasRows) {
-  ASSERT_EQ(tables().size(), 44U);
+  ASSERT_EQ(tables().size(), 46U);
   for (const auto& table : tables()) EXPECT_GT(rows(table), 0) << table;
 }
 
@@ -52,7 +56,7 @@ TEST_F(GuardTest, NothingThatCountsIsDeleted) {
   for (const auto& table : tables()) {
     const int before = rows(table);
     const Status deleted = execute(cell.database(), "DELETE FROM " + table);
-    if (table == "recipes" || table == "request_keys") continue;
+    if (may_go(table)) continue;
     EXPECT_FALSE(deleted.ok()) << table;
     EXPECT_EQ(rows(table), before) << table;
   }
@@ -60,7 +64,7 @@ TEST_F(GuardTest, NothingThatCountsIsDeleted) {
 
 TEST_F(GuardTest, NoRowTakesThePlaceOfAnother) {
   for (const auto& table : tables()) {
-    if (table == "recipes" || table == "request_keys") continue;
+    if (may_go(table)) continue;
     const Status replaced = execute(cell.database(), replacement(table));
     EXPECT_FALSE(replaced.ok()) << table;
   }
