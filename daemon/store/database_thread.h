@@ -26,6 +26,7 @@
 #include "db/panels.h"
 #include "db/plans.h"
 #include "db/proposals.h"
+#include "db/remnant_book.h"
 #include "db/request_keys.h"
 #include "db/stock_facts.h"
 
@@ -51,7 +52,8 @@ struct Repositories {
         differences(database),
         facts(database),
         proposals(database),
-        masks(database) {}
+        masks(database),
+        remnants(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -65,6 +67,7 @@ struct Repositories {
   db::StockFacts facts;
   db::Proposals proposals;
   db::Masks masks;
+  db::RemnantBook remnants;
   CellDevices devices;
 };
 

@@ -153,8 +153,8 @@ class ModelledScans : public ModelledPanels {
     const Acceptance accepted{number, {"size"}, "local:1000"};
     if (proposal.panel) {
       ModelPanel& known = known_[*proposal.panel];
-      const auto version = cell_.panels().add_mask(panels_[*proposal.panel], {0, "map", "mask", "hash", kLater},
-                                                   proposal.after, accepted);
+      const auto version =
+          cell_.panels().add_mask(panels_[*proposal.panel], {0, "map", "mask", "hash", kNow}, proposal.after, accepted);
       RC_ASSERT(version.ok() == (!proposal.verdict && !known.retired && known.mask == proposal.after));
       if (!version.ok()) return;
       RC_ASSERT(*version == ++known.mask);
