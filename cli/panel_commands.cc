@@ -90,6 +90,27 @@ void add_panel_show(CLI::App& panel, CommandContext& context) {
   });
 }
 
+void add_panel_remnants(CLI::App& panel, CommandContext& context) {
+  struct Options {
+    std::string id, out;
+    std::int64_t number = 0;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = panel.add_subcommand("remnants", "What was left of it after each run and each new mask");
+  command->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
+  CLI::Option* picture =
+      command->add_option("--picture", options->number, "Of this remnant, by its number, save the picture to --out");
+  CLI::Option* out = command->add_option("--out", options->out, "Where the picture is saved (PNG)")->needs(picture);
+  picture->needs(out);
+  command->callback([options, &context] {
+    const std::string target = "/panels/" + url_encode(options->id);
+    const auto booked = context.client().get(target + "/remnants");
+    if (booked)
+      save_parts(context, target + "/remnant.png?booked=" + std::to_string(options->number), {{options->out, ""}});
+    context.finish(booked, render_remnants);
+  });
+}
+
 void add_panel_label(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, out;
@@ -246,6 +267,7 @@ void add_panel_commands(CLI::App& app, CommandContext& context) {
   add_panel_list(*panel, context);
   add_panel_show(*panel, context);
   add_panel_label(*panel, context);
+  add_panel_remnants(*panel, context);
   add_corrections(*panel, context);
   add_mask_commands(*panel, context);
   add_merge(*panel, context);

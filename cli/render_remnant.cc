@@ -18,6 +18,13 @@ std::string shape_words(const json& shape, const char* size, const char* what) {
                      number_or(shape, "y_mm", 0));
 }
 
+std::string booked_words(const json& booked) {
+  if (!booked.is_object()) return "";
+  const json& run = member(booked, "run");
+  return fmt::format("{}{}{}", run.is_number_integer() ? fmt::format("after run {}, ", run.get<std::int64_t>()) : "",
+                     text_or(booked, "at", "?"), flag_or(booked, "is_now", true) ? "" : "; its wood changed since");
+}
+
 }  // namespace
 
 std::string render_remnant(const json& panel) {
@@ -30,7 +37,26 @@ std::string render_remnant(const json& panel) {
   return line("Free wood", joined(woods, ", ")) +
          line("Has room for", joined({shape_words(member(remnant, "square"), "side_mm", "a square"),
                                       shape_words(member(remnant, "circle"), "diameter_mm", "a circle")},
-                                     ", "));
+                                     ", ")) +
+         line("Booked", booked_words(member(remnant, "booked")));
+}
+
+std::string render_remnants(const json& reply) {
+  const json& all = member(reply, "remnants");
+  if (!all.is_array() || all.empty()) return "Nothing was booked of this panel yet.\n";
+  TextTable table({">NUMBER", ">RUN", "WHEN", "FREE WOOD", ">SQUARE", ">CIRCLE"});
+  for (const json& one : all) {
+    std::vector<std::string> woods;
+    if (const json& list = member(one, "woods"); list.is_array())
+      for (const json& wood : list)
+        woods.push_back(text_or(wood, "material", "wood nobody has named") + " " + square_cm(wood, "free_mm2"));
+    const json &run = member(one, "run"), &square = member(one, "square"), &circle = member(one, "circle");
+    table.add({std::to_string(whole_or(one, "number", 0)),
+               run.is_number_integer() ? std::to_string(whole_or(one, "run", 0)) : "", text_or(one, "at", ""),
+               joined(woods, ", "), square.is_object() ? fmt::format("{:.1f} mm", number_or(square, "side_mm", 0)) : "",
+               circle.is_object() ? fmt::format("{:.1f} mm", number_or(circle, "diameter_mm", 0)) : ""});
+  }
+  return table.str();
 }
 
 std::string render_found(const json& reply) {

@@ -189,6 +189,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     if (!opened) return opened.error();
     *pool = std::move(*opened);
   }
+  c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
   c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
@@ -238,6 +239,7 @@ Cell::~Cell() {
   planner_worker.reset();
   queries.reset();
   pictures.reset();
+  remnant_clerk.reset();
   camera_worker.reset();
   runner.reset();
 }
@@ -269,6 +271,7 @@ void Cell::refresh_counts() {
         waiting_job = std::move(counts.job);
         waiting_plan = std::move(counts.plan);
         calibration = std::move(counts.calibration);
+        remnant_clerk->look();
         broadcast_status();
       });
 }

@@ -25,6 +25,7 @@
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
+#include "daemon/services/remnant_clerk.h"
 #include "daemon/services/remnants.h"
 #include "daemon/services/scan_proposals.h"
 #include "daemon/services/scan_service.h"
@@ -98,6 +99,7 @@ class Cell {
   // Last, so that they finish their work before what it uses is gone.
   std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
   std::unique_ptr<QueryPool> queries, pictures;  // what clients ask; pictures take longer
+  std::unique_ptr<RemnantClerk> remnant_clerk;
 
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);

@@ -126,18 +126,19 @@ Status move_one(Database& database, PieceId piece, AllocationState from, Allocat
 Status reserve(SQLite::Database& connection, JobId job, PlanId plan, const std::string& at) {
   end_expired(connection, at);
   SQLite::Statement placed(connection,
-                           "SELECT p.id, t.mark, l.id, l.panel, l.area_um FROM placements AS l JOIN patches AS t ON "
-                           "t.id = l.patch JOIN pieces AS p ON p.patch = t.id AND p.job = ? WHERE l.plan = ? "
-                           "ORDER BY t.ordinal");
+                           "SELECT p.id, t.mark, l.id, l.panel, l.area_um, veneer_outline(l.panel_outline_um), CASE "
+                           "l.lead_in_um WHEN '[]' THEN '~' ELSE veneer_lead_in(l.area_um, l.panel_outline_um) END "
+                           "FROM placements AS l JOIN patches AS t ON t.id = l.patch JOIN pieces AS p ON p.patch = "
+                           "t.id AND p.job = ? WHERE l.plan = ? ORDER BY t.ordinal");
   SQLite::bind(placed, job.value, plan.value);
   SQLite::Statement insert(connection,
-                           "INSERT INTO allocations (panel, job, piece, placement, state, area_um, reason, changed_at) "
-                           "VALUES (?, ?, ?, ?, 'reserved', ?, '', ?)");
+                           "INSERT INTO allocations (panel, job, piece, placement, state, area_um, outline_um, "
+                           "lead_in_um, reason, changed_at) VALUES (?, ?, ?, ?, 'reserved', ?, ?, ?, '', ?)");
   while (placed.executeStep()) {
     const Wanted wanted{text(placed.getColumn(1)), {text(placed.getColumn(3))}, text(placed.getColumn(4)), plan};
     insert.reset();
     SQLite::bind(insert, wanted.panel.value, job.value, placed.getColumn(0).getInt64(), placed.getColumn(2).getInt64(),
-                 wanted.area, at);
+                 wanted.area, text(placed.getColumn(5)), text(placed.getColumn(6)), at);
     if (Status booked = book(connection, insert, wanted); !booked.ok()) return booked;
   }
   return Ok();
@@ -271,8 +272,13 @@ Status JobStore::mark_cutting(PieceId piece, const std::string& at) {
   return move_one(*database_, piece, AllocationState::kReserved, AllocationState::kCutting, at);
 }
 
+Status book_cut(SQLite::Database& connection, PieceId piece, const std::string& at) {
+  if (move_piece(connection, piece, AllocationState::kCutting, AllocationState::kCut, at)) return Ok();
+  return piece_is_elsewhere(connection, piece, AllocationState::kCut);
+}
+
 Status JobStore::book_piece(PieceId piece, const std::string& at) {
-  return move_one(*database_, piece, AllocationState::kCutting, AllocationState::kCut, at);
+  return in_transaction(*database_, [&](SQLite::Database& connection) { return book_cut(connection, piece, at); });
 }
 
 Status JobStore::finish_run(RunId run, bool more, const std::string& at) {

@@ -103,6 +103,15 @@ struct RunFacts {
   std::string recipes_json = "[]";          // how each wood was burnt, and which pieces lie in it
 };
 
+// A cut of the last run, as the laser burnt it, so that it can be met again.
+struct KeptCut {
+  PieceId piece;
+  std::string mark;  // not on insertion
+  RunId run;
+  std::string laser;         // that burnt it, as it tells of itself
+  std::string strokes_json;  // written and read by the daemon
+};
+
 // What became of a piece, in one row.
 struct PieceOutcome {
   PieceId piece;
@@ -154,6 +163,8 @@ class JobStore {
   Status mark_cutting(PieceId piece, const std::string& at);
   // cutting -> cut, on executed and verified motion.
   Status book_piece(PieceId piece, const std::string& at);
+  // The same, and how it was cut is kept until the next run begins. kConflict too when another run was begun since.
+  Status book_and_keep(const KeptCut& cut, const std::string& at);
   // The run ends as intended; nothing may be `cutting` (kConflict). The job becomes complete when nothing is left to
   // cut or to settle, stays running when pieces are left and another panel is to be loaded (`more`), else is stopped.
   Status finish_run(RunId run, bool more, const std::string& at);
@@ -205,8 +216,12 @@ class JobStore {
   // What became of its wood, the oldest first. Of wood booked before schema 11 the last step alone.
   Result<std::vector<PieceStep>> history(PieceId piece);
   Result<std::vector<RunRecord>> runs(JobId job);
-  Result<std::optional<RunRecord>> last_run();   // of any job; nothing before the first
-  Result<RunFacts> facts(RunId run);             // empty when nobody noted them
+  Result<std::optional<RunRecord>> last_run();  // of any job; nothing before the first
+  Result<RunFacts> facts(RunId run);            // empty when nobody noted them
+  // All of the last run, in the order of burning; none once they were forgotten.
+  Result<std::vector<KeptCut>> kept_cuts();
+  // They cannot be met again: the panel was moved, or another laser is there.
+  Status forget_cuts();
   Result<std::vector<PlanId>> redos(JobId job);  // by which its pieces were made again, in their order
 
  private:

@@ -11,6 +11,7 @@
 #include "db/panel_sql.h"
 #include "db/shapes.h"
 #include "db/sql.h"
+#include "db/wood_parts.h"
 
 namespace veneer::db {
 namespace {
@@ -19,25 +20,24 @@ Result<std::vector<AllocationRecord>> read_allocations(Database& database, const
                                                        const std::string& which, int limit = -1) {
   return guarded(database, [&](SQLite::Database& connection) -> Result<std::vector<AllocationRecord>> {
     SQLite::Statement rows(connection,
-                           fmt::format("SELECT a.id, a.job, a.piece, a.state, coalesce(l.panel_outline_um, "
-                                       "c.outline_um, '[]'), a.area_um, a.reason, a.changed_at, e.plan FROM "
-                                       "allocations AS a LEFT JOIN placements AS l ON l.id = a.placement LEFT JOIN "
-                                       "carried AS c ON c.allocation = a.id LEFT JOIN leases AS e ON e.id = a.lease "
-                                       "WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
+                           fmt::format("SELECT a.id, a.job, a.piece, a.state, a.outline_um, a.area_um, a.reason, "
+                                       "a.changed_at, e.plan, a.lead_in_um FROM allocations AS a LEFT JOIN leases AS e "
+                                       "ON e.id = a.lease WHERE a.panel = ? {} ORDER BY a.id LIMIT ?",
                                        which));
     SQLite::bind(rows, panel.value, limit);
     std::vector<AllocationRecord> out;
     while (rows.executeStep()) {
-      const auto outline = read_ring(text(rows.getColumn(4)));
-      const auto area = read_area(text(rows.getColumn(5)));
-      if (!outline || !area) throw damaged("an allocation of panel " + panel.value);
+      const auto outline = read_outline(text(rows.getColumn(4)));
+      const auto area = read_area(text(rows.getColumn(5))), lead_in = read_area(text(rows.getColumn(9)));
+      if (!outline || !area || !lead_in) throw damaged("an allocation of panel " + panel.value);
       out.push_back({{rows.getColumn(0).getInt64()},
                      panel,
                      {rows.getColumn(1).getInt64()},
                      {rows.getColumn(2).getInt64()},
                      allocation_state_of(text(rows.getColumn(3))),
-                     from_micro<PanelFrame>(*outline),
                      Region<PanelFrame>(*area),
+                     from_micro<PanelFrame>(*outline),
+                     Region<PanelFrame>(*lead_in),
                      text(rows.getColumn(6)),
                      text(rows.getColumn(7)),
                      {rows.getColumn(8).getInt64()}});
@@ -82,6 +82,11 @@ const char* to_string(AllocationState state) {
       return "released";
   }
   return "released";
+}
+
+Region<PanelFrame> kerf_of(const AllocationRecord& allocation) {
+  return Region<PanelFrame>(
+      kerf_of(allocation.area.micro_area(), to_micro(allocation.outline), allocation.lead_in.micro_area()));
 }
 
 bool move_piece(SQLite::Database& connection, PieceId piece, AllocationState from, AllocationState to,

@@ -40,12 +40,17 @@ struct AllocationRecord {
   JobId job;      // 0 for wood leased or written off, or gone before its panel was sawn off another
   PieceId piece;  // the same
   AllocationState state = AllocationState::kReserved;
+  Region<PanelFrame> area;   // what nobody else may use: of a piece's wood, outline, band of kerf and lead-in
   Ring<PanelFrame> outline;  // of the piece, without kerf; empty for wood leased or written off
-  Region<PanelFrame> area;   // what nobody else may use
-  std::string reason;        // of wood without a piece; else empty
-  std::string changed_at;    // when it entered this state
-  PlanId leased_to;          // 0 for all other wood
+  // What is burnt where the cut begins, beyond the band; that band is the rest of the area (kerf_of).
+  Region<PanelFrame> lead_in;
+  std::string reason;      // of wood without a piece; else empty
+  std::string changed_at;  // when it entered this state
+  PlanId leased_to;        // 0 for all other wood
 };
+
+// The band that is burnt around a piece; empty for wood that is no piece's.
+Region<PanelFrame> kerf_of(const AllocationRecord& allocation);
 
 class Ledger {
  public:

@@ -15,6 +15,8 @@ AllocationState allocation_state_of(const std::string& name);
 // Moves the piece's newest allocation from `from` to `to`; false when it is not in `from`.
 bool move_piece(SQLite::Database& connection, PieceId piece, AllocationState from, AllocationState to,
                 const std::string& at);
+// As JobStore::book_piece.
+Status book_cut(SQLite::Database& connection, PieceId piece, const std::string& at);
 // Wood that a piece of a plan is to have.
 struct Wanted {
   std::string mark;

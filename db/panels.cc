@@ -254,6 +254,12 @@ Status Panels::add_part(const PanelRecord& panel, const std::vector<ScanRecord>&
                    fmt::format("panel {0} was put back into stock meanwhile: run `veneerctl panel split {0}` if it was "
                                "sawn apart, and scan the part again",
                                from.id.value)};
+    if (const auto one = db::merged_into(connection, from.id))
+      return Error{
+          ErrorCode::kConflict,
+          fmt::format("panel {0} is panel {1}, which holds its wood: run `veneerctl panel split {1}` if it was "
+                      "sawn apart, and scan the part again",
+                      from.id.value, one->value)};
     if (auto doubt = doubt_about(connection, from.id)) return *std::move(doubt);
     PanelRecord entered = panel;
     entered.root = from.root;

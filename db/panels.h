@@ -106,8 +106,8 @@ class Panels {
              const std::vector<FiducialRecord>& fiducials, const std::optional<Acceptance>& of = {});
   // The same of a part of `panel.parent`, which was sawn apart; its root is the parent's. All wood of it that was cut
   // or written off while it was the parent's enters as such, in its frame, within its width and height.
-  // kConflict too when the parent is not sawn any more or has a suspect piece, or when wood of the part was booked
-  // under a name that it does not come from.
+  // kConflict too when the parent is not sawn any more, turned out to be another panel or has a suspect piece, or when
+  // wood of the part was booked under a name that it does not come from.
   Status add_part(const PanelRecord& panel, const std::vector<ScanRecord>& scans,
                   const std::vector<FiducialRecord>& fiducials, const PartRecord& part,
                   const std::optional<Acceptance>& of = {});

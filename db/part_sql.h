@@ -20,9 +20,10 @@ struct Gone {
   std::string state, reason;  // whose it was
   Region<PanelFrame> area;
   Ring<PanelFrame> outline;  // of the piece; empty where there was none
+  Region<PanelFrame> lead_in;
 };
 std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& panel);
-// `area` of `wood`, and its outline moved by `map`, as wood of `panel`.
+// `area` of `wood`, and its outline and lead-in moved by `map`, as wood of `panel`.
 void book_carried(SQLite::Database& connection, const PanelId& panel, const Gone& wood, const Region<PanelFrame>& area,
                   const Isometry2<PanelFrame, PanelFrame>& map, const std::string& at);
 

@@ -47,21 +47,20 @@ void carry_facts(SQLite::Database& connection, const PanelId& parent, const Pane
 
 std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& panel) {
   SQLite::Statement rows(connection,
-                         "SELECT a.id, a.state, a.reason, a.area_um, coalesce(l.panel_outline_um, c.outline_um, '[]'), "
-                         "a.job, t.mark FROM allocations AS a LEFT JOIN placements AS l ON l.id = a.placement LEFT "
-                         "JOIN carried AS c ON c.allocation = a.id LEFT JOIN pieces AS p ON p.id = a.piece LEFT JOIN "
-                         "patches AS t ON t.id = p.patch WHERE a.panel = ? AND a.state <> 'released' ORDER BY a.id");
+                         "SELECT a.id, a.state, a.reason, a.area_um, a.outline_um, a.job, t.mark, a.lead_in_um FROM "
+                         "allocations AS a LEFT JOIN pieces AS p ON p.id = a.piece LEFT JOIN patches AS t ON t.id = "
+                         "p.patch WHERE a.panel = ? AND a.state <> 'released' ORDER BY a.id");
   rows.bind(1, panel.value);
   std::vector<Gone> out;
   while (rows.executeStep()) {
-    const auto area = read_area(text(rows.getColumn(3)));
-    const auto outline = read_ring(text(rows.getColumn(4)));
-    if (!area || !outline) throw damaged("an allocation of panel " + panel.value);
+    const auto area = read_area(text(rows.getColumn(3))), lead_in = read_area(text(rows.getColumn(7)));
+    const auto outline = read_outline(text(rows.getColumn(4)));
+    if (!area || !outline || !lead_in) throw damaged("an allocation of panel " + panel.value);
     std::string reason = text(rows.getColumn(2));
     if (const auto mark = text_or_null(rows.getColumn(6)))
       reason = fmt::format("piece {} of job {}, of panel {}", *mark, rows.getColumn(5).getInt64(), panel.value);
     out.push_back({rows.getColumn(0).getInt64(), text(rows.getColumn(1)), std::move(reason), Region<PanelFrame>(*area),
-                   from_micro<PanelFrame>(*outline)});
+                   from_micro<PanelFrame>(*outline), Region<PanelFrame>(*lead_in)});
   }
   return out;
 }
@@ -69,11 +68,14 @@ std::vector<Gone> gone_from(SQLite::Database& connection, const PanelId& panel) 
 void book_carried(SQLite::Database& connection, const PanelId& panel, const Gone& wood, const Region<PanelFrame>& area,
                   const Isometry2<PanelFrame, PanelFrame>& map, const std::string& at) {
   SQLite::Statement book(connection,
-                         "INSERT INTO allocations (panel, state, area_um, reason, changed_at) VALUES (?, ?, ?, ?, ?)");
-  SQLite::bind(book, panel.value, wood.state, write_area(area.micro_area()), wood.reason, at);
+                         "INSERT INTO allocations (panel, state, area_um, outline_um, lead_in_um, reason, changed_at) "
+                         "VALUES (?, ?, ?, ?, ?, ?, ?)");
+  const auto lead_in = wood.lead_in.empty() ? wood.lead_in : intersect(moved(wood.lead_in, map), area);
+  SQLite::bind(book, panel.value, wood.state, write_area(area.micro_area()),
+               write_outline(to_micro(map * wood.outline)), write_area(lead_in.micro_area()), wood.reason, at);
   book.exec();
-  SQLite::Statement origin(connection, "INSERT INTO carried (allocation, origin, outline_um) VALUES (?, ?, ?)");
-  SQLite::bind(origin, connection.getLastInsertRowid(), wood.allocation, write_ring(to_micro(map * wood.outline)));
+  SQLite::Statement origin(connection, "INSERT INTO carried (allocation, origin) VALUES (?, ?)");
+  SQLite::bind(origin, connection.getLastInsertRowid(), wood.allocation);
   origin.exec();
 }
 

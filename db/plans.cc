@@ -56,7 +56,7 @@ class PlacementRows {
     std::vector<Point<PanelFrame>> lead_in;
     if (patch.lead_in) lead_in.push_back(*patch.lead_in);
     row_.reset();
-    SQLite::bind(row_, plan_.value, patch_row, patch.panel->value, write_ring(to_micro(patch.panel_outline)),
+    SQLite::bind(row_, plan_.value, patch_row, patch.panel->value, write_outline(to_micro(patch.panel_outline)),
                  write_area(patch.allocation.micro_area()));
     bind_isometry(row_, 6, patch.panel_from_artwork);
     row_.bind(10, write_ring(to_micro(lead_in)));
@@ -76,7 +76,7 @@ void insert_patches(SQLite::Database& connection, PlanId plan, const std::vector
     const PlannedPatch& patch = patches[i];
     patch_row.reset();
     SQLite::bind(patch_row, plan.value, static_cast<std::int64_t>(i), patch.mark,
-                 write_ring(to_micro(patch.artwork_outline)));
+                 write_outline(to_micro(patch.artwork_outline)));
     patch_row.exec();
     if (patch.panel) placements.insert(connection.getLastInsertRowid(), patch);
   }

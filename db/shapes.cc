@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <iterator>
+#include <utility>
 
 namespace veneer::db {
 namespace {
@@ -27,7 +28,19 @@ void append_ring(std::string& out, const MicroRing& ring) {
   out += ']';
 }
 
-constexpr char kSteps = '~';  // an area begins with it
+constexpr char kSteps = '~';    // an area from before schema 23 begins with it, and is all of one without wood
+constexpr char kLetters = '=';  // an area
+
+// A step as letters of '?' to '~', five bits each, the lowest first; all but the last have a sixth bit. The sign is the
+// lowest bit.
+constexpr int kBits = 5;
+constexpr std::uint64_t kMore = 1U << kBits;
+constexpr char kFirstLetter = '?';
+void append_step(std::string& out, std::int64_t step) {
+  std::uint64_t bits = (static_cast<std::uint64_t>(step) << 1U) ^ (step < 0 ? ~std::uint64_t{0} : 0);
+  for (; bits >= kMore; bits >>= kBits) out += static_cast<char>(kFirstLetter + (kMore | (bits & (kMore - 1))));
+  out += static_cast<char>(kFirstLetter + bits);
+}
 
 // What base/polygon_ops.h can work with: a coordinate beyond it was never written by us.
 constexpr std::int64_t kFarthestUm = 1'000'000'000;
@@ -46,6 +59,29 @@ class Reader {
     const auto [next, error] = std::from_chars(at_, end_, out);
     at_ = next;
     return error == std::errc() && out >= -kFarthestUm && out <= kFarthestUm;
+  }
+  bool letters(std::int64_t& out) {
+    std::uint64_t bits = 0;
+    for (int shift = 0; shift <= 30; shift += kBits) {
+      if (at_ == end_ || *at_ < kFirstLetter || *at_ > '~') return false;
+      const auto letter = static_cast<std::uint64_t>(*at_++ - kFirstLetter);
+      bits |= (letter & (kMore - 1)) << static_cast<unsigned>(shift);
+      if ((letter & kMore) != 0) continue;
+      out = static_cast<std::int64_t>(bits >> 1U) ^ ((bits & 1U) != 0 ? -1 : 0);
+      return shift == 0 || letter != 0;  // nothing is written longer than it need be
+    }
+    return false;
+  }
+  // The same as steps(), in letters.
+  bool lettered(MicroRing& out) {
+    MicroPoint p{0, 0}, step{0, 0};
+    do {
+      if (!letters(step.x_um) || !letters(step.y_um)) return false;
+      p = {p.x_um + step.x_um, p.y_um + step.y_um};
+      if (std::max(std::abs(p.x_um), std::abs(p.y_um)) > kFarthestUm) return false;
+      out.push_back(p);
+    } while (!done() && *at_ != ';');
+    return done() || (take(';') && !done());
   }
   // Calls `item` for each element between brackets.
   template <class Item>
@@ -89,22 +125,24 @@ std::string write_ring(const MicroRing& ring) {
 }
 
 std::string write_area(const MicroArea& area) {
-  std::string out(1, kSteps);
+  if (area.empty()) return {kSteps};
+  std::string out(1, kLetters);
   for (const MicroRing& ring : area.rings) {
     if (out.size() > 1) out += ';';
     MicroPoint last{0, 0};
     for (const MicroPoint& p : ring) {
-      if (&p != &ring.front()) out += ' ';
-      append_number(out, p.x_um - last.x_um);
-      out += ',';
-      append_number(out, p.y_um - last.y_um);
+      append_step(out, p.x_um - last.x_um);
+      append_step(out, p.y_um - last.y_um);
       last = p;
     }
   }
   return out;
 }
 
+std::string write_outline(const MicroRing& ring) { return write_area(ring.empty() ? MicroArea() : MicroArea{{ring}}); }
+
 std::optional<MicroRing> read_ring(std::string_view text) {
+  if (!text.starts_with('[')) return read_outline(text);
   Reader reader(text);
   MicroRing ring;
   if (!reader.ring(ring) || !reader.done()) return std::nullopt;
@@ -114,6 +152,12 @@ std::optional<MicroRing> read_ring(std::string_view text) {
 std::optional<MicroArea> read_area(std::string_view text) {
   Reader reader(text);
   MicroArea area;
+  if (reader.take(kLetters)) {
+    do {
+      if (!reader.lettered(area.rings.emplace_back())) return std::nullopt;
+    } while (!reader.done());
+    return area;
+  }
   if (reader.take(kSteps)) {
     while (!reader.done())
       if (!reader.steps(area.rings.emplace_back())) return std::nullopt;
@@ -121,6 +165,12 @@ std::optional<MicroArea> read_area(std::string_view text) {
   }
   if (!reader.list([&] { return reader.ring(area.rings.emplace_back()); }) || !reader.done()) return std::nullopt;
   return area;
+}
+
+std::optional<MicroRing> read_outline(std::string_view text) {
+  auto area = read_area(text);
+  if (!area || area->rings.size() > 1) return std::nullopt;
+  return area->empty() ? MicroRing() : std::move(area->rings.front());
 }
 
 }  // namespace veneer::db

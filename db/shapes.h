@@ -1,7 +1,9 @@
 // Shapes as the schema stores them: text, whole micrometres. "[[0,0],[10,0],[10,10]]" is a ring or a list of points. An
-// area is "~0,0 10,0 0,10": its rings, parted by semicolons, each with its first point and the way from each point to
-// the next. Before schema 14 it was a list of rings, "[[[0,0],[10,0],[10,10]]]", and is read as that, too.
-// Private to db. Pure functions; thread-safe.
+// area is "=", then its rings, parted by semicolons: of each the first point and the way from each point to the next,
+// every coordinate in one to seven letters (docs/SCHEMA.md); "~" is an area without wood. An outline of a patch or
+// piece is written as an area of one ring. Older schemas wrote such areas as "~0,0 10,0 0,10" and outlines as rings,
+// before schema 14 areas as lists of rings, "[[[0,0],[10,0],[10,10]]]"; all of them are read. Private to db. Pure
+// functions; thread-safe.
 #pragma once
 
 #include <optional>
@@ -15,9 +17,12 @@ namespace veneer::db {
 
 std::string write_ring(const MicroRing& ring);
 std::string write_area(const MicroArea& area);
-// Empty when the text is not exactly such a shape, or lies farther than 1 km out.
+// One ring as an area is written, its points in their order; "~" without any.
+std::string write_outline(const MicroRing& ring);
+// A ring may be an outline. Empty when the text is not exactly such a shape, or lies farther than 1 km out.
 std::optional<MicroRing> read_ring(std::string_view text);
 std::optional<MicroArea> read_area(std::string_view text);
+std::optional<MicroRing> read_outline(std::string_view text);
 
 template <class Frame>
 MicroRing to_micro(const std::vector<Point<Frame>>& points) {

@@ -11,6 +11,7 @@
 #include "db/audit_chain.h"
 #include "db/checksum.h"
 #include "db/shapes.h"
+#include "db/wood_parts.h"
 
 namespace veneer::db {
 namespace {
@@ -19,6 +20,12 @@ std::optional<MicroArea> area_of(sqlite3_value* value) {
   const auto* bytes = static_cast<const char*>(sqlite3_value_blob(value));
   if (bytes == nullptr) return std::nullopt;
   return read_area({bytes, static_cast<std::size_t>(sqlite3_value_bytes(value))});
+}
+
+std::optional<MicroRing> ring_of(sqlite3_value* value) {
+  const auto* bytes = static_cast<const char*>(sqlite3_value_blob(value));
+  if (bytes == nullptr) return std::nullopt;
+  return read_ring({bytes, static_cast<std::size_t>(sqlite3_value_bytes(value))});
 }
 
 // veneer_box(area, i): min x, max x, min y, max y in micrometres for i = 0..3.
@@ -46,6 +53,36 @@ void overlap_function(sqlite3_context* context, int, sqlite3_value** arguments) 
     return;
   }
   sqlite3_result_int(context, overlaps(Region<PanelFrame>(*a), Region<PanelFrame>(*b)) ? 1 : 0);
+}
+
+void answer(sqlite3_context* context, const std::string& text) {
+  sqlite3_result_text(context, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+}
+
+void cannot_be_read(sqlite3_context* context) {
+  sqlite3_result_error(context, "the shape of an allocation cannot be read", -1);
+}
+
+// veneer_outline(ring): the same points as an area's, in their order.
+void outline_function(sqlite3_context* context, int, sqlite3_value** arguments) {
+  const auto ring = ring_of(arguments[0]);
+  if (!ring) return cannot_be_read(context);
+  answer(context, write_outline(*ring));
+}
+
+// veneer_lead_in(area, ring): what of the area the lead-in of the piece burns (db/wood_parts.h).
+void lead_in_function(sqlite3_context* context, int, sqlite3_value** arguments) {
+  const auto area = area_of(arguments[0]);
+  const auto outline = ring_of(arguments[1]);
+  if (!area || !outline) return cannot_be_read(context);
+  answer(context, write_area(lead_in_of(*area, *outline)));
+}
+
+// veneer_kerf(area, outline, lead in): what of the area is neither.
+void kerf_function(sqlite3_context* context, int, sqlite3_value** arguments) {
+  const auto area = area_of(arguments[0]), outline = area_of(arguments[1]), lead_in = area_of(arguments[2]);
+  if (!area || !outline || !lead_in || outline->rings.size() > 1) return cannot_be_read(context);
+  answer(context, write_area(kerf_of(*area, outline->empty() ? MicroRing() : outline->rings.front(), *lead_in)));
 }
 
 }  // namespace
@@ -157,6 +194,9 @@ void register_functions(SQLite::Database& connection) {
   register_checksum(connection);
   register_audit_hash(connection);
   connection.createFunction("veneer_areas_overlap", 2, true, nullptr, &without_exceptions<overlap_function>);
+  connection.createFunction("veneer_outline", 1, true, nullptr, &without_exceptions<outline_function>);
+  connection.createFunction("veneer_lead_in", 2, true, nullptr, &without_exceptions<lead_in_function>);
+  connection.createFunction("veneer_kerf", 3, true, nullptr, &without_exceptions<kerf_function>);
 }
 
 SQLite::Exception damaged(const std::string& what) { return {what + " cannot be read", SQLITE_CORRUPT}; }

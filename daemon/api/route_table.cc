@@ -37,6 +37,7 @@ constexpr std::array kOperations = {
     ApiOperation{"printPanelTags", "GET", "/api/v1/fiducials/panel", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelLabel", "GET", "/api/v1/panels/{id}/label", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelRemnant", "GET", "/api/v1/panels/{id}/remnant.png", Role::kViewer, Takes::kQuery},
+    ApiOperation{"listPanelRemnants", "GET", "/api/v1/panels/{id}/remnants", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelRegistration", "GET", "/api/v1/panels/{id}/registration", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelPlace", "GET", "/api/v1/panels/{id}/place", Role::kViewer, Takes::kQuery},
     ApiOperation{"getPanelLedger", "GET", "/api/v1/panels/{id}/ledger", Role::kViewer, Takes::kQuery},

@@ -90,12 +90,16 @@ json to_json(const std::vector<db::ZoneRecord>& zones) {
 json to_json(const db::AllocationRecord& a, const std::string& mark) {
   json rings = json::array();
   for (const auto& ring : a.area.rings()) rings.push_back(points_json(ring));
+  const double piece = intersect(Region<PanelFrame>(a.outline), a.area).area().count();
   return {{"piece", a.piece.value},
           {"job", a.job.value},
           {"plan", a.leased_to.value != 0 ? json(a.leased_to.value) : json()},
           {"mark", mark},
           {"state", db::to_string(a.state)},
           {"area_mm2", a.area.area().count()},
+          {"piece_mm2", piece},
+          {"kerf_mm2", a.outline.empty() ? 0 : a.area.area().count() - piece - a.lead_in.area().count()},
+          {"lead_in_mm2", a.lead_in.area().count()},
           {"outline_mm", points_json(a.outline)},
           {"allocation_mm", rings}};
 }

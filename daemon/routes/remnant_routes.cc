@@ -62,6 +62,7 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   const auto waiting = r.facts.panels_to_scan();
   if (!waiting) return waiting.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
+  if (search) s.remnants.note_search(search->wood);
   // Panels are few and never deleted: their place in the list is their number.
   for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
     const db::PanelRecord& panel = (*list)[at];
@@ -98,10 +99,6 @@ struct Leftover {
 Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId& id, int width) {
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
-  const auto map = s.panel_library.load_small(panel->map_file, width);
-  if (!map) return map.error();
-  const auto mask = s.panel_library.load_small(panel->mask_file, width);
-  if (!mask) return mask.error();
   const auto allocations = r.ledger.live_allocations(id);
   if (!allocations) return allocations.error();
   auto remnant = s.remnants.of(r, *panel);
@@ -109,18 +106,50 @@ Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId&
   if (!*remnant)
     return Error{ErrorCode::kStorage,
                  fmt::format("the mask of panel {} cannot be read: restore it from a backup", id.value)};
-  std::vector<Region<PanelFrame>> live;
-  for (const auto& allocation : *allocations) live.push_back(allocation.area);
-  const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
-  cv::Mat picture = draw_remnant(wood, mask->pixels, live, **remnant);
-  return Leftover{std::move(*panel), std::move(**remnant), std::move(picture)};
+  auto picture = picture_of_remnant(s.panel_library, *panel, *allocations, **remnant, width);
+  if (!picture) return picture.error();
+  return Leftover{std::move(*panel), std::move(**remnant), std::move(*picture)};
+}
+
+// A picture that was drawn when the remnant was booked.
+ApiReply booked_picture(Repositories& r, const StockServices& s, const PanelId& id, std::int64_t number) {
+  const auto booked = r.remnants.find(id, {number});
+  if (!booked) return ApiReply::error(booked.error());
+  if (booked->picture_file.empty())
+    return ApiReply::error({ErrorCode::kNotFound, fmt::format("remnant {} of panel {} could not be drawn when it was "
+                                                              "booked",
+                                                              number, id.value)});
+  auto bytes = s.panel_library.load_bytes(booked->picture_file);
+  if (!bytes) return ApiReply::error(bytes.error());
+  return ApiReply::bytes(std::move(*bytes), "image/png");
+}
+
+Result<json> remnants_json(Repositories& r, const PanelId& id, int limit) {
+  if (const auto panel = r.panels.find(id); !panel) return panel.error();
+  const auto booked = r.remnants.list(id, limit);
+  if (!booked) return booked.error();
+  json out = {{"panel", id.value}, {"remnants", json::array()}};
+  for (const db::RemnantRecord& one : *booked) {
+    json told = to_json(remnant_of(one));
+    told.update({{"number", one.id.value},
+                 {"run", one.run ? json(one.run->value) : json()},
+                 {"mask_version", one.mask_version},
+                 {"at", one.at},
+                 {"picture", one.picture_file.empty() ? json()
+                                                      : json(fmt::format("/api/v1/panels/{}/remnant.png?booked={}",
+                                                                         id.value, one.id.value))}});
+    out["remnants"].push_back(std::move(told));
+  }
+  return out;
 }
 
 void reply_remnant(const StockServices& s, const ApiRequest& request, const Reply& reply) {
   auto query = RequestReader::query_of(request);
   const int width = static_cast<int>(query.whole("width", ranges::kShownWidth).value_or(1600));
+  const auto booked = query.whole("booked", {1, 9e15});
   if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
-  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, width](Repositories& r) {
+  s.pictures.ask(request, reply, [s, id = PanelId{request.path_param("id")}, width, booked](Repositories& r) {
+    if (booked) return booked_picture(r, s, id, *booked);
     const auto left = look_at(r, s, id, width);
     return left ? png_reply(left->picture) : ApiReply::error(left.error());
   });
@@ -150,6 +179,10 @@ Result<PanelLabel> label_of(Repositories& r, const StockServices& s, const Panel
   for (const auto& fiducial : *fiducials)
     if (fiducial.kind == db::FiducialKind::kTag) tags.push_back(std::to_string(fiducial.tag_id));
   if (!tags.empty()) label.lines.push_back(fmt::format("tags {}", fmt::join(tags, ", ")));
+  const auto booked = r.remnants.newest(id);
+  if (!booked) return booked.error();
+  if (*booked && (*booked)->run)
+    label.lines.push_back(fmt::format("after run {}, {}", (*booked)->run->value, (*booked)->at.substr(0, 10)));
   if (left->panel.parent) label.lines.push_back("remnant of " + left->panel.parent->value);
   return label;
 }
@@ -181,6 +214,15 @@ void bind_remnant_routes(Router& router, const StockServices& s) {
         [s, page, search](Repositories& r) { return panels_json(r, s, page, search); }, reply);
   });
   router.bind("getPanelLabel", [s](const ApiRequest& request, const Reply& reply) { reply_label(s, request, reply); });
+  router.bind("listPanelRemnants", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const int limit = static_cast<int>(query.whole("limit", {1, 1000}).value_or(100));
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+    reply_from_query(
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}, limit](Repositories& r) { return remnants_json(r, id, limit); },
+        reply);
+  });
   router.bind("getPanelRemnant",
               [s](const ApiRequest& request, const Reply& reply) { reply_remnant(s, request, reply); });
 }

@@ -32,9 +32,19 @@ Result<json> panel_json(Repositories& r, const StockServices& s, const PanelId& 
   auto book = known.book(r, *panel);
   if (!book) return book.error();
   out["area_book_mm2"] = *book ? to_json(**book) : json();
-  auto remnant = s.remnants.of(r, *panel);
-  if (!remnant) return remnant.error();
-  out["remnant"] = *remnant ? to_json(**remnant) : json();
+  auto counted = s.remnants.count(r, *panel);
+  if (!counted) return counted.error();
+  const auto booked = r.remnants.newest(id);
+  if (!booked) return booked.error();
+  out["remnant"] = *counted ? to_json((*counted)->remnant) : json();
+  if (*counted) {
+    out["remnant"]["booked"] = nullptr;
+    if (const auto& last = *booked)
+      out["remnant"]["booked"] = {{"number", last->id.value},
+                                  {"run", last->run ? json(last->run->value) : json()},
+                                  {"at", last->at},
+                                  {"is_now", last->counted_of == (*counted)->of}};
+  }
   const auto part = r.panels.part(id);
   if (!part) return part.error();
   out["part"] = *part ? to_json(**part) : json();

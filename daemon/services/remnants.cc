@@ -18,6 +18,9 @@ constexpr double kCirclePixels = 4e6;
 constexpr int kTonePixels = 1600;
 // And is that of so much of it together: streaks of its grain do not count.
 constexpr Millimetres kGrain(3);
+// The smallest patch of a plan, where nobody says another.
+constexpr Millimetres kUsualPatch(14);
+constexpr std::size_t kRememberedSearches = 4;
 
 struct PanelState {
   std::vector<db::ZoneRecord> zones;
@@ -57,7 +60,7 @@ Raster<PanelFrame> wood_of(const Raster<PanelFrame>& free, const std::vector<db:
   return wood_within(free, wanted, others);
 }
 
-Remnant remnant_of(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones) {
+Remnant remnant_in(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones) {
   Remnant out;
   std::set<std::string> materials;
   for (const auto& zone : zones) materials.insert(zone.material);
@@ -86,35 +89,100 @@ void keep_tone(cv::Mat& corners, int side_px, const PanelLibrary::SmallPicture& 
   cv::bitwise_and(corners, good, corners);
 }
 
+}  // namespace
+
 std::string name_of(const WoodWanted& wanted) {
   return fmt::format("{} {} {}", wanted.tone ? static_cast<int>(*wanted.tone) : -1, wanted.patch.count(),
                      wanted.material ? "of " + *wanted.material : "");
 }
 
-}  // namespace
+Remnant remnant_of(const db::RemnantRecord& booked) {
+  Remnant out;
+  for (const auto& [material, free] : booked.woods) out.woods.push_back({material, free});
+  if (const auto& square = booked.square) out.square = InscribedSquare{square->at, square->size};
+  if (const auto& circle = booked.circle) out.circle = InscribedCircle{circle->at, circle->size};
+  return out;
+}
 
-std::optional<Remnant> Remnants::kept(const PanelId& panel, const std::string& of) {
+db::RemnantRecord to_record(const PanelId& panel, int mask_version, const std::string& counted_of,
+                            const Remnant& remnant) {
+  db::RemnantRecord out;
+  out.panel = panel, out.mask_version = mask_version, out.counted_of = counted_of;
+  for (const auto& [material, free] : remnant.woods) out.woods.push_back({material, free});
+  if (const auto& square = remnant.square) out.square = db::RemnantRecord::Room{square->min, square->side};
+  if (const auto& circle = remnant.circle) out.circle = db::RemnantRecord::Room{circle->centre, circle->radius};
+  return out;
+}
+
+Result<std::optional<Remnants::Counted>> Remnants::known(Repositories& r, const PanelId& panel, const std::string& of) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto kept = kept_.find(panel);
+    if (kept != kept_.end() && kept->second.of == of && kept->second.booked) return std::optional(kept->second);
+  }
+  const auto booked = r.remnants.newest(panel);
+  if (!booked) return booked.error();
   const std::lock_guard lock(mutex_);
-  const auto known = kept_.find(panel);
-  return known != kept_.end() && known->second.of == of ? std::optional(known->second.remnant) : std::nullopt;
+  if (*booked && (*booked)->counted_of == of) {
+    kept_[panel] = {of, remnant_of(**booked), true};
+    return std::optional(kept_[panel]);
+  }
+  const auto kept = kept_.find(panel);
+  return kept != kept_.end() && kept->second.of == of ? std::optional(kept->second) : std::nullopt;
 }
 
 Result<bool> Remnants::knows(Repositories& r, const db::PanelRecord& panel) {
   const auto state = read_state(r, memory_, panel, true);
   if (!state) return state.error();
-  return kept(panel.id, state->now).has_value();
+  const auto counted = known(r, panel.id, state->now);
+  if (!counted) return counted.error();
+  return counted->has_value();
+}
+
+Result<std::optional<Remnants::Counted>> Remnants::count(Repositories& r, const db::PanelRecord& panel) {
+  const auto state = read_state(r, memory_, panel, true);
+  if (!state) return state.error();
+  if (auto counted = known(r, panel.id, state->now); !counted || *counted) return counted;
+  const auto free = free_now(r, library_, panel);
+  if (!free) return std::optional<Counted>();
+  Counted counted{state->now, remnant_in(*free, state->zones)};
+  const std::lock_guard lock(mutex_);
+  return std::optional(kept_[panel.id] = std::move(counted));
 }
 
 Result<std::optional<Remnant>> Remnants::of(Repositories& r, const db::PanelRecord& panel) {
+  auto counted = count(r, panel);
+  if (!counted) return counted.error();
+  return *counted ? std::optional(std::move((*counted)->remnant)) : std::nullopt;
+}
+
+std::vector<WoodWanted> Remnants::usual_searches() {
+  std::vector<WoodWanted> out = {
+      {{}, {}, kUsualPatch}, {{}, Tone::kDark, kUsualPatch}, {{}, Tone::kLight, kUsualPatch}};
+  const std::lock_guard lock(mutex_);
+  for (const WoodWanted& wanted : asked_)
+    if (std::find(out.begin(), out.end(), wanted) == out.end()) out.push_back(wanted);
+  return out;
+}
+
+void Remnants::note_search(const WoodWanted& wanted) {
+  const std::lock_guard lock(mutex_);
+  asked_.remove(wanted);
+  asked_.push_front(wanted);
+  if (asked_.size() > kRememberedSearches) asked_.pop_back();
+}
+
+Result<std::optional<SquareMillimetres>> Remnants::booked_fitting(Repositories& r, const db::PanelRecord& panel,
+                                                                  const std::string& search) {
   const auto state = read_state(r, memory_, panel, true);
   if (!state) return state.error();
-  if (auto known = kept(panel.id, state->now)) return known;
-  const auto free = free_now(r, library_, panel);
-  if (!free) return std::optional<Remnant>();
-  Remnant remnant = remnant_of(*free, state->zones);
-  const std::lock_guard lock(mutex_);
-  kept_[panel.id] = {state->now, remnant};
-  return std::optional(std::move(remnant));
+  const auto last = r.remnants.newest(panel.id);
+  if (!last) return last.error();
+  const std::optional<SquareMillimetres> none;
+  if (!*last || (*last)->counted_of != state->now || (*last)->mask_version != panel.mask_version) return none;
+  for (const auto& [known, area] : (*last)->fitting)
+    if (known == search) return std::optional(area);
+  return none;
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
@@ -122,6 +190,12 @@ Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelReco
   if (!state) return state.error();
   const std::string name = name_of(wanted), of = state->now + "," + panel.map_file;
   if (const auto known = memory_.find(panel.id, name, of)) return SquareMillimetres(known->at(0));
+  const auto booked = booked_fitting(r, panel, name);
+  if (!booked) return booked.error();
+  if (*booked) {
+    memory_.keep_for_long(panel.id, name, of, {(*booked)->count()});
+    return **booked;
+  }
   const auto free = free_now(r, library_, panel);
   if (!free) return SquareMillimetres(0);
   const auto map = wanted.tone ? library_.load_small(panel.map_file, kTonePixels) : PanelLibrary::SmallPicture();
@@ -133,6 +207,20 @@ Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelReco
   const SquareMillimetres area = wood_area(covered);
   memory_.keep_for_long(panel.id, name, of, {area.count()});
   return area;
+}
+
+Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelRecord& panel,
+                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant,
+                                   int width_px) {
+  const auto map = library.load_small(panel.map_file, width_px);
+  if (!map) return map.error();
+  const auto mask = library.load_small(panel.mask_file, width_px);
+  if (!mask) return mask.error();
+  std::vector<Region<PanelFrame>> areas;
+  areas.reserve(live.size());
+  for (const auto& allocation : live) areas.push_back(allocation.area);
+  const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
+  return draw_remnant(wood, mask->pixels, areas, remnant);
 }
 
 cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,

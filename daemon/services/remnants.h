@@ -1,10 +1,11 @@
 // What is left of a panel: how much free wood of each kind, what fits into it, and where it lies. Asked for again and
-// again: what is counted is kept until the mask, what is booked or the zones' materials change, so that a run that ends
-// books its remnant by booking its pieces; what a search found, in the stock's memory.
+// again: what is counted is kept until the mask, what is booked or the zones' materials change. What was booked of that
+// (remnant_clerk.h) need not be counted; what a search found is in the stock's memory.
 //
 // Thread-safe; reads through the connection it is given, and files: on a thread that may wait for the disk.
 #pragma once
 
+#include <list>
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
@@ -42,33 +43,55 @@ struct WoodWanted {
   std::optional<std::string> material;  // of zones
   std::optional<Tone> tone;             // all over such a square, of 3 x 3 mm together
   Millimetres patch{0};                 // a pixel at least
+  friend bool operator==(const WoodWanted&, const WoodWanted&) = default;
 };
+
+// By which it is kept and booked what a search found.
+std::string name_of(const WoodWanted& wanted);
+
+// As it is booked, and read from the book again.
+Remnant remnant_of(const db::RemnantRecord& booked);
+db::RemnantRecord to_record(const PanelId& panel, int mask_version, const std::string& counted_of,
+                            const Remnant& remnant);
 
 class Remnants {
  public:
   // `library` and `memory` outlive this.
   Remnants(const PanelLibrary& library, StockMemory& memory) : library_(library), memory_(memory) {}
 
+  struct Counted {
+    std::string of;  // names mask, live allocations and materials: as db::RemnantRecord::counted_of
+    Remnant remnant;
+    bool booked = false;  // as the newest remnant that was booked
+  };
   // Nothing when the panel's mask cannot be read.
+  Result<std::optional<Counted>> count(Repositories& r, const db::PanelRecord& panel);
   Result<std::optional<Remnant>> of(Repositories& r, const db::PanelRecord& panel);
   // Whether that is told without a look at the mask, which takes long.
   Result<bool> knows(Repositories& r, const db::PanelRecord& panel);
   // How much of the wanted wood it has; none when its pictures cannot be read.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
+  // What is worth counting before somebody asks: wood of any tone in patches of the usual side, and what the last few
+  // searches asked for.
+  std::vector<WoodWanted> usual_searches();
+  void note_search(const WoodWanted& wanted);
 
  private:
-  struct Kept {
-    std::string of;  // mask, live allocations and materials that it was counted for
-    Remnant remnant;
-  };
-  std::optional<Remnant> kept(const PanelId& panel, const std::string& of);
+  Result<std::optional<SquareMillimetres>> booked_fitting(Repositories& r, const db::PanelRecord& panel,
+                                                          const std::string& search);
+  // In memory, or in the book.
+  Result<std::optional<Counted>> known(Repositories& r, const PanelId& panel, const std::string& of);
 
   const PanelLibrary& library_;
   StockMemory& memory_;
   std::mutex mutex_;
-  std::map<PanelId, Kept> kept_;  // guarded by mutex_
+  std::map<PanelId, Counted> kept_;  // guarded by mutex_
+  std::list<WoodWanted> asked_;      // the last one first; guarded by mutex_
 };
 
+// draw_remnant() of the library's small copies, at most `width_px` wide.
+Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelRecord& panel,
+                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant, int width_px);
 // The veneer map in its colours where wood is free and pale elsewhere, with the largest square and circle drawn in.
 // `mask`: of the map's size, 128 and more = usable.
 cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,

@@ -27,6 +27,7 @@
 #include "db/panels.h"
 #include "db/plans.h"
 #include "db/proposals.h"
+#include "db/remnant_book.h"
 #include "db/request_keys.h"
 #include "db/stock_facts.h"
 
@@ -53,7 +54,8 @@ struct Repositories {
         facts(database),
         proposals(database),
         masks(database),
-        accounts(database) {}
+        accounts(database),
+        remnants(database) {}
   db::Panels panels;
   db::Ledger ledger;
   db::JobStore jobs;
@@ -68,6 +70,7 @@ struct Repositories {
   db::Proposals proposals;
   db::Masks masks;
   db::Accounts accounts;
+  db::RemnantBook remnants;
   CellDevices devices;
 };
 

@@ -39,6 +39,7 @@ JobRunner::~JobRunner() {
 }
 
 void JobRunner::begin(const db::Recovery& recovery) {
+  recall_cuts();
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
   if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
@@ -375,7 +376,7 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
   if (is_aside()) return reply(busy_aside());
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
-                       "nothing can be cut again but pieces of the last panel that was cut since this program began"});
+                       "nothing can be cut again but pieces of the panel that was cut last, while it lies as it did"});
   std::vector<PieceBurn> burns;
   for (const auto& mark : marks) {
     const PieceBurn* cut = kept_.find(mark);
@@ -474,7 +475,30 @@ void JobRunner::stop_waiting_job() {
                          });
 }
 
+// Before any run begins: the database is asked in order.
+void JobRunner::recall_cuts() {
+  parts().database.async([](Repositories& r) { return KeptCuts::read(r); },
+                         [this](Result<KeptCuts> known) {
+                           if (!known) return log_->warn("{}", known.error().message);
+                           if (kept_.begun() || known->empty()) return;
+                           kept_ = std::move(*known);
+                           if (laser_connected_ && kept_.basis().laser != limits_.identity) return forget_cuts();
+                           show_cuts();
+                           on_change_();
+                         });
+}
+
+void JobRunner::show_cuts() {
+  view_.can_recut = kept_.count();
+  view_.recut_panel = kept_.pose().panel;
+  view_.recut_job = kept_.basis().job;
+}
+
 void JobRunner::forget_cuts() {
+  parts().database.async([](Repositories& r) { return r.jobs.forget_cuts(); },
+                         [log = log_](const Status& forgotten) {
+                           if (!forgotten) log->debug("{}", forgotten.error().message);
+                         });
   kept_.forget();
   view_.can_recut = 0;
   view_.recut_panel = {};

@@ -140,6 +140,8 @@ class JobRunner : private ActivityHost {
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
   void stop_waiting_job();
   void end_overrides();
+  void recall_cuts();
+  void show_cuts();
   void forget_cuts();
   void refresh_job(std::function<void()> then);
   void refresh_rest(JobId job);

@@ -94,9 +94,7 @@ void JobRunner::show_piece(JobId job, const std::string& mark, double eta_second
 
 void JobRunner::piece_booked(const PieceBurn& burn) {
   wait_.piece_done(burn.piece);
-  view_.can_recut = kept_.count();
-  view_.recut_panel = kept_.pose().panel;
-  view_.recut_job = kept_.basis().job;
+  show_cuts();
   ++view_.job->cut;
   view_.job->current_piece.clear();
   on_change_();

@@ -73,16 +73,19 @@ void PanelRun::doubt(const Error& why, const Reply& reply) {
   const std::string told =
       fmt::format("{}; {} cut since it was last seen there, perhaps into the bare bed, and {} suspect{}", why.message,
                   who, marks.size() == 1 ? "is" : "are", kLayItBack);
-  host_.commit([pieces = doubted_](Repositories& r) { return r.jobs.make_suspect(pieces, utc_timestamp()); },
-               [this, code = why.code, told, reply](const Status& written) {
-                 // Told with the end of the run instead, which is tried again until the disk takes it.
-                 if (!written)
-                   return host_.abort(fmt::format("{} (not written yet: {})", told, written.error().message));
-                 suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
-                 kept_.begin(pose_, basis_);  // what lies elsewhere is not met again
-                 host_.recount();
-                 reply(Error{code, told});
-               });
+  host_.commit(
+      [pieces = doubted_](Repositories& r) -> Status {
+        if (Status written = r.jobs.make_suspect(pieces, utc_timestamp()); !written) return written;
+        return r.jobs.forget_cuts();
+      },
+      [this, code = why.code, told, reply](const Status& written) {
+        // Told with the end of the run instead, which is tried again until the disk takes it.
+        if (!written) return host_.abort(fmt::format("{} (not written yet: {})", told, written.error().message));
+        suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
+        kept_.begin(pose_, basis_);  // what lies elsewhere is not met again
+        host_.recount();
+        reply(Error{code, told});
+      });
 }
 
 void PanelRun::prepare(const Reply& ready) {
@@ -162,7 +165,8 @@ void PanelRun::burnt(const std::string&) {
   at_laser_ = false;
   const PieceBurn& burn = burns_[next_ - 1];
   unbooked_ = burn.piece;
-  host_.commit([piece = burn.piece](Repositories& r) { return r.jobs.book_piece(piece, utc_timestamp()); },
+  host_.commit([cut = KeptCuts::to_record(burn, *run_, basis_.laser)](
+                   Repositories& r) { return r.jobs.book_and_keep(cut, utc_timestamp()); },
                [this, &burn](const Status& booked) {
                  if (!booked)
                    return host_.abort(fmt::format("a cut piece could not be booked: {}", booked.error().message));

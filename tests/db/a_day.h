@@ -15,6 +15,7 @@
 #include "db/masks.h"
 #include "db/materials.h"
 #include "db/proposals.h"
+#include "db/remnant_book.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
 
@@ -147,8 +148,25 @@ inline std::vector<Step> a_day() {
   });
   run(4, oak);
   mark(8);
-  book(8);
+  jobs("cut and kept", [](JobStore store) {
+    return store.book_and_keep(KeptCut{{8}, "", {5}, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kNow);
+  });
   finish(5);
+  jobs("kept cuts forgotten", [](JobStore store) { return store.forget_cuts(); });
+  add("remnant", [=](Database& db) {
+    const RemnantRecord::Room room{point<PanelFrame>(110, 30), 90_mm};
+    return RemnantBook(db).book({{},
+                                 oak,
+                                 1,
+                                 RunId{5},
+                                 "ab12",
+                                 {{"walnut", SquareMillimetres(812.5)}},
+                                 room,
+                                 room,
+                                 {},
+                                 "panels/P-0001/left.png",
+                                 kLater});
+  });
   jobs("broken off between panels", [](JobStore store) { return store.abort_job({4}, kLater); });
   run(4, ash);
   finish(6);

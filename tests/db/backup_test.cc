@@ -106,14 +106,15 @@ TEST_F(Backups, KnowWhatTheyHold) {
   EXPECT_EQ(contents.jobs, 3);
   EXPECT_EQ(contents.pieces, 10);
   const std::string said = job_of({}).plan_json, plan = "plans/" + sha256_hex(std::as_bytes(std::span(said))) + ".json";
-  EXPECT_THAT(contents.files,
-              // What a painted mask was made of, and open proposals, too.
-              ElementsAre("maps/2-mask.png", "maps/2.png", "maps/3-mask.png", "maps/3-painted.png", "maps/3.png",
-                          "maps/P-0001-mask.png", "maps/P-0001.png", "maps/P-0002-mask.png", "maps/P-0002.png",
-                          "maps/P-0003-mask.png", "maps/P-0003.png", "maps/P-0004-mask.png", "maps/P-0004.png",
-                          "maps/P-0005-mask.png", "maps/P-0005.png", "maps/P-0006-mask.png", "maps/P-0006.png",
-                          "maps/P-0007-mask.png", "maps/P-0007.png", plan, "proposals/map.png", "proposals/mask.png",
-                          "proposals/read.json", "scans/1.png", "scans/9.png", "target.png"));
+  EXPECT_THAT(
+      contents.files,
+      // What a painted mask was made of, pictures of remnants, and open proposals, too.
+      ElementsAre("maps/2-mask.png", "maps/2.png", "maps/3-mask.png", "maps/3-painted.png", "maps/3.png",
+                  "maps/P-0001-mask.png", "maps/P-0001.png", "maps/P-0002-mask.png", "maps/P-0002.png",
+                  "maps/P-0003-mask.png", "maps/P-0003.png", "maps/P-0004-mask.png", "maps/P-0004.png",
+                  "maps/P-0005-mask.png", "maps/P-0005.png", "maps/P-0006-mask.png", "maps/P-0006.png",
+                  "maps/P-0007-mask.png", "maps/P-0007.png", "panels/P-0001/left.png", plan, "proposals/map.png",
+                  "proposals/mask.png", "proposals/read.json", "scans/1.png", "scans/9.png", "target.png"));
 }
 
 TEST_F(Backups, InWhichABitHasFlippedAreRefused) {

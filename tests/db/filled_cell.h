@@ -9,6 +9,7 @@
 #include "db/masks.h"
 #include "db/materials.h"
 #include "db/proposals.h"
+#include "db/remnant_book.h"
 #include "db/stock_facts.h"
 #include "tests/db/cell_database.h"
 
@@ -52,6 +53,7 @@ inline void fill(CellDatabase& cell) {
   for (int i = 0; i < 6; ++i)
     patches.push_back(square_piece(fmt::format("A1-{}", i + 1), oak, 20 + 30 * i, 40 + 0.123 * i, 14));
   patches[2].lead_in = point<PanelFrame>(79, 39);
+  patches[2].allocation = unite(patches[2].allocation, rectangle(78.9, 38.9, 0.3, 1.5));
   const JobId first = must(jobs.create(job_of(patches), kNow));
   const auto pieces = must(jobs.pieces(first));
   const RunId run = must(jobs.start_run(
@@ -62,7 +64,22 @@ inline void fill(CellDatabase& cell) {
     VENEER_ASSERT_OK(jobs.book_piece(pieces[i].id, kLater));
   }
   const std::vector<PieceId> suspects = {pieces[3].id, pieces[4].id};
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[5].id, kNow));
+  VENEER_ASSERT_OK(
+      jobs.book_and_keep(KeptCut{pieces[5].id, "", run, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kLater));
   VENEER_ASSERT_OK(jobs.abort_run(run, suspects, "the lid was opened", kLater));
+  RemnantBook book(cell.database());
+  VENEER_ASSERT_OK(book.book({{},
+                              oak,
+                              1,
+                              run,
+                              "ab12",
+                              {{"", SquareMillimetres(9)}, {"walnut", SquareMillimetres(812.5)}},
+                              RemnantRecord::Room{point<PanelFrame>(200, 10), 90_mm},
+                              RemnantRecord::Room{point<PanelFrame>(250, 60), 48_mm},
+                              {{"0 14 ", SquareMillimetres(640)}},
+                              "panels/P-0001/left.png",
+                              kLater}));
   const std::pair seen(pieces[4].allocation, Sighting{Seen::kCut, 0.98, 1, kLater});
   VENEER_ASSERT_OK(jobs.note_sightings({&seen, 1}));
   VENEER_ASSERT_OK(jobs.settle(pieces[3].id, AllocationState::kScrap, kLater));

@@ -15,46 +15,13 @@
 #include "db/materials.h"
 #include "db/migrations.h"
 #include "tests/db/cell_database.h"
+#include "tests/db/old_rows.h"
 #include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
 
 using ::testing::ElementsAre;
-
-// As the first schema wrote it: two panels, a job that was aborted with pieces in every state, one patch without wood.
-constexpr const char* kOldRows = R"sql(
-INSERT INTO panels VALUES
-  (1, 'P-0001', 'oak', 420000, 280000, 'map1', 'mask1', 'h1', '2026-01-01T00:00:00.000Z', NULL, 'P-0001'),
-  (2, 'P-0002', 'rest', 200000, 280000, 'map2', 'mask2', 'h2', '2026-01-02T00:00:00.000Z', 'P-0001', 'P-0001');
-INSERT INTO scans VALUES (1, 'P-0001', 'show', 'twin', 'f', 'ab', 600, NULL, 0.02, '[]', '2026-01-01T00:00:00.000Z');
-INSERT INTO fiducials VALUES ('P-0001', 'show', 'tag', 201, '[[0,0],[1,0],[1,1],[0,1]]'),
-                             ('P-0001', 'show', 'hole', 0, '[[5,5]]');
-INSERT INTO jobs VALUES (7, 'portrait', 'planned', '2026-01-03T00:00:00.000Z', '2026-01-03T00:00:00.000Z', 'target',
-                         'preview', '{"o":1}', '{"schema_version":1}');
-INSERT INTO pieces (id, job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, angle_rad, shift_x_mm,
-                    shift_y_mm, improper) VALUES
-  (11, 7, 0, 'A1', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[10000,0],[19000,0],[19000,9000]]', -0.0, 10, 0, 0),
-  (12, 7, 1, 'A2', '[[0,0],[9000,0],[9000,9000]]', 'P-0002', '[[10000,0],[19000,0],[19000,9000]]', 0.5, 10, 0.25, 1),
-  (13, 7, 2, 'A3', '[[0,0],[9000,0],[9000,9000]]', NULL, '[]', 0, 0, 0, 0),
-  (14, 7, 3, 'A4', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[40000,0],[49000,0],[49000,9000]]', 0, 40, 0, 0);
-INSERT INTO allocations (id, panel, job, piece, state, outline_um, area_um, reason, changed_at) VALUES
-  (21, 'P-0001', 7, 11, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
-  (22, 'P-0002', 7, 12, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
-  (23, 'P-0001', 7, 14, 'reserved', '[[40000,0],[49000,0],[49000,9000]]', '[[[39000,-1000],[50000,-1000],[50000,10000]]]', '', 't1'),
-  (24, 'P-0001', NULL, NULL, 'scrap', '[]', '[[[100000,0],[110000,0],[110000,10000]]]', 'burnt', 't0');
-UPDATE jobs SET state = 'running';
-INSERT INTO runs VALUES (3, 7, 'P-0001', 0.1, 1, 2, 0, 0.05, '2026-01-03T01:00:00.000Z', NULL, '');
-UPDATE allocations SET state = 'cutting', changed_at = 't2' WHERE id = 21;
-UPDATE allocations SET state = 'cut', changed_at = 't3' WHERE id = 21;
-UPDATE allocations SET state = 'cutting' WHERE id = 23;
-UPDATE allocations SET state = 'suspect', changed_at = 't4' WHERE id = 23;
-UPDATE runs SET ended_at = '2026-01-03T02:00:00.000Z', result = 'stop';
-UPDATE jobs SET state = 'aborted', changed_at = '2026-01-03T02:00:00.000Z';
-INSERT INTO certificates VALUES (5, 'kerf', '2026-01-01T00:00:00.000Z', '2027-01-01T00:00:00.000Z', 0.01, '{"kerf_mm":0.2}');
-INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.start', '7'),
-                         (10, '2026-01-02T00:00:00.000Z', 'local:1000', 'job.cancel', '');
-)sql";
 
 class OldSchema : public ::testing::TestWithParam<int> {};
 

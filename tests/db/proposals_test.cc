@@ -231,6 +231,20 @@ TEST_F(MergesTest, BookWoodThatBothWroteOffOnce) {
   expect_sound();
 }
 
+// Its wood would be that of the kept panel and of the part at once.
+TEST_F(MergesTest, LeaveNoPartsOfTheOneThatIsAnother) {
+  VENEER_ASSERT_OK(cell_.ledger().write_off(merged_, rectangle(20, 10, 20, 20), "a hole", kNow));
+  VENEER_ASSERT_OK(cell_.panels().split(merged_, "local:1000", "sawn apart", kNow));
+  VENEER_ASSERT_OK(cell_.panels().merge(merge(), {}, {}));
+  PanelRecord part = sheet(must(cell_.panels().next_panel_id()));
+  part.parent = merged_;
+  const Status entered = cell_.panels().add_part(part, {}, {}, {{}, 3, 0.01_mm});
+  ASSERT_FALSE(entered.ok());
+  EXPECT_EQ(entered.error().code, ErrorCode::kConflict);
+  EXPECT_THAT(entered.error().message, HasSubstr("run `veneerctl panel split P-0001` if it was sawn apart"));
+  expect_sound();
+}
+
 TEST_F(MergesTest, OfTheOtherFaceNeedNoScan) {
   MergeRecord back = merge();
   back.kept_from_merged = {Radians(0), point<PanelFrame>(420, 0), Handedness::kImproper};

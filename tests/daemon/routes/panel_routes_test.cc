@@ -373,6 +373,30 @@ TEST_F(PanelRoutes, TellsWhatIsLeftOfAPanel) {
   EXPECT_TRUE(get("/panels/P-0001")["remnant"].is_object());
 }
 
+TEST_F(PanelRoutes, TellsWhatWasBookedOfAPanel) {
+  EXPECT_TRUE(get("/panels/P-0002")["remnant"]["booked"].is_null());
+  EXPECT_EQ(cli::render_remnants(get("/panels/P-0002/remnants")), "Nothing was booked of this panel yet.\n");
+  change([](Repositories& r) {
+    db::RemnantRecord remnant;
+    remnant.panel = {"P-0002"}, remnant.mask_version = 1, remnant.counted_of = "other wood", remnant.at = kThen;
+    remnant.woods = {{"walnut", SquareMillimetres(1250)}};
+    remnant.square = db::RemnantRecord::Room{point<PanelFrame>(5, 6), 12_mm};
+    return r.remnants.book(remnant);
+  });
+  const json booked = get("/panels/P-0002")["remnant"]["booked"];
+  EXPECT_EQ(booked, (json{{"number", 1}, {"run", nullptr}, {"at", kThen}, {"is_now", false}}));
+  EXPECT_THAT(cli::render_panel(get("/panels/P-0002")), HasSubstr("; its wood changed since"));
+  const json all = get("/panels/P-0002/remnants?limit=5");
+  ASSERT_EQ(all["remnants"].size(), 1U) << all.dump();
+  EXPECT_EQ(all["remnants"][0]["square"], (json{{"side_mm", 12.0}, {"x_mm", 5.0}, {"y_mm", 6.0}}));
+  EXPECT_TRUE(all["remnants"][0]["circle"].is_null());
+  EXPECT_TRUE(all["remnants"][0]["picture"].is_null());
+  EXPECT_THAT(cli::render_remnants(all), HasSubstr("walnut 12 cm2"));
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0002/remnant.png?booked=1").status, 404) << "it was not drawn";
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0002/remnant.png?booked=2").status, 404);
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009/remnants").status, 404);
+}
+
 TEST_F(PanelRoutes, ThePictureOfARemnantIsPaleWhereNothingIsFree) {
   change([](Repositories& r) {
     return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(2, 2, 6)), "a knot", kThen);

@@ -105,6 +105,12 @@ class Replies : public testing::RoutedCell {
       if (Status cutting = r.jobs.mark_cutting((*pieces)[i].id, kAt); !cutting) return cutting;
     if (Status booked = r.jobs.book_piece((*pieces)[0].id, kAt); !booked) return booked;
     if (Status broken = r.jobs.abort_run(*run, {}, "the lid was opened", kAt); !broken) return broken;
+    const db::RemnantRecord::Room room{point<PanelFrame>(20, 10), 21_mm};
+    db::RemnantRecord remnant;
+    remnant.panel = PanelId{"P-0001"}, remnant.mask_version = 2, remnant.run = *run, remnant.counted_of = "what it was";
+    remnant.woods = {{"walnut", SquareMillimetres(900)}};
+    remnant.square = remnant.circle = room, remnant.picture_file = file, remnant.at = kAt;
+    if (Status left = r.remnants.book(remnant); !left) return left;
 
     db::NewPlan changed;
     changed.name = "darker", changed.parent = db::PlanId{1}, changed.who = "local:1000";
@@ -202,7 +208,8 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"listTokens", "/tokens"},
                                                         {"listTasks", "/tasks"},
                                                         {"getTask", "/tasks/2"},
-                                                        {"getBedToolpath", "/bed/toolpath"}};
+                                                        {"getBedToolpath", "/bed/toolpath"},
+                                                        {"listPanelRemnants", "/panels/P-0001/remnants"}};
   std::ifstream file(VENEER_OPENAPI);
   const json openapi = json::parse(file, nullptr, false);
   for (const auto& [path, methods] : openapi["paths"].items()) {
@@ -231,6 +238,7 @@ TEST_F(Replies, EveryColumnOfATableHasSomethingInIt) {
                                            cli::render_plans(get("/plans")),
                                            render_pieces(get("/jobs/1/pieces")),
                                            cli::render_ledger(get("/panels/P-0001/ledger")),
+                                           cli::render_remnants(get("/panels/P-0001/remnants")),
                                            cli::render_certificates(get("/certificates")),
                                            cli::render_recipes(get("/recipes")),
                                            cli::render_audit(get("/audit")),

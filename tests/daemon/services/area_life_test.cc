@@ -30,6 +30,7 @@ void store_masks(db::ModelledCell& model) {
     VENEER_ASSERT_OK(write_stored_picture(mask, folder / "maps" / (panel.value + "-mask.png")));
   VENEER_ASSERT_OK(write_stored_picture(mask, folder / "mask.png"));
   std::filesystem::rename(folder / "mask.png", folder / "mask");
+  std::filesystem::copy_file(folder / "mask", folder / "painted");
 }
 
 AreaBook expected(const std::vector<db::ModelledCell::Wood>& all) {

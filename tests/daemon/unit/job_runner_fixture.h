@@ -60,6 +60,16 @@ class JobRunnerTest : public ::testing::Test {
                                           [] {});
   }
 
+  // As the next start of the program finds the cell.
+  void restart() {
+    runner_.reset();
+    const auto recovery = database_->call([](Repositories& r) { return r.jobs.recover("2026-05-01T09:00:00.000Z"); });
+    ASSERT_TRUE(recovery.ok());
+    make_runner();
+    runner_->begin(*recovery);
+    settle();
+  }
+
   // Two panels; a job with two pieces on the first and one on the second.
   void stock() {
     const Status stocked = tests::stock_two_panels(*database_, 2, 1);

@@ -324,6 +324,52 @@ TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainAlsoAfterReset) {
   EXPECT_EQ(laser_.jobs.size(), 1U);
 }
 
+// What was cut is in the database, with the strokes that cut it.
+TEST_F(JobRunnerTest, CutsCanBeMetAgainAfterARestart) {
+  laser_.identity = "the laser";
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  const LaserJob before = laser_.jobs.at(1);
+  restart();
+  EXPECT_EQ(runner_->view().can_recut, 2);
+  EXPECT_EQ(runner_->view().recut_panel.value, "P-0001");
+  EXPECT_EQ(runner_->view().recut_job, JobId{1});
+  laser_.jobs.clear();
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  EXPECT_FALSE(recut({"A1-2"}).ok()) << "nothing moves before Reset";
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.lay("P-0001", true, 300.2);
+  EXPECT_THAT(recut({"A1-2"}).error().message, HasSubstr("moved by 0.20 mm since it was cut"));
+  EXPECT_TRUE(laser_.jobs.empty());
+  bed_.lay("P-0001");
+  ASSERT_TRUE(recut({"A1-2"}).ok());
+  ASSERT_EQ(laser_.jobs.size(), 1U);
+  ASSERT_EQ(laser_.jobs[0].strokes.size(), 1U);
+  const Stroke& again = laser_.jobs[0].strokes[0];
+  const Stroke& cut = before.strokes.back();
+  EXPECT_EQ(again.role, StrokeRole::kCut);
+  EXPECT_EQ(again.piece.value, 2);
+  EXPECT_EQ(again.path, cut.path);
+  EXPECT_EQ(again.speed, cut.speed);
+  EXPECT_EQ(again.power, cut.power);
+  EXPECT_EQ(again.passes, cut.passes);
+  EXPECT_EQ(again.air, cut.air);
+}
+
+TEST_F(JobRunnerTest, CutsOfAnotherLaserAreForgottenAlsoAfterARestart) {
+  laser_.identity = "the laser";
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  laser_.identity = "another";
+  restart();
+  ASSERT_TRUE(command(CellCommand::kClear).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_EQ(runner_->view().can_recut, 0);
+  EXPECT_FALSE(recut({"A1-2"}).ok());
+  restart();
+  EXPECT_EQ(runner_->view().can_recut, 0) << "not even on the first one";
+}
+
 TEST_F(JobRunnerTest, NothingIsCutAgainOnceTheAxesWereMeasuredAnew) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());

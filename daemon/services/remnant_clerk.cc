@@ -1,0 +1,65 @@
+#include "daemon/services/remnant_clerk.h"
+
+#include <utility>
+
+#include "base/clock.h"
+
+namespace veneer::daemon {
+namespace {
+
+// So many panels at one look: after an upgrade all are due.
+constexpr int kMostAtOnce = 10'000;
+constexpr int kPictureWidth = 640;  // pictures are kept for good, and small copies of maps and masks are as wide
+
+}  // namespace
+
+RemnantClerk::RemnantClerk(DatabaseThread& database, const PanelLibrary& library, Remnants& remnants,
+                           StockMemory& memory, Logger log)
+    : database_(database), library_(library), remnants_(remnants), memory_(memory), log_(std::move(log)) {}
+
+void RemnantClerk::look() {
+  static_cast<void>(worker_.try_post(
+      1, [this] { book_due(); },
+      [log = log_](const Error& failed) { log->warn("remnants could not be booked: {}", failed.message); }));
+}
+
+void RemnantClerk::book_due() {
+  const auto reader = database_.open_reader();
+  if (!reader) return log_->debug("no remnant is booked: {}", reader.error().message);
+  Repositories& reading = (*reader)->repositories();
+  const auto due = reading.remnants.due(kMostAtOnce);
+  if (!due) return log_->debug("no remnant is booked: {}", due.error().message);
+  for (const auto& one : *due) {
+    if (stopping_) return;
+    book(reading, one);
+  }
+  memory_.save();
+}
+
+// What cannot be read or written now is due again at the next look.
+void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) {
+  const auto panel = reading.panels.find(due.panel);
+  if (!panel) return log_->debug("{}", panel.error().message);
+  const auto counted = remnants_.count(reading, *panel);
+  if (!counted) return log_->debug("{}", counted.error().message);
+  if (!*counted) return log_->debug("the mask of panel {} cannot be read", due.panel.value);
+  const auto live = reading.ledger.live_allocations(due.panel);
+  if (!live) return log_->debug("{}", live.error().message);
+  db::RemnantRecord record = to_record(due.panel, panel->mask_version, (*counted)->of, (*counted)->remnant);
+  record.run = due.run;
+  record.at = utc_timestamp();
+  const auto picture = picture_of_remnant(library_, *panel, *live, (*counted)->remnant, kPictureWidth);
+  const auto stored = picture ? library_.store_picture(*picture, "panels/" + due.panel.value, "remnant")
+                              : Result<PanelLibrary::Stored>(picture.error());
+  if (stored) record.picture_file = stored->file;
+  for (const WoodWanted& wanted : remnants_.usual_searches()) {
+    if (stopping_) return;
+    const auto area = remnants_.fitting(reading, *panel, wanted);
+    if (!area) return log_->debug("{}", area.error().message);
+    record.fitting.push_back({name_of(wanted), *area});
+  }
+  const Status booked = database_.call([&](Repositories& r) { return r.remnants.book(record); });
+  if (!booked) log_->debug("the remnant of panel {} is not booked: {}", due.panel.value, booked.error().message);
+}
+
+}  // namespace veneer::daemon

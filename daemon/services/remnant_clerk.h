@@ -1,0 +1,43 @@
+// Books what is left of panels after runs and scans (db/remnant_book.h): counted, with a picture, on a thread of its
+// own that goes behind all others, for as many as are due. What was missed, by a kill or a full disk, is due at the
+// next look. With it what searches usually ask for is counted, so that they need not look at the mask.
+//
+// Thread-safe. A panel that is being counted when this ends is counted to its end.
+#pragma once
+
+#include <atomic>
+
+#include "base/log.h"
+#include "daemon/services/panel_library.h"
+#include "daemon/services/remnants.h"
+#include "daemon/services/stock_memory.h"
+#include "daemon/store/database_thread.h"
+#include "daemon/threads/worker.h"
+
+namespace veneer::daemon {
+
+class RemnantClerk {
+ public:
+  // All of them outlive this.
+  RemnantClerk(DatabaseThread& database, const PanelLibrary& library, Remnants& remnants, StockMemory& memory,
+               Logger log);
+  ~RemnantClerk() { stopping_ = true; }
+
+  // Looks soon whether something is due; cheap where a look waits already.
+  void look();
+  // The same at once, on this thread; takes long where much is due.
+  void book_due();
+
+ private:
+  void book(Repositories& reading, const db::RemnantBook::Due& due);
+
+  DatabaseThread& database_;
+  const PanelLibrary& library_;
+  Remnants& remnants_;
+  StockMemory& memory_;
+  Logger log_;
+  std::atomic<bool> stopping_ = false;
+  Worker worker_{"remnants", 15};  // last, so that it ends first
+};
+
+}  // namespace veneer::daemon

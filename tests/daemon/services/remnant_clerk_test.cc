@@ -1,0 +1,166 @@
+// What is left of panels is booked after scans and runs, and told from the book.
+#include "daemon/services/remnant_clerk.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/asio/io_context.hpp>
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+#include "base/log.h"
+#include "tests/support/panel_shapes.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::panel_square;
+
+constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
+constexpr int kMaskColumns = 360, kMaskRows = 240;
+const PanelId kMaple{"P-0001"};
+
+template <class T>
+T must(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(*result);
+}
+void must(const Status& status) {
+  if (!status) throw std::runtime_error(status.error().message);
+}
+
+class RemnantClerkTest : public ::testing::Test {
+ protected:
+  // A daemon's life.
+  struct Life {
+    explicit Life(const fs::path& data)
+        : database(must(DatabaseThread::open(data / "veneerd.db", reactor))),
+          library(data),
+          memory(data / "memory.json"),
+          remnants(library, memory),
+          clerk(*database, library, remnants, memory, make_null_logger()) {}
+    template <class Work>
+    auto with(Work work) {
+      return must(database->call(work));
+    }
+    std::vector<db::RemnantRecord> booked() {
+      return with([](Repositories& r) { return r.remnants.list(kMaple, 10); });
+    }
+    std::optional<Remnant> told() {
+      return with([&](Repositories& r) { return remnants.of(r, must(r.panels.find(kMaple))); });
+    }
+    SquareMillimetres found(const WoodWanted& wanted) {
+      return with([&](Repositories& r) { return remnants.fitting(r, must(r.panels.find(kMaple)), wanted); });
+    }
+
+    boost::asio::io_context reactor;
+    std::unique_ptr<DatabaseThread> database;
+    PanelLibrary library;
+    StockMemory memory;
+    Remnants remnants;
+    RemnantClerk clerk;
+  };
+
+  RemnantClerkTest() {
+    Life life(data());
+    db::PanelRecord panel;
+    panel.id = kMaple, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
+    const auto picture =
+        must(life.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+    panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
+    must(life.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
+    picture_ = data() / picture.file;
+  }
+  // A piece of 8 mm in the lower left corner.
+  static Status cut_a_piece(Repositories& r) {
+    db::PlannedPatch piece;
+    piece.mark = "A1", piece.panel = kMaple, piece.panel_outline = panel_square(2, 2, 8);
+    for (const auto& p : piece.panel_outline)
+      piece.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
+    piece.allocation = offset(Region<PanelFrame>(piece.panel_outline), Millimetres(0.2));
+    db::NewPlan plan;
+    plan.name = "n", plan.plan_json = plan.options_json = "{}";
+    plan.pieces = {piece}, plan.planned_on = {{kMaple, 1}};
+    const JobId job = must(r.jobs.create(plan, kThen));
+    const db::RunId run = must(r.jobs.start_run(job, kMaple, {}, Millimetres(0.05), kThen));
+    must(r.jobs.mark_cutting({1}, kThen));
+    must(r.jobs.book_piece({1}, kThen));
+    return r.jobs.finish_run(run, false, kThen);
+  }
+  fs::path data() const { return directory_ / "data"; }
+  void lose_pictures() {
+    fs::rename(picture_, directory_ / "lost");
+    fs::remove_all(data() / "small");
+  }
+
+  testing::TempDirectory directory_;
+  fs::path picture_;
+};
+
+TEST_F(RemnantClerkTest, BooksWhatARunLeavesWithItsPicture) {
+  Life life(data());
+  life.clerk.book_due();
+  ASSERT_EQ(life.booked().size(), 1U);
+  EXPECT_FALSE(life.booked()[0].run) << "of its first scan";
+  life.clerk.book_due();
+  EXPECT_EQ(life.booked().size(), 1U) << "nothing is due";
+  must(life.database->call(&cut_a_piece));
+  life.clerk.book_due();
+  const auto booked = life.booked();
+  ASSERT_EQ(booked.size(), 2U);
+  EXPECT_EQ(booked[0].run, db::RunId{1});
+  ASSERT_EQ(booked[0].woods.size(), 1U);
+  EXPECT_LT(booked[0].woods[0].free + SquareMillimetres(64), booked[1].woods[0].free);
+  EXPECT_LT(booked[0].square->size, booked[1].square->size);
+  const auto picture = must(life.library.load_picture(booked[0].picture_file));
+  EXPECT_EQ(picture.size(), cv::Size(kMaskColumns, kMaskRows));
+}
+
+TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
+  {
+    Life life(data());
+    must(life.database->call(&cut_a_piece));
+    life.clerk.book_due();
+  }
+  lose_pictures();
+  fs::remove(data() / "memory.json");
+  Life next(data());
+  const auto told = next.told();
+  ASSERT_TRUE(told && told->square && told->circle);
+  EXPECT_NEAR(told->square->side.count(), 20, 1);
+  for (const auto& tone : {std::optional<Tone>(), std::optional(Tone::kLight)})
+    EXPECT_GT(next.found({{}, tone, Millimetres(14)}), SquareMillimetres(200)) << "what is usually searched for";
+  EXPECT_EQ(next.found({{}, Tone::kDark, Millimetres(14)}), SquareMillimetres(0));
+  EXPECT_EQ(next.found({{}, {}, Millimetres(9)}), SquareMillimetres(0))
+      << "nobody looked for these, and now it is lost";
+  // Other wood than what was counted.
+  must(next.database->call([](Repositories& r) {
+    return r.ledger.write_off(kMaple, Region<PanelFrame>(panel_square(20, 5, 6)), "burnt", kThen);
+  }));
+  EXPECT_FALSE(next.told());
+}
+
+TEST_F(RemnantClerkTest, CountsAgainWhatTheLastSearchesAskedFor) {
+  {
+    Life life(data());
+    life.remnants.note_search({{}, Tone::kLight, Millimetres(9)});
+    life.clerk.book_due();
+  }
+  lose_pictures();
+  Life next(data());
+  EXPECT_GT(next.found({{}, Tone::kLight, Millimetres(9)}), SquareMillimetres(400));
+}
+
+TEST_F(RemnantClerkTest, WhatCannotBeReadIsDueAgain) {
+  Life life(data());
+  lose_pictures();
+  life.clerk.book_due();
+  EXPECT_TRUE(life.booked().empty());
+  fs::rename(directory_ / "lost", picture_);
+  life.clerk.book_due();
+  EXPECT_EQ(life.booked().size(), 1U);
+}
+
+}  // namespace
+}  // namespace veneer::daemon

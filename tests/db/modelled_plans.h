@@ -1,0 +1,146 @@
+// Plans, their leases, and the jobs that are made of them.
+#pragma once
+
+#include "tests/db/modelled_wood.h"
+
+namespace veneer::db {
+
+class ModelledPlans : public ModelledWood {
+ protected:
+  // What a plan wants; its pieces' wood may be taken, even by each other.
+  ModelPlan compose() {
+    ModelPlan plan;
+    for (int i = 0, n = *rc::gen::inRange(1, 5); i < n; ++i) {
+      ModelPiece& piece = plan.pieces.emplace_back();
+      piece.panel = any_panel();
+      piece.cells = random_cells();
+    }
+    plan.masks = masks();
+    return plan;
+  }
+  NewPlan to_store(const ModelPlan& plan) const {
+    std::vector<PlannedPatch> patches;
+    for (const ModelPiece& piece : plan.pieces) {
+      const auto& [x, y] = *piece.cells.begin();
+      patches.push_back(square_piece(fmt::format("A{}", patches.size()), panels_[piece.panel], x * kCell + kInset,
+                                     y * kCell + kInset, kCell - 2 * kInset));
+      patches.back().allocation = area_of(piece.cells);
+    }
+    NewPlan out = job_of(patches);
+    for (PlannedPanel& panel : out.planned_on) panel.mask_version = plan.masks[index_of(panel.panel)];
+    return out;
+  }
+  bool can_be_made(const ModelPlan& plan, const std::string& at) const {
+    ModelJob job;
+    for (const ModelPiece& piece : plan.pieces) {
+      if (plan.masks[piece.panel] != known_[piece.panel].mask || known_[piece.panel].retired || waits(piece.panel) ||
+          taken(piece.panel, piece.cells, job, at, &plan))
+        return false;
+      job.pieces.push_back(piece);
+    }
+    return true;
+  }
+  void made(ModelPlan& plan, const Result<JobId>& created) {
+    RC_ASSERT(created.ok() == can_be_made(plan, kNow));
+    if (!created.ok()) return RC_ASSERT(says_why(created.error(), plan.pieces));
+    ModelJob job;
+    job.id = *created;
+    job.pieces = plan.pieces;
+    const auto records = must(cell_.jobs().pieces(job.id));
+    for (std::size_t i = 0; i < records.size(); ++i) job.pieces[i].id = records[i].id;
+    jobs_.push_back(job);
+    plan.has_job = true;
+    plan.lease.reset();
+    expire(kNow);
+  }
+  void lease() {
+    if (plans_.empty()) return store_plan();
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    const std::string at = *rc::gen::element(kNow, kLater), until = *rc::gen::element(kBetween, kMuchLater);
+    const bool renewed = plan.lease && *plan.lease > at;
+    const bool allowed = until > at && (renewed || can_be_made(plan, at));
+    const auto leased = Leases(cell_.database()).take(plan.id, "local:1000", at, until);
+    RC_ASSERT(leased.ok() == allowed);
+    if (!allowed) {
+      const bool why =
+          until > at ? says_why(leased.error(), plan.pieces) : leased.error().code == ErrorCode::kInvalidArgument;
+      return RC_ASSERT(why);
+    }
+    expire(at);
+    plan.lease = until;
+  }
+  void release() {
+    if (plans_.empty()) return;
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    RC_ASSERT(Leases(cell_.database()).release(plan.id, kLater).ok() == plan.lease.has_value());
+    plan.lease.reset();
+  }
+  void let_time_pass() {
+    const std::string at = *rc::gen::element(kNow, kBetween, kLater, kMuchLater);
+    RC_ASSERT(must(Leases(cell_.database()).expire(at)).size() == expire(at));
+  }
+  void create() {
+    ModelPlan plan = compose();
+    made(plan, cell_.jobs().create(to_store(plan), kNow));
+  }
+  void store_plan() {
+    ModelPlan plan = compose();
+    plan.id = must(Plans(cell_.database()).add(to_store(plan), kNow));
+    plans_.push_back(plan);
+  }
+  void create_from_plan() {
+    if (plans_.empty()) return store_plan();
+    ModelPlan& plan = **rc::gen::elementOf(pointers(plans_));
+    made(plan, cell_.jobs().create(plan.id, kNow));
+  }
+  void remove_plan() {
+    if (plans_.empty()) return;
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, plans_.size());
+    const bool allowed = !plans_[index].has_job && !plans_[index].lease;
+    RC_ASSERT(Plans(cell_.database()).remove(plans_[index].id).ok() == allowed);
+    if (allowed) plans_.erase(plans_.begin() + static_cast<std::ptrdiff_t>(index));
+  }
+  // Pieces that are lost, or cut and lost since, get other wood.
+  void redo() {
+    if (jobs_.empty()) return;
+    ModelJob& job = jobs_[*rc::gen::inRange<std::size_t>(0, jobs_.size())];
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, job.pieces.size());
+    ModelPiece& piece = job.pieces[index];
+    ModelPlan plan;
+    plan.pieces.push_back(piece);
+    plan.pieces.front().panel = any_panel();
+    plan.pieces.front().cells = random_cells();
+    plan.masks = masks();
+    NewPlan again = to_store(plan);
+    again.pieces.front().mark = fmt::format("A{}", index);
+    const bool lost = piece.state == AllocationState::kCut || piece.state == AllocationState::kScrap ||
+                      piece.state == AllocationState::kReleased;
+    ModelJob nobody;
+    const ModelPiece& wanted = plan.pieces.front();
+    const bool allowed = job.state != JobState::kRunning && lost && !known_[wanted.panel].retired &&
+                         !waits(wanted.panel) && !taken(wanted.panel, wanted.cells, nobody, kLater);
+    const auto redone = cell_.jobs().redo(job.id, again, kLater);
+    RC_ASSERT(redone.ok() == allowed);
+    if (!allowed) return RC_ASSERT(says_why(redone.error(), plan.pieces));
+    expire(kLater);
+    if (piece.state != AllocationState::kReleased)
+      ruined_.push_back(piece), ruined_.back().state = AllocationState::kScrap;
+    piece.panel = plan.pieces.front().panel;
+    piece.cells = plan.pieces.front().cells;
+    piece.state = AllocationState::kReserved;
+    if (job.state == JobState::kComplete || job.state == JobState::kCancelled) job.state = JobState::kStopped;
+  }
+  void cancel() {
+    if (jobs_.empty()) return;
+    ModelJob& job = jobs_[*rc::gen::inRange<std::size_t>(0, jobs_.size())];
+    const bool allowed =
+        job.state == JobState::kPlanned || job.state == JobState::kStopped || job.state == JobState::kAborted;
+    RC_ASSERT(cell_.jobs().cancel(job.id, kLater).ok() == allowed);
+    if (!allowed) return;
+    job.state = JobState::kCancelled;
+    for (auto& piece : job.pieces)
+      if (piece.state == AllocationState::kReserved) piece.state = AllocationState::kReleased;
+  }
+};
+
+}  // namespace veneer::db

@@ -1,0 +1,173 @@
+// What scans see: masks and what people painted on them, proposals, differences, and suspect pieces.
+#pragma once
+
+#include "tests/db/modelled_panels.h"
+
+namespace veneer::db {
+
+class ModelledScans : public ModelledPanels {
+ protected:
+  void scan_again() {
+    const int panel = any_panel();
+    const auto added = cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, known_[panel].mask);
+    RC_ASSERT(added.ok() == !known_[panel].retired);
+    if (added.ok()) RC_ASSERT(*added == ++known_[panel].mask);
+  }
+  void take_back_a_scan() {
+    const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask + 2);
+    const auto back = cell_.panels().revert_mask(panels_[panel], version, kLater);
+    RC_ASSERT(back.ok() == (version < known_[panel].mask));
+    if (back.ok()) RC_ASSERT(*back == ++known_[panel].mask);
+  }
+  // A scan of its panel saw of its wood what it saw.
+  void look_at_a_piece() {
+    ModelPiece* piece = random_piece();
+    if (piece == nullptr) return;
+    const auto record = must(cell_.jobs().find_piece(piece->id));
+    const std::pair seen(record.allocation, Sighting{Seen::kCut, 0.97, 1, kLater});
+    VENEER_EXPECT_OK(cell_.jobs().note_sightings({&seen, 1}));
+    piece->seen = piece->state == AllocationState::kSuspect;
+  }
+  Differences differences_store() { return Differences(cell_.database()); }
+  // What a scan shows: each is in the middle of a cell, so that those of two cells never meet.
+  void find_differences() {
+    const int panel = any_panel();
+    std::set<std::pair<Cell, bool>> seen;
+    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
+      seen.insert({{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}, *rc::gen::inRange(0, 3) != 0});
+    std::vector<DifferenceRecord> found;
+    for (const auto& [cell, gone] : seen) {
+      DifferenceRecord& one = found.emplace_back();
+      one.gone = gone;
+      const auto ring = square(cell.first * kCell + kInset, cell.second * kCell + kInset, kCell - 2 * kInset);
+      one.shape = Region<PanelFrame>(ring);
+      one.place = ring.front();
+      one.area = SquareMillimetres(9);
+    }
+    VENEER_EXPECT_OK(differences_store().found(panels_[panel], found, kNow));
+    const auto all = seen;
+    for (ModelDifference& known : differences_) {
+      if (known.panel != panel || !(known.open || known.accepted)) continue;
+      seen.erase({known.cell, known.gone});
+      const bool there = all.contains({known.cell, known.gone});
+      known.open = known.open && there, known.accepted = known.accepted && there;
+    }
+    for (const auto& [cell, gone] : seen)
+      differences_.push_back({{static_cast<std::int64_t>(differences_.size()) + 1}, panel, cell, gone, true});
+  }
+  void decide_difference() {
+    if (differences_.empty()) return find_differences();
+    ModelDifference& known = **rc::gen::elementOf(pointers(differences_));
+    const bool off = *rc::gen::inRange(0, 3) != 0;
+    ModelPiece box;
+    box.panel = known.panel;
+    box.cells = {known.cell};
+    box.state = AllocationState::kScrap;
+    const bool adds = off && !taken(box.panel, box.cells, {}, kNever);
+    const bool allowed = known.open && (!off || (known.gone && !run_)) && !(adds && known_[known.panel].retired);
+    const auto done = differences_store().decide(panels_[known.panel], known.id,
+                                                 off ? DifferenceVerdict::kWrittenOff : DifferenceVerdict::kAccepted,
+                                                 "local:1000", "", kLater);
+    RC_ASSERT(done.ok() == allowed);
+    if (!allowed) return;
+    known.open = false;
+    known.accepted = !off;
+    std::vector<ModelPiece*> over;  // they were to be cut from wood that is gone
+    for (ModelJob& job : jobs_)
+      for (ModelPiece& piece : job.pieces)
+        if (off && piece.panel == known.panel && piece.cells.contains(known.cell) &&
+            piece.state == AllocationState::kReserved)
+          over.push_back(&piece);
+    RC_ASSERT(done->size() == over.size());
+    doubt(over);
+    if (adds) written_off_.push_back(box);
+    if (!off) return;
+    expire(kLater);
+    for (ModelPlan& plan : plans_)  // the picture cannot be made of what is left
+      if (plan.leases(box.panel, box.cells, kEver)) plan.lease.reset();
+  }
+
+  // What people gave back to a mask or withheld, and took back.
+  void edit_mask() {
+    const int panel = any_panel();
+    ModelPanel& known = known_[panel];
+    const MaskRecord made{0, "map", "painted", "hash", kNow, {}, "mask"};
+    // Somebody else may have been faster.
+    const int after = known.mask - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0);
+    const bool allowed = !known.retired && after == known.mask;
+    Masks masks(cell_.database());
+    if (known.edits.empty() || *rc::gen::arbitrary<bool>()) {
+      const bool give = *rc::gen::arbitrary<bool>();
+      const auto edit =
+          masks.add(panels_[panel], {{}, give, area_of(random_cells()), "local:1000", "", kNow, {}}, made, after);
+      RC_ASSERT(edit.ok() == allowed);
+      if (!allowed) return;
+      known.edits.push_back(true);
+    } else {
+      const auto index = *rc::gen::inRange<std::size_t>(0, known.edits.size());
+      const auto all = must(masks.of(panels_[panel]));
+      const Status removed = masks.remove(panels_[panel], all[index].id, "local:1000", kLater, made, after);
+      RC_ASSERT(removed.ok() == (allowed && known.edits[index]));
+      if (!removed.ok()) return;
+      known.edits[index] = false;
+    }
+    ++known.mask;
+  }
+
+  void propose() {
+    ModelProposal wanted;
+    ProposalRecord proposal;
+    if (*rc::gen::arbitrary<bool>()) {
+      wanted.panel = any_panel();
+      wanted.after = known_[*wanted.panel].mask;
+      proposal.panel = panels_[*wanted.panel], proposal.after = wanted.after;
+    } else {
+      for (const int tag : {401, 402, 403})
+        if (*rc::gen::arbitrary<bool>()) wanted.tags.insert(tag);
+      proposal.tags.assign(wanted.tags.begin(), wanted.tags.end());
+    }
+    proposal.who = "local:1000", proposal.made_at = kNow, proposal.map_file = "map", proposal.mask_file = "mask";
+    proposal.read_file = "read", proposal.read_sha256 = std::string(64, 'a');
+    proposal.width = 420_mm, proposal.height = 280_mm;
+    const ProposalId number = must(Proposals(cell_.database()).add(proposal));
+    RC_ASSERT(number.value == static_cast<std::int64_t>(proposals_.size()) + 1);
+    for (ModelProposal& other : proposals_) {
+      const bool shares =
+          std::any_of(wanted.tags.begin(), wanted.tags.end(), [&](int tag) { return other.tags.contains(tag); });
+      const bool same = wanted.panel ? other.panel == wanted.panel : !other.panel && shares;
+      if (!other.verdict && same) other.verdict = ProposalVerdict::kReplaced;
+    }
+    proposals_.push_back(wanted);
+  }
+  void decide_proposal() {
+    if (proposals_.empty()) return propose();
+    const auto index = *rc::gen::inRange<std::size_t>(0, proposals_.size());
+    ModelProposal& proposal = proposals_[index];
+    const ProposalId number{static_cast<std::int64_t>(index) + 1};
+    if (*rc::gen::inRange(0, 3) == 0) {
+      const Status refused = Proposals(cell_.database()).refuse(number, "local:1000", "dust", kLater);
+      RC_ASSERT(refused.ok() == !proposal.verdict);
+      if (refused.ok()) proposal.verdict = ProposalVerdict::kRefused;
+      return;
+    }
+    const Acceptance accepted{number, {"size"}, "local:1000"};
+    if (proposal.panel) {
+      ModelPanel& known = known_[*proposal.panel];
+      const auto version =
+          cell_.panels().add_mask(panels_[*proposal.panel], {0, "map", "mask", "hash", kNow}, proposal.after, accepted);
+      RC_ASSERT(version.ok() == (!proposal.verdict && !known.retired && known.mask == proposal.after));
+      if (!version.ok()) return;
+      RC_ASSERT(*version == ++known.mask);
+    } else {
+      if (panels_.size() == kMostPanels) return;
+      const PanelId id = must(cell_.panels().next_panel_id());
+      RC_ASSERT(cell_.panels().add(sheet(id), {}, {}, accepted).ok() == !proposal.verdict);
+      if (proposal.verdict) return;
+      panels_.push_back(id);
+      known_.emplace_back();
+    }
+    proposal.verdict = ProposalVerdict::kAccepted;
+  }
+};
+
+}  // namespace veneer::db

@@ -1,0 +1,222 @@
+// What the model of the database knows: panels as grids of cells, jobs of blobs of them, and whose each cell is.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "db/differences.h"
+#include "db/leases.h"
+#include "db/masks.h"
+#include "db/proposals.h"
+#include "tests/db/cell_database.h"
+
+namespace veneer::db {
+
+inline constexpr int kGrid = 8;        // cells per side of a panel
+inline constexpr double kCell = 12.5;  // mm
+inline constexpr std::size_t kMostPanels = 5;
+inline constexpr double kInset = 1.25;  // mm from an area's edge to its piece's outline
+using Cell = std::pair<int, int>;
+
+inline const std::string kBetween = "2026-05-01T08:00:00.000Z", kMuchLater = "2026-06-01T00:00:00.000Z";
+// As a time: every lease that nobody has ended counts, and none does.
+inline const std::string kEver, kNever = "~";
+
+struct ModelPiece {
+  PieceId id;
+  int panel = 0;
+  std::set<Cell> cells;
+  AllocationState state = AllocationState::kReserved;
+  bool seen = false;  // by a scan, since it became suspect
+
+  void doubt() { state = AllocationState::kSuspect, seen = false; }
+};
+struct ModelPanel {
+  int mask = 1;
+  bool retired = false, sawn = false, has_part = false, is_part = false, merged = false;
+  std::vector<bool> edits;  // of its mask, the oldest first: does it count still?
+};
+struct ModelJob {
+  JobId id;
+  JobState state = JobState::kPlanned;
+  std::vector<ModelPiece> pieces;
+
+  bool any(AllocationState wanted) const {
+    return std::any_of(pieces.begin(), pieces.end(), [&](const auto& p) { return p.state == wanted; });
+  }
+  bool any_open() const {
+    return any(AllocationState::kReserved) || any(AllocationState::kCutting) || any(AllocationState::kSuspect);
+  }
+  JobState after(JobState otherwise) const { return any_open() ? otherwise : JobState::kComplete; }
+};
+struct ModelPlan {
+  PlanId id;
+  std::vector<ModelPiece> pieces;
+  std::vector<int> masks;  // of the panels, when it was made
+  bool has_job = false;
+  std::optional<std::string> lease;  // until when; until somebody ends it
+
+  bool leases(int panel, const std::set<Cell>& cells, const std::string& at) const {
+    return lease && *lease > at && std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) {
+             return piece.panel == panel &&
+                    std::any_of(cells.begin(), cells.end(), [&](const Cell& c) { return piece.cells.contains(c); });
+           });
+  }
+};
+struct ModelDifference {
+  DifferenceId id;
+  int panel = 0;
+  Cell cell;
+  bool gone = false, open = true, accepted = false;
+};
+struct ModelProposal {
+  std::optional<int> panel;  // nothing: a first scan
+  int after = 0;             // of a known panel, the mask that counted
+  std::set<int> tags;        // of a first scan
+  std::optional<ProposalVerdict> verdict;
+};
+struct ModelRun {
+  RunId id;
+  std::size_t job = 0;
+  int panel = 0;
+};
+
+inline Region<PanelFrame> area_of(const std::set<Cell>& cells) {
+  std::vector<Region<PanelFrame>> squares;
+  squares.reserve(cells.size());
+  for (const auto& [x, y] : cells) squares.emplace_back(square(x * kCell, y * kCell, kCell));
+  return unite(squares);
+}
+
+// A connected blob of cells, grown from a random one.
+inline std::set<Cell> random_cells() {
+  std::set<Cell> cells = {{*rc::gen::inRange(0, kGrid), *rc::gen::inRange(0, kGrid)}};
+  const int size = *rc::gen::inRange(1, 6);
+  for (int i = 1; i < size; ++i) {
+    auto [x, y] = *rc::gen::elementOf(cells);
+    (*rc::gen::arbitrary<bool>() ? x : y) += *rc::gen::arbitrary<bool>() ? 1 : -1;
+    if (x >= 0 && y >= 0 && x < kGrid && y < kGrid) cells.insert({x, y});
+  }
+  return cells;
+}
+
+class ModelledWood {
+ protected:
+  ModelledWood() : panels_{cell_.new_panel(), cell_.new_panel()} {}
+
+  template <class T>
+  static std::vector<T*> pointers(std::vector<T>& all) {
+    std::vector<T*> out;
+    for (T& one : all) out.push_back(&one);
+    return out;
+  }
+  // By another piece, or under the lease of another plan than `own` that is not over `at` this time.
+  bool taken(int panel, const std::set<Cell>& cells, const ModelJob& asking, const std::string& at,
+             const ModelPlan* own = nullptr) const {
+    for (const ModelPlan& plan : plans_)
+      if (&plan != own && plan.leases(panel, cells, at)) return true;
+    const auto clash = [&](const ModelJob& job) {
+      return std::any_of(job.pieces.begin(), job.pieces.end(), [&](const ModelPiece& other) {
+        return other.panel == panel && other.state != AllocationState::kReleased &&
+               std::any_of(cells.begin(), cells.end(), [&](const Cell& c) { return other.cells.count(c) > 0; });
+      });
+    };
+    ModelJob gone, boxes;
+    gone.pieces = ruined_;
+    boxes.pieces = written_off_;
+    return clash(asking) || clash(gone) || clash(boxes) || std::any_of(jobs_.begin(), jobs_.end(), clash);
+  }
+  // A scan of it may change its wood, and nobody has decided.
+  bool waits(int panel) const {
+    return std::any_of(proposals_.begin(), proposals_.end(),
+                       [&](const ModelProposal& p) { return p.panel == panel && !p.verdict; });
+  }
+  // Why wood could not be had for these pieces.
+  bool says_why(const Error& error, const std::vector<ModelPiece>& pieces) const {
+    const bool any_waits =
+        std::any_of(pieces.begin(), pieces.end(), [&](const ModelPiece& piece) { return waits(piece.panel); });
+    return error.code == ErrorCode::kConflict || (any_waits && error.code == ErrorCode::kRefused);
+  }
+
+  int any_panel() const { return *rc::gen::inRange(0, static_cast<int>(panels_.size())); }
+  std::size_t index_of(const PanelId& panel) const {
+    return static_cast<std::size_t>(std::find(panels_.begin(), panels_.end(), panel) - panels_.begin());
+  }
+  std::vector<int> masks() const {
+    std::vector<int> out;
+    for (const ModelPanel& panel : known_) out.push_back(panel.mask);
+    return out;
+  }
+  // Leases whose time has come end with whatever is done next.
+  std::size_t expire(const std::string& at) {
+    std::size_t count = 0;
+    for (ModelPlan& plan : plans_)
+      if (plan.lease && *plan.lease <= at) plan.lease.reset(), ++count;
+    return count;
+  }
+  // Is any of its wood to be cut, in doubt, or leased beyond this time?
+  bool is_held(int panel, const std::string& at) const {
+    bool held = false;
+    for (const ModelJob& job : jobs_)
+      for (const ModelPiece& piece : job.pieces)
+        held = held || (piece.panel == panel &&
+                        (piece.state == AllocationState::kReserved || piece.state == AllocationState::kCutting ||
+                         piece.state == AllocationState::kSuspect));
+    for (const ModelPlan& plan : plans_)
+      for (const ModelPiece& piece : plan.pieces)
+        held = held || (piece.panel == panel && plan.leases(panel, piece.cells, at));
+    return held;
+  }
+  ModelPiece* random_piece() {
+    std::vector<ModelPiece*> all;
+    for (auto& job : jobs_)
+      for (auto& piece : job.pieces) all.push_back(&piece);
+    return all.empty() ? nullptr : *rc::gen::elementOf(all);
+  }
+  std::vector<ModelPiece*> random_pieces() {
+    std::vector<ModelPiece*> out;
+    for (int i = 0, n = *rc::gen::inRange(0, 4); i < n; ++i)
+      if (ModelPiece* piece = random_piece()) out.push_back(piece);
+    return out;
+  }
+  static std::vector<PieceId> ids_of(const std::vector<ModelPiece*>& pieces) {
+    std::vector<PieceId> out;
+    for (const ModelPiece* piece : pieces) out.push_back(piece->id);
+    return out;
+  }
+  static void doubt(const std::vector<ModelPiece*>& pieces) {
+    for (ModelPiece* piece : pieces)
+      if (piece->state == AllocationState::kReserved || piece->state == AllocationState::kCut) piece->doubt();
+  }
+  static bool has(const ModelJob& job, const ModelPiece& piece) {
+    return &piece >= job.pieces.data() && &piece < job.pieces.data() + job.pieces.size();
+  }
+  bool in_run(const ModelPiece& piece) const {
+    return run_ && piece.panel == run_->panel && has(jobs_[run_->job], piece);
+  }
+  static void suspect_what_was_cutting(ModelJob& job) {
+    for (auto& piece : job.pieces)
+      if (piece.state == AllocationState::kCutting) piece.doubt();
+  }
+
+  CellDatabase cell_;
+  std::vector<PanelId> panels_;
+  std::vector<ModelPanel> known_ = std::vector<ModelPanel>(2);  // of panels_
+  std::vector<ModelPlan> plans_;
+  std::vector<ModelJob> jobs_;
+  std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
+  std::vector<ModelPiece> written_off_;  // boxes of differences, in the middle of their cells
+  std::vector<ModelDifference> differences_;
+  std::vector<ModelProposal> proposals_;  // the n-th has the number n + 1
+  std::optional<ModelRun> run_;
+  std::vector<PieceId> kept_cuts_;  // of the last run
+};
+
+}  // namespace veneer::db

@@ -1,0 +1,115 @@
+// Runs: what is cut, broken off, in doubt and settled, and what a crash leaves.
+#pragma once
+
+#include "tests/db/modelled_plans.h"
+
+namespace veneer::db {
+
+class ModelledWork : public ModelledPlans {
+ protected:
+  void start_run() {
+    if (jobs_.empty()) return;
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
+    ModelJob& job = jobs_[index];
+    const int panel = any_panel();
+    const bool startable = job.state != JobState::kComplete && job.state != JobState::kCancelled;
+    const bool wood = std::any_of(job.pieces.begin(), job.pieces.end(), [&](const auto& p) {
+      return p.panel == panel && p.state == AllocationState::kReserved;
+    });
+    const auto run = cell_.jobs().start_run(job.id, panels_[panel], {}, 0.05_mm, kNow);
+    RC_ASSERT(run.ok() == (!run_ && startable && wood));
+    if (!run.ok()) return;
+    run_ = ModelRun{*run, index, panel};
+    kept_cuts_.clear();
+    job.state = JobState::kRunning;
+  }
+  void mark_cutting() {
+    ModelPiece* piece = random_piece();
+    if (piece == nullptr) return;
+    const bool allowed = in_run(*piece) && piece->state == AllocationState::kReserved;
+    RC_ASSERT(cell_.jobs().mark_cutting(piece->id, kNow).ok() == allowed);
+    if (allowed) piece->state = AllocationState::kCutting;
+  }
+  void book() {
+    ModelPiece* piece = random_piece();
+    if (piece == nullptr) return;
+    const bool allowed = piece->state == AllocationState::kCutting;
+    const bool keep = run_ && *rc::gen::arbitrary<bool>();
+    const Status booked = keep ? cell_.jobs().book_and_keep({piece->id, "", run_->id, "Grbl", "[]"}, kNow)
+                               : cell_.jobs().book_piece(piece->id, kNow);
+    RC_ASSERT(booked.ok() == allowed);
+    if (allowed && keep) kept_cuts_.push_back(piece->id);
+    if (allowed) piece->state = AllocationState::kCut;
+  }
+  void finish_or_abort() {
+    if (!run_) return;
+    ModelJob& job = jobs_[run_->job];
+    if (*rc::gen::arbitrary<bool>()) {
+      const bool more = *rc::gen::arbitrary<bool>();
+      const bool allowed = !job.any(AllocationState::kCutting);
+      RC_ASSERT(cell_.jobs().finish_run(run_->id, more, kLater).ok() == allowed);
+      if (!allowed) return;
+      const bool goes_on = more && job.any(AllocationState::kReserved);
+      job.state = job.after(goes_on ? JobState::kRunning : JobState::kStopped);
+    } else {
+      // The next pieces of this run, which the beam may have begun, and others that it may have hit.
+      std::vector<ModelPiece*> suspects;
+      for (ModelPiece& piece : job.pieces)
+        if (in_run(piece) && *rc::gen::inRange(0, 4) == 0) suspects.push_back(&piece);
+      const auto neighbours = *rc::gen::inRange(0, 3) == 0 ? random_pieces() : std::vector<ModelPiece*>();
+      VENEER_EXPECT_OK(cell_.jobs().abort_run(run_->id, ids_of(suspects), "stop", kLater, ids_of(neighbours)));
+      for (ModelPiece* piece : suspects)
+        if (piece->state == AllocationState::kReserved) piece->doubt();
+      suspect_what_was_cutting(job);
+      doubt(neighbours);
+      job.state = job.after(JobState::kAborted);
+    }
+    run_.reset();
+  }
+  void settle() {
+    ModelPiece* piece = random_piece();
+    if (piece == nullptr) return;
+    const auto verdict =
+        *rc::gen::elementOf(std::vector{AllocationState::kCut, AllocationState::kScrap, AllocationState::kReleased});
+    const bool allowed = piece->state == AllocationState::kSuspect;
+    RC_ASSERT(cell_.jobs().settle(piece->id, verdict, kLater).ok() == allowed);
+    if (!allowed) return;
+    piece->state = verdict;
+    for (auto& job : jobs_)
+      if (has(job, *piece) && (job.state == JobState::kStopped || job.state == JobState::kAborted))
+        job.state = job.after(job.state);
+  }
+  // While a panel's frame is traced or a cut repeated.
+  void stray_beam() {
+    const auto hit = random_pieces();
+    VENEER_EXPECT_OK(cell_.jobs().make_suspect(ids_of(hit), kLater));
+    doubt(hit);
+  }
+  void end_between_panels() {
+    if (jobs_.empty()) return;
+    const std::size_t index = *rc::gen::inRange<std::size_t>(0, jobs_.size());
+    ModelJob& job = jobs_[index];
+    const bool waits = job.state == JobState::kRunning && !(run_ && run_->job == index);
+    const bool stop = *rc::gen::arbitrary<bool>();
+    const Status done = stop ? cell_.jobs().stop_job(job.id, kLater) : cell_.jobs().abort_job(job.id, kLater);
+    RC_ASSERT(done.ok() == waits);
+    if (waits) job.state = job.after(stop ? JobState::kStopped : JobState::kAborted);
+  }
+  void die_and_recover() {
+    cell_.reopen();
+    must(cell_.jobs().recover(kLater));
+    run_.reset();
+    for (auto& job : jobs_) {
+      if (job.state != JobState::kRunning) continue;
+      suspect_what_was_cutting(job);
+      job.state = job.after(JobState::kAborted);
+    }
+  }
+  // The panel was moved: its cuts cannot be met again.
+  void forget_cuts() {
+    VENEER_EXPECT_OK(cell_.jobs().forget_cuts());
+    kept_cuts_.clear();
+  }
+};
+
+}  // namespace veneer::db

@@ -1,0 +1,127 @@
+// Rows of databases that older versions of the program wrote.
+#pragma once
+
+namespace veneer::db {
+
+// As the first schema wrote it: two panels, a job that was aborted with pieces in every state, one patch without wood.
+inline constexpr const char* kOldRows = R"sql(
+INSERT INTO panels VALUES
+  (1, 'P-0001', 'oak', 420000, 280000, 'map1', 'mask1', 'h1', '2026-01-01T00:00:00.000Z', NULL, 'P-0001'),
+  (2, 'P-0002', 'rest', 200000, 280000, 'map2', 'mask2', 'h2', '2026-01-02T00:00:00.000Z', 'P-0001', 'P-0001');
+INSERT INTO scans VALUES (1, 'P-0001', 'show', 'twin', 'f', 'ab', 600, NULL, 0.02, '[]', '2026-01-01T00:00:00.000Z');
+INSERT INTO fiducials VALUES ('P-0001', 'show', 'tag', 201, '[[0,0],[1,0],[1,1],[0,1]]'),
+                             ('P-0001', 'show', 'hole', 0, '[[5,5]]');
+INSERT INTO jobs VALUES (7, 'portrait', 'planned', '2026-01-03T00:00:00.000Z', '2026-01-03T00:00:00.000Z', 'target',
+                         'preview', '{"o":1}', '{"schema_version":1}');
+INSERT INTO pieces (id, job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, angle_rad, shift_x_mm,
+                    shift_y_mm, improper) VALUES
+  (11, 7, 0, 'A1', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[10000,0],[19000,0],[19000,9000]]', -0.0, 10, 0, 0),
+  (12, 7, 1, 'A2', '[[0,0],[9000,0],[9000,9000]]', 'P-0002', '[[10000,0],[19000,0],[19000,9000]]', 0.5, 10, 0.25, 1),
+  (13, 7, 2, 'A3', '[[0,0],[9000,0],[9000,9000]]', NULL, '[]', 0, 0, 0, 0),
+  (14, 7, 3, 'A4', '[[0,0],[9000,0],[9000,9000]]', 'P-0001', '[[40000,0],[49000,0],[49000,9000]]', 0, 40, 0, 0);
+INSERT INTO allocations (id, panel, job, piece, state, outline_um, area_um, reason, changed_at) VALUES
+  (21, 'P-0001', 7, 11, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
+  (22, 'P-0002', 7, 12, 'reserved', '[[10000,0],[19000,0],[19000,9000]]', '[[[9000,-1000],[20000,-1000],[20000,10000]]]', '', 't1'),
+  (23, 'P-0001', 7, 14, 'reserved', '[[40000,0],[49000,0],[49000,9000]]', '[[[39000,-1000],[50000,-1000],[50000,10000]]]', '', 't1'),
+  (24, 'P-0001', NULL, NULL, 'scrap', '[]', '[[[100000,0],[110000,0],[110000,10000]]]', 'burnt', 't0');
+UPDATE jobs SET state = 'running';
+INSERT INTO runs VALUES (3, 7, 'P-0001', 0.1, 1, 2, 0, 0.05, '2026-01-03T01:00:00.000Z', NULL, '');
+UPDATE allocations SET state = 'cutting', changed_at = 't2' WHERE id = 21;
+UPDATE allocations SET state = 'cut', changed_at = 't3' WHERE id = 21;
+UPDATE allocations SET state = 'cutting' WHERE id = 23;
+UPDATE allocations SET state = 'suspect', changed_at = 't4' WHERE id = 23;
+UPDATE runs SET ended_at = '2026-01-03T02:00:00.000Z', result = 'stop';
+UPDATE jobs SET state = 'aborted', changed_at = '2026-01-03T02:00:00.000Z';
+INSERT INTO certificates VALUES (5, 'kerf', '2026-01-01T00:00:00.000Z', '2027-01-01T00:00:00.000Z', 0.01, '{"kerf_mm":0.2}');
+INSERT INTO audit VALUES (9, '2026-01-01T00:00:00.000Z', 'local:1000', 'job.start', '7'),
+                         (10, '2026-01-02T00:00:00.000Z', 'local:1000', 'job.cancel', '');
+)sql";
+
+// What each later schema added, as rows that it wrote while it was the newest: from these on, by its number.
+struct RowsOfVersion {
+  int version = 0;
+  const char* rows = "";
+};
+inline constexpr RowsOfVersion kLaterRows[] = {
+    {2, R"sql(
+INSERT INTO zones VALUES ('P-0001', 1, '[[0,0],[200000,0],[200000,280000],[0,280000]]', 'oak');
+INSERT INTO recipes VALUES ('oak', 'cut', 12, 0.6, 1, 1, 210, 170, 't');)sql"},
+    {3, R"sql(
+INSERT INTO jobs VALUES (8, 'leaf', 'planned', 't5', 't5', 'target', 'preview', '{}', '{"schema_version":1}');
+INSERT INTO pieces (id, job, ordinal, mark, artwork_outline_um, panel, panel_outline_um, angle_rad, shift_x_mm,
+                    shift_y_mm, improper, lead_in_um) VALUES
+  (15, 8, 0, 'L1', '[[0,0],[9000,0],[9000,9000],[0,9000]]', 'P-0001',
+   '[[60000,0],[69000,0],[69000,9000],[60000,9000]]', 0, 60, 0, 0, '[[58650,9150]]');
+INSERT INTO allocations (id, panel, job, piece, state, outline_um, area_um, reason, changed_at) VALUES
+  (25, 'P-0001', 8, 15, 'reserved', '[[60000,0],[69000,0],[69000,9000],[60000,9000]]',
+   '[[[59700,-300],[69300,-300],[69300,9300],[58500,9300],[58500,9000],[59700,9000]]]', '', 't5');)sql"},
+    {5, R"sql(
+INSERT INTO masks VALUES ('P-0002', 2, 'map3', 'mask3', 'h3', 't6');
+INSERT INTO request_keys VALUES ('local:1000', 'newJob', 'k', 'h', NULL, NULL, 't6');)sql"},
+    {7, "INSERT INTO lasers (identity, after_certificate, found_at) VALUES ('Grbl', 5, 't7');"},
+    {8, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES ('P-0002', 2, 1000000);"},
+    {9, R"sql(
+INSERT INTO panels (id, name, width_um, height_um, created_at, root) VALUES ('P-0003', 'ash', 300000, 200000, 't8',
+                                                                             'P-0003');
+INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES ('P-0003', 1, 'map4', 'mask4', 'h4',
+                                                                                   't8');
+INSERT INTO allocations (id, panel, state, area_um, reason, changed_at) VALUES
+  (26, 'P-0003', 'scrap', '[[[100000,0],[110000,0],[110000,10000]]]', 'burnt', 't8');
+INSERT INTO retirements (panel, retired, reason, at) VALUES ('P-0003', 1, 'lent', 't8'), ('P-0003', 0, 'back', 't9');
+)sql"},
+    {10, R"sql(
+INSERT INTO plans (id, name, parent, who, created_at, target_file, preview_file, plan_json, options_json, report_json)
+VALUES (20, 'redo', 7, 'local:1000', 't9', 'target', 'preview', '{"schema_version":1,"redo":1}', '{}', '{}');
+INSERT INTO redos (job, plan, at) VALUES (7, 20, 't9');)sql"},
+    {12, R"sql(
+INSERT INTO differences (id, panel, kind, place_um, shape_um, area_um2, pieces, found_at) VALUES
+  (1, 'P-0001', 'gone_not_booked', '[[1,1]]', '[[[0,0],[5,0],[5,5]]]', 12, '[]', 't10');
+INSERT INTO difference_verdicts (difference, verdict, who, note, at) VALUES (1, 'accepted', 'local:1000', 'a chip',
+                                                                             't10');)sql"},
+    {15, R"sql(
+INSERT INTO material_facts (material, botanical_name, who, at) VALUES ('oak', 'Quercus robur', 'local:1000', 't11');
+INSERT INTO panel_facts (panel, shelf, veneer_um, who, at) VALUES ('P-0001', 'A3', 600, 'local:1000', 't11');
+INSERT INTO treatments (panel, kind, product, treated_at, who, at) VALUES
+  ('P-0002', 'sanding', 'grit 240', '2026-01-01', 'local:1000', 't11');)sql"},
+    {16, "INSERT INTO restorations (made_at, last_scan, who, at) VALUES ('t11', 1, 'local:1000', 't12');"},
+    {17, R"sql(
+INSERT INTO leases (id, plan, who, at, until) VALUES (1, 20, 'local:1000', 't12', 't9999');
+INSERT INTO allocations (id, panel, lease, state, area_um, reason, changed_at) VALUES
+  (27, 'P-0001', 1, 'leased', '~120000,0 10000,0 0,10000', '', 't12');
+UPDATE leases SET ended = 'released', ended_at = 't13' WHERE id = 1;)sql"},
+    {18, R"sql(
+UPDATE allocations SET state = 'released', changed_at = 't14' WHERE id = 25;
+UPDATE jobs SET state = 'cancelled', changed_at = 't14' WHERE id = 8;
+INSERT INTO archivings (job, archived, at) VALUES (8, 1, 't14');)sql"},
+    {19, R"sql(
+INSERT INTO retirements (id, panel, retired, reason, at) VALUES (9, 'P-0003', 1, 'sawn apart', 't15');
+INSERT INTO splits (retirement, who) VALUES (9, 'local:1000');
+INSERT INTO panels (id, name, width_um, height_um, created_at, parent, root) VALUES
+  ('P-0004', 'part', 150000, 200000, 't15', 'P-0003', 'P-0003');
+INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES ('P-0004', 1, 'map5', 'mask5', 'h5',
+                                                                                   't15');
+INSERT INTO parts (panel, angle_rad, shift_x_mm, shift_y_mm, improper, fiducials, rms_mm) VALUES
+  ('P-0004', 0, -50, 0, 0, 3, 0.02);
+INSERT INTO allocations (id, panel, state, area_um, reason, changed_at) VALUES
+  (28, 'P-0004', 'scrap', '~50000,0 10000,0 0,10000', 'burnt', 't15');
+INSERT INTO carried (allocation, origin, outline_um) VALUES (28, 26, '[[53000,1000],[59000,1000],[59000,7000]]');)sql"},
+    {21, R"sql(
+INSERT INTO sightings (allocation, step, seen, gone, mask_version, at)
+SELECT 23, max(id), 'cut', 0.97, 1, 't16' FROM allocation_history WHERE allocation = 23;)sql"},
+    {22, R"sql(
+INSERT INTO proposals (id, who, made_at, map_file, mask_file, read_file, read_sha256, scan_files, tags, width_um,
+                       height_um, usable_um2, lost_um2, gained_um2, warnings) VALUES
+  (1, 'local:1000', 't17', 'm', 'k', 'r', printf('%064d', 0), '["s"]', '[301]', 100, 100, 100, 0, 0, '[]');
+INSERT INTO proposal_verdicts (proposal, verdict, overruled, who, note, at) VALUES (1, 'refused', '[]', 'local:1000',
+                                                                                   'dust', 't17');
+INSERT INTO mask_edits (id, panel, kind, shape_um, who, note, at) VALUES (1, 'P-0001', 'give', '~0,0 9,0 0,9',
+                                                                          'local:1000', '', 't17');
+INSERT INTO masks (panel, version, map_file, mask_file, map_hash, made_at) VALUES ('P-0001', 2, 'map1', 'mask6', 'h1',
+                                                                                   't17');
+INSERT INTO painted_masks (panel, version, seen_file) VALUES ('P-0001', 2, 'mask1');
+INSERT INTO mask_edit_removals (edit, who, at) VALUES (1, 'local:1000', 't18');
+INSERT INTO merges (kept, merged, angle_rad, shift_x_mm, shift_y_mm, improper, fiducials, rms_mm, last_scan, who, at)
+VALUES ('P-0002', 'P-0003', 0, 0, 0, 0, 4, 0.01, 0, 'local:1000', 't18');)sql"},
+};
+
+}  // namespace veneer::db
