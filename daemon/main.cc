@@ -23,6 +23,7 @@
 #include "daemon/store/restore.h"
 #include "daemon/threads/reactor_run.h"
 #include "daemon/threads/reactor_timer.h"
+#include "daemon/threads/thread_priority.h"
 #include "daemon/unit/cell_health.h"
 #include "daemon/wiring.h"
 
@@ -165,6 +166,11 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   watchdog.ready();
   log->info("veneerd is ready: {}{}", config.api.unix_socket.string(),
             tcp_port != 0 ? ", http://127.0.0.1:" + std::to_string(tcp_port) : "");
+  if (!set_thread_nice(kLoopNice))
+    log->info(
+        "STOP takes its turn among all programs here: veneerd may not have the priority nice {}, which the shipped "
+        "unit gives it (LimitNICE=)",
+        kLoopNice);
   const Status ran = run_reactor(reactor, [&](const std::string& sentence) {
     end.begin(sentence);
     log->critical("{}", sentence);
