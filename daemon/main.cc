@@ -25,6 +25,7 @@
 #include "daemon/store/restore.h"
 #include "daemon/threads/reactor_run.h"
 #include "daemon/threads/reactor_timer.h"
+#include "daemon/threads/thread_priority.h"
 #include "daemon/unit/cell_health.h"
 #include "daemon/wiring.h"
 
@@ -194,6 +195,11 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
           "this cell is new: whoever opens {}/console#token={} in a browser on this machine, once and within five "
           "minutes, may do everything, and make accounts. Later: veneerctl console",
           console_url, *link);
+  if (!set_thread_nice(kLoopNice))
+    log->info(
+        "STOP takes its turn among all programs here: veneerd may not have the priority nice {}, which the shipped "
+        "unit gives it (LimitNICE=)",
+        kLoopNice);
   const Status ran = run_reactor(reactor, [&](const std::string& sentence) {
     end.begin(sentence);
     log->critical("{}", sentence);

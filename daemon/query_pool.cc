@@ -1,13 +1,11 @@
 #include "daemon/query_pool.h"
 
 #include <pthread.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <span>
 
 #include "base/hash.h"
+#include "daemon/threads/thread_priority.h"
 
 namespace veneer::daemon {
 namespace {
@@ -89,8 +87,7 @@ bool QueryPool::take(std::unique_lock<std::mutex>& lock, Question& next, Lane& l
 
 void QueryPool::run(int number, db::Database database) {
   pthread_setname_np(pthread_self(), (options_.name + " " + std::to_string(number)).substr(0, 15).c_str());
-  // Linux keeps the priority per thread; without the right to change it the work is merely less polite.
-  if (options_.nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), options_.nice);
+  set_thread_nice(options_.nice);  // without the right to it they are merely less polite
   Repositories repositories(database);
   repositories.devices = options_.devices;
   std::unique_lock lock(mutex_);

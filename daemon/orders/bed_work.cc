@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/bed_holes.h"
 #include "calib/tag_detector.h"
 #include "daemon/store/calibration.h"
 #include "planner/pictures/jpeg_codec.h"
@@ -46,6 +48,23 @@ cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out)
   return picture;
 }
 
+// Tags, and panels by their holes. A picture of another size than the camera's says nothing of holes.
+void find_stock(const LookAtBed& order, const cv::Mat& picture, BedSeen& out) {
+  for (const auto& tag : calib::detect_tags<CameraFrame>(picture)) out.tags.push_back(tag.id);
+  if (!order.camera) return;
+  const calib::CameraModel camera(*order.camera);
+  if (!require_picture_size(camera, picture.cols, picture.rows)) return;
+  std::map<double, std::vector<calib::PanelCandidate>> by_diameter;  // of their holes
+  for (const BedPanel& panel : order.panels)
+    if (!panel.fiducials.holes.empty())
+      by_diameter[panel.fiducials.holes.front().diameter.count()].push_back({panel.panel, panel.fiducials});
+  for (const auto& [diameter, panels] : by_diameter) {
+    const auto holes = calib::find_bed_holes(picture, camera, order.height, Millimetres(diameter));
+    for (const auto& found : calib::locate_by_holes(holes, panels))
+      out.holes.push_back({found.panel, found.seen, found.known, found.by_chance});
+  }
+}
+
 }  // namespace
 
 Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path& folder,
@@ -53,9 +72,8 @@ Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path&
   const auto picture = planner::load_picture(order.file);
   if (!picture) return picture.error();
   BedSeen out;
-  if (order.tags)
-    for (const auto& tag : calib::detect_tags<CameraFrame>(*picture)) out.tags.push_back(tag.id);
-  const cv::Mat shown = order.camera ? prove_pose(order, *picture, out) : *picture;
+  if (order.stock) find_stock(order, *picture, out);
+  const cv::Mat shown = order.camera && !order.stock ? prove_pose(order, *picture, out) : *picture;
   if (const Status written = write_shown(shown, (folder / kMadeBedPicture).string()); !written) return written.error();
   return out;
 }

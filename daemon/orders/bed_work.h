@@ -1,4 +1,5 @@
-// What a worker process does with a picture of the bed: which tags and which panel it shows. Pure but for files.
+// What a worker process does with a picture of the bed: which tags, which panel and which holes it shows. Pure but for
+// files.
 #pragma once
 
 #include <optional>
@@ -21,8 +22,9 @@ struct BedPanel {
 struct LookAtBed {
   static constexpr const char* kKind = "look_at_bed";
   std::string file;
-  bool tags = false;  // only which tags are seen
-  // To prove a pose; without a camera the picture is only shown.
+  // Only what of the stock is seen: which tags, and with a camera which of the panels' holes.
+  bool stock = false;
+  // To prove a pose, or to find holes; without a camera the picture is only shown.
   std::optional<calib::CameraParameters> camera;
   Millimetres height{0};  // of the panel's upper face over the bed
   std::vector<BedPanel> panels;
@@ -36,8 +38,15 @@ struct SeenPose {
   Millimetres rms{0};
   std::string moved_tags;  // what to tell of tags that count no more; "" when there are none
 };
+// A panel whose holes lie as some of what is seen does (calib/bed_holes.h).
+struct SeenHoles {
+  PanelId panel;
+  std::size_t seen = 0, known = 0;
+  double by_chance = 1;
+};
 struct BedSeen {
   std::vector<int> tags;
+  std::vector<SeenHoles> holes;
   std::optional<SeenPose> pose;
   std::string why_none;  // with `why_code`: why no pose is proven
   int why_code = 0;      // ErrorCode
@@ -46,8 +55,9 @@ struct BedSeen {
 Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, tags, camera, height, panels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, height, panels)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, pose, why_none, why_code)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenHoles, panel, seen, known, by_chance)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, holes, pose, why_none, why_code)
 
 }  // namespace veneer::daemon

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "base/clock.h"
@@ -50,8 +51,10 @@ struct StockMarks {
   // A retired panel is wood all the same: nothing is burnt into it by mistake. A tag of one in stock is that one's, as
   // of a part of a panel that was sawn apart.
   std::map<int, PanelId> panel_of_tag;
-  std::vector<PanelId> hidden;    // in stock, and with a face up on which no tag of theirs is known
-  std::vector<PanelId> not_gone;  // on the bed when any was seen there last, and not on the scanner since
+  std::vector<PanelId> hidden;       // in stock, and with a face up on which no tag of theirs is known
+  std::vector<PanelId> not_gone;     // on the bed when any was seen there last, and not on the scanner since
+  std::vector<BedPanel> with_holes;  // retired ones too
+  std::optional<calib::CameraParameters> camera;  // while its certificate is valid: holes have places on the bed only
 };
 
 // Without a look since the program began the last run tells what lay on the bed.
@@ -64,6 +67,9 @@ Result<LastSeen> seen_by_last_run(Repositories& r) {
 
 Result<StockMarks> read_marks(Repositories& r, LastSeen seen) {
   StockMarks out;
+  const auto calibration = load_calibration(r, utc_timestamp());
+  if (!calibration) return calibration.error();
+  if (calibration->camera) out.camera = calibration->camera->parameters();
   std::set<int> in_stock;
   const auto panels = r.panels.list();
   if (!panels) return panels.error();
@@ -77,6 +83,7 @@ Result<StockMarks> read_marks(Repositories& r, LastSeen seen) {
         if (!panel.retired) in_stock.insert(tag.id);
       }
     if (!panel.retired && !(marks.knows(Face::kShow) && marks.knows(Face::kBack))) out.hidden.push_back(panel.id);
+    if (!marks.holes.empty()) out.with_holes.push_back({panel.id, marks, {}});
   }
   if (seen.panels.empty()) {
     auto run = seen_by_last_run(r);
@@ -100,8 +107,17 @@ std::string named(const std::vector<PanelId>& panels) {
                      panels.size() > kMost ? fmt::format(" and {} more", panels.size() - kMost) : "");
 }
 
-std::vector<std::string> doubts_of(const StockMarks& marks, const std::vector<int>& strange) {
+// Holes agree with a panel's: so surely that strangers would have to do it once in a thousand beds, or so that somebody
+// has to look.
+constexpr double kSurelyItsHoles = 0.001, kMaybeItsHoles = 0.1;
+
+std::vector<std::string> doubts_of(const StockMarks& marks, const std::vector<int>& strange,
+                                   const std::vector<SeenHoles>& holes = {}) {
   std::vector<std::string> out;
+  for (const SeenHoles& seen : holes)
+    if (seen.by_chance > kSurelyItsHoles && seen.by_chance <= kMaybeItsHoles)
+      out.push_back(fmt::format("{} holes in sight lie as {} of the {} of panel {} do", seen.seen, seen.seen,
+                                seen.known, seen.panel.value));
   if (!strange.empty())
     out.push_back(fmt::format("tag{} {} of no known panel {} in sight", strange.size() == 1 ? "" : "s",
                               fmt::join(strange, ", "), strange.size() == 1 ? "is" : "are"));
@@ -223,7 +239,8 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
   const auto marks = database_.call([seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
   if (!marks) return marks.error();
   StockSight sight;
-  if (marks->panel_of_tag.empty()) {  // a picture would tell nothing
+  const bool by_holes = marks->camera && !marks->with_holes.empty();
+  if (marks->panel_of_tag.empty() && !by_holes) {  // a picture would tell nothing
     sight.doubts = doubts_of(*marks, {});
     return sight;
   }
@@ -231,19 +248,29 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
     return Error{ErrorCode::kRefused,
                  "the laser is a real one, but the camera is simulated: configure a real one under [camera]"};
   LookAtBed look;
-  look.tags = true;
-  const auto found = photograph(hands_in, look);
+  look.stock = true;
+  if (by_holes) {
+    look.camera = marks->camera;
+    look.height = config_.panel.thickness;
+    look.panels = marks->with_holes;
+  }
+  const auto found = photograph(hands_in, std::move(look));
   if (!found) return found.error();
+  const auto see = [&](const PanelId& panel) {
+    if (std::find(sight.panels.begin(), sight.panels.end(), panel) == sight.panels.end()) sight.panels.push_back(panel);
+  };
   std::vector<int> strange;
   for (const int tag : found->tags) {
     const auto known = marks->panel_of_tag.find(tag);
     if (known == marks->panel_of_tag.end())
       strange.push_back(tag);
-    else if (std::find(sight.panels.begin(), sight.panels.end(), known->second) == sight.panels.end())
-      sight.panels.push_back(known->second);
+    else
+      see(known->second);
   }
+  for (const SeenHoles& holes : found->holes)
+    if (holes.by_chance <= kSurelyItsHoles) see(holes.panel);
   if (!sight.panels.empty()) note_seen(sight.panels);
-  sight.doubts = doubts_of(*marks, strange);
+  sight.doubts = doubts_of(*marks, strange, found->holes);
   return sight;
 }
 

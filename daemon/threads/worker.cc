@@ -1,13 +1,12 @@
 #include "daemon/threads/worker.h"
 
 #include <pthread.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <exception>
 #include <limits>
 #include <new>
+
+#include "daemon/threads/thread_priority.h"
 
 namespace veneer::daemon {
 namespace {
@@ -84,8 +83,8 @@ std::size_t Worker::waiting() const {
 
 void Worker::run(const std::string& name, int nice) {
   pthread_setname_np(pthread_self(), name.substr(0, 15).c_str());
-  // Linux keeps the priority per thread; without the right to change it the work is merely less polite.
-  if (nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+  // 0 too: who starts it may go before all others. Without the right to it the work is merely less polite.
+  set_thread_nice(nice);
   for (;;) {
     Posted next;
     {

@@ -14,7 +14,7 @@ namespace veneer::daemon {
 
 // What speaks for wood of the stock on the bed.
 struct StockSight {
-  std::vector<PanelId> panels;      // that show a tag of theirs
+  std::vector<PanelId> panels;      // that show a tag of theirs, or holes that lie as theirs do
   std::vector<std::string> doubts;  // why another may lie there all the same, each as part of a sentence; mostly empty
 };
 
@@ -27,8 +27,8 @@ class BedView {
   // Hands may have been at the bed until now, or the beam will be: a picture that was taken before proves nothing from
   // here on. Matters for cameras that cannot take one when they are asked (CameraDriver::taken_at).
   virtual void hands_were_in() = 0;
-  // Does wood of the stock lie there? From a fresh picture, and from what was seen there last; needs no calibration.
-  // Without a picture when no panel has a known tag.
+  // Does wood of the stock lie there? From a fresh picture, and from what was seen there last; needs no calibration
+  // for tags, the camera's for holes. Without a picture when no panel has a tag or hole that could be seen.
   virtual void stock_in_sight(std::function<void(Result<StockSight>)> reply) = 0;
 };
 

@@ -48,8 +48,11 @@ class ProgramWriter {
   void stroke(const Stroke& stroke, const MilGrid& grid) {
     const MilPoint start = grid.nearest(stroke.path.front());
     const std::vector<StepRun> runs = runs_along(stroke.path, grid);
+    std::int64_t steps = 0;
+    for (const StepRun& run : runs) steps += run.length;
     for (int pass = 0; pass < stroke.passes; ++pass) {
       for (const StepRun& run : runs_between(at_, start)) move(run, false);
+      spread_pulses(steps);
       for (const StepRun& run : runs) burn(run);
     }
   }
@@ -67,15 +70,22 @@ class ProgramWriter {
  private:
   bool packets() const { return options_.packet_motion_s > 0; }
 
+  // Of one pass of a stroke: whole pulses, as near to the wanted share of its steps as they come, with half a gap
+  // before the first and behind the last, so that both ends of a mark are burnt alike.
+  void spread_pulses(std::int64_t steps) {
+    const auto all = static_cast<double>(std::max<std::int64_t>(steps, 1));
+    share_ = std::max(1.0, std::round(duty_ * all)) / all;
+    owed_ = 0.5;
+  }
+
   void burn(const StepRun& run) {
     if (duty_ >= 1) return move(run, true);
     if (duty_ <= 0) return move(run, false);
-    // Beam on for the wanted share of the steps, the error carried along.
     for (std::int64_t left = run.length; left > 0;) {
-      const bool on = owed_ + duty_ >= 1;
+      const bool on = owed_ + share_ >= 1;
       std::int64_t steps = 0;
-      while (left > 0 && (owed_ + duty_ >= 1) == on) {
-        owed_ += duty_ - (on ? 1 : 0);
+      while (left > 0 && (owed_ + share_ >= 1) == on) {
+        owed_ += share_ - (on ? 1 : 0);
         ++steps;
         --left;
       }
@@ -154,7 +164,8 @@ class ProgramWriter {
   Program program_;
   MilPoint at_;
   double step_s_;
-  double duty_ = 1, owed_ = 0;
+  double duty_ = 1;              // the share of steps that is asked for
+  double share_ = 1, owed_ = 0;  // of this pass, and of a pulse by now
   bool left_ = false, up_ = false, engaged_x_ = true, engaged_y_ = false, beam_ = false;
   std::int64_t packet_steps_ = 0;
 };

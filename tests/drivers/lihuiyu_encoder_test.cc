@@ -195,16 +195,29 @@ RC_GTEST_PROP(LihuiyuProgram, EveryPacketEndsDarkAndIsShort, ()) {
   }
 }
 
+// Both strokes of a program alike, and to both their ends: no place is farther from a pulse than half the steps there
+// are to one.
 RC_GTEST_PROP(LihuiyuProgram, AnM2IsPulsedForTheWantedShareOfTheSteps, ()) {
-  const auto path = random_path(3);
+  const auto path = random_path(*rc::gen::element(0.2, 1.0));
   const double power = *rc::gen::inRange(5, 100) / 100.0;
-  RC_PRE(check_job({{stroke_of(path)}}, kGrid).ok());
-  const auto programs = write_programs(std::vector{stroke_of(path, power)}, 0, {}, kGrid, {});
-  const Decoded decoded = decode(programs[0].text);
-  double steps = 0;
-  for (const StepRun& run : runs_along(path, kGrid)) steps += static_cast<double>(run.length);
-  RC_ASSERT(std::abs(length(burnt(decoded)) - power * steps) <= 1.0);
-  RC_ASSERT(farthest(burnt(decoded), on_board(path, 200)) <= kHalfMil);
+  Polyline<MachineFrame> beside = path;
+  for (auto& p : beside) p.x += Millimetres(10);
+  RC_PRE(check_job({{stroke_of(path), stroke_of(beside)}}, kGrid).ok());
+  const auto programs = write_programs(std::vector{stroke_of(path, power), stroke_of(beside, power)}, 0, {}, kGrid, {});
+  RC_ASSERT(programs.size() == 1U);
+  const auto all = burnt(decode(programs[0].text));
+  for (const auto& stroke : {path, beside}) {
+    const double near_x = kGrid.to_board(stroke.front()).first;
+    std::vector<MilSegment> lit;
+    for (const MilSegment& s : all)
+      if (std::abs(s.bx - near_x) < 5 / kMillimetresPerMil) lit.push_back(s);
+    double steps = 0;
+    for (const StepRun& run : runs_along(stroke, kGrid)) steps += static_cast<double>(run.length);
+    const double pulses = std::max(1.0, std::round(power * steps));
+    RC_ASSERT(length(lit) == pulses);
+    RC_ASSERT(farthest(lit, on_board(stroke, 200)) <= kHalfMil);
+    RC_ASSERT(farthest(on_board(stroke, 200), lit) <= kHalfMil + std::ceil(steps / pulses) / 2);
+  }
 }
 
 TEST(LihuiyuProgram, StrokesOfOneSettingShareAProgramAndPassesRepeat) {

@@ -2,7 +2,11 @@
 // pictures that want to hurt. The daemon is the shipped one; veneer-worker beside it does its work until a fault is
 // asked for (tests/support/faulty_worker.cc).
 //
-// A sample here; ./dev soak workers asks for more: VENEER_WORKER_FAULTS, VENEER_HOSTILE_PICTURES, VENEER_SEED.
+// All ten kinds of work: six that can be begun beside a cut, the cut's own look at the bed, and three that the daemon
+// begins only while the laser rests.
+//
+// A sample here; ./dev soak workers asks for more: VENEER_WORKER_FAULTS, VENEER_LOOK_FAULTS, VENEER_IDLE_FAULTS,
+// VENEER_HOSTILE_PICTURES, VENEER_SEED.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -26,6 +30,11 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using testing::number_from;
+
+// Ways to fail at once, and once the work is done but not yet answered for.
+constexpr std::array<const char*, 13> kFaults{"kill",       "crash",        "leave",      "throw",      "garbage",
+                                              "flood",      "memory",       "late-kill",  "late-crash", "late-leave",
+                                              "late-throw", "late-garbage", "late-memory"};
 
 // What the daemon's folder of programs holds, with the worker that can be told to fail.
 constexpr std::array<const char*, 3> kPrograms{"veneerd", "veneer-twin", "veneer-guardian"};
@@ -65,9 +74,10 @@ class Workers : public OperatedCell {
     EXPECT_EQ(post(fmt::format("/jobs/{}/cancel", (*made)["job"].get<int>())), "");
     return "";
   }
-  // What becomes of a look at what lies on the glass: as a calibration's sheet, or as a panel (which it is not).
-  std::string calibrate() {
-    auto done = cell_->api().post_and_wait("/calibration/scanner", {{"more", true}});
+  // What becomes of a look at what lies on the glass: as a calibration's sheet, as the burnt board, as a panel (it is
+  // the sheet).
+  std::string calibrate(const std::string& device, const json& body) {
+    auto done = cell_->api().post_and_wait("/calibration/" + device, body);
     return done ? "" : done.error().message;
   }
   std::string scan() {
@@ -101,26 +111,37 @@ class Workers : public OperatedCell {
   }
 };
 
+// Nothing is cut whose time matters.
+class IdleWorkers : public Workers {
+ protected:
+  double time_scale() const override { return 40; }
+};
+
 TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
-  constexpr std::array<const char*, 13> kFaults{"kill",       "crash",        "leave",      "throw",      "garbage",
-                                                "flood",      "memory",       "late-kill",  "late-crash", "late-leave",
-                                                "late-throw", "late-garbage", "late-memory"};
   const std::string picture = target();
-  // Those that can be begun beside a cut. A look at the bed is the cut's own (below); fits and views of the camera's
-  // and the laser's calibrations need the laser idle: their processes are the same (worker_processes_test).
   struct Kind {
     const char* name;
     const char* told;
     std::function<std::string()> begin;
   };
-  const std::array<Kind, 4> kKinds{{{"make_plan", "planning", [&] { return plan(picture); }},
-                                    {"read_grid_scan", "calibrating", [&] { return calibrate(); }},
-                                    {"view_scan", "looking at the scan", [&] { return scan(); }},
-                                    {"register_scans", "registering the scan", [&] { return scan(); }}}};
+  const std::array<Kind, 6> kKinds{
+      {{"make_plan", "planning", [&] { return plan(picture); }},
+       {"read_grid_scan", "calibrating",
+        [&] {
+          return calibrate("scanner", {{"more", true}});
+        }},
+       {"fit_scanner", "calibrating",
+        [&] {
+          return calibrate("scanner", {{"more", false}});
+        }},
+       {"read_pattern_scan", "calibrating", [&] { return calibrate("kerf", json::object()); }},
+       {"view_scan", "looking at the scan", [&] { return scan(); }},
+       {"register_scans", "registering the scan", [&] { return scan(); }}}};
   std::mt19937_64 random(number_from("VENEER_SEED", 20261122));
   const std::uint64_t wanted = number_from("VENEER_WORKER_FAULTS", 8);
   std::map<std::string, int> told;
   begin_cut();
+  const std::uint64_t first = random() % kKinds.size();
   std::uint64_t done = 0, too_late = 0;
   while (done < wanted && too_late < 20 + 4 * wanted && !HasFailure()) {
     keep_cutting();
@@ -129,7 +150,8 @@ TEST_F(Workers, MayDieInEveryWayWhileACutGoesOn) {
     const std::string fault = endless ? random() % 2 == 0 ? "hang" : "spin" : kFaults[random() % kFaults.size()];
     // Most plans are made in less; then it comes to pass at the end.
     const int after_ms = random() % 2 == 0 || fault == "flood" ? 0 : static_cast<int>(random() % 300);
-    const Kind& kind = kKinds[endless ? 0 : random() % kKinds.size()];
+    // Every kind in turn, however small the sample.
+    const Kind& kind = kKinds[endless ? 0 : (first + done) % kKinds.size()];
     ask_for(fault, kind.name, after_ms);
     const std::string sentence = kind.begin();
     ask_for_none();
@@ -171,8 +193,11 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
 
 // A look that is lost again and again cannot be had: the run waits for people, the beam off.
 TEST_F(Workers, ALookThatCannotBeHadHoldsTheRun) {
+  std::mt19937_64 random(number_from("VENEER_SEED", 20261122));
+  const std::uint64_t wanted = number_from("VENEER_LOOK_FAULTS", 3);
   begin_cut();
-  for (const char* fault : {"crash", "kill", "garbage"}) {
+  for (std::uint64_t done = 0; done < wanted && !HasFailure(); ++done) {
+    const std::string fault = kFaults[random() % kFaults.size()];
     keep_cutting();
     ask_for(fault, "look_at_bed");
     const json held = wait([](const json& s) { return s["state"] == "Held" || s["state"] == "Complete"; });
@@ -183,6 +208,41 @@ TEST_F(Workers, ALookThatCannotBeHadHoldsTheRun) {
     ASSERT_EQ(post("/commands/unhold"), "") << fault;
   }
   expect_a_whole_job();
+}
+
+// The camera is calibrated only while no run needs its looks, and the burnt rings are seen when their burn has ended.
+// What dies there costs its task; the next one is done.
+TEST_F(IdleWorkers, MayDieInEveryWay) {
+  std::mt19937_64 random(number_from("VENEER_SEED", 20261122));
+  const std::uint64_t wanted = number_from("VENEER_IDLE_FAULTS", 3);
+  const auto view = [&](bool more) {
+    EXPECT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", "grid"}, {"on", "bed"}, {"face", "show"}}).ok());
+    return calibrate("camera", {{"more", more}, {"height_mm", 0}});
+  };
+  int boards = 0;
+  const auto burn_rings = [&] {
+    const std::string board = fmt::format("rings-{}", ++boards);
+    EXPECT_TRUE(cell_->twin({{"cmd", "new-board"}, {"name", board}, {"width_mm", 300}, {"height_mm", 250}}).ok());
+    EXPECT_TRUE(cell_->twin({{"cmd", "place"}, {"sheet", board}, {"on", "bed"}, {"face", "show"}}).ok());
+    return calibrate("laser", {{"height_mm", 2.1}, {"board_width_mm", 300}, {"board_height_mm", 250}});
+  };
+  struct Kind {
+    const char* name;
+    std::function<std::string()> begin;
+  };
+  const std::array<Kind, 3> kKinds{{{"read_grid_view", [&] { return view(true); }},
+                                    {"fit_camera", [&] { return view(false); }},
+                                    {"read_pattern_view", burn_rings}}};
+  ASSERT_EQ(post("/commands/reset"), "");
+  for (std::uint64_t done = 0; done < wanted && !HasFailure(); ++done) {
+    const Kind& kind = kKinds[done % kKinds.size()];
+    const std::string fault = kFaults[random() % kFaults.size()];
+    ask_for(fault, kind.name);
+    EXPECT_THAT(kind.begin(), HasSubstr("calibrating")) << fault << " of " << kind.name;
+    ask_for_none();
+    EXPECT_FALSE(get("/status")["laser"]["beam_on"].get<bool>()) << fault;
+  }
+  EXPECT_EQ(burn_rings(), "") << "and then it works again";
 }
 
 }  // namespace

@@ -47,6 +47,10 @@ grep -q -- " --guardian ${BASH_REMATCH[2]}\$" "$unit/veneerd.service" || fail "t
 grep -q "^ExecStopPost=-$prefix/bin/veneer-guardian --record ${BASH_REMATCH[1]} --settle\$" "$unit/veneerd.service" ||
   fail "what both leave behind is settled by nobody"
 
+# The loop that owns the laser may go before what keeps the processors busy (daemon/threads/thread_priority.h).
+nice=$(sed -n 's/^inline constexpr int kLoopNice = \(-[0-9]*\);$/\1/p' "$(dirname "$0")/../../daemon/threads/thread_priority.h")
+grep -q "^LimitNICE=$nice\$" "$unit/veneerd.service" || fail "the laser's loop may not have its priority"
+
 # The nightly backup asks the daemon where it listens, as a user who may operate the cell, and is started by its timer.
 listens=$(sed -n 's/^unix = "\(.*\)"$/\1/p' "$prefix/etc/veneerd/veneerd.toml")
 grep -q "^ExecStart=$prefix/bin/veneerctl --socket $listens db backup$" "$unit/veneerd-backup.service" ||

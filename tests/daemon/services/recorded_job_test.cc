@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <boost/asio/executor_work_guard.hpp>
+#include <cmath>
 #include <fstream>
 #include <optional>
 
@@ -14,6 +15,7 @@
 #include "tests/support/burn_check.h"
 #include "tests/support/grbl_bench.h"
 #include "tests/support/laid_bed.h"
+#include "tests/support/lihuiyu_decode.h"
 #include "tests/support/stocked_database.h"
 #include "tests/support/temp_directory.h"
 
@@ -132,6 +134,101 @@ TEST_F(RecordedJob, OfAGrblLaserBurnsWholeOnASimulatedController) {
   }
   EXPECT_EQ(tests::wrong_burn(as_one_piece(*job), PieceId{1}, bench.burns), "");
 }
+
+// What the packets of a recording say, each checked by its sum: programs, and M3's settings of power.
+struct Packets {
+  std::string programs;
+  std::vector<int> permille;
+  std::string broken;
+};
+Packets packets_of(const std::string& wire) {
+  constexpr std::size_t kPacket = 34, kHead = 2, kPayload = 30;
+  Packets out;
+  if (wire.size() % kPacket != 0) out.broken = "a packet is cut off";
+  for (std::size_t at = 0; at + kPacket <= wire.size(); at += kPacket) {
+    const std::string packet = wire.substr(at, kPacket), payload = packet.substr(kHead, kPayload);
+    // Of the 1-wire bus: x^8 + x^5 + x^4 + 1, the lowest bit first.
+    unsigned sum = 0;
+    for (const char byte : payload) {
+      sum ^= static_cast<unsigned char>(byte);
+      for (int bit = 0; bit < 8; ++bit) sum = (sum >> 1) ^ ((sum & 1) != 0 ? 0x8CU : 0U);
+    }
+    if (packet[0] != '\xA6' || packet[1] != 0 || packet[kPacket - 2] != '\xA6' ||
+        static_cast<unsigned char>(packet.back()) != sum)
+      out.broken = fmt::format("the packet at byte {}", at);
+    if (payload.substr(0, 3) == "AT1")
+      out.permille.push_back(static_cast<unsigned char>(payload[3]) * 254 + static_cast<unsigned char>(payload[4]));
+    else
+      out.programs += payload;
+  }
+  return out;
+}
+
+bool near(const tests::MilSegment& s, const std::vector<tests::MilSegment>& path) {
+  constexpr double kRoom = 8;  // mils
+  return std::any_of(path.begin(), path.end(), [&](const tests::MilSegment& p) {
+    return std::max(s.ax, s.bx) > std::min(p.ax, p.bx) - kRoom && std::min(s.ax, s.bx) < std::max(p.ax, p.bx) + kRoom &&
+           std::max(s.ay, s.by) > std::min(p.ay, p.by) - kRoom && std::min(s.ay, s.by) < std::max(p.ay, p.by) + kRoom;
+  });
+}
+
+class RecordedLihuiyuJob : public RecordedJob, public ::testing::WithParamInterface<const char*> {};
+
+// Read back by the simulator's interpreter. On both boards the head runs along each stroke within half a mil, and burns
+// nowhere else; an M3 burns all the way, an M2 in pulses.
+TEST_P(RecordedLihuiyuJob, IsWhatTheBoardBurns) {
+  constexpr double kTravelY = 380, kHalfMil = 0.5 + 1e-6;
+  config_.laser.kind = "lihuiyu";
+  config_.laser.board = GetParam();
+  config_.laser.travel_x = Millimetres(520);
+  config_.laser.travel_y = Millimetres(kTravelY);
+  const bool pulsed = config_.laser.board == "m2";
+  const auto job = draw();
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  record(*job);
+
+  const Packets packets = packets_of(recorded());
+  EXPECT_EQ(packets.broken, "");
+  EXPECT_EQ(packets.permille.empty(), pulsed);
+  const auto decoded = tests::decode(packets.programs);
+  EXPECT_THAT(decoded.complaints, ::testing::IsEmpty());
+  std::size_t move = 0, burnt = 0;
+  struct Run {
+    tests::MilSegment way;
+    double mm_s;
+  };
+  std::vector<Run> runs;  // at a program's own speed
+  for (const sim::GlAction& action : decoded.actions) {
+    if (action.kind != sim::GlAction::Kind::kMove) continue;
+    const tests::MilSegment& way = decoded.moves[move++];
+    if (action.compact) runs.push_back({way, 0.0254 / action.speed.step_seconds()});
+    burnt += way.beam ? 1 : 0;
+  }
+  std::size_t found = 0;  // a lit way is of one stroke, or of two that meet
+  for (const Stroke& stroke : job->strokes) {
+    const auto path = tests::on_board(stroke.path, kTravelY);
+    std::vector<tests::MilSegment> run, lit;
+    for (const auto& [way, mm_s] : runs) {
+      if (std::abs(mm_s / stroke.speed.count() - 1) > 0.01 || !near(way, path)) continue;
+      run.push_back(way);
+      if (way.beam) lit.push_back(way);
+    }
+    found += lit.size();
+    EXPECT_LE(tests::farthest(path, run), kHalfMil);
+    // No glyph has a stroke as short as a pulse and its gap.
+    const double half_gap = pulsed ? std::ceil(1 / stroke.power.count() + 0.5) / 2 : 0;
+    EXPECT_LE(tests::farthest(path, lit), kHalfMil + half_gap) << stroke.power.count();
+  }
+  EXPECT_GE(found, burnt);
+  std::vector<tests::MilSegment> all, lit;
+  for (const Stroke& stroke : job->strokes)
+    for (const auto& leg : tests::on_board(stroke.path, kTravelY)) all.push_back(leg);
+  for (const Run& run : runs)
+    if (run.way.beam) lit.push_back(run.way);
+  EXPECT_LE(tests::farthest(lit, all), kHalfMil);
+}
+INSTANTIATE_TEST_SUITE_P(Boards, RecordedLihuiyuJob, ::testing::Values("m2", "m3"),
+                         [](const auto& board) { return std::string(board.param); });
 
 }  // namespace
 }  // namespace veneer::daemon
