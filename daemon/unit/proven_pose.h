@@ -14,7 +14,7 @@ struct ProvenPose {
   bool back_up = false;
   Isometry2<BedFrame, PanelFrame> bed_from_panel;
   Millimetres rms{0};
-  std::string moved_tags;  // what to tell of tags that have moved and do not count; "" when there are none
+  std::string moved_tags = {};  // what to tell of tags that have moved and do not count; "" when there are none
 };
 
 // Back up, and the tags' layout says so as well.
