@@ -22,12 +22,14 @@ constexpr double kTurned = 0.01;
 
 MicroPoint at(double x_mm, double y_mm) { return {std::llround(x_mm * 1000), std::llround(y_mm * 1000)}; }
 
-// A star about the middle of the panel, its corners at random; many of them make a curved piece.
+// A star about the middle of the panel, its corners at random; many of them make a curved piece, whose border waves.
 MicroRing any_outline() {
   const int corners = *rc::gen::elementOf(std::vector<int>{3, 4, 5, 8, 40, 160});
+  const double wave = *rc::gen::inRange(0, 100) * 0.01;
   MicroRing out;
   for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * i / corners, radius = *rc::gen::inRange(500, 1000) * 0.01;
+    const double angle = 2 * kPi * i / corners;
+    const double radius = corners > 8 ? 7.5 + wave * std::sin(3 * angle) : *rc::gen::inRange(500, 1000) * 0.01;
     out.push_back(at(100 + radius * std::cos(angle), 100 + radius * std::sin(angle)));
   }
   return out;
