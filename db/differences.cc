@@ -32,20 +32,20 @@ Box<PanelFrame> bounds_of(const Region<PanelFrame>& shape) {
 }
 
 // A difference and the box around it, which is asked about often.
-struct Seen {
+struct SeenDifference {
   const DifferenceRecord* record;
   Box<PanelFrame> box;
-  explicit Seen(const DifferenceRecord& of) : record(&of), box(bounds_of(of.shape)) {}
+  explicit SeenDifference(const DifferenceRecord& of) : record(&of), box(bounds_of(of.shape)) {}
 };
 
-bool meet(const Seen& a, const Seen& b) {
+bool meet(const SeenDifference& a, const SeenDifference& b) {
   return a.record->gone == b.record->gone && a.box.min.x <= b.box.max.x && b.box.min.x <= a.box.max.x &&
          a.box.min.y <= b.box.max.y && b.box.min.y <= a.box.max.y && overlaps(a.record->shape, b.record->shape);
 }
 
 // How much the two share when what was seen now is what was seen before, else nothing. Two scans show one border a
 // little differently; but what is seen now is no part of something large that is not there any more.
-SquareMillimetres shared_when_same(const Seen& before, const Seen& now) {
+SquareMillimetres shared_when_same(const SeenDifference& before, const SeenDifference& now) {
   constexpr Millimetres kBorder{0.3}, kFarthest{1};
   const SquareMillimetres none{0};
   if (!meet(before, now) || now.record->area.count() > 1.2 * before.record->area.count() + 2) return none;
@@ -62,7 +62,7 @@ struct Matches {
   std::vector<bool> before, now;  // is it the same as one of the others?
 };
 // One to one, those that share most first.
-Matches match(const std::vector<Seen>& before, const std::vector<Seen>& now) {
+Matches match(const std::vector<SeenDifference>& before, const std::vector<SeenDifference>& now) {
   struct Pair {
     double shared;
     std::size_t before, now;
@@ -235,7 +235,7 @@ Status Differences::found(const PanelId& panel, const std::vector<DifferenceReco
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
     const auto known = read(connection, panel, "AND (v.verdict IS NULL OR v.verdict = 'accepted') ORDER BY d.id");
-    const std::vector<Seen> before(known.begin(), known.end()), now(differences.begin(), differences.end());
+    const std::vector<SeenDifference> before(known.begin(), known.end()), now(differences.begin(), differences.end());
     const Matches same = match(before, now);
     for (std::size_t i = 0; i < before.size(); ++i) {
       if (same.before[i] || (later_map && known[i].gone)) continue;

@@ -186,7 +186,7 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   const auto picture = camera_.capture();
   if (!picture) return picture.error();
   LookAtBed look;
-  look.file = picture->string(), look.tags = true;
+  look.file = picture->string(), look.stock = true;
   const auto seen = have<BedSeen>(look, *picture, progress, stop);
   if (!seen) return seen.error();
   const calib::AprilGrid grid;
