@@ -148,7 +148,9 @@ class Table : public ::testing::Test {
         EXPECT_EQ(answer.status != 403, may) << operation.id << " by " << who.name << ": " << answer.status;
         EXPECT_EQ(answer.code() == "forbidden", !may) << operation.id << " by " << who.name << ": " << answer.body;
         if (operation.id == "stop" && may) ++stops;
-        if (operation.id == "getEvents" && may) EXPECT_EQ(answer.status, 101) << who.name;
+        if (operation.id == "getEvents" && may) {
+          EXPECT_EQ(answer.status, 101) << who.name;
+        }
       }
     }
     EXPECT_EQ(server_.stops(), stops);
