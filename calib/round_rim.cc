@@ -8,20 +8,20 @@
 namespace veneer::calib {
 namespace {
 
-constexpr int kSides = 16, kRays = 2;  // rays a side
-constexpr std::size_t kHidden = 3;     // sides whose rim a crack, the grain or another head may hide
-constexpr std::size_t kLitSides = 5;   // the same of a countersink, whose lit slope is as light as the wood
-constexpr double kWide = 0.45;         // mm on either side of a rim that it is told by
-constexpr double kNarrow = 0.35;       // mm on either side of a rim, over which a sharp one shows most of its step
-constexpr double kFull = 1.0;          // mm, the same for all of a soft one's
-constexpr double kSoft = 0.6;          // share of the step below which a rim is soft
-constexpr double kSmallest = 0.8;      // mm, radius
-constexpr double kLargest = 5.5;       // mm, radius
-constexpr double kOutermost = 2.0;     // step of a rim that lies farther out than the clearest: it counts before it
+constexpr int kRimSides = 16, kRays = 2;  // rays a side
+constexpr std::size_t kHidden = 3;        // sides whose rim a crack, the grain or another head may hide
+constexpr std::size_t kLitSides = 5;      // the same of a countersink, whose lit slope is as light as the wood
+constexpr double kWide = 0.45;            // mm on either side of a rim that it is told by
+constexpr double kNarrow = 0.35;          // mm on either side of a rim, over which a sharp one shows most of its step
+constexpr double kFull = 1.0;             // mm, the same for all of a soft one's
+constexpr double kSoft = 0.6;             // share of the step below which a rim is soft
+constexpr double kSmallest = 0.8;         // mm, radius
+constexpr double kLargest = 5.5;          // mm, radius
+constexpr double kOutermost = 2.0;        // step of a rim that lies farther out than the clearest: it counts before it
 
 using Value = std::array<double, 3>;
 
-Value level_at(const BoardView& view, double x, double y) {
+Value colour_at(const BoardView& view, double x, double y) {
   const int c = std::clamp(static_cast<int>(x), 0, view.planes[0].cols - 1),
             r = std::clamp(static_cast<int>(y), 0, view.planes[0].rows - 1);
   return {view.planes[0].at<float>(r, c), view.planes[1].at<float>(r, c), view.planes[2].at<float>(r, c)};
@@ -37,14 +37,14 @@ class Rings {
   Rings(const BoardView& view, const Value& usual, const cv::Point2d& centre, double largest)
       : wide_(std::max(2, static_cast<int>(std::lround(2 * kWide * view.px_per_mm)))),
         count_(static_cast<int>(2 * largest) + wide_ + 2) {
-    sums_.resize(static_cast<std::size_t>(kSides) * static_cast<std::size_t>(count_ + 1));
-    for (int side = 0; side < kSides; ++side)
+    sums_.resize(static_cast<std::size_t>(kRimSides) * static_cast<std::size_t>(count_ + 1));
+    for (int side = 0; side < kRimSides; ++side)
       for (int i = 0; i < count_; ++i) {
         Value& sum = sums_[index(side, i + 1)];
         sum = sums_[index(side, i)];
         for (int ray = 0; ray < kRays; ++ray) {
-          const double way = 2 * CV_PI * (side + (ray + 0.5) / kRays) / kSides, radius = 0.5 * i + 0.25;
-          const Value level = level_at(view, centre.x + radius * std::cos(way), centre.y + radius * std::sin(way));
+          const double way = 2 * CV_PI * (side + (ray + 0.5) / kRays) / kRimSides, radius = 0.5 * i + 0.25;
+          const Value level = colour_at(view, centre.x + radius * std::cos(way), centre.y + radius * std::sin(way));
           for (std::size_t k = 0; k < 3; ++k) sum[k] += level[k] / (kRays * usual[k]);
         }
       }
@@ -52,10 +52,10 @@ class Rings {
 
   // What all but `hidden` sides show at half the radius `at`, in the direction of their mean.
   double step(int at, std::size_t hidden) const {
-    std::array<Value, kSides> steps;
+    std::array<Value, kRimSides> steps;
     Value sum{};
     const int within = std::min(wide_, at);
-    for (int side = 0; side < kSides; ++side)
+    for (int side = 0; side < kRimSides; ++side)
       for (std::size_t k = 0; k < 3; ++k) {
         const double middle = sums_[index(side, at)][k];
         double& step = steps[static_cast<std::size_t>(side)][k];
@@ -65,8 +65,8 @@ class Rings {
       }
     const double length = std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
     if (length < 1e-9) return 0;
-    std::array<double, kSides> along;
-    for (std::size_t i = 0; i < kSides; ++i)
+    std::array<double, kRimSides> along;
+    for (std::size_t i = 0; i < kRimSides; ++i)
       along[i] = (steps[i][0] * sum[0] + steps[i][1] * sum[1] + steps[i][2] * sum[2]) / length;
     std::nth_element(along.begin(), along.begin() + static_cast<std::ptrdiff_t>(hidden), along.end());
     return along[hidden];
@@ -76,7 +76,7 @@ class Rings {
   bool dark(int at) const {
     const int within = std::min(wide_, at);
     double rise = 0;
-    for (int side = 0; side < kSides; ++side)
+    for (int side = 0; side < kRimSides; ++side)
       rise += (sums_[index(side, at + wide_)][0] - sums_[index(side, at)][0]) / wide_ -
               (sums_[index(side, at)][0] - sums_[index(side, at - within)][0]) / within;
     return rise > 0;
@@ -87,20 +87,20 @@ class Rings {
   double sharpness(int at, double px) const {
     const int narrow = std::max(2, static_cast<int>(std::lround(2 * kNarrow * px))),
               full = static_cast<int>(std::lround(2 * kFull * px));
-    std::array<double, kSides> out{};
+    std::array<double, kRimSides> out{};
     const auto rise = [&](int side, int i, int width) {
       const int beyond = std::min(width, count_ - i), within = std::min(width, i);
       return (sums_[index(side, i + beyond)][0] - sums_[index(side, i)][0]) / beyond -
              (sums_[index(side, i)][0] - sums_[index(side, i - within)][0]) / within;
     };
-    for (int side = 0; side < kSides; ++side) {
+    for (int side = 0; side < kRimSides; ++side) {
       double sharp = 0, whole = 1e-9;
       for (int i = std::max(2, at - full); i <= std::min(count_ - 2, at + full); ++i)
         sharp = std::max(sharp, rise(side, i, narrow)), whole = std::max(whole, rise(side, i, full));
       out[static_cast<std::size_t>(side)] = sharp / whole;
     }
-    std::nth_element(out.begin(), out.begin() + kSides / 2, out.end());
-    return out[kSides / 2];
+    std::nth_element(out.begin(), out.begin() + kRimSides / 2, out.end());
+    return out[kRimSides / 2];
   }
 
   SeenRim clearest(double smallest, double largest) const {

@@ -11,7 +11,7 @@
 namespace veneer::calib {
 namespace {
 
-constexpr double kThickness = 2.1, kHole = 6, kWidth = 200, kHeight = 140;
+constexpr double kThickness = 2.1, kHole = 6, kPanelWidth = 200, kPanelHeight = 140;
 using Places = std::vector<std::array<double, 2>>;
 const Places kHoles = {{22, 10}, {151, 11.5}, {84, 129}, {188, 77}};
 
@@ -24,7 +24,7 @@ PanelCandidate panel(const std::string& id, const Places& holes) {
 // Its surface darkens towards one side, as wood under a lamp does.
 test::SceneSheet board(const test::Lay& lay, const Places& holes) {
   return {lay, kThickness, [holes](double x, double y) {
-            if (x < 0 || y < 0 || x > kWidth || y > kHeight) return test::kNothingHere;
+            if (x < 0 || y < 0 || x > kPanelWidth || y > kPanelHeight) return test::kNothingHere;
             for (const auto& [hx, hy] : holes)
               if (std::hypot(x - hx, y - hy) < kHole / 2) return test::kNothingHere;
             return static_cast<float>(130 + 0.25 * x);
@@ -54,7 +54,7 @@ TEST(BedHoles, TellThePanelAndItsPlaceWithoutATag) {
     EXPECT_EQ(pose.seen, 4U);
     EXPECT_LT(pose.by_chance, 1e-7);
     EXPECT_LT(pose.rms.count(), 0.2);
-    for (const auto& corner : Places{{0, 0}, {kWidth, 0}, {kWidth, kHeight}, {0, kHeight}}) {
+    for (const auto& corner : Places{{0, 0}, {kPanelWidth, 0}, {kPanelWidth, kPanelHeight}, {0, kPanelHeight}}) {
       const auto there = lay.bed_of(corner[0], corner[1]);
       EXPECT_LT(
           distance(pose.bed_from_panel * point<PanelFrame>(corner[0], corner[1]), point<BedFrame>(there[0], there[1]))
