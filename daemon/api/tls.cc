@@ -4,8 +4,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
-#include <algorithm>
-#include <array>
+#include <fstream>
 #include <memory>
 
 namespace veneer::daemon {
@@ -16,9 +15,10 @@ using boost::system::error_code;
 namespace {
 
 Error unreadable(const char* what, const std::filesystem::path& file, const error_code& fault) {
+  const std::string why = std::ifstream(file).good() ? fault.message() : "it is not there, or may not be read";
   return Error{ErrorCode::kInvalidArgument,
                fmt::format("the {} {} cannot be used ({}): give a PEM file that the daemon's user may read", what,
-                           file.string(), fault.message())};
+                           file.string(), why)};
 }
 
 X509* certificate_in(const ssl::context& context) {
@@ -35,6 +35,11 @@ TlsIdentity::TlsIdentity() : context_(ssl::context::tls_server) {
 
 Result<std::unique_ptr<TlsIdentity>> TlsIdentity::load(const std::filesystem::path& certificate,
                                                        const std::filesystem::path& key) {
+  if (certificate.empty() || key.empty())
+    return Error{
+        ErrorCode::kInvalidArgument,
+        "listen_tls needs a certificate of this machine and its key: name their PEM files as tls_certificate and "
+        "tls_key"};
   std::unique_ptr<TlsIdentity> identity(new TlsIdentity);
   error_code fault;
   identity->context_.use_certificate_chain_file(certificate.string(), fault);

@@ -117,7 +117,8 @@ TEST_F(Tls, TheEventStreamEndsWithItsSession) {
 
 TEST_F(Tls, SaysWhatIsWrongWithACertificate) {
   const auto missing = folder_ / "nothing.pem";
-  EXPECT_THAT(why_not(missing, made_.key), AllOf(HasSubstr("nothing.pem"), HasSubstr("PEM")));
+  EXPECT_THAT(why_not("", made_.key), AllOf(HasSubstr("tls_certificate"), HasSubstr("tls_key")));
+  EXPECT_THAT(why_not(missing, made_.key), AllOf(HasSubstr("nothing.pem"), HasSubstr("it is not there")));
   EXPECT_THAT(why_not(made_.certificate, missing), AllOf(HasSubstr("the key"), HasSubstr("nothing.pem")));
   const ThrowawayCertificate other(folder_ / "other");
   EXPECT_THAT(why_not(made_.certificate, other.key), HasSubstr("key"));
