@@ -32,9 +32,9 @@ struct SeenRim {
 };
 
 // Steps at circles about one centre. Radii are in half pixels.
-class Rings {
+class RimProfiles {
  public:
-  Rings(const BoardView& view, const Value& usual, const cv::Point2d& centre, double largest)
+  RimProfiles(const BoardView& view, const Value& usual, const cv::Point2d& centre, double largest)
       : wide_(std::max(2, static_cast<int>(std::lround(2 * kWide * view.px_per_mm)))),
         count_(static_cast<int>(2 * largest) + wide_ + 2) {
     sums_.resize(static_cast<std::size_t>(kRimSides) * static_cast<std::size_t>(count_ + 1));
@@ -152,8 +152,8 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
   const double reach = std::max(0.8 * px, 0.9 * radius);
   RoundRim best{spot};
   const auto look = [&](const cv::Point2d& centre) {
-    const Rings rings(view, scale.usual(), centre, largest);
-    const SeenRim rim = rings.clearest(smallest, largest);
+    const RimProfiles profiles(view, scale.usual(), centre, largest);
+    const SeenRim rim = profiles.clearest(smallest, largest);
     if (rim.step > best.step) best.circle = {centre, 2 * rim.radius}, best.step = rim.step;
   };
   const double stride = std::max(1.5, reach / 5);
@@ -166,12 +166,13 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
       for (double x = -finer; x <= finer; x += finer) look(coarse + cv::Point2d(x, y));
   }
   // A head has rims of its own within, and lies in a countersink: the outermost rim is where the wood begins.
-  const Rings rings(view, scale.usual(), best.circle.centre, largest);
+  const RimProfiles profiles(view, scale.usual(), best.circle.centre, largest);
   const int clearest = static_cast<int>(best.circle.diameter);
-  best.dark = rings.dark(clearest);
-  best.soft = rings.sharpness(clearest, px) < kSoft;
+  best.dark = profiles.dark(clearest);
+  best.soft = profiles.sharpness(clearest, px) < kSoft;
   for (int at = static_cast<int>(2 * largest); at > clearest; --at)
-    if (const double step = rings.step(at, kLitSides); step > kOutermost && step >= rings.step(at - 1, kLitSides)) {
+    if (const double step = profiles.step(at, kLitSides);
+        step > kOutermost && step >= profiles.step(at - 1, kLitSides)) {
       best.circle.diameter = at;
       break;
     }
