@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "cli/json_read.h"
+#include "cli/resolve.h"
 
 namespace veneer::cli {
 
@@ -69,7 +70,8 @@ class Exchange {
   Result<ApiResponse> run(http::request<http::string_body> request) {
     request_ = std::move(request);
     parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // Beast 1.74 takes "none" for zero
-    stream_.expires_after(timeout_);
+    const auto deadline = std::chrono::steady_clock::now() + timeout_;
+    stream_.expires_at(deadline);
     const auto begin = [this](error_code fault) { connected(fault); };
     if (!address_.unix_path.empty()) {
       if (address_.unix_path.size() >= 108) {
@@ -78,9 +80,11 @@ class Exchange {
       stream_.async_connect(asio::local::stream_protocol::endpoint(address_.unix_path), begin);
     } else {
       if (Status ready = prepare_tls(); !ready) return ready.error();
-      const auto endpoints = resolve();
-      if (!endpoints) return endpoints.error();
-      stream_.async_connect(*endpoints, [begin](error_code fault, const Endpoint&) { begin(fault); });
+      // STOP's time counts from here, however long the network takes to say where the cell is.
+      const auto found = resolve_within(address_.host, address_.port, timeout_);
+      if (!found) return found.error();
+      const std::vector<Endpoint> endpoints(found->begin(), found->end());
+      stream_.async_connect(endpoints, [begin](error_code fault, const Endpoint&) { begin(fault); });
     }
     loop_.run();
     if (failed_) return *failed_;
@@ -101,19 +105,6 @@ class Exchange {
   std::string host() const {
     const std::string& host = address_.host;
     return host.size() > 2 && host.front() == '[' ? host.substr(1, host.size() - 2) : host;
-  }
-
-  Result<std::vector<Endpoint>> resolve() {
-    const auto port = static_cast<unsigned short>(address_.port);
-    error_code fault;
-    const auto ip = asio::ip::make_address(address_.host == "localhost" ? "127.0.0.1" : host(), fault);
-    if (!fault) return std::vector<Endpoint>{asio::ip::tcp::endpoint(ip, port)};
-    std::vector<Endpoint> endpoints;
-    for (const auto& one : asio::ip::tcp::resolver(loop_).resolve(host(), std::to_string(port), fault))
-      endpoints.emplace_back(one.endpoint());
-    if (!endpoints.empty()) return endpoints;
-    return Error{ErrorCode::kInvalidArgument,
-                 address_.host + " is not an address, and the network knows no machine of this name"};
   }
 
   Status prepare_tls() {
@@ -206,9 +197,18 @@ class Exchange {
 
 }  // namespace
 
+bool may_carry_secret(const ApiAddress& address) {
+  return address.tls || !address.unix_path.empty() || is_loopback(address.host);
+}
+
 Result<ApiResponse> ApiClient::raw(const std::string& method, const std::string& path, const std::string& body,
                                    const std::string& content_type,
                                    const std::vector<std::pair<std::string, std::string>>& headers) const {
+  if (!address_.secret.empty() && !may_carry_secret(address_))
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("a sign-in would go to {} in clear text: use https://{} with the port of listen_tls, or "
+                             "unset VENEERD_TOKEN",
+                             address_.host, address_.host)};
   http::request<http::string_body> request;
   request.version(11);
   request.method_string(method);

@@ -22,8 +22,13 @@ struct ApiAddress {
   int port = 0;
   bool tls = false;            // with a certificate of `host` that the system believes, or `authority` does
   std::string authority = {};  // a PEM file; "" = none
-  std::string secret = {};     // of a session or token, sent with every request; "" = none
+  // Of a session or token, sent with every request; "" = none. With one nothing is sent in clear text to other
+  // machines.
+  std::string secret = {};
 };
+
+// Through TLS, or within this machine: bytes as they are may be read by anybody on their way.
+bool may_carry_secret(const ApiAddress& address);
 
 struct ApiResponse {
   int status = 0;

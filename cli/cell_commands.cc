@@ -84,7 +84,7 @@ void add_stop_command(CLI::App& app, CommandContext& context) {
   app.add_subcommand("stop", "STOP: beam off and abort, at once")->callback([&context] {
     // A daemon that hangs must not let anybody wait in front of a burning laser.
     constexpr std::chrono::milliseconds kPatience{800};
-    auto stopped = context.client(kPatience).post("/stop");
+    auto stopped = context.stop_client(kPatience).post("/stop");
     if (!stopped)
       stopped =
           Error{stopped.error().code, "STOP is NOT confirmed, use the EMERGENCY STOP: " + stopped.error().message};

@@ -14,25 +14,35 @@
 
 namespace veneer::cli {
 
-ApiClient CommandContext::client(std::chrono::milliseconds patience) const {
+ApiAddress CommandContext::address() const {
   constexpr std::string_view kTls = "https://";
-  ApiAddress address;
-  address.authority = authority;
+  ApiAddress to;
+  to.authority = authority;
   const bool tls = socket.starts_with(kTls);
   const std::string where = tls ? socket.substr(kTls.size()) : socket;
   std::size_t colon = where.rfind(':');
   if (tls && (colon == std::string::npos || where.ends_with(']'))) colon = where.size();
-  address.port = tls ? 443 : 0;
-  const bool port =
-      colon < where.size() &&
-      std::from_chars(where.data() + colon + 1, where.data() + where.size(), address.port).ec == std::errc();
+  to.port = tls ? 443 : 0;
+  const bool port = colon < where.size() &&
+                    std::from_chars(where.data() + colon + 1, where.data() + where.size(), to.port).ec == std::errc();
   if (where.find('/') == std::string::npos && (tls || port)) {
-    address.tls = tls;
-    address.host = where.substr(0, colon);
-    address.secret = token.empty() && tls ? kept_secret(socket) : token;
-    return ApiClient(std::move(address), patience);
+    to.tls = tls;
+    to.host = where.substr(0, colon);
+    return to;
   }
-  return ApiClient(ApiAddress{socket, "", 0}, patience);
+  return {socket, "", 0};
+}
+
+ApiClient CommandContext::client(std::chrono::milliseconds patience) const {
+  ApiAddress to = address();
+  if (to.unix_path.empty()) to.secret = token.empty() && to.tls ? kept_secret(socket) : token;
+  return ApiClient(std::move(to), patience);
+}
+
+ApiClient CommandContext::stop_client(std::chrono::milliseconds patience) const {
+  ApiAddress to = address();
+  if (to.unix_path.empty() && may_carry_secret(to)) to.secret = token;
+  return ApiClient(std::move(to), patience);
 }
 
 void fail(const Error& error, int exit_status) {

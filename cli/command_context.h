@@ -26,6 +26,8 @@ struct CommandContext {
 
   // Over TLS it carries the token, or what `login` has kept for this address.
   ApiClient client(std::chrono::milliseconds patience = std::chrono::seconds(60)) const;
+  // For STOP, which needs nothing: no file is read first, and a token goes along only where nobody overhears it.
+  ApiClient stop_client(std::chrono::milliseconds patience) const;
 
   using Render = std::function<std::string(const nlohmann::json&)>;
   // Prints the value (as JSON with "schema_version" under --json, else as `render` words it), or the error's sentence
@@ -33,6 +35,9 @@ struct CommandContext {
   void finish(const Result<nlohmann::json>& outcome, const Render& render, int exit_status = kWorkFailed) const;
   // Posts long work, shows its progress until it is over, lets Ctrl-C cancel it.
   Result<nlohmann::json> run_task(const Result<nlohmann::json>& started) const;
+
+ private:
+  ApiAddress address() const;
 };
 
 // The sentence on stderr; ends the command with this exit status.

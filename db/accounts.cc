@@ -17,6 +17,12 @@ bool is_user(SQLite::Database& connection, const std::string& name) {
   return row.executeStep();
 }
 
+bool has_token(SQLite::Database& connection, const std::string& user, const std::string& name) {
+  SQLite::Statement row(connection, "SELECT 1 FROM credentials WHERE user = ? AND name = ? AND kind = 'token'");
+  SQLite::bind(row, user, name);
+  return row.executeStep();
+}
+
 }  // namespace
 
 Result<std::vector<UserRecord>> Accounts::users() {
@@ -82,6 +88,9 @@ Result<std::vector<CredentialRecord>> Accounts::credentials() {
 Status Accounts::add(const CredentialRecord& credential) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
     if (credential.user && !is_user(connection, *credential.user)) return no_user(*credential.user);
+    if (credential.user && credential.kind == "token" && has_token(connection, *credential.user, credential.name))
+      return Error{ErrorCode::kConflict, fmt::format("{} has a token {} already: revoke it, or take another name",
+                                                     *credential.user, credential.name)};
     SQLite::Statement insert(connection,
                              "INSERT INTO credentials (secret, kind, name, role, made_at, expires_at, user) VALUES "
                              "(?, ?, ?, ?, ?, ?, ?)");

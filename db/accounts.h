@@ -42,6 +42,7 @@ class Accounts {
   Status remove(const std::string& name);
 
   Result<std::vector<CredentialRecord>> credentials();  // oldest first
+  // kNotFound without its user, kConflict when the user has a token of this name.
   Status add(const CredentialRecord& credential);
   // Those that are there.
   Status end(const std::vector<std::string>& secrets);

@@ -19,11 +19,8 @@ json user_json(const User& user) {
       {"name", user.name}, {"role", to_string(user.role)}, {"made_at", user.made_at}, {"changed_at", user.changed_at}};
 }
 
-// Done, or the reason why not.
 Accounts::Then told_as(json done, const Reply& reply) {
-  return [done = std::move(done), reply](const Status& status) {
-    reply(status ? ApiReply::json(done) : ApiReply::error(status.error()));
-  };
+  return [done = std::move(done), reply](const Outcome& outcome) { reply(reply_of(outcome, done)); };
 }
 
 Role role_in(RequestReader& body) {
@@ -119,6 +116,12 @@ void revoke_token(const AccountServices& s, const ApiRequest& request, const Rep
 }
 
 }  // namespace
+
+ApiReply reply_of(const Outcome& outcome, const json& done) {
+  ApiReply reply = outcome ? ApiReply::json(done) : ApiReply::error(outcome.error());
+  reply.changed = outcome.holds;
+  return reply;
+}
 
 void bind_account_routes(Router& router, const AccountServices& s) {
   const auto bind = [&router, s](const char* id, auto answer) {

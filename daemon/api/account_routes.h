@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "base/log.h"
@@ -22,6 +23,9 @@ struct AccountServices {
   std::function<std::string()> console_url;  // "http://127.0.0.1:8765"; "" when the API is on no port
   Logger log;
 };
+
+// `done`, or the reason why not; it says whether the change holds.
+ApiReply reply_of(const Outcome& outcome, const nlohmann::json& done);
 
 void bind_session_routes(Router& router, const AccountServices& services);
 void bind_account_routes(Router& router, const AccountServices& services);

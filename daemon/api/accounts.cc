@@ -20,11 +20,30 @@ Error no_user(const std::string& name) {
   return Error{ErrorCode::kNotFound, fmt::format("there is no user {}: see `veneerctl user list`", name)};
 }
 
-// It holds now, and the file says otherwise.
-Status until_restart(const Status& stored) {
-  if (stored.ok()) return stored;
-  return Error{stored.error().code,
-               "it holds until veneerd is started again, but could not be written: " + stored.error().message};
+Outcome not_done(Error why) { return {std::move(why), false}; }
+
+Error changed_meanwhile() {
+  return Error{ErrorCode::kConflict, "the account was changed at this very moment: sign in again"};
+}
+
+// It holds now, and the file may say otherwise.
+Outcome until_restart(const Status& stored) {
+  if (stored.ok()) return {stored, true};
+  return {Error{stored.error().code,
+                "it holds until veneerd is started again, but could not be written: " + stored.error().message},
+          true};
+}
+
+// Of "console link 3 of uid 1000" what follows the number.
+std::string_view maker_of(std::string_view link) {
+  constexpr std::string_view kOf = " of ";
+  const auto of = link.find(kOf);
+  return of == std::string_view::npos ? link : link.substr(of + kOf.size());
+}
+
+// Sessions of one user, or of links that one maker made.
+bool belong_together(const Credential& a, const Credential& b) {
+  return a.user == b.user && (!a.user.empty() || maker_of(a.name) == maker_of(b.name));
 }
 
 }  // namespace
@@ -120,32 +139,59 @@ int Accounts::last_link() const {
 // ---- users ----------------------------------------------------------------------------------------------------------
 
 void Accounts::add_user(const std::string& name, Role role, std::string password, Then then) {
-  if (const Status good = check_user_name(name); !good) return then(good);
+  if (const Status good = check_user_name(name); !good) return then(not_done(good.error()));
   if (users_.contains(name))
-    return then(Error{ErrorCode::kConflict,
-                      fmt::format("there is a user {} already: take another name, or change that one", name)});
+    return then(not_done({ErrorCode::kConflict,
+                          fmt::format("there is a user {} already: take another name, or change that one", name)}));
   if (users_.size() >= kMostUsers)
-    return then(Error{ErrorCode::kConflict, fmt::format("there are {} users already: remove one first", kMostUsers)});
+    return then(
+        not_done({ErrorCode::kConflict, fmt::format("there are {} users already: remove one first", kMostUsers)}));
   const std::string now = calendar_(std::chrono::seconds(0));
   const User made{name, role, std::move(password), now, now};
   store_.add(made, [this, made, then = std::move(then)](const Status& stored) {
     if (stored) users_.insert_or_assign(made.name, made);
-    then(stored);
+    then({stored, stored.ok()});
   });
 }
 
 // First here, so that no session is opened by what was true until now.
 void Accounts::change(const std::string& name, const std::function<void(User&)>& how, const Then& then) {
   const auto found = users_.find(name);
-  if (found == users_.end()) return then(no_user(name));
+  if (found == users_.end()) return then(not_done(no_user(name)));
   how(found->second);
+  last_change_[name] = ++changes_;
   found->second.changed_at = calendar_(std::chrono::seconds(0));
-  erase_if([&](const Credential& c) { return c.kind == CredentialKind::kSession && c.user == name; });
   store_.change(found->second, [then](const Status& stored) { then(until_restart(stored)); });
+  end_sessions_of(name);
+}
+
+void Accounts::end_sessions_of(const std::string& name) {
+  erase_if([&](const Credential& c) { return c.kind == CredentialKind::kSession && c.user == name; });
   if (on_ended_) on_ended_();
 }
 
+// Who was changed again while the store wrote is what the later change says: the store has it so too.
+void Accounts::raise_role(const std::string& name, Role role, const Then& then) {
+  const std::uint64_t mine = last_change_[name] = ++changes_;
+  User raised = users_.at(name);
+  raised.role = role;
+  raised.changed_at = calendar_(std::chrono::seconds(0));
+  store_.change(raised, [this, raised, mine, then](const Status& stored) {
+    if (!stored) return then(not_done(stored.error()));
+    if (!users_.contains(raised.name)) return then(not_done(no_user(raised.name)));  // removed meanwhile
+    if (last_change_[raised.name] != mine)
+      return then(
+          not_done({ErrorCode::kConflict, fmt::format("{} was changed at this very moment: look what {} is now, "
+                                                      "and try again",
+                                                      raised.name, raised.name)}));
+    users_[raised.name] = raised;
+    end_sessions_of(raised.name);
+    then({stored, true});
+  });
+}
+
 void Accounts::set_role(const std::string& name, Role role, Then then) {
+  if (const User* of = user(name); of && role > of->role) return raise_role(name, role, then);
   change(
       name, [role](User& user) { user.role = role; }, then);
 }
@@ -155,8 +201,14 @@ void Accounts::set_password(const std::string& name, std::string password, Then 
       name, [&](User& user) { user.password = std::move(password); }, then);
 }
 
+void Accounts::change_password(const std::string& name, const std::string& verified, std::string password, Then then) {
+  if (const User* of = user(name); of && of->password != verified) return then(not_done(changed_meanwhile()));
+  set_password(name, std::move(password), std::move(then));
+}
+
 void Accounts::remove_user(const std::string& name, Then then) {
-  if (users_.erase(name) == 0) return then(no_user(name));
+  if (users_.erase(name) == 0) return then(not_done(no_user(name)));
+  last_change_.erase(name);
   erase_if([&](const Credential& c) { return c.user == name; });
   store_.remove_user(name, [then = std::move(then)](const Status& stored) { then(until_restart(stored)); });
   if (on_ended_) on_ended_();
@@ -172,13 +224,14 @@ void Accounts::erase_if(const std::function<bool(const Credential&)>& ends, std:
   });
 }
 
-void Accounts::make_room(const std::string& user) {
+void Accounts::make_room(const Credential& coming) {
   std::vector<const Entry*> sessions;
   for (const auto& [secret, entry] : credentials_)
-    if (entry.credential.kind == CredentialKind::kSession && entry.credential.user == user) sessions.push_back(&entry);
+    if (entry.credential.kind == CredentialKind::kSession && belong_together(entry.credential, coming))
+      sessions.push_back(&entry);
   if (sessions.size() < kMostSessions) return;
   const Entry* oldest = *std::ranges::min_element(sessions, {}, [](const Entry* entry) { return entry->order; });
-  end(std::string(oldest->credential.secret), [](const Status&) {});
+  end(std::string(oldest->credential.secret), [](const Outcome&) {});
 }
 
 void Accounts::open(Credential credential, const GotSecret& then) {
@@ -188,7 +241,7 @@ void Accounts::open(Credential credential, const GotSecret& then) {
   credential.made_at = calendar_(std::chrono::seconds(0));
   const bool session = credential.kind == CredentialKind::kSession;
   if (session) {
-    make_room(credential.user);
+    make_room(credential);
     credential.expires_at = calendar_(kSessionLife);
     credentials_.insert_or_assign(credential.secret, Entry{credential, next_order_++});
   }
@@ -204,8 +257,7 @@ void Accounts::open(Credential credential, const GotSecret& then) {
 
 void Accounts::open_session(const std::string& name, const std::string& verified, const GotSecret& then) {
   const User* of = user(name);
-  if (!of || of->password != verified)
-    return then(Error{ErrorCode::kRefused, "the account was changed at this very moment: sign in again"});
+  if (!of || of->password != verified) return then(changed_meanwhile());
   open({{}, CredentialKind::kSession, name, {}, of->role, {}, {}}, then);
 }
 
@@ -234,15 +286,18 @@ void Accounts::new_token(const std::string& name, const std::string& token, Role
 }
 
 void Accounts::revoke_token(const std::string& name, const std::string& token, const Then& then) {
+  std::vector<std::string> secrets;
   for (const Credential& one : tokens())
-    if (one.user == name && one.name == token) return end(one.secret, then);
-  then(Error{ErrorCode::kNotFound, fmt::format("{} has no token {}: see `veneerctl token list`", name, token)});
+    if (one.user == name && one.name == token) secrets.push_back(one.secret);
+  if (!secrets.empty()) return end_all(secrets, then);
+  then(not_done({ErrorCode::kNotFound, fmt::format("{} has no token {}: see `veneerctl token list`", name, token)}));
 }
 
-void Accounts::end(const std::string& secret_hash, const Then& then) {
-  const std::string secret = secret_hash;  // it may be the entry's own
-  credentials_.erase(secret);
-  store_.end({secret}, [then](const Status& stored) { then(until_restart(stored)); });
+void Accounts::end(const std::string& secret_hash, const Then& then) { end_all({secret_hash}, then); }
+
+void Accounts::end_all(const std::vector<std::string>& secret_hashes, const Then& then) {
+  for (const std::string& secret : secret_hashes) credentials_.erase(secret);
+  store_.end(secret_hashes, [then](const Status& stored) { then(until_restart(stored)); });
   if (on_ended_) on_ended_();
 }
 

@@ -54,14 +54,20 @@ class AccountStore {
   virtual void end(const std::vector<std::string>& secrets, Then then) = 0;
 };
 
+// Of a change: what the store said, and whether it holds now.
+struct Outcome : Status {
+  Outcome(Status stored, bool now) : Status(std::move(stored)), holds(now) {}
+  bool holds = false;
+};
+
 class Accounts {
  public:
-  using Then = AccountStore::Then;
+  using Then = std::function<void(const Outcome&)>;
   // Calendar time, so many seconds ahead, as utc_timestamp() words it.
   using Calendar = std::function<std::string(std::chrono::seconds ahead)>;
   static constexpr std::chrono::hours kSessionLife{12};
   static constexpr std::size_t kMostUsers = 100, kMostTokens = 100;
-  static constexpr std::size_t kMostSessions = 16;  // of each user, and of all links; the oldest go first
+  static constexpr std::size_t kMostSessions = 16;  // of each user, and of each maker's links; the oldest go first
   static constexpr int kMostTokenDays = 3650;
 
   // `store` outlives this.
@@ -85,17 +91,19 @@ class Accounts {
   int last_link() const;
 
   void add_user(const std::string& name, Role role, std::string password, Then then);
-  // Both end the user's sessions; tokens stay, with at most the new role.
+  // Both end the user's sessions; tokens stay, with at most the new role. A higher role waits for the store.
   void set_role(const std::string& name, Role role, Then then);
   void set_password(const std::string& name, std::string password, Then then);
+  // The same by the user, whose password was found to be `verified`: kConflict when it is another one by now.
+  void change_password(const std::string& name, const std::string& verified, std::string password, Then then);
   void remove_user(const std::string& name, Then then);  // with sessions and tokens
 
   // `then` gets the secret, which nobody is ever told again.
   using GotSecret = std::function<void(const Result<std::string>&)>;
-  // `verified` is the password's hash that was found right: kRefused when it is another one by now.
+  // `verified` is the password's hash that was found right: kConflict when it is another one by now.
   void open_session(const std::string& user, const std::string& verified, const GotSecret& then);
   void open_link_session(const std::string& name, Role role, const GotSecret& then);
-  // kInvalidArgument and kConflict as the name, the role and the days say.
+  // kInvalidArgument and kConflict as the name, the role and the days say. A user's tokens have names of their own.
   void new_token(const std::string& user, const std::string& name, Role role, int days, const GotSecret& then);
   // kNotFound when the user has no token of this name.
   void revoke_token(const std::string& user, const std::string& name, const Then& then);
@@ -110,16 +118,21 @@ class Accounts {
     std::uint64_t order = 0;  // of opening
   };
   void change(const std::string& name, const std::function<void(User&)>& how, const Then& then);
+  void raise_role(const std::string& name, Role role, const Then& then);
+  void end_sessions_of(const std::string& name);
+  void end_all(const std::vector<std::string>& secret_hashes, const Then& then);
   Role role_of(const Credential& credential) const;
   std::string who(const Credential& credential) const;
   void open(Credential credential, const GotSecret& then);
   void erase_if(const std::function<bool(const Credential&)>& ends, std::vector<std::string>* ended = nullptr);
-  void make_room(const std::string& user);
+  void make_room(const Credential& coming);
 
   Calendar calendar_;
   AccountStore& store_;
   std::function<void()> on_ended_;
   std::map<std::string, User> users_;
+  std::map<std::string, std::uint64_t> last_change_;  // of each user, counted by `changes_`
+  std::uint64_t changes_ = 0;
   std::unordered_map<std::string, Entry> credentials_;  // by `secret`
   std::uint64_t next_order_ = 0;
 };

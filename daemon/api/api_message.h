@@ -76,8 +76,10 @@ struct ApiReply {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers;
   std::optional<std::int64_t> began_task;  // of a 202
-  std::string signed_in;                   // who somebody is from now on: it is noted under that name
-  std::string etag;  // of the content, quoted; with one the client may keep it and ask whether it is still good
+  // Did something change, where the status does not tell? An error may be about a change that holds all the same.
+  std::optional<bool> changed;
+  std::string signed_in;  // who somebody is from now on: it is noted under that name
+  std::string etag;       // of the content, quoted; with one the client may keep it and ask whether it is still good
 
   // Objects get "schema_version": 1 when they have none.
   static ApiReply json(const nlohmann::json& value, int status = 200);

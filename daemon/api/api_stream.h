@@ -46,9 +46,10 @@ class ApiStream {
     if (plain_) plain_->close();
   }
 
-  template <class Handler>
-  void async_handshake(Handler&& handler) {
-    tls_->async_handshake(boost::asio::ssl::stream_base::server, std::forward<Handler>(handler));
+  // `said` is what the client has said already; it outlives the handshake.
+  template <class Buffers, class Handler>
+  void async_handshake(const Buffers& said, Handler&& handler) {
+    tls_->async_handshake(boost::asio::ssl::stream_base::server, said, std::forward<Handler>(handler));
   }
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {

@@ -123,11 +123,9 @@ HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> s
 
 void HttpConnection::start() {
   if (!stream_.through_tls()) return read_header();
-  stream_.expires_after(shared_->options.header_timeout);
-  stream_.async_handshake([self = shared_from_this()](error_code fault) {
-    if (fault) return self->gone();
-    self->read_header();
-  });
+  hello_.emplace();
+  limit_handshake(shared_->options.header_timeout);
+  read_hello();
 }
 
 void HttpConnection::step(Doing doing) {
@@ -140,6 +138,7 @@ void HttpConnection::drop() {
   gone_.request_stop();
   reply_timer_.cancel();
   departure_timer_.cancel();
+  place_.reset();
   request_share_ = {};
   upload_share_ = {};
   reply_share_ = {};

@@ -17,6 +17,8 @@
 #include "daemon/api/api_stream.h"
 #include "daemon/api/http_server.h"
 #include "daemon/api/tls.h"
+#include "daemon/api/tls_gate.h"
+#include "daemon/api/tls_hello.h"
 
 namespace veneer::daemon {
 
@@ -33,8 +35,10 @@ struct ServerShared {
   std::unique_ptr<TlsIdentity> tls;  // null without TLS
   int tcp_port = 0, tls_port = 0;
   ClientShares shares;
+  TlsGate gate;
   std::uint64_t activity = 0;  // counts every step any connection makes
   std::function<void(const HttpConnection&)> on_gone;
+  std::function<void()> on_waiting;  // a handshake at the gate
 };
 
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
@@ -65,6 +69,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   friend class ReplySlot;
 
   void step(Doing doing);
+  void limit_handshake(std::chrono::milliseconds time);
+  void read_hello();
+  void wait_for_turn();
+  bool shake_hands();
   void read_header();
   void on_header(boost::system::error_code fault);
   void on_parse_fault(boost::system::error_code fault);
@@ -89,6 +97,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   boost::asio::steady_timer departure_timer_;
   const Visitor visitor_;
   boost::beast::flat_buffer buffer_;
+  std::optional<TlsHello> hello_;  // until the handshake is over
+  TlsGate::Place place_;
   std::optional<RequestParser> parser_;
   std::optional<Response> response_;
   Caller caller_;

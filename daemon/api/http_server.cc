@@ -15,6 +15,7 @@
 #include "daemon/api/access.h"
 #include "daemon/api/http_connection.h"
 #include "daemon/api/listen.h"
+#include "daemon/api/network.h"
 
 namespace veneer::daemon {
 
@@ -32,7 +33,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
         tls_(reactor),
         retry_tcp_(reactor),
         retry_unix_(reactor),
-        retry_tls_(reactor) {}
+        retry_tls_(reactor),
+        turns_(reactor) {}
 
   Status listen(asio::io_context& reactor) {
     const HttpServerOptions& options = shared_->options;
@@ -65,6 +67,9 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     shared_->on_gone = [weak = weak_from_this()](const HttpConnection& connection) {
       if (const auto self = weak.lock()) self->forget(connection);
     };
+    shared_->on_waiting = [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->give_turns();
+    };
     if (tcp_.is_open()) accept_tcp();
     if (tls_.is_open()) accept_tls();
     if (unix_.is_open()) accept_unix();
@@ -75,6 +80,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     retry_tcp_.cancel();
     retry_unix_.cancel();
     retry_tls_.cancel();
+    turns_.cancel();
     tcp_.close(ignored);
     tls_.close(ignored);
     if (unix_.is_open()) {
@@ -115,21 +121,28 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  // A handshake costs the reactor up to some milliseconds, which STOP would wait for: whoever makes many of them waits
-  // at the door.
+  // Everybody is heard, so that no crowd keeps anybody out; who comes too often goes at once.
   void accept_tls() {
-    const auto now = std::chrono::steady_clock::now();
-    std::erase_if(handshakes_, [now](auto begun) { return begun + std::chrono::seconds(1) <= now; });
-    if (handshakes_.size() >= shared_->options.max_handshakes) return retry(retry_tls_, &Impl::accept_tls);
     tls_.async_accept([self = shared_from_this()](error_code fault, tcp::socket socket) {
       if (!self->tls_.is_open()) return;
       if (fault) return self->retry(self->retry_tls_, &Impl::accept_tls);
-      self->handshakes_.push_back(std::chrono::steady_clock::now());
-      error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
       HttpConnection::Visitor visitor{TransportKind::kTls, address_of(socket)};
-      self->admit(self->tls_connections_, ApiSocket(std::move(socket)), std::move(visitor));
+      if (self->shared_->gate.admits(network_of(visitor.address), std::chrono::steady_clock::now())) {
+        error_code ignored;
+        socket.set_option(tcp::no_delay(true), ignored);
+        self->admit(self->tls_connections_, ApiSocket(std::move(socket)), std::move(visitor));
+      }
       self->accept_tls();
+    });
+  }
+
+  void give_turns() {
+    const auto again = shared_->gate.serve(std::chrono::steady_clock::now());
+    if (!again) return;
+    turns_.expires_at(*again);
+    turns_.async_wait([weak = weak_from_this()](error_code fault) {
+      const auto self = weak.lock();
+      if (self && !fault) self->give_turns();
     });
   }
 
@@ -197,7 +210,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
   asio::steady_timer retry_tcp_;
   asio::steady_timer retry_unix_;
   asio::steady_timer retry_tls_;
-  std::vector<std::chrono::steady_clock::time_point> handshakes_;
+  asio::steady_timer turns_;  // of handshakes
   Connections tcp_connections_;
   Connections tls_connections_;
   Connections unix_connections_;
@@ -214,6 +227,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
     return Error{ErrorCode::kInternal,
                  "nothing answers the API's operation " + unbound.front() + ": this veneerd was built wrongly"};
   const ClientShareLimits limits = options.shares;
+  const std::size_t handshakes = options.max_handshakes;
   auto shared = std::make_shared<ServerShared>(ServerShared{std::move(options),
                                                             router,
                                                             hub,
@@ -224,7 +238,9 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
                                                             0,
                                                             0,
                                                             ClientShares(limits),
+                                                            TlsGate(handshakes),
                                                             0,
+                                                            {},
                                                             {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));
   if (Status listening = impl->listen(reactor); !listening) {

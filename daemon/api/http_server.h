@@ -36,7 +36,7 @@ struct HttpServerOptions {
   // Per door; beyond that one of the identity that holds most of them makes room. Whoever is slow costs less while it
   // is left waiting than when it is shown the door and comes again at once.
   std::size_t max_connections = 256;
-  std::size_t max_handshakes = 32;  // of TLS, begun within a second
+  std::size_t max_handshakes = 32;  // of TLS, begun within a second; the others wait for their turn (tls_gate.h)
   ClientShareLimits shares;
   std::chrono::milliseconds header_timeout{10'000};  // from the connection, or the end of the last reply
   std::chrono::milliseconds body_timeout{60'000};

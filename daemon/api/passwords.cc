@@ -4,11 +4,16 @@
 
 #include <array>
 #include <boost/asio/post.hpp>
+#include <cerrno>
 #include <cstdlib>
 #include <utility>
 
 namespace veneer::daemon {
 namespace {
+
+Error short_of_memory() {
+  return Error{ErrorCode::kUnavailable, "memory is too short to look at a password: try again"};
+}
 
 Result<std::string> hash_now(const std::string& password, PasswordCost cost) {
   const bool cheap = cost == PasswordCost::kForTests;
@@ -17,7 +22,7 @@ Result<std::string> hash_now(const std::string& password, PasswordCost cost) {
                             cheap ? crypto_pwhash_OPSLIMIT_MIN : crypto_pwhash_OPSLIMIT_INTERACTIVE,
                             cheap ? crypto_pwhash_MEMLIMIT_MIN : crypto_pwhash_MEMLIMIT_INTERACTIVE,
                             crypto_pwhash_ALG_ARGON2ID13) != 0)
-    return Error{ErrorCode::kUnavailable, "memory is too short to look at a password: try again"};
+    return short_of_memory();
   return std::string(hash.data());
 }
 
@@ -62,8 +67,11 @@ void Passwords::verify(std::string hash, std::string password, std::function<voi
           if (!made) return made.error();
           return false;
         }
+        errno = 0;
         const bool right = crypto_pwhash_str_verify(hash.c_str(), password.data(), password.size()) == 0;
+        const bool no_memory = !right && errno == ENOMEM;  // it tells a wrong password from this by errno alone
         wipe(password);
+        if (no_memory) return short_of_memory();
         return right;
       },
       std::move(then));

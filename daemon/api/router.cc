@@ -107,8 +107,8 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
     if (!by_anybody) changes->note({request.caller, operation.id, line});
     handler(request,
             [&operation, changes, by_anybody, line, caller = request.caller, reply = std::move(reply)](ApiReply made) {
-              const bool refused = made.status >= 400;
-              if (by_anybody && !refused) {
+              const bool refused = made.status >= 400 && !made.changed.value_or(false);
+              if (by_anybody && made.changed.value_or(!refused)) {
                 Caller by = caller;
                 if (!made.signed_in.empty()) by.who = made.signed_in;
                 changes->note({by, operation.id, line});

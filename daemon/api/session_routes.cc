@@ -53,15 +53,16 @@ ApiReply wait_first(std::chrono::seconds wait) {
 void try_password(const AccountServices& s, const std::string& name, const ApiRequest& request, std::string password,
                   const Reply& reply, std::function<void(bool right, const std::string& hash)> then) {
   const std::string address = request.address.empty() ? request.caller.who : request.address;
-  if (const auto wait = s.throttle.begin(name, address)) {
+  const User* user = s.accounts.user(name);
+  const std::string known = user ? name : "";
+  if (const auto wait = s.throttle.begin(known, address)) {
     s.log->warn("signing in as {} from {} was tried too often", name, address);
     return reply(wait_first(*wait));
   }
-  const User* user = s.accounts.user(name);
   const std::string hash = user ? user->password : "";
   s.passwords.verify(hash, std::move(password),
-                     [s, name, address, hash, reply, then = std::move(then)](const Result<bool>& right) {
-                       if (!right || *right) s.throttle.give_back(name, address);
+                     [s, name, known, address, hash, reply, then = std::move(then)](const Result<bool>& right) {
+                       if (!right || *right) s.throttle.give_back(known, address);
                        if (!right) return reply(ApiReply::error(right.error()));
                        if (!*right) s.log->warn("signing in as {} from {} was refused", name, address);
                        then(*right, hash);
@@ -107,12 +108,12 @@ void close_session(const AccountServices& s, const ApiRequest& request, const Re
   if (credential && credential->kind == CredentialKind::kToken)
     return reply(ApiReply::error(
         Error{ErrorCode::kConflict, "a token is not signed out but revoked: `veneerctl token revoke`"}));
-  const auto done = [reply, tls = request.caller.transport == TransportKind::kTls](const Status& ended) {
-    ApiReply told = ended ? ApiReply::json(json::object()) : ApiReply::error(ended.error());
+  const auto done = [reply, tls = request.caller.transport == TransportKind::kTls](const Outcome& ended) {
+    ApiReply told = reply_of(ended, json::object());
     if (tls) told.headers.emplace_back("Set-Cookie", cookie("", std::chrono::seconds(0)));
     reply(std::move(told));
   };
-  if (!credential) return done(Ok());
+  if (!credential) return done(Outcome{Ok(), false});  // anybody may ask for this without end: nobody notes it
   s.accounts.end(request.caller.credential, done);
 }
 
@@ -128,15 +129,16 @@ void change_password(const AccountServices& s, const ApiRequest& request, const 
   const std::string name = request.caller.user;
   if (name.empty())
     return reply(ApiReply::error(403, "forbidden", "only who has signed in with a password may change it so"));
-  try_password(s, name, request, *old, reply, [s, name, password = *password, reply](bool right, const std::string&) {
-    if (!right) return reply(ApiReply::error(403, "forbidden", "the old password is not right: try again"));
-    s.passwords.hash(password, [s, name, reply](const Result<std::string>& hash) {
-      if (!hash) return reply(ApiReply::error(hash.error()));
-      s.accounts.set_password(name, *hash, [reply](const Status& done) {
-        reply(done ? ApiReply::json(json::object()) : ApiReply::error(done.error()));
-      });
-    });
-  });
+  try_password(s, name, request, *old, reply,
+               [s, name, password = *password, reply](bool right, const std::string& verified) {
+                 if (!right)
+                   return reply(ApiReply::error(403, "forbidden", "the old password is not right: try again"));
+                 s.passwords.hash(password, [s, name, verified, reply](const Result<std::string>& hash) {
+                   if (!hash) return reply(ApiReply::error(hash.error()));
+                   s.accounts.change_password(name, verified, *hash,
+                                              [reply](const Outcome& done) { reply(reply_of(done, json::object())); });
+                 });
+               });
 }
 
 void answer_new_link(const AccountServices& s, const ApiRequest& request, const Reply& reply) {

@@ -3,15 +3,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "daemon/api/network.h"
+
 namespace veneer::daemon {
-namespace {
-
-std::array<std::string, 2> keys_of(const std::string& name, const std::string& address) {
-  return {"name " + name, "address " + address};
-}
-
-}  // namespace
-
 Duration SignInThrottle::wait_of(const Tries& tries, TimePoint now) const {
   Duration wait{0};
   for (const Limit& limit : kLimits) {
@@ -23,34 +17,39 @@ Duration SignInThrottle::wait_of(const Tries& tries, TimePoint now) const {
   return wait;
 }
 
-void SignInThrottle::forget_old(TimePoint now) {
-  for (auto of = tries_.begin(); of != tries_.end();) {
+void SignInThrottle::forget_old(Book& book, TimePoint now) {
+  for (auto of = book.begin(); of != book.end();) {
     Tries& tries = of->second;
     while (!tries.empty() && tries.front() + kLimits.back().in <= now) tries.pop_front();
-    of = tries.empty() ? tries_.erase(of) : std::next(of);
+    of = tries.empty() ? book.erase(of) : std::next(of);
   }
 }
 
 std::optional<std::chrono::seconds> SignInThrottle::begin(const std::string& name, const std::string& address) {
   const TimePoint now = clock_.now();
-  forget_old(now);
-  const auto keys = keys_of(name, address);
+  forget_old(names_, now), forget_old(addresses_, now);
+  const std::string network = network_of(address);
   Duration wait{0};
-  for (const std::string& key : keys)
-    if (const auto of = tries_.find(key); of != tries_.end()) wait = std::max(wait, wait_of(of->second, now));
-  if (wait <= Duration(0) && tries_.size() + keys.size() > kMostKeys) wait = std::chrono::minutes(1);
+  if (const auto of = names_.find(name); of != names_.end()) wait = std::max(wait, wait_of(of->second, now));
+  if (const auto of = addresses_.find(network); of != addresses_.end()) wait = std::max(wait, wait_of(of->second, now));
   if (wait > Duration(0)) return std::chrono::ceil<std::chrono::seconds>(wait);
-  for (const std::string& key : keys) tries_[key].push_back(now);
+  if (addresses_.size() >= kMostAddresses && !addresses_.contains(network))
+    addresses_.erase(std::ranges::min_element(addresses_, {}, [](const auto& one) { return one.second.back(); }));
+  addresses_[network].push_back(now);
+  if (!name.empty()) names_[name].push_back(now);
   return std::nullopt;
 }
 
+void SignInThrottle::give_back(Book& book, const std::string& key) {
+  const auto of = book.find(key);
+  if (of == book.end()) return;
+  of->second.pop_back();
+  if (of->second.empty()) book.erase(of);
+}
+
 void SignInThrottle::give_back(const std::string& name, const std::string& address) {
-  for (const std::string& key : keys_of(name, address)) {
-    const auto of = tries_.find(key);
-    if (of == tries_.end()) continue;
-    of->second.pop_back();
-    if (of->second.empty()) tries_.erase(of);
-  }
+  give_back(names_, name);
+  give_back(addresses_, network_of(address));
 }
 
 }  // namespace veneer::daemon

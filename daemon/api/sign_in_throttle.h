@@ -1,5 +1,6 @@
 // How often a password may be tried: 3 times a minute, 5 in ten minutes, 10 an hour, for each name and for each address
-// alike. A try counts from its beginning, so that many at once are no way round; one that was right is given back.
+// (network.h) alike. A try counts from its beginning, so that many at once are no way round; one that was right is
+// given back.
 //
 // Bound to the reactor.
 #pragma once
@@ -23,12 +24,15 @@ class SignInThrottle {
   };
   static constexpr std::array<Limit, 3> kLimits = {
       Limit{3, std::chrono::minutes(1)}, Limit{5, std::chrono::minutes(10)}, Limit{10, std::chrono::hours(1)}};
-  static constexpr std::size_t kMostKeys = 4096;  // names and addresses; beyond that nobody new may try
+  // Addresses that are remembered; beyond that the one that has been quiet for longest is forgotten. Names are those of
+  // users, and few.
+  static constexpr std::size_t kMostAddresses = 1024;
 
   // `clock` is real time and outlives this.
   explicit SignInThrottle(const Clock& clock) : clock_(clock) {}
 
-  // nullopt: the try counts, and may go on. Else how long to wait; then it does not count.
+  // nullopt: the try counts, and may go on. Else how long to wait; then it does not count. `name` is a user's; "" when
+  // nobody has it, and only the address counts.
   std::optional<std::chrono::seconds> begin(const std::string& name, const std::string& address);
   // The last one was right.
   void give_back(const std::string& name, const std::string& address);
@@ -36,10 +40,12 @@ class SignInThrottle {
  private:
   using Tries = std::deque<TimePoint>;  // oldest first
   Duration wait_of(const Tries& tries, TimePoint now) const;
-  void forget_old(TimePoint now);
+  using Book = std::map<std::string, Tries>;
+  static void forget_old(Book& book, TimePoint now);
+  static void give_back(Book& book, const std::string& key);
 
   const Clock& clock_;
-  std::map<std::string, Tries> tries_;  // "name anna", "address 192.168.1.7"
+  Book names_, addresses_;
 };
 
 }  // namespace veneer::daemon

@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
+#include <sys/stat.h>
 
+#include <algorithm>
+#include <array>
+#include <boost/asio/ip/address_v6.hpp>
+#include <boost/asio/ip/host_name.hpp>
 #include <fstream>
 #include <memory>
 
@@ -25,6 +30,14 @@ X509* certificate_in(const ssl::context& context) {
   return SSL_CTX_get0_certificate(const_cast<ssl::context&>(context).native_handle());
 }
 
+// Of "*.example" this machine's own: a link to the star leads nowhere.
+std::string this_one_of(std::string name) {
+  if (!name.starts_with("*.")) return name;
+  error_code fault;
+  const std::string machine = boost::asio::ip::host_name(fault);
+  return fault || machine.empty() ? name.substr(2) : machine.substr(0, machine.find('.')) + name.substr(1);
+}
+
 }  // namespace
 
 TlsIdentity::TlsIdentity() : context_(ssl::context::tls_server) {
@@ -44,6 +57,13 @@ Result<std::unique_ptr<TlsIdentity>> TlsIdentity::load(const std::filesystem::pa
   error_code fault;
   identity->context_.use_certificate_chain_file(certificate.string(), fault);
   if (fault) return unreadable("certificate", certificate, fault);
+  struct stat about {};
+  if (::stat(key.c_str(), &about) == 0 && (about.st_mode & (S_IRWXG | S_IRWXO)) != 0)
+    return Error{
+        ErrorCode::kInvalidArgument,
+        fmt::format("the key {} is open to others than its owner: make the daemon's user its owner and chmod 400 "
+                    "it, and if others could read it so far, make a new one",
+                    key.string())};
   identity->context_.use_private_key_file(key.string(), ssl::context::pem, fault);
   if (fault) return unreadable("key", key, fault);
   if (SSL_CTX_check_private_key(identity->context_.native_handle()) != 1)
@@ -77,11 +97,16 @@ std::string TlsIdentity::name() const {
   for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
     const GENERAL_NAME* one = sk_GENERAL_NAME_value(names.get(), i);
     if (one->type == GEN_DNS)
-      return {reinterpret_cast<const char*>(ASN1_STRING_get0_data(one->d.dNSName)),
-              static_cast<std::size_t>(ASN1_STRING_length(one->d.dNSName))};
+      return this_one_of({reinterpret_cast<const char*>(ASN1_STRING_get0_data(one->d.dNSName)),
+                          static_cast<std::size_t>(ASN1_STRING_length(one->d.dNSName))});
     if (one->type == GEN_IPADD && ASN1_STRING_length(one->d.iPAddress) == 4) {
       const unsigned char* ip = ASN1_STRING_get0_data(one->d.iPAddress);
       return fmt::format("{}.{}.{}.{}", ip[0], ip[1], ip[2], ip[3]);
+    }
+    boost::asio::ip::address_v6::bytes_type v6{};
+    if (one->type == GEN_IPADD && ASN1_STRING_length(one->d.iPAddress) == static_cast<int>(v6.size())) {
+      std::copy_n(ASN1_STRING_get0_data(one->d.iPAddress), v6.size(), v6.begin());
+      return fmt::format("[{}]", boost::asio::ip::address_v6(v6).to_string());
     }
   }
   return {};

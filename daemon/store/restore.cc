@@ -210,10 +210,15 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
   if (Status synced = work.sync(); !synced) return synced.error();
   progress(0.9, "putting the database in place");
   std::vector<db::CertificateRecord> certificates;
+  std::vector<db::UserRecord> users;
   const Status placed = work.place_database(manifest->database, [&](db::Database& database) -> Status {
     if (Status noted = note_restore(database, order, manifest->made_at); !noted) return noted;
     // Some may have been revoked since.
-    if (Status ended = db::Accounts(database).end_all(); !ended) return ended;
+    db::Accounts accounts(database);
+    if (Status ended = accounts.end_all(); !ended) return ended;
+    auto may_sign_in = accounts.users();
+    if (!may_sign_in) return may_sign_in.error();
+    users = std::move(*may_sign_in);
     return read_certificates(database, order.at, certificates);
   });
   if (!placed) return placed.error();
@@ -224,7 +229,8 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
                   work.aside(),
                   work.placed(),
                   order.nothing_cut_since,
-                  std::move(certificates)};
+                  std::move(certificates),
+                  std::move(users)};
 }
 
 std::string describe(const Restored& restored) {
@@ -251,6 +257,14 @@ std::string describe(const Restored& restored) {
                    "These calibrations count now: {}. Calibrate again what was calibrated since {}: that is not "
                    "in the backup.\n",
                    calibrations, manifest.made_at.substr(0, 10));
+  std::string users;
+  for (const db::UserRecord& user : restored.users)
+    users += fmt::format("{}{} ({})", users.empty() ? "" : ", ", user.name, user.role);
+  if (!users.empty())
+    out += fmt::format(
+        "These may sign in again, with the passwords of {}: {}. Remove whom you removed since; sessions and tokens "
+        "have ended.\n",
+        manifest.made_at.substr(0, 10), users);
   out += restored.nothing_cut_since
              ? "As you said that nothing was cut since it was made, panels count as seen. Now start veneerd.\n"
              : "What was cut after the backup was made is not in it: each panel has to be scanned again before it is "

@@ -9,6 +9,7 @@
 
 #include "base/result.h"
 #include "daemon/store/backup.h"
+#include "db/accounts.h"
 #include "db/certificates.h"
 
 namespace veneer::daemon {
@@ -27,6 +28,7 @@ struct Restored {
   std::size_t placed = 0;                           // pictures that were not there, or not as they were stored
   bool nothing_cut_since = false;                   // as somebody said who knows
   std::vector<db::CertificateRecord> certificates;  // that count now
+  std::vector<db::UserRecord> users;                // who may sign in now, with the roles and passwords of then
 };
 
 // A backup that is a file is unpacked into the data folder first. Reads and checks all of the backup before anything is

@@ -28,6 +28,7 @@ CREATE TABLE credentials (
   CHECK (kind = 'session' OR name <> '')
 ) STRICT;
 CREATE INDEX credentials_of ON credentials (user);
+CREATE UNIQUE INDEX tokens_have_names ON credentials (user, name) WHERE kind = 'token';
 
 CREATE TRIGGER users_are_sound BEFORE UPDATE ON users
 WHEN OLD.checksum <> veneer_checksum('users', OLD.name, OLD.role, OLD.password, OLD.made_at, OLD.changed_at)

@@ -4,12 +4,16 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <future>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "cli/api_client.h"
+#include "cli/command_context.h"
+#include "cli/resolve.h"
 #include "cli/twin_client.h"
 #include "tests/support/api_server.h"
 #include "tests/support/temp_directory.h"
@@ -54,6 +58,54 @@ TEST(ApiClient, NobodyThereIsUnavailable) {
   EXPECT_EQ(ApiClient(ApiAddress{std::string(200, 'x'), "", 0}).get("/status").error().code,
             ErrorCode::kInvalidArgument);
   EXPECT_EQ(ApiClient(ApiAddress{"", "not-an-address", 1}).get("/status").error().code, ErrorCode::kInvalidArgument);
+}
+
+// Whoever sits between could take the secret and do all its owner may.
+TEST(ApiClient, SendsNoSecretInClearTextToOtherMachines) {
+  for (const char* host : {"cell.example", "192.168.1.5", "[2001:db8::1]"}) {
+    ApiAddress address{"", host, 1};
+    EXPECT_FALSE(may_carry_secret(address)) << host;
+    address.secret = "secret";
+    const auto answer = ApiClient(address).get("/status");
+    ASSERT_FALSE(answer.ok());
+    EXPECT_EQ(answer.error().code, ErrorCode::kInvalidArgument) << host;
+    EXPECT_NE(answer.error().message.find("https://"), std::string::npos) << answer.error().message;
+  }
+  for (const char* host : {"localhost", "127.0.0.1", "[::1]"}) EXPECT_TRUE(may_carry_secret({"", host, 1})) << host;
+  EXPECT_TRUE(may_carry_secret({"", "cell.example", 443, true}));
+  EXPECT_TRUE(may_carry_secret({"/run/veneerd/veneerd.sock", "", 0}));
+}
+
+// A network that is gone lets a name's look-up hang for half a minute; STOP says in its own time that it did not get
+// through.
+TEST(ApiClient, ALookupThatHangsIsLeftBehind) {
+  const auto release = std::make_shared<std::promise<void>>();
+  const Lookup hangs = [until = release->get_future().share()](const std::string&, const std::string&) {
+    until.wait();
+    return TcpEndpoints{};
+  };
+  const auto found = resolve_within("cell.example", 443, std::chrono::milliseconds(20), hangs);
+  release->set_value();
+  ASSERT_FALSE(found.ok());
+  EXPECT_EQ(found.error().code, ErrorCode::kTimeout);
+  EXPECT_TRUE(resolve_within("[::1]", 443, std::chrono::milliseconds(0), hangs).ok()) << "an address needs no look-up";
+  const Lookup knows = [](const std::string& host, const std::string& port) {
+    EXPECT_EQ(host + " " + port, "cell.example 443");
+    return TcpEndpoints{{boost::asio::ip::address_v4::loopback(), 443}};
+  };
+  EXPECT_TRUE(resolve_within("cell.example", 443, std::chrono::minutes(1), knows).ok());
+}
+
+TEST(ApiClient, StopCarriesNoSecretThatCouldBeOverheard) {
+  CommandContext context;
+  context.token = "secret";
+  const auto with = [&](const std::string& socket) {
+    context.socket = socket;
+    return context.stop_client(std::chrono::milliseconds(800)).address().secret;
+  };
+  EXPECT_EQ(with("cell.example:8765"), "");
+  EXPECT_EQ(with("https://cell.example"), "secret");
+  EXPECT_EQ(with("127.0.0.1:8765"), "secret");
 }
 
 TEST(ApiClient, SeesWhyALargeBodyIsRefused) {

@@ -76,6 +76,19 @@ TEST_F(AccountsStore, RefusesWhatDoesNotFit) {
   EXPECT_EQ(there(), "");
 }
 
+TEST_F(AccountsStore, ATokensNameIsItsOwnAmongItsUsers) {
+  VENEER_ASSERT_OK(accounts.add(anna()));
+  VENEER_ASSERT_OK(accounts.add(credential('a', "token", "anna", "press room")));
+  EXPECT_EQ(accounts.add(credential('b', "token", "anna", "press room")).error().code, ErrorCode::kConflict);
+  EXPECT_FALSE(execute(cell.database(),
+                       "INSERT INTO credentials (secret, kind, user, name, role, made_at, expires_at) "
+                       "SELECT replace(secret, 'a', 'c'), kind, user, name, role, made_at, expires_at "
+                       "FROM credentials")
+                   .ok());
+  for (const char letter : {'d', 'e'}) VENEER_ASSERT_OK(accounts.add(credential(letter, "session", "anna", "")));
+  EXPECT_EQ(there(), "ade");
+}
+
 TEST_F(AccountsStore, EndsTheOnesThatAreNamedOrAll) {
   for (const char letter : {'a', 'b', 'c'})
     VENEER_ASSERT_OK(accounts.add(credential(letter, "session", std::nullopt, "console link 1 of uid 1000")));

@@ -1,9 +1,11 @@
-// A store of accounts that a test looks into, and that fails when it is told to. Answers come at once.
+// A store of accounts that a test looks into, and that fails when it is told to. Answers come at once, or when the test
+// asks for them.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,12 +20,17 @@ class AccountMemory final : public daemon::AccountStore {
   std::vector<daemon::User> users;
   std::vector<daemon::Credential> credentials;
   bool disk_is_full = false;
+  bool slow = false;  // answers wait for answer_all()
+
+  void answer_all() {
+    for (const auto& one : std::exchange(waiting_, {})) one();
+  }
 
   void add(const daemon::User& user, Then then) override {
-    answer(std::move(then), [&] { users.push_back(user); });
+    answer(std::move(then), [this, user] { users.push_back(user); });
   }
   void change(const daemon::User& user, Then then) override {
-    answer(std::move(then), [&] {
+    answer(std::move(then), [this, user] {
       for (daemon::User& one : users)
         if (one.name == user.name) one = user;
       std::erase_if(credentials, [&](const daemon::Credential& c) {
@@ -32,16 +39,16 @@ class AccountMemory final : public daemon::AccountStore {
     });
   }
   void remove_user(const std::string& name, Then then) override {
-    answer(std::move(then), [&] {
+    answer(std::move(then), [this, name] {
       std::erase_if(users, [&](const daemon::User& one) { return one.name == name; });
       std::erase_if(credentials, [&](const daemon::Credential& c) { return c.user == name; });
     });
   }
   void add(const daemon::Credential& credential, Then then) override {
-    answer(std::move(then), [&] { credentials.push_back(credential); });
+    answer(std::move(then), [this, credential] { credentials.push_back(credential); });
   }
   void end(const std::vector<std::string>& secrets, Then then) override {
-    answer(std::move(then), [&] {
+    answer(std::move(then), [this, secrets] {
       std::erase_if(credentials,
                     [&](const daemon::Credential& c) { return std::ranges::count(secrets, c.secret) > 0; });
     });
@@ -50,9 +57,14 @@ class AccountMemory final : public daemon::AccountStore {
  private:
   template <class Act>
   void answer(Then then, Act act) {
-    if (!disk_is_full) act();
-    then(disk_is_full ? Status(Error{ErrorCode::kStorage, "the disk is full"}) : Ok());
+    waiting_.push_back([this, then = std::move(then), act = std::move(act)] {
+      if (!disk_is_full) act();
+      then(disk_is_full ? Status(Error{ErrorCode::kStorage, "the disk is full"}) : Ok());
+    });
+    if (!slow) answer_all();
   }
+
+  std::vector<std::function<void()>> waiting_;
 };
 
 // A calendar on a clock that stands still: whole seconds from the morning of a day.

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
@@ -16,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <type_traits>
 #include <utility>
@@ -87,6 +90,15 @@ class ApiServer {
     return done.get();
   }
 
+  // Bound by the server itself, so not by `bind`.
+  static bool binds(std::string_view operation) {
+    static constexpr std::array<std::string_view, 16> kOwn = {
+        "listTasks",       "getTask",        "cancelTask", "getSession", "openSession", "closeSession",
+        "changePassword",  "newConsoleLink", "listUsers",  "addUser",    "removeUser",  "setUserRole",
+        "setUserPassword", "listTokens",     "newToken",   "revokeToken"};
+    return std::ranges::count(kOwn, operation) > 0;
+  }
+
   std::string socket() const { return (folder_ / "api.sock").string(); }
   std::filesystem::path folder() const { return folder_.path(); }
   int port() const { return server_->tcp_port(); }
@@ -122,6 +134,7 @@ class ApiServer {
       return out;
     });
   }
+  AccountMemory& account_memory() { return account_memory_; }  // on the reactor
   daemon::Passwords& passwords() { return passwords_; }
   daemon::HttpServer& server() { return *server_; }
   ManualClock& clock() { return clock_; }

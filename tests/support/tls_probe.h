@@ -46,11 +46,14 @@ class TlsProbe {
     send(bytes);
     return read();
   }
+  // Waits until nothing more comes: because the other end hung up?
   bool hung_up() {
+    namespace error = boost::asio::error;
     char byte = 0;
     boost::system::error_code fault;
     while (!fault) state_->stream->read_some(boost::asio::buffer(&byte, 1), fault);
-    return true;
+    return fault == error::eof || fault == boost::asio::ssl::error::stream_truncated ||
+           fault == error::connection_reset;
   }
 
  private:

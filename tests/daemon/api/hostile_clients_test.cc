@@ -34,10 +34,7 @@ class Asked {
   auto binder() {
     return [this](Router& router) {
       for (const std::string& id : router.unbound()) {
-        // Of the console's own routes, which the server binds itself.
-        if (id == "listTasks" || id == "getTask" || id == "cancelTask" || id.ends_with("Session") ||
-            id == "newConsoleLink")
-          continue;
+        if (ApiServer::binds(id)) continue;
         router.bind(id, [this](const ApiRequest& request, const Reply& reply) { take(request, reply); });
       }
     };
@@ -162,9 +159,7 @@ TEST(HostileClients, QuestionsOfThoseWhoHangUpAreInVainOnEveryRouteAndChangesAre
     {
       auto probe = HttpProbe::over_unix(server.socket());
       probe.send(testing::whole_request(operation, "x"));
-      const bool kept = !is_stop(operation) && !is_events(operation) && operation.id != "listTasks" &&
-                        operation.id != "getTask" && operation.id != "cancelTask" &&
-                        !operation.id.ends_with("Session") && operation.id != "newConsoleLink";
+      const bool kept = !is_stop(operation) && !is_events(operation) && !ApiServer::binds(operation.id);
       if (!kept) continue;
       while (asked.number() == 0) {
       }

@@ -201,6 +201,31 @@ TEST_F(SignIn, TheAuditNamesTheUserAndNoSecret) {
       EXPECT_THAT(note.detail, Not(HasSubstr(kept)));
 }
 
+// Anybody may ask to be signed out, as often as they like: only what ended is worth a line that is kept for good.
+TEST_F(SignIn, TheAuditNamesWhoSignedOutAndNobodyWhoWasNotIn) {
+  const std::string secret = json::parse(sign_in("anna", "walnut and maple").body)["session"];
+  server_.on_reactor([&] { notes_.clear(); });
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(page("DELETE", "/api/v1/session", json(), secret).status, 200);
+  EXPECT_EQ(page("DELETE", "/api/v1/session").status, 200);
+  const auto notes = server_.on_reactor([&] { return notes_; });
+  ASSERT_THAT(notes, SizeIs(1));
+  EXPECT_EQ(notes[0].who + ": " + notes[0].operation, "user anna: closeSession");
+}
+
+TEST_F(SignIn, TheAuditSaysDoneOfWhatHoldsThoughTheDiskDidNotTakeIt) {
+  server_.on_reactor([&] {
+    notes_.clear();
+    server_.account_memory().disk_is_full = true;
+  });
+  EXPECT_EQ(local("POST", "/api/v1/users/anna/role", {{"role", "admin"}}).status, 500);
+  EXPECT_EQ(local("DELETE", "/api/v1/users/anna").status, 500);
+  const auto notes = server_.on_reactor([&] { return notes_; });
+  ASSERT_THAT(notes, SizeIs(3));
+  EXPECT_TRUE(notes[1].refused) << "the higher role";
+  EXPECT_EQ(notes[2].operation, "removeUser");
+  EXPECT_FALSE(notes[2].refused);
+}
+
 TEST_F(SignIn, ALinkIsNoMoreThanWhoMadeItAndSaysWhatItIs) {
   const auto made = local("POST", "/api/v1/console-links", {{"role", "admin"}});
   ASSERT_EQ(made.status, 200) << made.body;

@@ -506,6 +506,19 @@ TEST_F(Backup, SaysWhichCalibrationsCountAgain) {
                         "2026-05-01: that is not in the backup.\n"));
 }
 
+// Who was removed since is back, and somebody has to know.
+TEST_F(Backup, SaysWhoMaySignInAgain) {
+  db::Accounts accounts(*database);
+  VENEER_ASSERT_OK(
+      accounts.add({"anna", "admin", "$argon2id$v=19$x", "2026-04-01T07:30:00.000Z", "2026-04-01T07:30:00.000Z"}));
+  const fs::path backup = must(make()).folder;
+  VENEER_ASSERT_OK(accounts.remove("anna"));
+  database.reset();
+  EXPECT_THAT(describe(must(restore(backup, data))),
+              HasSubstr("These may sign in again, with the passwords of 2026-05-01: anna (admin). Remove whom you "
+                        "removed since; sessions and tokens have ended.\n"));
+}
+
 // A daemon that was killed leaves a log, which belongs to the old database and must not reach the new one.
 TEST_F(Backup, IsNotMixedWithTheLogOfTheOldDatabase) {
   const fs::path backup = must(make()).folder;

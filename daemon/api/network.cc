@@ -1,0 +1,21 @@
+#include "daemon/api/network.h"
+
+#include <boost/asio/ip/address.hpp>
+
+namespace veneer::daemon {
+
+namespace ip = boost::asio::ip;
+
+std::string network_of(const std::string& address) {
+  boost::system::error_code fault;
+  const ip::address parsed = ip::make_address(address, fault);
+  if (fault || parsed.is_v4()) return address;
+  const ip::address_v6 v6 = parsed.to_v6();
+  if (v6.is_v4_mapped()) return ip::make_address_v4(ip::v4_mapped, v6).to_string();
+  if (v6.is_loopback()) return address;
+  ip::address_v6::bytes_type bytes = v6.to_bytes();
+  for (std::size_t i = 8; i < bytes.size(); ++i) bytes[i] = 0;
+  return ip::address_v6(bytes).to_string() + "/64";
+}
+
+}  // namespace veneer::daemon
