@@ -17,6 +17,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -84,6 +85,14 @@ class JobRunner : private ActivityHost {
   // them.
   Error no_panel_yet() const;
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
+  // What an operator's word stands on. Whoever burns on it later than at once notes it when the word is given, and asks
+  // for it in the turn of the reactor that burns: kRefused once the lid was opened, or the unit went anywhere.
+  struct Consent {
+    int lid_openings = 0;
+    std::int64_t states = 0;
+  };
+  Consent consent() const { return {parts().laser.status().lid_openings, states_entered_}; }
+  Status still_holds(const Consent& given) const;
 
   const CellView& view() const { return view_; }
   // May the machine move, at once or without another word: homing, or an activity that is not held.
@@ -161,6 +170,7 @@ class JobRunner : private ActivityHost {
   std::function<void()> on_change_;
 
   CellView view_;
+  std::int64_t states_entered_ = 0;
   bool laser_connected_ = false;
   LaserLimits limits_;
   PanelWait wait_;
