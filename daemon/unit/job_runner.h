@@ -144,6 +144,7 @@ class JobRunner : private ActivityHost {
   void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
   void piece_booked(const PieceBurn& burn) override;
   void recount() override;
+  void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
@@ -171,6 +172,7 @@ class JobRunner : private ActivityHost {
 
   CellView view_;
   std::int64_t states_entered_ = 0;
+  std::string bed_remark_;  // of the activity's looks at the bed; stands as the reason while it goes on
   bool laser_connected_ = false;
   LaserLimits limits_;
   PanelWait wait_;
