@@ -117,8 +117,8 @@ double rms_of(const Corners& corners, Handedness hand) {
   return residual_of(fit_isometry<BedFrame, PanelFrame>(bed, panel, hand), bed, panel).rms;
 }
 
-// Takes the corners of tags that have moved out, and tells of all of them. By how much the rest disagrees.
-Millimetres leave_out_moved(Corners& corners, Handedness hand, const BedPoseLimits& limits, BedPose& pose) {
+// Takes the corners of tags that have moved out, and tells of all of them.
+void leave_out_moved(Corners& corners, Handedness hand, const BedPoseLimits& limits, BedPose& pose) {
   std::vector<Landmark<BedFrame, PanelFrame>> tags;
   std::vector<FiducialOffset> offsets;
   for (std::size_t i = 0; i < corners.tag.size(); i += 4) {
@@ -131,12 +131,13 @@ Millimetres leave_out_moved(Corners& corners, Handedness hand, const BedPoseLimi
       tags, hand, {limits.max_tag_offset, static_cast<std::size_t>(limits.min_tags)});
   Corners counted;
   for (std::size_t t = 0; t < tags.size(); ++t) {
-    offsets[t].off = Millimetres(fit.left_out[t]);
+    const bool known = fit.left_out[t].has_value();
+    if (known) offsets[t].off = Millimetres(*fit.left_out[t]);
     if (std::find(fit.moved.begin(), fit.moved.end(), t) != fit.moved.end()) {
       pose.moved.push_back(offsets[t]);
       continue;
     }
-    pose.left_out.push_back(offsets[t]);
+    if (known) pose.left_out.push_back(offsets[t]);
     pose.tags.push_back(offsets[t].tag);
     counted.bed.insert(counted.bed.end(), tags[t].to.begin(), tags[t].to.end());
     counted.panel.insert(counted.panel.end(), tags[t].from.begin(), tags[t].from.end());
@@ -144,7 +145,8 @@ Millimetres leave_out_moved(Corners& corners, Handedness hand, const BedPoseLimi
   }
   std::sort(pose.tags.begin(), pose.tags.end());
   corners = std::move(counted);
-  return Millimetres(fit.worst_left_out);
+  if (fit.worst_left_out && Millimetres(*fit.worst_left_out) > limits.max_tag_offset)
+    pose.disagreement = Millimetres(*fit.worst_left_out);
 }
 
 int worst_tag(const Corners& corners, const Isometry2<BedFrame, PanelFrame>& bed_from_panel) {
@@ -157,19 +159,18 @@ int worst_tag(const Corners& corners, const Isometry2<BedFrame, PanelFrame>& bed
   return id;
 }
 
-Status within_limits(const BedPose& pose, const Corners& corners, Millimetres disagreement,
-                     const BedPoseLimits& limits) {
+Status within_limits(const BedPose& pose, const Corners& corners, const BedPoseLimits& limits) {
   if (std::abs(pose.scale - 1) > limits.max_scale_error) {
     return refused(
         fmt::format("panel {} looks {:.2f} % too {} for the height given: check its thickness, that it lies "
                     "flat, and the camera's calibration",
                     pose.panel.value, std::abs(pose.scale - 1) * 100, pose.scale > 1 ? "large" : "small"));
   }
-  if (disagreement > limits.max_disagreement) {
+  if (pose.disagreement > limits.max_disagreement) {
     return refused(fmt::format(
         "panel {}'s tags {} do not lie as they were scanned, by up to {:.2f} mm ({:.2f} are allowed), and too few are "
         "seen to tell which one has moved: press the panel flat, clear what covers the other tags, or scan it again",
-        pose.panel.value, list(pose.tags), disagreement.count(), limits.max_disagreement.count()));
+        pose.panel.value, list(pose.tags), pose.disagreement->count(), limits.max_disagreement.count()));
   }
   if (pose.rms > limits.max_rms || pose.max > limits.max_single) {
     return refused(
@@ -214,7 +215,7 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
   }
   Handedness hand = Handedness::kProper;
   if (rms_of(corners, Handedness::kImproper) < rms_of(corners, hand)) hand = Handedness::kImproper;
-  const Millimetres disagreement = leave_out_moved(corners, hand, limits, pose);
+  leave_out_moved(corners, hand, limits, pose);
 
   const std::span<const Point<BedFrame>> bed(corners.bed);
   const std::span<const Point<PanelFrame>> panel(corners.panel);
@@ -225,7 +226,7 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
       residual_of(fitted(hand == Handedness::kProper ? Handedness::kImproper : Handedness::kProper), bed, panel);
   pose.rms = Millimetres(best.rms), pose.max = Millimetres(best.max), pose.other_hand_rms = Millimetres(other.rms);
   pose.scale = spread_of(bed) / spread_of(pose.bed_from_panel * corners.panel);
-  if (const Status good = within_limits(pose, corners, disagreement, limits); !good.ok()) return good.error();
+  if (const Status good = within_limits(pose, corners, limits); !good.ok()) return good.error();
   return pose;
 }
 
@@ -246,12 +247,21 @@ std::string moved_tags_text(const BedPose& pose) {
   std::string tags;
   for (const FiducialOffset& tag : pose.moved)
     tags += fmt::format("{}{} ({:.2f} mm off)", tags.empty() ? "" : " and ", name_of(tag), tag.off.count());
-  if (tags.empty()) return tags;
+  const std::string unsure = !pose.disagreement
+                                 ? ""
+                                 : fmt::format(
+                                       "panel {}'s tags {} do not lie as they were scanned, by up to {:.2f} mm, and "
+                                       "nobody can tell which one has moved: press the panel flat, and clear what "
+                                       "covers its other tags",
+                                       pose.panel.value, list(pose.tags), pose.disagreement->count());
+  if (tags.empty()) return unsure;
   const bool one = pose.moved.size() == 1;
-  return fmt::format(
-      "panel {}'s {} {} not seen where the scans saw {}, and count{} for nothing: wipe {} clean; what came loose is "
-      "replaced by a tag with a new number, scanned with --retag",
-      pose.panel.value, tags, one ? "is" : "are", one ? "it" : "them", one ? "s" : "", one ? "it" : "them");
+  return (unsure.empty() ? unsure : unsure + "; and ") +
+         fmt::format(
+             "panel {}'s {} {} not seen where the scans saw {}, and count{} for nothing: wipe {} clean; what came "
+             "loose is "
+             "replaced by a tag with a new number, scanned with --retag",
+             pose.panel.value, tags, one ? "is" : "are", one ? "it" : "them", one ? "s" : "", one ? "it" : "them");
 }
 
 Status require_panel(const BedPose& pose, const PanelId& wanted, Face wanted_up) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,8 +36,11 @@ struct BedPose {
   double scale = 1;                                // seen size over known size; the height's own check
   std::vector<int> tags;                           // ids used, ascending
   // Tags that the others put elsewhere than they are seen, by how far; they count for nothing above. How far the
-  // others lie from where the rest puts them.
+  // others lie from where the rest puts them, as far as anybody can tell.
   std::vector<FiducialOffset> moved, left_out;
+  // By how much those that count disagree, where that is more than a tag may be off: one of them has moved, or the
+  // panel is bent, and nobody can tell which.
+  std::optional<Millimetres> disagreement;
 };
 
 struct BedPoseLimits {
@@ -62,7 +66,8 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
 Result<BedPose> find_panel(const cv::Mat& picture, const CameraModel& model, Millimetres height,
                            std::span<const PanelCandidate> candidates, const BedPoseLimits& limits = {});
 
-// What to tell of tags that have moved; "" when none has.
+// What to tell of tags that have moved, or that disagree so that nobody can tell which has; "" when all lie as they
+// were scanned.
 std::string moved_tags_text(const BedPose& pose);
 
 // Whether what was found is what a job wants; the sentence says what to do with the panel.

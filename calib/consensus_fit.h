@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -31,14 +33,18 @@ template <class To, class From>
 struct ConsensusFit {
   Isometry2<To, From> to_from;
   std::vector<std::size_t> moved;  // landmarks left out of the fit, ascending
-  // Per landmark: how far it lies from where the others that count put it, rms. Zero when fewer than two do.
-  std::vector<double> left_out;
-  double worst_left_out = 0;  // of those that count
+  // Per landmark: how far it lies from where the others that count put it, rms. Nothing when fewer than two do: one
+  // puts it anywhere.
+  std::vector<std::optional<double>> left_out;
+  std::optional<double> worst_left_out;  // of those that count; nothing with fewer than three: nobody can tell
 };
 
 namespace consensus {
 
 constexpr std::size_t kMostMoved = 3;
+// By how much better those that remain must agree than any other choice of as many. Two that do about as well tell that
+// something moved, and not what.
+constexpr double kClearly = 1.5;
 
 template <class To, class From>
 using Landmarks = std::span<const Landmark<To, From>>;
@@ -66,16 +72,16 @@ ConsensusFit<To, From> judge(Landmarks<To, From> all, std::vector<bool> counts, 
   ConsensusFit<To, From> out;
   out.to_from = fit<To, From>(all, counts, handedness);
   out.left_out.resize(all.size());
-  const auto others = std::count(counts.begin(), counts.end(), true);
+  const auto counting = std::count(counts.begin(), counts.end(), true);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (!counts[i]) {
       out.moved.push_back(i);
-      out.left_out[i] = offset(all[i], out.to_from);
-    } else if (others > 2) {
+      if (counting > 1) out.left_out[i] = offset(all[i], out.to_from);
+    } else if (counting > 2) {
       counts[i] = false;
       out.left_out[i] = offset(all[i], fit<To, From>(all, counts, handedness));
       counts[i] = true;
-      out.worst_left_out = std::max(out.worst_left_out, out.left_out[i]);
+      out.worst_left_out = std::max(out.worst_left_out.value_or(0), *out.left_out[i]);
     }
   }
   return out;
@@ -83,31 +89,36 @@ ConsensusFit<To, From> judge(Landmarks<To, From> all, std::vector<bool> counts, 
 
 }  // namespace consensus
 
-// The largest set of landmarks that agree to within the limit; among equally large ones that which agrees best. All of
-// them when no such set is large enough (at most three are dropped): worst_left_out says by how much they disagree.
-// At least two landmarks, or one with two points.
+// The largest set of landmarks that agree to within the limit, and clearly better than any other set of that size. All
+// of them when there is none (at most three are dropped), or when nobody can tell which: worst_left_out says by how
+// much they disagree. At least two landmarks, or one with two points.
 template <class To, class From>
 ConsensusFit<To, From> fit_consensus(std::span<const Landmark<To, From>> all, Handedness handedness,
                                      const ConsensusLimits& limits = {}) {
   const std::size_t n = all.size();
   ConsensusFit<To, From> everyone = consensus::judge<To, From>(all, std::vector<bool>(n, true), handedness);
-  if (everyone.worst_left_out <= limits.max_offset.count()) return everyone;
+  if (!everyone.worst_left_out || *everyone.worst_left_out <= limits.max_offset.count()) return everyone;
   for (std::size_t moved = 1; moved <= consensus::kMostMoved; ++moved) {
     // A bent sheet puts many a little off: few may not outvote many.
     if (n < moved + limits.min_landmarks || n < 3 * moved) break;
     // Every way of leaving so many out, those that count as true; the first in order has the last ones left out.
     std::vector<bool> counts(n, true);
     std::fill(counts.end() - static_cast<std::ptrdiff_t>(moved), counts.end(), false);
-    const ConsensusFit<To, From>* best = nullptr;
     ConsensusFit<To, From> kept;
+    double best = std::numeric_limits<double>::infinity(), next = best;
     do {
       ConsensusFit<To, From> one = consensus::judge<To, From>(all, counts, handedness);
-      if (one.worst_left_out > limits.max_offset.count()) continue;
-      if (best != nullptr && one.worst_left_out >= best->worst_left_out) continue;
-      kept = std::move(one);
-      best = &kept;
+      const double worst = one.worst_left_out.value_or(std::numeric_limits<double>::infinity());
+      if (worst < best) {
+        next = best, best = worst;
+        kept = std::move(one);
+      } else {
+        next = std::min(next, worst);
+      }
     } while (std::prev_permutation(counts.begin(), counts.end()));
-    if (best != nullptr) return kept;
+    if (best > limits.max_offset.count()) continue;
+    const bool clear = next > limits.max_offset.count() && next >= consensus::kClearly * best;
+    return clear ? kept : everyone;
   }
   return everyone;
 }

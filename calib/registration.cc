@@ -170,6 +170,7 @@ struct TileFit {
   double sum_of_squares = 0, max = 0;
   std::size_t points = 0;
   std::vector<FiducialOffset> moved, left_out;
+  TileAgreement agreement;
 };
 
 using TileLandmark = Landmark<PanelFrame, GlassFrame>;
@@ -236,10 +237,20 @@ Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& 
   const auto found = fit(measured.to_from.handedness());
   TileFit out;
   out.map = ScanMap(found.to_from, scanner, tile.nominal);
+  out.agreement.fiducials = landmarks.size() - found.moved.size();
+  if (found.worst_left_out) out.agreement.worst = Millimetres(*found.worst_left_out);
+  if (out.agreement.worst > options.max_disagreement)
+    return refused(
+        fmt::format("the panel's fiducials on {} do not lie as they were frozen, by up to {:.2f} mm ({:.2f} "
+                    "are allowed), and too few are seen to tell which one has moved: lay the panel flat, "
+                    "with more of it on the glass, wipe its tags clean and scan again",
+                    tile.name, out.agreement.worst->count(), options.max_disagreement.count()));
   for (std::size_t l = 0; l < landmarks.size(); ++l) {
-    which[l].off = Millimetres(found.left_out[l]);
     const bool moved = std::binary_search(found.moved.begin(), found.moved.end(), l);
-    (moved ? out.moved : out.left_out).push_back(which[l]);
+    if (found.left_out[l]) {
+      which[l].off = Millimetres(*found.left_out[l]);
+      (moved ? out.moved : out.left_out).push_back(which[l]);
+    }
     if (moved) continue;
     out.points += landmarks[l].to.size();
     for (std::size_t i = 0; i < landmarks[l].to.size(); ++i) {
@@ -258,18 +269,29 @@ bool on_sheet(const PanelTag& tag, const Box<PanelFrame>& sheet) {
   });
 }
 
-// Tags that the panel never had become its own, where the map puts them.
-Status retag(std::span<const TileView> tiles, Face face, Registration& registration) {
+// Whether what the tile shows of the panel proves where it lies, so that a place on it can be frozen.
+Status check_proven(const TileView& tile, const TileAgreement& agreement, const RegistrationOptions& options) {
   constexpr std::size_t kNeeded = 3;
-  if (registration.left_out.size() < kNeeded)
+  if (agreement.fiducials < kNeeded || !agreement.worst)
     return refused(
-        fmt::format("{} of the panel's fiducials still lie where they were, three are needed to tie new tags to: lay "
-                    "the panel so that more of them are seen",
-                    registration.left_out.size()));
+        fmt::format("{} of the panel's fiducials on {} still lie where they were, three are needed to tie new tags to: "
+                    "lay the panel so that more of them are seen beside each new tag",
+                    agreement.fiducials, tile.name));
+  if (agreement.within(options.max_offset)) return Ok();
+  return refused(fmt::format(
+      "the panel's fiducials on {} disagree by {:.2f} mm, and new tags are tied to such as agree to {:.2f}: "
+      "lay the panel flat, wipe its tags clean and scan again",
+      tile.name, agreement.worst->count(), options.max_offset.count()));
+}
+
+// Tags that the panel never had become its own, where the map puts them.
+Status retag(std::span<const TileView> tiles, Face face, const RegistrationOptions& options,
+             Registration& registration) {
   std::map<int, std::vector<std::array<Point<PanelFrame>, 4>>> seen;
   for (std::size_t t = 0; t < tiles.size(); ++t)
     for (const auto& tag : tiles[t].tags) {
       if (registration.fiducials.tag(tag.id) != nullptr) continue;
+      if (auto status = check_proven(tiles[t], registration.agreement[t], options); !status) return status.error();
       auto& corners = seen[tag.id].emplace_back();
       for (std::size_t i = 0; i < 4; ++i) corners[i] = registration.tiles[t] * tag.corners[i];
     }
@@ -408,6 +430,7 @@ Result<Registration> register_scan(std::span<const TileView> tiles, Face face, c
     if (!fit) return fit.error();
     out.moved.insert(out.moved.end(), fit->moved.begin(), fit->moved.end());
     out.left_out.insert(out.left_out.end(), fit->left_out.begin(), fit->left_out.end());
+    out.agreement.push_back(fit->agreement);
     sum += fit->sum_of_squares, max = std::max(max, fit->max), points += fit->points;
     out.tiles.push_back(std::move(fit->map));
   }
@@ -418,7 +441,7 @@ Result<Registration> register_scan(std::span<const TileView> tiles, Face face, c
   out.fiducials = known;
   out.sheet = sheet_box(tiles, out.tiles);
   if (options.retag)
-    if (auto status = retag(tiles, face, out); !status) return status.error();
+    if (auto status = retag(tiles, face, options, out); !status) return status.error();
   return out;
 }
 

@@ -62,13 +62,24 @@ struct RegistrationOptions {
   Millimetres max_single{0.10};
   // A frozen fiducial that lies farther from where the others put it has moved, and is dropped when the rest agree.
   Millimetres max_offset{0.05};
+  // Where nobody can tell which one it is, the fiducials on one tile may disagree by so much.
+  Millimetres max_disagreement{0.16};
   std::size_t min_tags = 3;   // on the face, all tiles together
   std::size_t min_holes = 3;  // that tie the back to the show face
   // A later scan of a known face: tags that the panel never had become its own, tied to the map by three fiducials or
-  // more that stayed where they were. Those that moved stay frozen where they were, and count no more.
+  // more on the same tile that stayed where they were, and agree to within max_offset. Those that moved stay frozen
+  // where they were, and count no more.
   bool retag = false;
   // Ids of tags that belong to other panels (and to the AprilGrid sheet): seeing one is an error.
   std::set<int> foreign_tags;
+};
+
+// How well the frozen fiducials that count agree on one tile.
+struct TileAgreement {
+  std::size_t fiducials = 0;
+  std::optional<Millimetres> worst;  // from where the others put it; nothing with fewer than three: nobody can tell
+  // Whether it is proven where the tile lies.
+  bool within(Millimetres limit) const { return worst && *worst <= limit; }
 };
 
 struct Registration {
@@ -78,10 +89,11 @@ struct Registration {
   std::optional<Millimetres> rms, max;
   PanelFiducials fiducials;  // all that is known after this scan: what was frozen before, and what is new
   // Of a later scan of a face: fiducials that no longer lie where they were frozen, by what the others say; they count
-  // for nothing else here. How far the others lie from where the rest puts them.
+  // for nothing else here. How far the others lie from where the rest puts them, as far as anybody can tell.
   std::vector<FiducialOffset> moved, left_out;
-  std::vector<int> new_tags;  // ids that became the panel's by `retag`, ascending
-  Box<PanelFrame> sheet;      // the sheet's bounding box; its min is (0, 0) on a first scan
+  std::vector<TileAgreement> agreement;  // of each tile of such a scan
+  std::vector<int> new_tags;             // ids that became the panel's by `retag`, ascending
+  Box<PanelFrame> sheet;                 // the sheet's bounding box; its min is (0, 0) on a first scan
 };
 
 // kNotFound: no tags. kRefused: too few, too large a residual, a foreign tag, tiles that share too little.

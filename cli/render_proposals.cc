@@ -88,7 +88,7 @@ std::string render_scan_result(const json& result) {
   if (const json& added = member(result, "new_tags"); added.is_array() && !added.empty()) {
     std::vector<std::string> tags;
     for (const json& tag : added) tags.push_back(tag.dump());
-    text += line("New tags", joined(tags, ", "));
+    text += line("New tags", joined(tags, ", ") + (waiting.is_number() ? ", once it is accepted" : ""));
   }
   const json& differences = member(result, "differences");
   if (differences.is_array()) {

@@ -313,6 +313,10 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
   });
 }
 
+Status Panels::check_new_tags(const std::vector<FiducialRecord>& tags) {
+  return guarded(*database_, [&](SQLite::Database& connection) { return check_tags_are_new(connection, tags); });
+}
+
 Status Panels::retire(const PanelId& panel, const std::string& reason, const std::string& at) {
   return in_transaction(
       *database_, [&](SQLite::Database& connection) -> Status { return leave_stock(connection, panel, reason, at); });

@@ -118,6 +118,8 @@ class Panels {
   // the panel is retired); `new_tags` were glued to a face that has some (kConflict when a panel in stock carries one).
   Status add_scans(const PanelId& panel, const std::vector<ScanRecord>& scans,
                    const std::vector<FiducialRecord>& fiducials, const std::vector<FiducialRecord>& new_tags = {});
+  // kConflict when a panel in stock carries one of them.
+  Status check_new_tags(const std::vector<FiducialRecord>& tags);
   // A new version of map and mask, made by comparison with version `after`; its number. The frame, the size, the
   // fiducials and earlier versions stay. kConflict when another version counts by now, or the panel is retired.
   Result<int> add_mask(const PanelId& panel, const MaskRecord& mask, int after,

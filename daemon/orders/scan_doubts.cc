@@ -13,6 +13,8 @@
 namespace veneer::daemon {
 namespace {
 
+constexpr const char* kUnproven = "unproven-";
+
 // How much longer than printed things are along the scanner's x and y; nothing where the tags lie so that they do not
 // tell the two apart.
 struct Stretch {
@@ -122,19 +124,44 @@ void judge_hairs(const std::vector<calib::HairOnGlass>& hairs, std::vector<ScanW
 
 }  // namespace
 
-std::vector<ScanWarning> doubts_of_moved(const calib::Registration& registration) {
+bool is_unproven(const ScanWarning& warning) { return warning.name.starts_with(kUnproven); }
+
+std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>& views,
+                                             const calib::Registration& registration) {
+  constexpr Millimetres kOne(0.01);  // two tiles may see the same one
   std::vector<ScanWarning> out;
+  std::vector<calib::FiducialOffset> told;
   int holes = 0;
   for (const calib::FiducialOffset& moved : registration.moved) {
-    std::string name = moved.tag >= 0 ? fmt::format("moved-tag-{}", moved.tag) : fmt::format("moved-hole-{}", ++holes);
-    // Two tiles may see the same tag.
-    if (std::ranges::any_of(out, [&](const ScanWarning& warning) { return warning.name == name; })) continue;
+    const auto is_it = [&](const calib::FiducialOffset& other) {
+      return other.tag == moved.tag && distance(other.place, moved.place) <= kOne;
+    };
+    if (std::ranges::any_of(told, is_it)) continue;
+    told.push_back(moved);
+    const bool tag = moved.tag >= 0;
     out.push_back(
-        {std::move(name),
+        {tag ? fmt::format("moved-tag-{}", moved.tag) : fmt::format("moved-hole-{}", ++holes),
          fmt::format("{} lies {:.2f} mm from where the first scans saw it, by what the others say, and counts for "
-                     "nothing: wipe it clean and scan again; if it came loose, glue on a tag with a new number "
-                     "and scan with --retag",
-                     name_of(moved), moved.off.count())});
+                     "nothing: {}",
+                     name_of(moved), moved.off.count(),
+                     tag ? "wipe it clean and scan again; if it came loose, glue on a tag with a new number and scan "
+                           "with --retag"
+                         : "clear it of dust and splinters and scan again; if it was drilled out or filled, the panel "
+                           "needs three other tags and holes at least")});
+  }
+  for (std::size_t i = 0; i < registration.agreement.size() && i < views.size(); ++i) {
+    const calib::TileAgreement& agreement = registration.agreement[i];
+    if (!agreement.worst)
+      out.push_back({fmt::format("{}{}", kUnproven, i + 1),
+                     fmt::format("{} shows {} of the panel's tags and holes that count, and nobody could tell whether "
+                                 "one has moved: lay the panel so that three at least are seen, and scan again",
+                                 views[i].name, agreement.fiducials)});
+    else if (!agreement.within(calib::RegistrationOptions{}.max_offset))
+      out.push_back({fmt::format("disagree-{}", i + 1),
+                     fmt::format("the panel's tags and holes on {} do not lie as the first scans saw them, by up to "
+                                 "{:.2f} mm, and nobody can tell which one has moved: lay the panel flat, wipe its "
+                                 "tags clean and scan again, or calibrate the scanner",
+                                 views[i].name, agreement.worst->count())});
   }
   return out;
 }

@@ -19,9 +19,15 @@ struct ScanWarning {
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);
 
-// moved-tag-212, moved-hole-1, ...: fiducials that no longer lie where the panel's first scans saw them, by what the
-// others say. They count for nothing, so that the scan is as good without them.
-std::vector<ScanWarning> doubts_of_moved(const calib::Registration& registration);
+// Of a later scan of a face:
+//   moved-tag-212, moved-hole-1, ...  fiducials that no longer lie where the panel's first scans saw them, by what the
+//                                     others say; they count for nothing, so that the scan is as good without them
+//   disagree-1, ...                   those on tile 1 disagree (0.05 mm), and nobody can tell which one has moved
+//   unproven-1, ...                   so few are seen on tile 1 that nobody could tell whether one has moved: somebody
+//                                     looks first
+std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>& views,
+                                             const calib::Registration& registration);
+bool is_unproven(const ScanWarning& warning);
 
 // Of a first scan, which defines the panel's frame:
 //   scales        the printed tags came out longer along one of the scanner's axes than along the other (0.4 %)

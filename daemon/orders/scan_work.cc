@@ -197,7 +197,11 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   out.new_tags = registration->new_tags;
   if (!registration->left_out.empty())
     out.left_out = std::ranges::max(registration->left_out, {}, &calib::FiducialOffset::off).off;
-  out.warnings = doubts_of_moved(*registration);
+  out.warnings = doubts_of_fiducials(order.views, *registration);
+  if (order.retag && out.new_tags.empty())
+    out.warnings.push_back({"no-new-tag",
+                            "no tag is seen that the panel did not have, so that none became its own: glue one on with "
+                            "a number that was never used, and scan with --retag again"});
   if (order.known && order.face == Face::kBack) return out;
   const Status read = order.known ? read_known_panel(order, *registration, folder, progress, out)
                                   : read_new_panel(order, *registration, folder, progress, out);

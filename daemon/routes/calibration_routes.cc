@@ -46,14 +46,20 @@ void burn_and_measure(const CalibrationServices& s, const TaskReporter& task, co
   s.unit.burn_pattern(std::move(*strokes), who, photograph, std::move(confirmed));
 }
 
-// Looks on the camera's worker before anything is burnt.
+// Looks on the camera's worker before anything is burnt. That takes its time, and what was confirmed was said of the
+// bed as it lay before.
 void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, const Board& board, const std::string& who,
                      const std::vector<std::string>& confirmed) {
-  post_task(s.camera, task, [s, task, board, who, confirmed] {
+  post_task(s.camera, task, [s, task, board, who, confirmed, given = s.unit.consent()] {
     const Status ready = s.calibrations.ready_for_pattern(
         [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     if (!ready) return task.fail(ready.error());
-    s.on_reactor([s, task, board, who, confirmed] { burn_and_measure(s, task, board, who, confirmed); });
+    s.on_reactor([s, task, board, who, confirmed, given] {
+      if (task.stop_token().stop_requested())
+        return task.fail({ErrorCode::kCancelled, "the calibration was cancelled before anything was burnt"});
+      if (const Status holds = s.unit.still_holds(given); !holds) return task.fail(holds.error());
+      burn_and_measure(s, task, board, who, confirmed);
+    });
   });
 }
 

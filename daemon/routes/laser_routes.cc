@@ -148,9 +148,14 @@ void run_strokes(const LaserServices& s, const ApiRequest& asked, const Reply& r
   const auto no_room = [reply](ApiReply made) {
     if (made.status >= 400) reply(std::move(made));
   };
-  s.pictures.ask(asked, no_room, [s, asked, go_on](Repositories&) {
+  // Reading takes its time, and what was confirmed was said of the bed as it lay before.
+  s.pictures.ask(asked, no_room, [s, asked, go_on, given = s.unit.consent()](Repositories&) {
     auto run = std::make_shared<Result<RunRequest>>(read_run(asked));
-    s.on_reactor([run, go_on] { go_on(std::move(*run)); });
+    s.on_reactor([s, run, go_on, given] {
+      if (const Status holds = s.unit.still_holds(given); *run && !(*run)->dry && !(*run)->check && !holds)
+        return go_on(holds.error());
+      go_on(std::move(*run));
+    });
     return ApiReply::json(nlohmann::json::object());
   });
 }

@@ -115,9 +115,10 @@ void tell_changed_wood(const PanelId& panel, PanelRead& read) {
   tell("gained-wood", read.gained, "was not usable would be", "look at the picture, and refuse what is no wood");
 }
 
-bool changes_much(const PanelRead& read) {
+// Of a panel that was known: what a person has to look at before it counts.
+bool wants_a_look(const PanelRead& read) {
   return std::ranges::any_of(read.warnings, [](const ScanWarning& warning) {
-    return warning.name == "lost-wood" || warning.name == "gained-wood";
+    return warning.name == "lost-wood" || warning.name == "gained-wood" || is_unproven(warning);
   });
 }
 
@@ -214,7 +215,7 @@ std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face
 Result<ScanOutcome> ScanProposals::propose(SeenSheet seen, const std::string& who) {
   if (seen.panel) {
     tell_changed_wood(*seen.panel, seen.read);
-    if (!changes_much(seen.read)) return enter(std::move(seen), std::nullopt);
+    if (!wants_a_look(seen.read)) return enter(std::move(seen), std::nullopt);
   }
   if (const auto part = part_of(seen); !part) return part.error();
   const std::string text = json(seen).dump(-1, ' ', false, json::error_handler_t::replace);
@@ -392,6 +393,9 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
       if (!named) return named.error();
       differences = std::move(*named);
     }
+    // Before anything of the scan is written: another panel may have got one of them while this one waited.
+    const auto new_tags = new_tag_records(seen.read, Face::kShow);
+    if (const Status free = r.panels.check_new_tags(new_tags); !free) return free;
     const auto version = r.panels.add_mask(panel, made, seen.after, of);
     if (!version) return version.error();
     // A panel from before zones were kept gets them now.
@@ -407,7 +411,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     if (!zones) return zones.error();
     outcome.zones = zones->size();
     // Last, since a panel that was scanned counts as seen: a kill before this leaves it unseen.
-    return r.panels.add_scans(panel, scans, {}, new_tag_records(seen.read, Face::kShow));
+    return r.panels.add_scans(panel, scans, {}, new_tags);
   });
   if (!written) return written.error();
   library_.drop_index(panel);

@@ -89,6 +89,8 @@ class ActivityHost {
   virtual void piece_booked(const PieceBurn& burn) = 0;
   // The states of the job's pieces changed otherwise.
   virtual void recount() = 0;
+  // What the look at the bed that is being answered tells a person, though the activity goes on; "" = nothing any more.
+  virtual void bed_remark(const std::string& text) = 0;
 
   // Wraps a continuation so that it is dropped when the activity is over meanwhile.
   template <class F>

@@ -12,6 +12,7 @@
 #include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
+#include "daemon/unit/preflight.h"
 #include "daemon/unit/recut.h"
 #include "daemon/unit/seen_wood.h"
 
@@ -58,6 +59,7 @@ void JobRunner::begin(const db::Recovery& recovery) {
 
 void JobRunner::enter(CellState state, std::string reason) {
   log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
+  ++states_entered_;
   view_.state = state;
   view_.reason = std::move(reason);
   end_overrides();
@@ -357,6 +359,18 @@ void JobRunner::stop_after_piece(const std::string& who, const Reply& reply) {
 
 Error JobRunner::no_panel_yet() const {
   return {ErrorCode::kRefused, view_.load ? view_.load->sentence : "no panel was found yet"};
+}
+
+Status JobRunner::still_holds(const Consent& given) const {
+  const Consent now = consent();
+  const char* meanwhile = now.lid_openings != given.lid_openings || lid_is_open(parts().laser.status())
+                              ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
+                          : now.states != given.states
+                              ? "the cell went on to something else since this was asked for: see that the bed is as "
+                                "it must be"
+                              : nullptr;
+  if (meanwhile == nullptr) return Ok();
+  return Error{ErrorCode::kRefused, fmt::format("{}, and ask for it again; nothing was burnt", meanwhile)};
 }
 
 void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed) {

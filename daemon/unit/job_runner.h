@@ -17,6 +17,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -84,6 +85,14 @@ class JobRunner : private ActivityHost {
   // them.
   Error no_panel_yet() const;
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
+  // What an operator's word stands on. Whoever burns on it later than at once notes it when the word is given, and asks
+  // for it in the turn of the reactor that burns: kRefused once the lid was opened, or the unit went anywhere.
+  struct Consent {
+    int lid_openings = 0;
+    std::int64_t states = 0;
+  };
+  Consent consent() const { return {parts().laser.status().lid_openings, states_entered_}; }
+  Status still_holds(const Consent& given) const;
 
   const CellView& view() const { return view_; }
   // May the machine move, at once or without another word: homing, or an activity that is not held.
@@ -135,6 +144,7 @@ class JobRunner : private ActivityHost {
   void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
   void piece_booked(const PieceBurn& burn) override;
   void recount() override;
+  void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
   void end_broken(std::function<void(int)> then);
   void write_end(BrokenRun run, std::function<void(Result<int>)> then);
@@ -161,6 +171,8 @@ class JobRunner : private ActivityHost {
   std::function<void()> on_change_;
 
   CellView view_;
+  std::int64_t states_entered_ = 0;
+  std::string bed_remark_;  // of the activity's looks at the bed; stands as the reason while it goes on
   bool laser_connected_ = false;
   LaserLimits limits_;
   PanelWait wait_;

@@ -13,6 +13,7 @@ namespace veneer::daemon {
 
 void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string& doing, Reply begun) {
   activity_ = std::move(activity);
+  bed_remark_.clear();
   if (is_aside()) {
     view_.framing = true;
     wait_.pause(true);
@@ -30,7 +31,7 @@ void JobRunner::undertake(std::unique_ptr<Activity> activity, const std::string&
 }
 
 void JobRunner::begun(const std::string& doing) {
-  if (!is_aside()) enter(CellState::kExecute, doing);
+  if (!is_aside()) enter(CellState::kExecute, doing.empty() ? bed_remark_ : doing);
   answer(Ok());
   next();
 }
@@ -73,7 +74,7 @@ void JobRunner::prove_again() {
     // Hands that come for what is cut end a run that has nothing left to burn.
     const bool hands_are_in = !activity_->next_start() && proof_.lid_was_opened();
     if (!proven && !hands_are_in) return rest(proven.error().message);
-    view_.reason.clear();
+    view_.reason = bed_remark_;
     on_change_();
     next();
   });
@@ -103,6 +104,14 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
 void JobRunner::recount() {
   view_.can_recut = kept_.count();
   refresh_job([this] { on_change_(); });
+}
+
+void JobRunner::bed_remark(const std::string& text) {
+  if (text.empty())
+    log_->info("the tags on the bed lie as they were scanned");
+  else
+    log_->warn("{}", text);
+  bed_remark_ = text;
 }
 
 // ---- The end -----------------------------------------------------------------------------------------------------

@@ -26,7 +26,8 @@ PanelRun::PanelRun(ActivityHost& host, JobId job, std::string who, const ProvenP
       pose_(shown),
       pieces_(std::move(pieces)),
       more_(more),
-      kept_(kept) {}
+      kept_(kept),
+      told_(shown.moved_tags) {}
 
 void PanelRun::look(Reply reply) {
   const int openings = host_.parts().laser.status().lid_openings;  // before the picture is taken
@@ -36,8 +37,15 @@ void PanelRun::look(Reply reply) {
       return reply(Error{unmoved.error().code, unmoved.error().message + ": check it and press Unsuspend"});
     pose_ = *look;
     lid_at_proof_ = openings;
+    tell_moved_tags(*look);
     reply(Ok());
   }));
+}
+
+void PanelRun::tell_moved_tags(const ProvenPose& look) {
+  if (look.moved_tags == told_) return;
+  told_ = look.moved_tags;
+  host_.bed_remark(told_);
 }
 
 // In the middle of the run, or at its end.
@@ -47,6 +55,7 @@ void PanelRun::judge(const Result<ProvenPose>& look, int lid_openings, const Rep
     since_proof_.clear();
     look_failed_ = false;
     lid_at_proof_ = lid_openings;
+    tell_moved_tags(*look);
     return reply(Ok());
   }
   const Error& why = unmoved.error();

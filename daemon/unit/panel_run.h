@@ -39,6 +39,7 @@ class PanelRun final : public Activity {
   enum class Noted { kNo, kUnderWay, kYes };
 
   void judge(const Result<ProvenPose>& look, int lid_openings, const Reply& reply);
+  void tell_moved_tags(const ProvenPose& look);
   void doubt(const Error& why, const Reply& reply);
   void start_run(db::RunFacts facts, Reply ready);
   void note();
@@ -66,6 +67,7 @@ class PanelRun final : public Activity {
   std::vector<PieceId> doubted_;  // of them, and not written yet
   int suspects_ = 0;              // written
   bool look_failed_ = false;      // since then
+  std::string told_;              // ProvenPose::moved_tags as a person saw it last
   int lid_at_proof_ = 0;          // LaserStatus::lid_openings
   bool ends_as_it_is_ = false;    // the operator ends it without another look
   bool stop_ = false;             // asked by the operator: end after the piece under way

@@ -70,6 +70,12 @@ Result<std::unique_ptr<World>> World::open(const TwinSettings& settings, fs::pat
       world->log_->warn("{} was begun with seed {}; seed {} of the configuration is not used", truth.string(),
                         loaded->settings.seed, settings.seed);
     }
+    if (loaded->settings.rough != settings.rough) {
+      world->log_->warn(
+          "{} was begun in a workshop of other roughness; preset and [twin.rough] are not used: name "
+          "another state directory to use them",
+          truth.string());
+    }
   } else {
     world->truth_ = draw_cell_truth(settings);
     if (Status s = save_cell_truth(world->truth_, truth / "cell.json"); !s.ok()) return s.error();

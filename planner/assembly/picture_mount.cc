@@ -58,6 +58,12 @@ Status check_mount(const PictureMount& it) {
         fmt::format("a lip of {:g} mm would cover the picture, whose shorter side is {:.1f} mm: give 0 to "
                     "{:.1f} mm",
                     it.lip.count(), shorter.count(), std::max(0.0, ((shorter - kSmallestOpening) / 2).count())));
+  // The picture can lie out of the middle by the clearance, and its other edge must still be covered.
+  if (!(it.lip > it.clearance))
+    return impossible(
+        fmt::format("a lip of {:g} mm would not hold a picture that lies in its tray with a clearance of "
+                    "{:g} mm: make the lip more than that, or the clearance smaller",
+                    it.lip.count(), it.clearance.count()));
   if (!(it.corner >= none && it.corner <= it.rail))
     return impossible(
         fmt::format("corners of radius {:g} mm would cut into the tray's rail of {:g} mm: give 0 to {:g} mm",

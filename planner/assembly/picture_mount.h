@@ -2,7 +2,7 @@
 //
 // All three have one outer shape. The back plate is whole; the tray lies on it, and the picture lies in the tray's
 // opening with a clearance all round; the frame lies on top, and its opening is smaller than the picture, so that a lip
-// covers the picture's edge and holds it.
+// covers the picture's edge and holds it, also where the picture lies out of the middle by the clearance.
 // Pure functions; thread-safe.
 #pragma once
 

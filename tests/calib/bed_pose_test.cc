@@ -280,6 +280,47 @@ TEST(BedPose, RefusesWhenNobodyCanTellWhichTagsHaveMoved) {
   EXPECT_NE(three.error().message.find("which one has moved"), std::string::npos) << three.error().message;
 }
 
+// What three tags disagree by is borne up to a limit, but never in silence.
+TEST(BedPose, TellsOfTagsThatDisagreeALittle) {
+  const test::TrueCamera camera;
+  const CameraModel model = exact_model(camera);
+  std::vector<GluedTag> tags = {kBackTags[0], kBackTags[1], kBackTags[3]};
+  tags[2].lay.x += 0.12;
+  const auto pose = locate_panel(seen_tags(camera, tags, kLay), model, 2.1_mm, std::vector{large_panel()});
+  ASSERT_TRUE(pose.ok()) << pose.error().message;
+  EXPECT_TRUE(pose->moved.empty());
+  ASSERT_TRUE(pose->disagreement);
+  EXPECT_GT(pose->disagreement->count(), 0.08);
+  EXPECT_LE(pose->disagreement->count(), 0.16);
+  EXPECT_NE(moved_tags_text(*pose).find("nobody can tell which one has moved"), std::string::npos)
+      << moved_tags_text(*pose);
+}
+
+// Four tags of which one has moved, each corner seen with as much noise as a dim picture gives: the wrong one must not
+// be named and dropped because it happens to agree a little better.
+TEST(BedPose, NamesNoTagThatDidNotMoveHoweverNoisyThePicture) {
+  const test::TrueCamera camera;
+  const CameraModel model = exact_model(camera);
+  const std::vector<PanelCandidate> candidates = {large_panel()};
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.12);  // px
+  int named = 0, wrong = 0;
+  for (int round = 0; round < 300; ++round) {
+    std::vector<GluedTag> tags = {kBackTags[0], kBackTags[1], kBackTags[2], kBackTags[3]};
+    const std::size_t which = static_cast<std::size_t>(round) % tags.size();
+    const double way = 0.7 * round;
+    tags[which].lay.x += 0.12 * std::cos(way), tags[which].lay.y += 0.12 * std::sin(way);
+    auto seen = seen_tags(camera, tags, kLay);
+    for (auto& tag : seen)
+      for (auto& corner : tag.corners) corner.x += Pixels(noise(random)), corner.y += Pixels(noise(random));
+    const auto pose = locate_panel(seen, model, 2.1_mm, candidates);
+    if (!pose.ok()) continue;
+    for (const FiducialOffset& moved : pose->moved) ++named, wrong += moved.tag != tags[which].id ? 1 : 0;
+  }
+  EXPECT_GT(named, 30);
+  EXPECT_LE(wrong * 100, named) << wrong << " of " << named;
+}
+
 // A registration that lost the mirroring between the faces must not reach the laser.
 TEST(BedPose, RefusesBackTagsThatLieLikeAShowFace) {
   const test::TrueCamera camera;

@@ -258,6 +258,72 @@ TEST(Registration, TakesNewTagsWhenToldToAndTiesThemToThoseThatStayed) {
   EXPECT_THAT(refused.error().message, ::testing::HasSubstr("three are needed to tie new tags to"));
 }
 
+// Each tile is fitted alone: what it shows of the panel has to prove where it lies, whatever other tiles show.
+TEST(Registration, SaysWhereNobodyCanTellWhetherATagMoved) {
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
+  const TileView whole = cell.scan(Face::kShow, cell.whole(Face::kShow, 178));
+  TileView part = whole;
+  part.name = "tile 2";
+  part.holes.clear();
+  part.tags = {whole.tags[0], whole.tags[3]};
+  const TileView tiles[] = {whole, part};
+  const auto found = register_scan(tiles, Face::kShow, known, cell.model);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  ASSERT_EQ(found->agreement.size(), 2U);
+  EXPECT_EQ(found->agreement[0].fiducials, 9U);
+  EXPECT_TRUE(found->agreement[0].within(Millimetres(0.05)));
+  EXPECT_EQ(found->agreement[1].fiducials, 2U);
+  EXPECT_FALSE(found->agreement[1].worst) << "two tags agree with anything";
+  EXPECT_EQ(found->left_out.size(), 9U);
+  // A new tag beside them would be frozen wherever they put it.
+  TileView beside = part;
+  beside.tags.push_back(whole.tags[2]);
+  beside.tags.back().id = 400;
+  TileView without = whole;
+  std::erase_if(without.tags, [&](const auto& tag) { return tag.id == whole.tags[2].id; });
+  RegistrationOptions options;
+  options.retag = true;
+  const TileView glued[] = {without, beside};
+  const auto refused = register_scan(glued, Face::kShow, known, cell.model, options);
+  ASSERT_FALSE(refused.ok()) << "the other tile's nine prove nothing here";
+  EXPECT_THAT(refused.error().message, ::testing::AllOf(::testing::HasSubstr("tile 2"),
+                                                        ::testing::HasSubstr("three are needed to tie new tags")));
+}
+
+TEST(Registration, RefusesAndDoesNotRetagWhereThreeDisagree) {
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
+  TileView three = cell.scan(Face::kShow, cell.whole(Face::kShow, 178));
+  three.holes.clear();
+  const auto fourth = three.tags[3];
+  three.tags.resize(3);
+  const auto moved_by = [&](double mm) {
+    TileView view = with_moved_tag(three, 1, mm, 0);
+    view.tags.push_back(fourth);
+    view.tags.back().id = 400;
+    return view;
+  };
+  RegistrationOptions retag;
+  retag.retag = true;
+  TileView a_little = moved_by(0.09);
+  const TileView little[] = {a_little};
+  const auto not_tied = register_scan(little, Face::kShow, known, cell.model, retag);
+  ASSERT_FALSE(not_tied.ok());
+  EXPECT_THAT(not_tied.error().message, ::testing::HasSubstr("new tags are tied to such as agree"));
+  a_little.tags.pop_back();
+  const TileView shown[] = {a_little};
+  const auto told = register_scan(shown, Face::kShow, known, cell.model);
+  ASSERT_TRUE(told.ok()) << told.error().message;
+  ASSERT_TRUE(told->agreement[0].worst);
+  EXPECT_GT(told->agreement[0].worst->count(), 0.05);
+  TileView much = with_moved_tag(three, 1, 0.25, 0);
+  const TileView far[] = {much};
+  const auto refused = register_scan(far, Face::kShow, known, cell.model);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("too few are seen to tell which one has moved"));
+}
+
 TEST(Registration, TiesTheBackToTheShowFaceByItsHoles) {
   const Cell& cell = warped_cell();
   const TileView show[] = {cell.scan(Face::kShow, cell.whole(Face::kShow))};

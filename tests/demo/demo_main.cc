@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", arguments.seed, "draws wood, layout, poses, warp and noise");
   app.add_option("--picture", arguments.picture, "a portrait; what the jobs rebuild is its middle");
   app.add_option("--time-scale", arguments.time_scale, "device time per real time")->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--preset", arguments.preset, "how unkind the twin's workshop is")
+  app.add_option("--rough", arguments.preset, "how unkind the twin's workshop is; on the bench unless told otherwise")
       ->check(CLI::IsMember({"bench", "workshop", "rough"}));
   try {
     app.parse(argc, argv);

@@ -409,6 +409,28 @@ TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
   EXPECT_EQ(starts(), 1);
 }
 
+// A calibration looks at the bed for seconds before it burns on what was said when it was asked for.
+TEST_F(PatternTest, AWordGivenEarlierEndsWithTheLidAndWithTheState) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  const auto before = runner_->consent();
+  EXPECT_TRUE(runner_->still_holds(before).ok());
+  laser_.open_lid();
+  const Status open = runner_->still_holds(before);
+  ASSERT_FALSE(open.ok());
+  EXPECT_EQ(open.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(open.error().message, HasSubstr("the lid was opened"));
+  laser_.close_lid();
+  EXPECT_FALSE(runner_->still_holds(before).ok()) << "hands were in";
+
+  const auto closed = runner_->consent();
+  EXPECT_TRUE(runner_->still_holds(closed).ok());
+  ASSERT_TRUE(burn(0).ok());  // and back to Idle, with the lid shut
+  ASSERT_EQ(state(), CellState::kIdle);
+  const Status elsewhere = runner_->still_holds(closed);
+  ASSERT_FALSE(elsewhere.ok());
+  EXPECT_THAT(elsewhere.error().message, AllOf(HasSubstr("went on to something else"), HasSubstr("ask for it again")));
+}
+
 TEST_F(PatternTest, WhereStockMayLieUnseenAPersonSaysThatItIsScrap) {
   ASSERT_TRUE(command(CellCommand::kReset).ok());
   bed_.stock = StockSight{{}, {"tag 300 of no known panel is in sight"}};

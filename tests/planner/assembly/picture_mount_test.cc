@@ -9,6 +9,7 @@
 namespace veneer::planner {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 PictureMount usual() {
@@ -88,6 +89,8 @@ TEST(PictureMount, WhatCouldNotHoldThePictureIsRefusedInWords) {
   EXPECT_TRUE(check_mount(usual()).ok());
   EXPECT_THAT(refused([](auto& m) { m.rail = Millimetres(1); }), HasSubstr("rail of 1 mm would not hold"));
   EXPECT_THAT(refused([](auto& m) { m.lip = Millimetres(95); }), HasSubstr("give 0 to 92.0 mm"));
+  EXPECT_THAT(refused([](auto& m) { m.lip = m.clearance; }),
+              AllOf(HasSubstr("lip of 0.5 mm"), HasSubstr("clearance of 0.5 mm")));
   EXPECT_THAT(refused([](auto& m) { m.corner = Millimetres(16); }), HasSubstr("cut into the tray's rail"));
   EXPECT_THAT(refused([](auto& m) { m.clearance = Millimetres(-0.1); }), HasSubstr("give 0 to 5 mm"));
   EXPECT_THAT(refused([](auto& m) { m.kerf = Millimetres(std::numeric_limits<double>::quiet_NaN()); }),
