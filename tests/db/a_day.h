@@ -268,7 +268,8 @@ inline std::vector<Step> a_day() {
   add("keys pruned", [](Database& db) { return RequestKeys(db).prune(kLater); });
   const UserRecord anna{"anna", "operator", "$argon2id$v=19$x", kNow, kNow};
   const auto credential = [](char letter, const std::string& kind) {
-    return CredentialRecord{std::string(64, letter), kind, "anna", "press room", "viewer", kNow, kLater};
+    return CredentialRecord{
+        std::string(64, letter), kind, "anna", std::string("press room ") + letter, "viewer", kNow, kLater};
   };
   add("account", [=](Database& db) { return Accounts(db).add(anna); });
   for (const char letter : {'a', 'b', 'c'})
@@ -280,6 +281,8 @@ inline std::vector<Step> a_day() {
   });
   add("account removed", [=](Database& db) { return Accounts(db).remove(anna.name); });
   add("everybody out", [](Database& db) { return Accounts(db).end_all(); });
+  add("account", [=](Database& db) { return Accounts(db).add(anna); });
+  add("signed in", [=](Database& db) { return Accounts(db).add(credential('d', "session")); });
   add("wood described", [](Database& db) {
     return StockFacts(db).set_material({"walnut", "Juglans regia", "France", "Miller", "not_listed", "test", kLater});
   });
@@ -307,6 +310,17 @@ inline std::vector<Step> a_day() {
   add("difference", [=](Database& db) { return Differences(db).found(elm, {difference(true, 102, 12)}, kLater); });
   add("leased wood written off", [=](Database& db) {
     return Differences(db).decide(elm, {4}, DifferenceVerdict::kWrittenOff, "local:1000", "a chip", kLater);
+  });
+  // Job 5's first piece, in run 8, whose cuts are still kept at the day's end.
+  run(5, elm);
+  jobs("cutting", [](JobStore store) -> Status {
+    const auto pieces = store.pieces(JobId{5});
+    return pieces.ok() ? store.mark_cutting(pieces->front().id, kNow) : Status(pieces.error());
+  });
+  jobs("cut and kept", [](JobStore store) -> Status {
+    const auto pieces = store.pieces(JobId{5});
+    if (!pieces.ok()) return pieces.error();
+    return store.book_and_keep({pieces->front().id, "", {8}, "Grbl 1.1h, $100=80", R"([{"speed":12}])"}, kNow);
   });
   add("restored from a backup", [](Database& db) { return Panels(db).note_restoration(kNow, "test", kLater); });
   add("audit", [](Database& db) { return Audit(db).append({0, kLater, "test", "day.end", ""}); });
