@@ -509,8 +509,8 @@ TEST_F(Backup, SaysWhichCalibrationsCountAgain) {
 // Who was removed since is back, and somebody has to know.
 TEST_F(Backup, SaysWhoMaySignInAgain) {
   db::Accounts accounts(*database);
-  VENEER_ASSERT_OK(
-      accounts.add({"anna", "admin", "$argon2id$v=19$x", "2026-04-01T07:30:00.000Z", "2026-04-01T07:30:00.000Z"}));
+  VENEER_ASSERT_OK(accounts.add(
+      db::UserRecord{"anna", "admin", "$argon2id$v=19$x", "2026-04-01T07:30:00.000Z", "2026-04-01T07:30:00.000Z"}));
   const fs::path backup = must(make()).folder;
   VENEER_ASSERT_OK(accounts.remove("anna"));
   database.reset();
