@@ -299,8 +299,8 @@ TEST(Registration, BlamesNoTagForAScannerThatRunsOtherwise) {
   for (const double drift : {0.0005, 0.001, 0.002}) {
     TileView longer = view;
     for (auto& tag : longer.tags)
-      for (auto& corner : tag.corners) corner.y *= 1 + drift;
-    for (auto& hole : longer.holes) hole.centre.y *= 1 + drift;
+      for (auto& corner : tag.corners) corner.y = corner.y * (1 + drift);
+    for (auto& hole : longer.holes) hole.centre.y = hole.centre.y * (1 + drift);
     const auto found = register_scan(std::span(&longer, 1), Face::kShow, known, cell.model);
     if (found.ok()) {
       EXPECT_TRUE(found->moved.empty()) << drift;
