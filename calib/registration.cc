@@ -243,7 +243,7 @@ Result<TileFit> fit_tile(const TileView& tile, Face face, const PanelFiducials& 
     return refused(
         fmt::format("the panel's fiducials on {} do not lie as they were frozen, by up to {:.2f} mm ({:.2f} "
                     "are allowed), and too few are seen to tell which one has moved: lay the panel flat, "
-                    "with more of it on the glass, wipe its tags clean and scan again",
+                    "with more of it on the glass, wipe its tags clean and scan again, or calibrate the scanner",
                     tile.name, out.agreement.worst->count(), options.max_disagreement.count()));
   for (std::size_t l = 0; l < landmarks.size(); ++l) {
     const bool moved = std::binary_search(found.moved.begin(), found.moved.end(), l);

@@ -291,6 +291,25 @@ TEST(Registration, SaysWhereNobodyCanTellWhetherATagMoved) {
                                                         ::testing::HasSubstr("three are needed to tie new tags")));
 }
 
+// A scanner that warmed up runs a little longer than it was calibrated: no tag has moved, and none may be blamed.
+TEST(Registration, BlamesNoTagForAScannerThatRunsOtherwise) {
+  const Cell& cell = plain_cell();
+  const PanelFiducials known = plain_fiducials();
+  const TileView view = cell.scan(Face::kShow, cell.whole(Face::kShow, 178));
+  for (const double drift : {0.0005, 0.001, 0.002}) {
+    TileView longer = view;
+    for (auto& tag : longer.tags)
+      for (auto& corner : tag.corners) corner.y = corner.y * (1 + drift);
+    for (auto& hole : longer.holes) hole.centre.y = hole.centre.y * (1 + drift);
+    const auto found = register_scan(std::span(&longer, 1), Face::kShow, known, cell.model);
+    if (found.ok()) {
+      EXPECT_TRUE(found->moved.empty()) << drift;
+      continue;
+    }
+    EXPECT_THAT(found.error().message, ::testing::HasSubstr("calibrate the scanner")) << drift;
+  }
+}
+
 TEST(Registration, RefusesAndDoesNotRetagWhereThreeDisagree) {
   const Cell& cell = plain_cell();
   const PanelFiducials known = plain_fiducials();

@@ -4,14 +4,18 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace veneer::daemon {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 Box<PanelFrame> between(double x0, double y0, double x1, double y1) {
   Box<PanelFrame> out;
@@ -97,6 +101,38 @@ TEST(ScanDoubts, BareBoardAsWideAsAStripIsTold) {
   asked.outline = {point<PanelFrame>(146, 20), point<PanelFrame>(178, 20), point<PanelFrame>(178, 140),
                    point<PanelFrame>(146, 140)};
   EXPECT_THAT(sheet.names(), ElementsAre("strip-1"));
+}
+
+TEST(ScanDoubts, EachFiducialThatMovedIsToldOnceAndAHoleIsNotGluedOn) {
+  calib::Registration seen;
+  const auto tag = point<PanelFrame>(10, 20), hole = point<PanelFrame>(60, 30), other = point<PanelFrame>(90, 30);
+  for (int tile = 0; tile < 2; ++tile) {
+    seen.moved.push_back({212, tag, Millimetres(0.3)});
+    seen.moved.push_back({-1, hole, Millimetres(0.2)});
+  }
+  seen.moved.push_back({-1, other, Millimetres(0.2)});
+  const auto told = doubts_of_fiducials({}, seen);
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(told[0].name, "moved-tag-212");
+  EXPECT_THAT(told[0].text, HasSubstr("--retag"));
+  EXPECT_EQ(told[1].name, "moved-hole-1");
+  EXPECT_THAT(told[1].text, Not(HasSubstr("glue")));
+  EXPECT_EQ(told[2].name, "moved-hole-2");
+}
+
+TEST(ScanDoubts, TilesThatProveNothingAreNamed) {
+  calib::Registration seen;
+  seen.agreement = {{5, Millimetres(0.02)}, {3, Millimetres(0.12)}, {2, std::nullopt}};
+  std::vector<calib::TileView> views(3);
+  views[1].name = "scan 12", views[2].name = "scan 13";
+  const auto told = doubts_of_fiducials(views, seen);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].name, "disagree-2");
+  EXPECT_THAT(told[0].text, AllOf(HasSubstr("scan 12"), HasSubstr("0.12 mm")));
+  EXPECT_FALSE(is_unproven(told[0]));
+  EXPECT_EQ(told[1].name, "unproven-3");
+  EXPECT_THAT(told[1].text, HasSubstr("scan 13 shows 2"));
+  EXPECT_TRUE(is_unproven(told[1]));
 }
 
 }  // namespace

@@ -312,6 +312,35 @@ TEST_F(ScanServiceTest, ATagThatCameLooseIsNamedAndANewOneTakesItsPlace) {
   EXPECT_TRUE(after->warnings.empty());
 }
 
+// While the scan waits, another panel gets the number that was glued on: nothing of the scan may be entered then.
+TEST_F(ScanServiceTest, ARetagThatCameTooLateLeavesThePanelAsItWas) {
+  rendered::Panel sheet = rendered::sample_panel();
+  ASSERT_TRUE(scan().ok());
+  std::ranges::find(sheet.tags, Face::kShow, &rendered::GluedTag::face)->id = 400;
+  lay(sheet);
+  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
+    if (kind == RegisterScans::kKind) answer["warnings"] = std::vector<ScanWarning>{{"unproven-1", "nobody can tell"}};
+  };
+  ScanRequest retag;
+  retag.retag = true;
+  const auto waits = scan(retag);
+  ASSERT_TRUE(waits.ok()) << waits.error().message;
+  ASSERT_TRUE(waits->proposal) << "nobody could tell whether a tag has moved";
+  const db::PanelRecord before = panel();
+  db::PanelRecord other = before;
+  other.id = PanelId{"P-0002"}, other.name = "P-0002", other.root = {};
+  db::FiducialRecord tag{db::FiducialKind::kTag, 400, Face::kShow, {}};
+  for (const double x : {10.0, 24.0})
+    for (const double y : {10.0, 24.0}) tag.corners.push_back(point<PanelFrame>(x, y));
+  const Status entered = database_->call([&](Repositories& r) { return r.panels.add(other, {}, {tag}); });
+  ASSERT_TRUE(entered.ok()) << entered.error().message;
+  const auto late = proposals_->accept(*waits->proposal, {"unproven-1"}, "somebody");
+  ASSERT_FALSE(late.ok());
+  EXPECT_EQ(late.error().code, ErrorCode::kConflict) << late.error().message;
+  EXPECT_THAT(late.error().message, ::testing::HasSubstr("panel P-0002 is in stock and carries tag 400"));
+  EXPECT_EQ(panel().mask_version, before.mask_version);
+}
+
 TEST_F(ScanServiceTest, ANewPanelsTagsNeedNoWord) {
   ScanRequest retag;
   retag.retag = true;
