@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/db/cell_database.h"
+#include "tests/db/stray_sql.h"
 
 namespace veneer::db {
 namespace {
