@@ -146,27 +146,11 @@ cv::Mat few_lines(const cv::Mat& oddness, double px) {
   }
 }
 
-// Sums of three planes over places of which `area` counts.
-cv::Mat mean_of(const cv::Mat& sums, const cv::Mat& area) {
-  cv::Mat share;
-  cv::merge(std::vector(3, cv::Mat(1 / cv::max(area, 1.0F))), share);
-  return sums.mul(share);
-}
-
-// What lies `columns` to the left of each place; beyond the picture there is nothing.
-cv::Mat moved(const cv::Mat& values, int columns) {
-  cv::Mat out = cv::Mat::zeros(values.size(), values.type());
-  const int reach = std::min(std::abs(columns), values.cols), rest = values.cols - reach;
-  const cv::Rect from(columns > 0 ? 0 : reach, 0, rest, values.rows), to(columns > 0 ? reach : 0, 0, rest, values.rows);
-  values(from).copyTo(out(to));
-  return out;
-}
-
 }  // namespace
 
 cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
   constexpr double kLength = 8;                          // mm
-  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; what is beside a line is as wide
+  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; a line's surroundings reach three times as far
   constexpr double kSteepest = 0.12, kTilt = 0.06;
   constexpr double kAlone = 2, kNearby = 8;  // mm to either side, between which the wood must be calmer than the line
   constexpr double kShrink = 0.5;            // a line is long: half the pixels show it as well
@@ -197,19 +181,16 @@ cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Re
       cv::warpAffine(own, sheared, upright, mask.size());
       cv::warpAffine(wood, where, upright, mask.size());
       for (std::size_t i = 0; i < kWidths.size(); ++i) {
-        // A line differs from both of its sides in the same way: the shade along a strip's side from one only.
-        const int narrow = odd(kWidths[i] * px), beside = odd(1.1 * kWidths[i] * px), apart = (narrow + beside) / 2;
-        const cv::Mat in_area = sum_around(where, {narrow, tall}), side_area = sum_around(where, {beside, tall});
-        const cv::Mat in = mean_of(sum_around(sheared, {narrow, tall}), in_area),
-                      side = mean_of(sum_around(sheared, {beside, tall}), side_area);
-        const cv::Mat side_known = side_area >= 0.5F * static_cast<float>(beside * tall);
-        const cv::Mat known = (in_area >= 0.5F * static_cast<float>(narrow * tall)) & moved(side_known, apart) &
-                              moved(side_known, -apart);
-        const cv::Mat left = in - moved(side, apart), right = in - moved(side, -apart);
-        cv::Mat lighter, darker, contrast;
-        cv::min(left, right, lighter), cv::max(left, right, darker);
-        cv::max(lighter, cv::Mat(-darker), contrast);
-        cv::max(contrast, cv::Scalar::all(0), contrast);
+        const int narrow = odd(kWidths[i] * px), wide = odd(3.2 * kWidths[i] * px);
+        const cv::Mat in_area = sum_around(where, {narrow, tall}),
+                      beside_area = sum_around(where, {wide, tall}) - in_area;
+        const cv::Mat known = (in_area >= 0.5F * static_cast<float>(narrow * tall)) &
+                              (beside_area >= 0.5F * static_cast<float>((wide - narrow) * tall));
+        cv::Mat in_share, beside_share, contrast;
+        cv::merge(std::vector(3, cv::Mat(1 / cv::max(in_area, 1.0F))), in_share);
+        cv::merge(std::vector(3, cv::Mat(1 / cv::max(beside_area, 1.0F))), beside_share);
+        const cv::Mat in_sum = sum_around(sheared, {narrow, tall});
+        contrast = cv::abs(in_sum.mul(in_share) - (sum_around(sheared, {wide, tall}) - in_sum).mul(beside_share));
         contrast.setTo(cv::Scalar::all(0), ~known);
         cv::warpAffine(contrast, contrast, back, mask.size());
         best[i] = cv::max(best[i], contrast);

@@ -19,7 +19,6 @@ constexpr double kGapFrom = 0.35, kGapTo = 6;  // mm
 constexpr double kShown = 0.7;                 // mm; a narrower gap is blurred with its neighbours
 constexpr double kRoughest = 0.05;             // of a gap's lightness from slab to slab, logarithm
 constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
-constexpr double kNoPart = 0.3;                // mm; less of a gap is its side's blur
 constexpr double kBeside = 6;                  // mm beside a gap that it is compared with
 constexpr double kSmallestArea = 150;          // mm2 of a strip
 constexpr double kNarrowest = 6;               // mm
@@ -229,9 +228,6 @@ struct GapRules {
         roughest(kRoughest + view.spread()[0]) {}
 };
 
-// Logarithm of the board's light within which it is fully lit.
-double lit_within(const SlabView& view) { return std::max(0.1, 3 * view.spread()[0]); }
-
 // What a region shows along lines of one tilt, column by column.
 struct Profile {
   std::vector<double> board;  // share of the slabs that have the board's colour, lit or shaded
@@ -318,28 +314,6 @@ void add_sides(Profile& profile, const Region& region, const Stretch& stretch, d
   }
 }
 
-// Wood that has the board's colour in shade passes for gap up to a line of its grain. Its own side is far clearer than
-// that line, and the board beyond it fully lit.
-Gap without_wood(const Gap& gap, const std::vector<Gap>& all, const Profile& level, const Region& region,
-                 const SlabView& view) {
-  constexpr double kClearer = 2;  // times
-  const double lit = lit_within(view);
-  const auto unlit = [&](double from, double to) {
-    if (to - from < kNoPart * view.px()) return true;
-    double sum = 0, columns = 0;
-    for (int x = static_cast<int>(from) - region.left; x < static_cast<int>(to) - region.left; ++x)
-      sum += level.lightness(x), columns += 1;
-    return std::abs(sum) > lit * columns;
-  };
-  Gap best = gap;
-  for (const Gap& inner : all)
-    if (inner.from >= gap.from && inner.to <= gap.to && inner.clear > kClearer * gap.clear &&
-        inner.clear > best.clear && unlit(gap.from, inner.from) && unlit(inner.to, gap.to) &&
-        !unlit(inner.from, inner.to))
-      best = inner;
-  return best;
-}
-
 // Gaps that run through the whole region: bands of board between two clear steps.
 std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double share) {
   const Stretch stretch(view, region.top, region.bottom);
@@ -367,11 +341,10 @@ std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double sh
   std::sort(all.begin(), all.end(), [](const Gap& a, const Gap& b) {
     return std::pair(a.to - a.from, a.clear) > std::pair(b.to - b.from, b.clear);
   });
-  const Profile level = profile_of(region, stretch, 0, share);
   for (const Gap& gap : all) {
     const bool apart = std::all_of(
         best.begin(), best.end(), [&](const Gap& other) { return gap.from > other.to + 1 || gap.to < other.from - 1; });
-    if (apart) best.push_back(without_wood(gap, all, level, region, view));
+    if (apart) best.push_back(gap);
   }
   std::sort(best.begin(), best.end(), [](const Gap& a, const Gap& b) { return a.from < b.from; });
   return best;
@@ -393,7 +366,7 @@ std::vector<Gap> find_ragged_gaps(const SlabView& view, const Region& region) {
                        [](double share) { return share < kWood; });
   };
   const GapRules rules(view);
-  const double lit = lit_within(view);
+  const double lit = std::max(0.1, 3 * view.spread()[0]);  // logarithm of the board's light
   const auto is_lit = [&](int from, int to) {
     for (int x = from; x < to; ++x)
       if (std::abs(profile.lightness(x)) < lit && profile.rough[static_cast<std::size_t>(x)] <= rules.roughest)

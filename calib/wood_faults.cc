@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/odd_marks.h"
-#include "calib/round_rim.h"
 
 namespace veneer::calib {
 namespace {
@@ -172,7 +171,7 @@ double round_reach(const BoardView& view, const cv::Point2d& centre, double inne
 std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
   constexpr double kSmallest = 0.8, kLargest = 4.8;  // mm, radius
   constexpr double kEdge = 0.22;                     // step of the logarithm at a rim, per Scharr's kernel width
-  constexpr double kPerfect = 0.65;
+  constexpr double kPerfect = 0.72;
   const double px = view.px_per_mm;
   std::vector<ScrewSpot> out;
   for (const std::size_t plane : {std::size_t{0}, std::size_t{2}}) {
@@ -224,15 +223,8 @@ bool has_rim(const BoardView& view, const ScrewSpot& circle) {
 // A patch of the strip that shows none of the wood's own colours.
 enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or a pore
 
-// Steps of a rim: of a foreign patch, of what is a circle anyway, of what is odd, of what needs no other sign.
-constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
-
-// A knot is wood: it fades into what is around it.
-bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft; }
-
-// Marks the patches in `faults`, and gathers the rims of those that are round.
-void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, const RimScale& scale,
-                          WoodFaults& faults, std::vector<RoundRim>& rims) {
+// Marks the patches in `faults`, and measures those that are round.
+void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, WoodFaults& faults) {
   const double px = view.px_per_mm;
   const std::vector<std::uint8_t> own = own_colours(view, strip, box);
   cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), inner_strip, labels, stats, centres;
@@ -263,10 +255,8 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
     const double inner = 0.25 * (wide + tall) * px;
     if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
-    const RoundRim rim = find_rim(view, scale, {centre, 2 * reach});
-    const bool clear = rim.step >= kClearRim, knot = clear && is_knot(rim);
-    patch = knot ? Patch::kNone : Patch::kFault;
-    if (clear && !knot) rims.push_back(rim);
+    faults.round.push_back({centre, 2 * reach});
+    patch = Patch::kFault;
   }
   cv::Mat openings = cv::Mat::zeros(box.size(), CV_8UC1);
   for (int r = 0; r < box.height; ++r)
@@ -299,68 +289,28 @@ double oddness_of(const ScrewSpot& spot, const std::vector<SpotContrast>& sizes,
   return most;
 }
 
-// What is left out for a spot: its rim, and where that is much smaller all that was odd. In near-black wood a head's
-// slot or a speck has a clearer rim than the hole that it lies in.
-void leave_out(const ScrewSpot& spot, const RoundRim& rim, std::vector<RoundRim>& rims) {
-  constexpr double kMuchSmaller = 0.65;
-  rims.push_back(rim);
-  if (rim.step > kClearRim && rim.circle.diameter < kMuchSmaller * spot.diameter) {
-    rims.push_back(rim);
-    rims.back().circle = spot;
-  }
-}
-
-// Of rims that show the same thing the clearest.
-std::vector<ScrewSpot> clearest_of(std::vector<RoundRim> rims) {
-  std::ranges::sort(rims, std::ranges::greater{}, &RoundRim::step);
-  std::vector<ScrewSpot> out;
-  for (const RoundRim& rim : rims) {
-    const auto same = [&](const ScrewSpot& other) {
-      return cv::norm(other.centre - rim.circle.centre) < 0.3 * std::max(other.diameter, rim.circle.diameter) &&
-             rim.circle.diameter < 1.4 * other.diameter;
-    };
-    if (std::ranges::none_of(out, same)) out.push_back(rim.circle);
-  }
-  return out;
-}
-
 }  // namespace
 
 WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   constexpr double kOddCircle = 2;
-  constexpr double kShadedRim = 1.2;  // mm of a hole's diameter
   WoodFaults out;
   out.mask = cv::Mat::zeros(strip.size(), CV_8UC1);
   const cv::Rect box = cv::boundingRect(strip);
   if (box.empty()) return out;
   const double px = view.px_per_mm;
+  mark_foreign_patches(view, strip, box, out);
   // The strip's rim shows its sides.
   cv::Mat calm;
   cv::erode(strip, calm, round_kernel(kStripRim * px));
-  const RimScale scale(view, calm, box);
-  std::vector<RoundRim> rims;
-  mark_foreign_patches(view, strip, box, scale, out, rims);
   std::vector<SpotContrast> sizes;
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
-  for (const ScrewSpot& circle : find_circles(view, strip, box)) {
-    const RoundRim rim = find_rim(view, scale, circle);
-    if (rim.step < kFaintRim || is_knot(rim)) continue;
-    if (rim.step > kClearestRim || oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle))
-      leave_out(circle, rim, rims);
-  }
+  for (const ScrewSpot& circle : find_circles(view, strip, box))
+    if (oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle)) out.round.push_back(circle);
   // What is known already is not usual.
   cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
-  for (const RoundRim& rim : rims)
-    cv::circle(calm, rim.circle.centre, static_cast<int>(rim.circle.diameter / 2 + kStripRim * px), cv::Scalar(0),
-               cv::FILLED);
-  // A hole's own shade may hide its rim in figured wood: what is odd reaches as far as it was odd.
-  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) {
-    RoundRim rim = find_rim(view, scale, spot);
-    if (rim.step < kOddRim || is_knot(rim)) continue;
-    rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
-    leave_out(spot, rim, rims);
-  }
-  out.round = clearest_of(std::move(rims));
+  for (const ScrewSpot& spot : out.round)
+    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kStripRim * px), cv::Scalar(0), cv::FILLED);
+  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) out.round.push_back(spot);
   out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.
   cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));

@@ -285,7 +285,7 @@ TEST(BedPose, TellsOfTagsThatDisagreeALittle) {
   const test::TrueCamera camera;
   const CameraModel model = exact_model(camera);
   std::vector<GluedTag> tags = {kBackTags[0], kBackTags[1], kBackTags[3]};
-  tags[2].lay.x += 0.12;
+  tags[2].lay.x += 0.08;
   const auto pose = locate_panel(seen_tags(camera, tags, kLay), model, 2.1_mm, std::vector{large_panel()});
   ASSERT_TRUE(pose.ok()) << pose.error().message;
   EXPECT_TRUE(pose->moved.empty());

@@ -76,18 +76,6 @@ TEST(StripFinder, DoesNotTakeTheGrainForAGap) {
   expect_corners(found[0], board.strips[0]);
 }
 
-// Silver wood has the colour that white board has in shade, so that the wood up to a line of the grain could be gap.
-TEST(StripFinder, EndsAGapAtTheWoodAndNotAtALineOfItsGrain) {
-  DrawnBoard board;
-  board.bgr = {238, 240, 240}, board.texture = 0.004;
-  board.strips = {{{12, 12}, {40, 48}, kSilver, 0, 0.01},
-                  {{42, 12}, {78, 48}, kSilver, 0, 0.01},
-                  {{37, 12}, {37.5, 48}, kSilver * 0.88, 0, 0}};
-  const auto found = strips_of(board);
-  ASSERT_EQ(found.size(), 2U);
-  for (std::size_t i = 0; i < 2; ++i) expect_corners(found[i], board.strips[i]);
-}
-
 TEST(StripFinder, SaysHowClearlyItsSidesAreSeen) {
   DrawnBoard board;
   board.texture = 0.05;

@@ -424,7 +424,8 @@ TEST_F(PatternTest, AWordGivenEarlierEndsWithTheLidAndWithTheState) {
 
   const auto closed = runner_->consent();
   EXPECT_TRUE(runner_->still_holds(closed).ok());
-  ASSERT_TRUE(burn(0).ok());  // and back to Idle, with the lid shut
+  ASSERT_TRUE(burn(0).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());  // and back to Idle, with the lid shut
   ASSERT_EQ(state(), CellState::kIdle);
   const Status elsewhere = runner_->still_holds(closed);
   ASSERT_FALSE(elsewhere.ok());
