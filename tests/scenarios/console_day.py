@@ -11,6 +11,7 @@ import time
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 SIZES = {"desk": (1280, 800), "wide": (1920, 1080), "phone": (390, 844)}
@@ -143,7 +144,8 @@ class Day:
         self.go("new")
         self.find("#picture-file").send_keys(os.environ["PICTURE"])
         for field, value in (("#picture-size", "20"), ("#picture-patch", "10")):
-            self.find(field).clear()
+            # As a hand does: clear() tells the page of nothing, which then draws the old value again.
+            self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
