@@ -23,7 +23,7 @@ veneerd ($version) bookworm; urgency=medium
 
   * See /usr/share/doc/veneerd/changelog.gz.
 
- -- The veneerd authors <veneerd@localhost>  $(date -R -u -d "@$SOURCE_DATE_EPOCH")
+ -- The veneerd authors <veneerd@example.org>  $(date -R -u -d "@$SOURCE_DATE_EPOCH")
 TEXT
 
 cd "$copy"
