@@ -10,7 +10,8 @@ daemon='' twin=''
 cleanup() {
   for process in $daemon $twin; do kill "$process" 2>/dev/null || true; done
   wait 2>/dev/null || true
-  for inside in dev/pts proc sys; do mountpoint -q "$root/$inside" && umount "$root/$inside"; done
+  # What they started stands in the root as well: the guardian, workers.
+  for inside in dev/pts proc sys; do mountpoint -q "$root/$inside" && umount --lazy "$root/$inside"; done
   rm -rf --one-file-system "$work"
 }
 trap cleanup EXIT
@@ -55,7 +56,8 @@ for ((tries = 0; ; ++tries)); do
   kill -0 "$daemon" 2>/dev/null && ((tries < 600)) || { tail -20 "$work/daemon.log" >&2; fail "the daemon does not answer"; }
   sleep 0.1
 done
-inside curl --fail --silent --show-error http://127.0.0.1:8765/ | grep -qi '<html' || fail "the console does not answer"
+page=$(inside curl --fail --silent --show-error http://127.0.0.1:8765/console) && [[ $page == *"<html"* ]] ||
+  fail "the console does not answer"
 echo "the daemon and its console answer"
 kill "$daemon"
 wait "$daemon" || fail "the daemon does not end in order"
