@@ -44,7 +44,8 @@ starts() { sed -n 's/ --guardian [^ ]*//; s/^ExecStart=//p' "$root/lib/systemd/s
 for folder in run/veneerd run/veneer-guardian run/veneer-twin var/lib/veneerd var/lib/veneer-twin; do
   inside install -d -o veneer -g veneer -m 0750 "/$folder"
 done
-as_veneer() { chroot --userspec=veneer:veneer "$root" /usr/bin/env -i PATH=/usr/bin:/bin LC_ALL=C.UTF-8 "$@"; }
+# In the background only: the process that is waited for is the program itself.
+as_veneer() { exec chroot --userspec=veneer:veneer "$root" /usr/bin/env -i PATH=/usr/bin:/bin LC_ALL=C.UTF-8 "$@"; }
 read -ra line <<<"$(starts veneer-twin)"
 as_veneer "${line[@]}" >"$work/twin.log" 2>&1 &
 twin=$!
