@@ -32,7 +32,7 @@ void must(const Status& status) {
 
 class RemnantClerkTest : public ::testing::Test {
  protected:
-  // A daemon's life.
+  // A daemon's stay.
   struct Life {
     explicit Life(const fs::path& data)
         : database(must(DatabaseThread::open(data / "veneerd.db", reactor))),
@@ -63,13 +63,13 @@ class RemnantClerkTest : public ::testing::Test {
   };
 
   RemnantClerkTest() {
-    Life life(data());
+    Life stay(data());
     db::PanelRecord panel;
     panel.id = kMaple, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
     const auto picture =
-        must(life.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+        must(stay.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
-    must(life.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
+    must(stay.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
     picture_ = data() / picture.file;
   }
   // A piece of 8 mm in the lower left corner.
@@ -99,29 +99,29 @@ class RemnantClerkTest : public ::testing::Test {
 };
 
 TEST_F(RemnantClerkTest, BooksWhatARunLeavesWithItsPicture) {
-  Life life(data());
-  life.clerk.book_due();
-  ASSERT_EQ(life.booked().size(), 1U);
-  EXPECT_FALSE(life.booked()[0].run) << "of its first scan";
-  life.clerk.book_due();
-  EXPECT_EQ(life.booked().size(), 1U) << "nothing is due";
-  must(life.database->call(&cut_a_piece));
-  life.clerk.book_due();
-  const auto booked = life.booked();
+  Life stay(data());
+  stay.clerk.book_due();
+  ASSERT_EQ(stay.booked().size(), 1U);
+  EXPECT_FALSE(stay.booked()[0].run) << "of its first scan";
+  stay.clerk.book_due();
+  EXPECT_EQ(stay.booked().size(), 1U) << "nothing is due";
+  must(stay.database->call(&cut_a_piece));
+  stay.clerk.book_due();
+  const auto booked = stay.booked();
   ASSERT_EQ(booked.size(), 2U);
   EXPECT_EQ(booked[0].run, db::RunId{1});
   ASSERT_EQ(booked[0].woods.size(), 1U);
   EXPECT_LT(booked[0].woods[0].free + SquareMillimetres(64), booked[1].woods[0].free);
   EXPECT_LT(booked[0].square->size, booked[1].square->size);
-  const auto picture = must(life.library.load_picture(booked[0].picture_file));
+  const auto picture = must(stay.library.load_picture(booked[0].picture_file));
   EXPECT_EQ(picture.size(), cv::Size(kMaskColumns, kMaskRows));
 }
 
 TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
   {
-    Life life(data());
-    must(life.database->call(&cut_a_piece));
-    life.clerk.book_due();
+    Life stay(data());
+    must(stay.database->call(&cut_a_piece));
+    stay.clerk.book_due();
   }
   lose_pictures();
   fs::remove(data() / "memory.json");
@@ -143,9 +143,9 @@ TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
 
 TEST_F(RemnantClerkTest, CountsAgainWhatTheLastSearchesAskedFor) {
   {
-    Life life(data());
-    life.remnants.note_search({{}, Tone::kLight, Millimetres(9)});
-    life.clerk.book_due();
+    Life stay(data());
+    stay.remnants.note_search({{}, Tone::kLight, Millimetres(9)});
+    stay.clerk.book_due();
   }
   lose_pictures();
   Life next(data());
@@ -153,13 +153,13 @@ TEST_F(RemnantClerkTest, CountsAgainWhatTheLastSearchesAskedFor) {
 }
 
 TEST_F(RemnantClerkTest, WhatCannotBeReadIsDueAgain) {
-  Life life(data());
+  Life stay(data());
   lose_pictures();
-  life.clerk.book_due();
-  EXPECT_TRUE(life.booked().empty());
+  stay.clerk.book_due();
+  EXPECT_TRUE(stay.booked().empty());
   fs::rename(directory_ / "lost", picture_);
-  life.clerk.book_due();
-  EXPECT_EQ(life.booked().size(), 1U);
+  stay.clerk.book_due();
+  EXPECT_EQ(stay.booked().size(), 1U);
 }
 
 }  // namespace

@@ -58,15 +58,15 @@ class StockMemoryTest : public ::testing::Test {
   }
 
   StockMemoryTest() {
-    Life life(data());
+    Life stay(data());
     db::PanelRecord panel;
     panel.id = {"P-0001"}, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
     const auto picture =
-        must(life.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+        must(stay.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
     panel.usable = SquareMillimetres(kWholeMask);
-    if (!life.r.panels.add(panel, {}, {}).ok()) throw std::runtime_error("not added");
-    life.write_off(5);
+    if (!stay.r.panels.add(panel, {}, {}).ok()) throw std::runtime_error("not added");
+    stay.write_off(5);
     picture_ = data() / picture.file;
   }
   fs::path data() const { return directory_ / "data"; }
@@ -80,13 +80,13 @@ class StockMemoryTest : public ::testing::Test {
 TEST_F(StockMemoryTest, IsCountedOnceAlthoughTheDaemonDies) {
   double free = 0, found = 0;
   {
-    Life life(data());
-    free = life.free(), found = life.found(8);
+    Life stay(data());
+    free = stay.free(), found = stay.found(8);
     EXPECT_NEAR(free, kWholeMask - 36, 3);
     EXPECT_GT(found, 200);
-    life.memory.save();
+    stay.memory.save();
     lose_pictures();
-    EXPECT_EQ(life.found(8), found) << "asked for again";
+    EXPECT_EQ(stay.found(8), found) << "asked for again";
   }
   Life next(data());
   EXPECT_EQ(next.free(), free);
@@ -96,14 +96,14 @@ TEST_F(StockMemoryTest, IsCountedOnceAlthoughTheDaemonDies) {
 
 TEST_F(StockMemoryTest, IsCountedAgainWhenItsWoodHasChanged) {
   {
-    Life life(data());
-    life.found(8), life.free();
-    life.memory.save();
-    life.write_off(20);
-    EXPECT_NEAR(life.free(), kWholeMask - 72, 5);
-    const double now = life.found(8);
-    life.write_off(12);
-    EXPECT_LT(life.found(8), now);
+    Life stay(data());
+    stay.found(8), stay.free();
+    stay.memory.save();
+    stay.write_off(20);
+    EXPECT_NEAR(stay.free(), kWholeMask - 72, 5);
+    const double now = stay.found(8);
+    stay.write_off(12);
+    EXPECT_LT(stay.found(8), now);
     // This daemon dies before it saves again.
   }
   Life next(data());
@@ -118,10 +118,10 @@ TEST_F(StockMemoryTest, IsCountedAgainWhenItsWoodHasChanged) {
 TEST_F(StockMemoryTest, OfAnotherHistoryIsNotTold) {
   fs::copy_file(data() / "veneerd.db", directory_ / "backup.db");
   {
-    Life life(data());
-    life.write_off(20);
-    life.free();
-    life.memory.save();
+    Life stay(data());
+    stay.write_off(20);
+    stay.free();
+    stay.memory.save();
   }
   for (const char* rest : {"", "-wal", "-shm"}) fs::remove(data() / (std::string("veneerd.db") + rest));
   fs::copy_file(directory_ / "backup.db", data() / "veneerd.db");
