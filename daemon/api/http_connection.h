@@ -8,10 +8,12 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 
 #include "daemon/api/access.h"
 #include "daemon/api/api_stream.h"
@@ -36,7 +38,8 @@ struct ServerShared {
   int tcp_port = 0, tls_port = 0;
   ClientShares shares;
   TlsGate gate;
-  std::uint64_t activity = 0;  // counts every step any connection makes
+  std::uint64_t activity = 0;                              // counts every step any connection makes
+  std::deque<std::weak_ptr<HttpConnection>> large_bodies;  // that are whole and wait for their turn
   std::function<void(const HttpConnection&)> on_gone;
   std::function<void()> on_waiting;  // a handshake at the gate
 };
@@ -60,8 +63,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t last_activity() const { return last_activity_; }
   // Its last request came from an operator.
   bool trusted() const { return caller_.role >= Role::kOperator; }
-  // Whose last request was; over TCP anonymous until a header has said more.
-  const std::string& who() const { return caller_.who; }
+  // Whose last request was (identity_of); over TCP anonymous until a header has said more.
+  const std::string& identity() const { return identity_; }
 
  private:
   using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
@@ -81,6 +84,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void route();
   void say_continue();
   void read_body();
+  void take_turn();
+  static void give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor);
   void handle();
   void run_handler(const ApiRequest& request);
   void notice_departure();
@@ -102,11 +107,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<RequestParser> parser_;
   std::optional<Response> response_;
   Caller caller_;
+  std::string identity_;
   Router::Match match_;
   Doing doing_ = Doing::kReading;
   std::uint64_t last_activity_ = 0;
   std::uint64_t request_number_ = 0;
   std::size_t swallowed_ = 0;  // after the last reply
+  bool awaiting_turn_ = false;
   bool awaiting_reply_ = false;
   std::stop_source gone_;  // of the request that is being handled
   ClientShares::Share request_share_, upload_share_, reply_share_;
