@@ -78,9 +78,9 @@ const ApiOperation& operation_at(std::size_t number, Who who) {
   };
   // STOP would end the very burn that is measured. The word for anything else an anonymous client does not have.
   static const std::vector<ApiOperation> anybodys = all_but({"stop"});
-  static const std::vector<ApiOperation> operators =
-      all_but({"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop",
-               "laserOverrides", "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity"});
+  static const std::vector<ApiOperation> operators = all_but(
+      {"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop", "laserOverrides",
+       "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity", "endConsoleLinks"});
   const auto& operations = who == Who::kAnybody ? anybodys : operators;
   return operations[number % operations.size()];
 }
