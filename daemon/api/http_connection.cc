@@ -30,7 +30,6 @@ constexpr std::string_view kEventsPath = "/api/v1/events";
 constexpr std::chrono::seconds kLinger{2};
 constexpr std::size_t kMostSwallowed = 256 * 1024;
 constexpr std::chrono::milliseconds kDepartureCheck{250};
-constexpr std::size_t kQuickBody = 4 * 1024;
 // What may be read and not yet understood: a header, an extension of a piece of a body, a trailer. Only the first has a
 // limit of the parser's.
 constexpr std::size_t kMostReadAhead = 128 * 1024;
@@ -204,6 +203,31 @@ void HttpConnection::on_header(error_code fault) {
     return;
   }
   identity_ = identity_of(caller_, visitor_.address);
+  take_turn(&HttpConnection::look_at_request);
+}
+
+void HttpConnection::take_turn(void (HttpConnection::*then)()) {
+  awaiting_turn_ = true;
+  shared_->turns.wait(identity_, [weak = weak_from_this(), then] {
+    const auto self = weak.lock();
+    if (self && std::exchange(self->awaiting_turn_, false)) (self.get()->*then)();
+  });
+  if (!std::exchange(shared_->gives_turns, true)) give_turns(shared_, stream_.get_executor());
+}
+
+// One each time the loop comes round.
+void HttpConnection::give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor) {
+  asio::post(reactor, [shared, reactor] {
+    shared->turns.next()();
+    if (shared->turns.empty())
+      shared->gives_turns = false;
+    else
+      give_turns(shared, reactor);
+  });
+}
+
+void HttpConnection::look_at_request() {
+  const auto& request = parser_->get();
   if (request.method() == http::verb::get && path_of(request.target()) == kEventsPath) return upgrade();
   route();
 }
@@ -281,29 +305,11 @@ void HttpConnection::say_continue() {
 }
 
 void HttpConnection::read_body() {
-  if (parser_->is_done()) return take_turn();
+  if (parser_->is_done()) return handle();
   stream_.expires_after(shared_->options.body_timeout);
   http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code fault, std::size_t) {
     if (fault) return self->on_parse_fault(fault);
-    self->take_turn();
-  });
-}
-
-// Reading what is large takes milliseconds of this loop. A crowd whose bodies are whole at the same moment is heard one
-// by one, with whatever else is ready, STOP among it, in between.
-void HttpConnection::take_turn() {
-  if (parser_->get().body().size() <= kQuickBody) return handle();
-  awaiting_turn_ = true;
-  shared_->large_bodies.push_back(weak_from_this());
-  if (shared_->large_bodies.size() == 1) give_turns(shared_, stream_.get_executor());
-}
-
-void HttpConnection::give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor) {
-  asio::post(reactor, [shared, reactor] {
-    const auto next = shared->large_bodies.front().lock();
-    if (next && std::exchange(next->awaiting_turn_, false)) next->handle();
-    shared->large_bodies.pop_front();
-    if (!shared->large_bodies.empty()) give_turns(shared, reactor);
+    self->take_turn(&HttpConnection::handle);
   });
 }
 

@@ -8,7 +8,6 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -21,6 +20,7 @@
 #include "daemon/api/tls.h"
 #include "daemon/api/tls_gate.h"
 #include "daemon/api/tls_hello.h"
+#include "daemon/api/turns.h"
 
 namespace veneer::daemon {
 
@@ -38,8 +38,9 @@ struct ServerShared {
   int tcp_port = 0, tls_port = 0;
   ClientShares shares;
   TlsGate gate;
-  std::uint64_t activity = 0;                              // counts every step any connection makes
-  std::deque<std::weak_ptr<HttpConnection>> large_bodies;  // that are whole and wait for their turn
+  std::uint64_t activity = 0;  // counts every step any connection makes
+  Turns turns;                 // of requests that are to be looked at
+  bool gives_turns = false;
   std::function<void(const HttpConnection&)> on_gone;
   std::function<void()> on_waiting;  // a handshake at the gate
 };
@@ -79,13 +80,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void read_header();
   void on_header(boost::system::error_code fault);
   void on_parse_fault(boost::system::error_code fault);
+  void take_turn(void (HttpConnection::*then)());
+  static void give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor);
+  void look_at_request();
   std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers) const;
   void upgrade();
   void route();
   void say_continue();
   void read_body();
-  void take_turn();
-  static void give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor);
   void handle();
   void run_handler(const ApiRequest& request);
   void notice_departure();

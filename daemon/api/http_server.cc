@@ -240,7 +240,8 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
                                                             ClientShares(limits),
                                                             TlsGate(handshakes),
                                                             0,
-                                                            {},
+                                                            Turns(),
+                                                            false,
                                                             {},
                                                             {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));

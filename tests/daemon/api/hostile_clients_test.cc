@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <string>
@@ -169,9 +170,9 @@ TEST(HostileClients, WhatStandsBetweenThePiecesOfABodyIsBounded) {
   EXPECT_EQ(press_stop(server).status, 200);
 }
 
-// Reading a large body takes milliseconds; a crowd that sends as many at once as it may must not make STOP wait for
-// all.
-TEST(HostileClients, LargeBodiesAreReadOneByOneWithWhatElseIsReadyInBetween) {
+// Some requests take a millisecond to look at: a crowd that sends as many at once as it may must not make STOP wait for
+// all of them.
+TEST(HostileClients, RequestsAreLookedAtOneByOneWithWhatElseIsReadyInBetween) {
   ApiServer* running = nullptr;
   int others = 0, before = 0, together = 0, read = 0;  // on the reactor
   ApiServer server({}, {}, [&](Router& router) {
@@ -183,18 +184,19 @@ TEST(HostileClients, LargeBodiesAreReadOneByOneWithWhatElseIsReadyInBetween) {
     });
   });
   running = &server;
-  const std::string body = "{\"a\":\"" + std::string(5000, 'x') + "\"}";
+  // In turn without a body, with a small one, and with one that is longer than what is read at once.
+  const std::array<std::string, 3> bodies = {"", "{}", "{\"a\":\"" + std::string(5000, 'x') + "\"}"};
   std::vector<HttpProbe> crowd;
   server.on_reactor([&] {
     for (int i = 0; i < 30; ++i) {
       crowd.push_back(HttpProbe::over_unix(server.socket()));
+      const std::string& body = bodies[static_cast<std::size_t>(i) % bodies.size()];
       crowd.back().send("POST /api/v1/laser/jog HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(body.size()) +
                         "\r\n\r\n" + body);
     }
   });
-  int refused = 0;
-  for (HttpProbe& probe : crowd) refused += probe.read().status == 429 ? 1 : 0;
-  EXPECT_EQ(server.on_reactor([&] { return read; }), 30 - refused);
+  for (HttpProbe& probe : crowd) EXPECT_EQ(probe.read().status, 200);
+  EXPECT_EQ(server.on_reactor([&] { return read; }), 30);
   EXPECT_EQ(server.on_reactor([&] { return together; }), 0);
 }
 
