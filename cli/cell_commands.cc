@@ -105,7 +105,11 @@ void add_cell_commands(CLI::App& app, CommandContext& context) {
   console->add_option("--role", *role, "What the browser may do; at most what you may")
       ->check(CLI::IsMember({"viewer", "operator", "maintainer", "admin"}))
       ->capture_default_str();
-  console->callback([role, &context] {
+  const auto end = std::make_shared<bool>(false);
+  console->add_flag("--end", *end, "Sign out whoever came in by a link, and forget links not used yet; for admins")
+      ->excludes("--role");
+  console->callback([role, end, &context] {
+    if (*end) return context.finish(context.client().request("DELETE", "/console-links", "", ""), render_ended_links);
     context.finish(context.client().post("/console-links", {{"role", *role}}),
                    [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });
   });

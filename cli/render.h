@@ -49,8 +49,9 @@ std::string render_place(const nlohmann::json& reply);   // of GET /panels/{id}/
 std::string render_ledger(const nlohmann::json& reply);  // {"allocations": [...]}
 std::string render_tasks(const nlohmann::json& reply);   // {"tasks": [...]}
 std::string render_task(const nlohmann::json& task);
-std::string render_users(const nlohmann::json& reply);   // {"users": [...]}
-std::string render_tokens(const nlohmann::json& reply);  // {"tokens": [...]}
+std::string render_users(const nlohmann::json& reply);        // {"users": [...]}
+std::string render_tokens(const nlohmann::json& reply);       // {"tokens": [...]}
+std::string render_ended_links(const nlohmann::json& reply);  // {"links": N, "sessions": N}
 std::string render_who(const nlohmann::json& session);
 std::string render_state(const nlohmann::json& taken);   // the answer to a command
 std::string render_twin(const nlohmann::json& status);   // sim status

@@ -35,6 +35,14 @@ std::string render_tokens(const json& reply) {
   return table.str();
 }
 
+std::string render_ended_links(const json& reply) {
+  const auto of = [](std::int64_t count, const char* what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+  };
+  return fmt::format("{} signed out, {} that nobody had used forgotten.\n",
+                     of(whole_or(reply, "sessions", 0), "browser"), of(whole_or(reply, "links", 0), "link"));
+}
+
 std::string render_who(const json& session) {
   std::string text = fmt::format("You are {}, and may do what a {} may.", text_or(session, "who", "nobody"),
                                  text_or(session, "role", "viewer"));

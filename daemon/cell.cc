@@ -404,12 +404,18 @@ void Cell::follow_laser() {
   refresh_counts();
 }
 
+Status Cell::may_be_noted(const Caller& caller) const {
+  if (audit_log_->has_room(caller.who)) return Ok();
+  return Error{ErrorCode::kUnavailable,
+               "you ask for more than can be written into the audit log: wait a second and ask again"};
+}
+
 void Cell::audit(const Router::Change& change) {
   if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
-  audit_log_->write(entry);
+  audit_log_->write(std::move(entry));
 }
 
 void Cell::broadcast_status() {

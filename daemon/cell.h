@@ -64,6 +64,8 @@ class Cell {
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
+  // kUnavailable while so many changes of this caller wait to be written that a run would have to wait behind them.
+  Status may_be_noted(const Caller& caller) const;
 
   boost::asio::io_context& reactor;
   const Config config;

@@ -130,15 +130,17 @@ json DatabaseCheck::to_json() const {
           {"checked", checked_at_.empty() ? json() : json(checked_at_)}};
 }
 
-Status DatabaseCheck::may_begin(std::string_view operation, const ApiRequest& request) const {
-  if (state_ == State::kGood) return Ok();
-  // Who comes in, what only ends something, and the check itself.
-  constexpr std::array<std::string_view, 8> kAlways = {"openSession",  "closeSession",  "newConsoleLink",
-                                                       "revokeToken",  "removeUser",    "cancelTask",
-                                                       "laserJogStop", "checkIntegrity"};
+bool DatabaseCheck::is_always_taken(std::string_view operation, const ApiRequest& request) {
+  constexpr std::array<std::string_view, 9> kAlways = {"openSession",     "closeSession", "newConsoleLink",
+                                                       "endConsoleLinks", "revokeToken",  "removeUser",
+                                                       "cancelTask",      "laserJogStop", "checkIntegrity"};
   constexpr std::array<std::string_view, 4> kEnding = {"abort", "hold", "stop", "stop-after-piece"};
-  if (std::ranges::count(kAlways, operation) > 0) return Ok();
-  if (operation == "command" && std::ranges::count(kEnding, request.path_param("command")) > 0) return Ok();
+  return std::ranges::count(kAlways, operation) > 0 ||
+         (operation == "command" && std::ranges::count(kEnding, request.path_param("command")) > 0);
+}
+
+Status DatabaseCheck::may_begin(std::string_view operation, const ApiRequest& request) const {
+  if (state_ == State::kGood || is_always_taken(operation, request)) return Ok();
   return Error{state_ == State::kChecking ? ErrorCode::kUnavailable : ErrorCode::kStorage, sentence_};
 }
 

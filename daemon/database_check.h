@@ -50,6 +50,8 @@ class DatabaseCheck {
   const std::string& sentence() const { return sentence_; }
   // {"state": "good|checking|damaged", "sentence", "checked": when a check passed or failed last in this life, or null}
   nlohmann::json to_json() const;
+  // Who comes in, what only ends something, and the check itself: that is never put off.
+  static bool is_always_taken(std::string_view operation, const ApiRequest& request);
   // Whether this operation of the API may go on: kUnavailable while the check is under way, kStorage after damage.
   Status may_begin(std::string_view operation, const ApiRequest& request) const;
 

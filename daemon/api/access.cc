@@ -6,6 +6,8 @@
 #include <array>
 #include <boost/beast/core/string.hpp>
 
+#include "daemon/api/network.h"
+
 namespace veneer::daemon {
 
 std::optional<PeerCredentials> peer_credentials(int socket) {
@@ -85,6 +87,10 @@ Caller caller_over_tcp(const BrowserHeaders& headers, const Accounts& accounts, 
   }
   if (tls) return {Role::kNobody, "anonymous at " + address, door};
   return {Role::kViewer, "anonymous", door};
+}
+
+std::string identity_of(const Caller& caller, const std::string& address) {
+  return caller.role == Role::kNobody ? "anonymous at " + network_of(address) : caller.who;
 }
 
 }  // namespace veneer::daemon

@@ -61,4 +61,8 @@ bool site_is_ours(const BrowserHeaders& headers);
 Caller caller_over_tcp(const BrowserHeaders& headers, const Accounts& accounts, TransportKind door,
                        const std::string& address);
 
+// Who shares what one client may take. Whoever has not signed in from elsewhere is one with the others of their network
+// (network.h), and everybody else who they are.
+std::string identity_of(const Caller& caller, const std::string& address);
+
 }  // namespace veneer::daemon

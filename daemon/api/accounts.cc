@@ -301,6 +301,13 @@ void Accounts::end_all(const std::vector<std::string>& secret_hashes, const Then
   if (on_ended_) on_ended_();
 }
 
+void Accounts::end_link_sessions(const std::function<void(const Outcome&, std::size_t)>& then) {
+  std::vector<std::string> secrets;
+  for (const auto& [secret, entry] : credentials_)
+    if (entry.credential.user.empty()) secrets.push_back(secret);
+  end_all(secrets, [then, count = secrets.size()](const Outcome& ended) { then(ended, count); });
+}
+
 void Accounts::forget_expired() {
   const std::string now = calendar_(std::chrono::seconds(0));
   std::vector<std::string> ended;

@@ -109,6 +109,8 @@ class Accounts {
   void revoke_token(const std::string& user, const std::string& name, const Then& then);
   // Signing out; the end of what is not there is no error.
   void end(const std::string& secret_hash, const Then& then);
+  // The sessions of all console links, whoever made these; `then` also gets how many they were.
+  void end_link_sessions(const std::function<void(const Outcome&, std::size_t)>& then);
   // What is past its time, in the store too. Now and then.
   void forget_expired();
 

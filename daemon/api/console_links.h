@@ -7,6 +7,7 @@
 #include <chrono>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/clock.h"
@@ -27,6 +28,8 @@ class ConsoleLinks {
   void count_on_from(int last_link) { last_link_ = last_link; }
   // A token good for one visit within kLinkLife. `maker` is who asked for it.
   Result<std::string> new_link(const std::string& maker, Role role = Role::kOperator);
+  // Those that nobody has used; of so many.
+  std::size_t forget_unused() { return std::exchange(links_, {}).size(); }
   struct Link {
     std::string who;  // "console link 3 of uid 1000", for the audit
     Role role = Role::kViewer;

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <boost/asio/dispatch.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/rfc7230.hpp>
@@ -29,6 +30,9 @@ constexpr std::string_view kEventsPath = "/api/v1/events";
 constexpr std::chrono::seconds kLinger{2};
 constexpr std::size_t kMostSwallowed = 256 * 1024;
 constexpr std::chrono::milliseconds kDepartureCheck{250};
+// What may be read and not yet understood: a header, an extension of a piece of a body, a trailer. Only the first has a
+// limit of the parser's.
+constexpr std::size_t kMostReadAhead = 128 * 1024;
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
@@ -116,8 +120,9 @@ HttpConnection::HttpConnection(ApiSocket socket, std::shared_ptr<ServerShared> s
       reply_timer_(stream_.get_executor()),
       departure_timer_(stream_.get_executor()),
       visitor_(std::move(visitor)),
-      caller_(visitor_.peer ? *visitor_.peer
-                            : caller_over_tcp({}, shared_->accounts, visitor_.door, visitor_.address)) {
+      buffer_(kMostReadAhead),
+      caller_(visitor_.peer ? *visitor_.peer : caller_over_tcp({}, shared_->accounts, visitor_.door, visitor_.address)),
+      identity_(identity_of(caller_, visitor_.address)) {
   step(Doing::kReading);
 }
 
@@ -134,7 +139,7 @@ void HttpConnection::step(Doing doing) {
 }
 
 void HttpConnection::drop() {
-  awaiting_reply_ = false;
+  awaiting_turn_ = awaiting_reply_ = false;
   gone_.request_stop();
   reply_timer_.cancel();
   departure_timer_.cancel();
@@ -169,6 +174,10 @@ void HttpConnection::on_parse_fault(error_code fault) {
   if (fault == http::error::body_limit) {
     return answer(ApiReply::error(413, "too_large", "the request's body is too large"), true);
   }
+  if (fault == http::error::buffer_overflow) {
+    return answer(
+        ApiReply::error(413, "too_large", "what stands between the pieces of the request's body is too large"), true);
+  }
   const bool malformed = fault.category() == http::make_error_code(http::error::bad_method).category() &&
                          fault != http::error::end_of_stream && fault != http::error::partial_message;
   if (malformed)
@@ -193,6 +202,32 @@ void HttpConnection::on_header(error_code fault) {
     shared_->log->warn("STOP from {}", caller_.who);
     return;
   }
+  identity_ = identity_of(caller_, visitor_.address);
+  take_turn(&HttpConnection::look_at_request);
+}
+
+void HttpConnection::take_turn(void (HttpConnection::*then)()) {
+  awaiting_turn_ = true;
+  shared_->turns.wait(identity_, [weak = weak_from_this(), then] {
+    const auto self = weak.lock();
+    if (self && std::exchange(self->awaiting_turn_, false)) (self.get()->*then)();
+  });
+  if (!std::exchange(shared_->gives_turns, true)) give_turns(shared_, stream_.get_executor());
+}
+
+// One each time the loop comes round.
+void HttpConnection::give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor) {
+  asio::post(reactor, [shared, reactor] {
+    shared->turns.next()();
+    if (shared->turns.empty())
+      shared->gives_turns = false;
+    else
+      give_turns(shared, reactor);
+  });
+}
+
+void HttpConnection::look_at_request() {
+  const auto& request = parser_->get();
   if (request.method() == http::verb::get && path_of(request.target()) == kEventsPath) return upgrade();
   route();
 }
@@ -254,8 +289,7 @@ void HttpConnection::route() {
   }
   parser_->body_limit(max_body);
   if (max_body > kSmallBody && (length ? *length > kSmallBody : !parser_->is_done())) {
-    if (auto refusal = shared_->shares.begin_upload(caller_.who, upload_share_))
-      return answer(std::move(*refusal), true);
+    if (auto refusal = shared_->shares.begin_upload(identity_, upload_share_)) return answer(std::move(*refusal), true);
   }
   if (request[http::field::expect] == "100-continue") return say_continue();
   read_body();
@@ -275,7 +309,7 @@ void HttpConnection::read_body() {
   stream_.expires_after(shared_->options.body_timeout);
   http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code fault, std::size_t) {
     if (fault) return self->on_parse_fault(fault);
-    self->handle();
+    self->take_turn(&HttpConnection::handle);
   });
 }
 
@@ -295,7 +329,7 @@ void HttpConnection::handle() {
   request.if_none_match = std::string(message[http::field::if_none_match]);
   request.caller = caller_;
   request.address = visitor_.address;
-  if (auto refusal = shared_->shares.begin_request(caller_.who, request_share_)) {
+  if (auto refusal = shared_->shares.begin_request(identity_, request_share_)) {
     upload_share_ = {};
     return answer(std::move(*refusal));
   }
@@ -362,7 +396,7 @@ void HttpConnection::take_reply(std::uint64_t number, ApiReply reply) {
 void HttpConnection::answer(ApiReply reply, bool close_after) {
   step(Doing::kWriting);
   if (reply.body.size() > kSmallBody)
-    if (auto refusal = shared_->shares.begin_reply(caller_.who, reply.body.size(), reply_share_))
+    if (auto refusal = shared_->shares.begin_reply(identity_, reply.body.size(), reply_share_))
       reply = std::move(*refusal);
   const bool known = parser_->is_header_done();
   const auto& request = parser_->get();

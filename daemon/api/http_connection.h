@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 
 #include "daemon/api/access.h"
 #include "daemon/api/api_stream.h"
@@ -19,6 +20,7 @@
 #include "daemon/api/tls.h"
 #include "daemon/api/tls_gate.h"
 #include "daemon/api/tls_hello.h"
+#include "daemon/api/turns.h"
 
 namespace veneer::daemon {
 
@@ -37,6 +39,8 @@ struct ServerShared {
   ClientShares shares;
   TlsGate gate;
   std::uint64_t activity = 0;  // counts every step any connection makes
+  Turns turns;                 // of requests that are to be looked at
+  bool gives_turns = false;
   std::function<void(const HttpConnection&)> on_gone;
   std::function<void()> on_waiting;  // a handshake at the gate
 };
@@ -60,8 +64,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::uint64_t last_activity() const { return last_activity_; }
   // Its last request came from an operator.
   bool trusted() const { return caller_.role >= Role::kOperator; }
-  // Whose last request was; over TCP anonymous until a header has said more.
-  const std::string& who() const { return caller_.who; }
+  // Whose last request was (identity_of); over TCP anonymous until a header has said more.
+  const std::string& identity() const { return identity_; }
 
  private:
   using RequestParser = boost::beast::http::request_parser<boost::beast::http::string_body>;
@@ -76,6 +80,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void read_header();
   void on_header(boost::system::error_code fault);
   void on_parse_fault(boost::system::error_code fault);
+  void take_turn(void (HttpConnection::*then)());
+  static void give_turns(const std::shared_ptr<ServerShared>& shared, const ApiStream::executor_type& reactor);
+  void look_at_request();
   std::optional<ApiReply> refuse_foreign(const BrowserHeaders& headers) const;
   void upgrade();
   void route();
@@ -102,11 +109,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<RequestParser> parser_;
   std::optional<Response> response_;
   Caller caller_;
+  std::string identity_;
   Router::Match match_;
   Doing doing_ = Doing::kReading;
   std::uint64_t last_activity_ = 0;
   std::uint64_t request_number_ = 0;
   std::size_t swallowed_ = 0;  // after the last reply
+  bool awaiting_turn_ = false;
   bool awaiting_reply_ = false;
   std::stop_source gone_;  // of the request that is being handled
   ClientShares::Share request_share_, upload_share_, reply_share_;

@@ -184,10 +184,10 @@ class HttpServer::Impl : public std::enable_shared_from_this<Impl> {
   // but as the least quiet of it. What an operator waits for goes last of the operator's own.
   static void make_room(Connections& door) {
     std::map<std::string_view, std::size_t> held;
-    for (const auto& connection : door) ++held[connection->who()];
+    for (const auto& connection : door) ++held[connection->identity()];
     const auto rank = [&held](const std::shared_ptr<HttpConnection>& c) {
       const bool awaited = c->trusted() && c->doing() == HttpConnection::Doing::kHandling;
-      return std::tuple(std::numeric_limits<std::size_t>::max() - held[c->who()], c->trusted(), awaited,
+      return std::tuple(std::numeric_limits<std::size_t>::max() - held[c->identity()], c->trusted(), awaited,
                         c->last_activity());
     };
     const auto quietest = std::ranges::min_element(door, {}, rank);
@@ -240,6 +240,8 @@ Result<std::unique_ptr<HttpServer>> HttpServer::open(asio::io_context& reactor, 
                                                             ClientShares(limits),
                                                             TlsGate(handshakes),
                                                             0,
+                                                            Turns(),
+                                                            false,
                                                             {},
                                                             {}});
   auto impl = std::make_shared<Impl>(reactor, std::move(shared));

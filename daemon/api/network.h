@@ -6,7 +6,8 @@
 namespace veneer::daemon {
 
 // What one host can choose freely among its addresses counts as one: of IPv6 the network of 64 bits,
-// "2001:db8:1:2::/64". An IPv4 address is itself, also where IPv6 carries it; so is what is no address.
+// "2001:db8:1:2::/64"; of IPv4 all of this machine's own, "127.0.0.1". Else an IPv4 address is itself, also where IPv6
+// carries it; so is what is no address.
 std::string network_of(const std::string& address);
 
 }  // namespace veneer::daemon

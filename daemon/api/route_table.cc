@@ -113,6 +113,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getBedPicture", "GET", "/api/v1/bed.jpg", Role::kViewer},
     ApiOperation{"getBedToolpath", "GET", "/api/v1/bed/toolpath", Role::kViewer},
     ApiOperation{"newConsoleLink", "POST", "/api/v1/console-links", Role::kOperator, Takes::kJson},
+    ApiOperation{"endConsoleLinks", "DELETE", "/api/v1/console-links", Role::kAdmin},
     ApiOperation{"getEvents", "GET", "/api/v1/events", Role::kViewer},
 };
 

@@ -10,6 +10,9 @@
 
 namespace veneer::daemon {
 
+inline constexpr std::size_t kNoBody = 1024;  // "{}", where an operation takes none
+// Names and passwords. Anybody may send these, and they are read on the loop that answers STOP.
+inline constexpr std::size_t kSecretsBody = 4 * 1024;
 inline constexpr std::size_t kSmallBody = 64 * 1024;
 inline constexpr std::size_t kPictureBody = 64 * 1024 * 1024;
 // 500,000 points in strokes of two, as veneerctl writes them (coordinates to 0.1 um, each speed and power of its own),
@@ -20,8 +23,20 @@ inline constexpr std::size_t kDrawingBody = 24 * 1024 * 1024;
 // audit, no memory of requests that were sent twice.
 enum class Takes { kNothing, kQuery, kJson, kSecrets, kDrawing, kPictureAndQuery };
 constexpr std::size_t max_body(Takes takes) {
-  if (takes == Takes::kPictureAndQuery) return kPictureBody;
-  return takes == Takes::kDrawing ? kDrawingBody : kSmallBody;
+  switch (takes) {
+    case Takes::kNothing:
+    case Takes::kQuery:
+      return kNoBody;
+    case Takes::kSecrets:
+      return kSecretsBody;
+    case Takes::kJson:
+      return kSmallBody;
+    case Takes::kDrawing:
+      return kDrawingBody;
+    case Takes::kPictureAndQuery:
+      return kPictureBody;
+  }
+  return kNoBody;
 }
 
 struct ApiOperation {

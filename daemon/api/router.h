@@ -21,7 +21,7 @@ class Router {
     std::string pattern;
     std::vector<std::string> segments;  // "{id}" takes any one segment; a literal wins over it
     Role role = Role::kAdmin;
-    std::size_t max_body = kSmallBody;
+    std::size_t max_body = kNoBody;
     Handler handler;
   };
   struct Match {
@@ -54,7 +54,7 @@ class Router {
   void remember_in(IdempotencyKeys& keys) { changes_->keys = &keys; }
   // A route outside the table (the console's page).
   void add(std::string_view method, std::string_view pattern, Role role, Handler handler,
-           std::size_t max_body = kSmallBody);
+           std::size_t max_body = kNoBody);
 
   // `target` as on the request line: path, and perhaps "?query". Pointers stay good until the next bind or add.
   Match match(std::string_view method, std::string_view target) const;

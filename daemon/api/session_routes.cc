@@ -162,6 +162,14 @@ void answer_new_link(const AccountServices& s, const ApiRequest& request, const 
   reply(ApiReply::json({{"url", url + "/console#token=" + *token}, {"role", to_string(role)}}));
 }
 
+// Whoever has a link's session has no name by which it could be ended.
+void end_console_links(const AccountServices& s, const ApiRequest&, const Reply& reply) {
+  const std::size_t links = s.links.forget_unused();
+  s.accounts.end_link_sessions([links, reply](const Outcome& ended, std::size_t sessions) {
+    reply(reply_of(ended, {{"links", links}, {"sessions", sessions}}));
+  });
+}
+
 }  // namespace
 
 void bind_session_routes(Router& router, const AccountServices& s) {
@@ -177,6 +185,7 @@ void bind_session_routes(Router& router, const AccountServices& s) {
   bind("closeSession", close_session);
   bind("changePassword", change_password);
   bind("newConsoleLink", answer_new_link);
+  bind("endConsoleLinks", end_console_links);
 }
 
 }  // namespace veneer::daemon

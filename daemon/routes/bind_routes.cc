@@ -12,7 +12,8 @@ void bind_routes(Router& router, Cell& cell) {
   Cell& c = cell;
   const auto on_reactor = [&c](auto act) { boost::asio::post(c.reactor, std::move(act)); };
   router.gate_changes([&c](std::string_view operation, const ApiRequest& request) {
-    return c.integrity->may_begin(operation, request);
+    if (Status may = c.integrity->may_begin(operation, request); !may) return may;
+    return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
   });
   bind_unit_routes(router,
                    {*c.runner, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});

@@ -1,6 +1,7 @@
 // Who did what, and what became of every piece: both page by page, however long they have become.
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
@@ -65,6 +66,12 @@ Result<json> history_json(Repositories& r, const Page& page) {
   return out;
 }
 
+// "P-0001". Whatever else stands there would be read as a pattern: it would find other panels' rows, and take its time.
+bool is_panel_name(std::string_view text) {
+  return text.size() > 2 && text.size() <= 20 && text.starts_with("P-") &&
+         std::ranges::all_of(text.substr(2), [](char c) { return c >= '0' && c <= '9'; });
+}
+
 }  // namespace
 
 void bind_history_routes(Router& router, QueryPool& queries) {
@@ -80,7 +87,11 @@ void bind_history_routes(Router& router, QueryPool& queries) {
       filter.since = begin.value_or("");
     }
     filter.who = query.text("who").value_or("");
-    if (const auto panel = query.text("panel")) filter.panel = PanelId{*panel};
+    if (const auto panel = query.text("panel")) {
+      if (!is_panel_name(*panel))
+        query.refuse({ErrorCode::kInvalidArgument, "panel is no panel's name: give it as on its label, as P-0001"});
+      filter.panel = PanelId{*panel};
+    }
     if (page.after != 0) filter.before = page.after;
     if (const Status good = query.end(); !good) return reply(ApiReply::error(good.error()));
     reply_from_query(

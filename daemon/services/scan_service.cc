@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "base/json_depth.h"
 #include "calib/april_grid.h"
 #include "calib/hole_tie.h"
 #include "daemon/orders/have_done.h"
-#include "daemon/workers/json_depth.h"
 
 namespace veneer::daemon {
 namespace {

@@ -14,13 +14,17 @@ AuditLog::~AuditLog() {
 }
 
 void AuditLog::post(const db::AuditEntry& entry, std::function<void()> then) {
+  ++waiting_of_[entry.who];
   database_.async(
       [entry](Repositories& r) { return r.audit.append(entry); },
       [this, alive = std::weak_ptr<int>(alive_), log = log_, entry, then = std::move(then)](const Status& written) {
         if (!written)
           log->error("what {} did ({}) could not be written into the audit log: {}", entry.who, entry.what,
                      written.error().message);
-        if (!alive.expired()) written ? write_kept() : keep(entry);
+        if (!alive.expired()) {
+          if (const auto of = waiting_of_.find(entry.who); --of->second == 0) waiting_of_.erase(of);
+          written ? write_kept() : keep(entry);
+        }
         if (then) then();
       });
 }
@@ -33,7 +37,15 @@ void AuditLog::write_kept() {
   for (const db::AuditEntry& entry : std::exchange(kept_, {})) post(entry, {});
 }
 
-void AuditLog::write(const db::AuditEntry& entry) { post(entry, {}); }
+bool AuditLog::has_room(const std::string& who) const {
+  const auto of = waiting_of_.find(who);
+  return of == waiting_of_.end() || of->second < kMostOfOne;
+}
+
+void AuditLog::write(db::AuditEntry entry) {
+  if (!has_room(entry.who)) return write_or_count(std::move(entry));
+  post(entry, {});
+}
 
 void AuditLog::write_or_count(db::AuditEntry entry) {
   // Once some are counted, the others are too until all that waits is written: so their number is told in one row.

@@ -8,7 +8,9 @@
 
 #include "base/clock.h"
 #include "daemon/store/calibration.h"
+#include "daemon/unit/confirmations.h"
 #include "daemon/unit/frame_trace.h"
+#include "daemon/unit/job_words.h"
 #include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
@@ -99,21 +101,9 @@ void JobRunner::answer(const Status& status) {
 }
 
 Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) const {
-  std::vector<std::string> wanted = options_.confirm, missing, unknown;
+  std::vector<std::string> wanted = options_.confirm;
   wanted.insert(wanted.end(), limits_.to_confirm.begin(), limits_.to_confirm.end());
-  const auto lacks = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) == names.end();
-  };
-  std::ranges::copy_if(wanted, std::back_inserter(missing), [&](const auto& name) { return lacks(confirmed, name); });
-  if (missing.empty()) return Ok();
-  std::ranges::copy_if(confirmed, std::back_inserter(unknown), [&](const auto& name) { return lacks(wanted, name); });
-  // All is confirmed at once: what was given with a refused command is forgotten with it.
-  return Error{ErrorCode::kRefused,
-               fmt::format("nobody has confirmed yet what the beam needs ({}){}: see to it and confirm all of it, with "
-                           "veneerctl by --confirm \"{}\"",
-                           fmt::join(missing, ", "),
-                           unknown.empty() ? "" : fmt::format(", and {} is not asked for", fmt::join(unknown, ", ")),
-                           fmt::join(wanted, "\" --confirm \""))};
+  return check_confirmed(wanted, confirmed);
 }
 
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
@@ -170,20 +160,6 @@ void JobRunner::clear(Reply reply) {
     enter(CellState::kAborted, reason);
     answer(written.error());
   });
-}
-
-// Why a job cannot be started, and what to do about it.
-static std::string nothing_to_cut(const db::JobRecord& job) {
-  if (const int suspects = job.count(db::PieceState::kSuspect); suspects > 0)
-    return fmt::format(
-        "job {0} has no piece left to cut, but {1}: look at {2}, and say what you saw with veneerctl job "
-        "settle {0}",
-        job.id.value, suspects == 1 ? "1 is suspect" : fmt::format("{} are suspect", suspects),
-        suspects == 1 ? "it" : "them");
-  if (const int missing = job.missing(); missing > 0)
-    return fmt::format("job {0} has no piece left to cut, and {1} missing: find other wood with veneerctl job redo {0}",
-                       job.id.value, missing == 1 ? "1 is" : fmt::format("{} are", missing));
-  return fmt::format("job {} has no piece left to cut", job.id.value);
 }
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {

@@ -139,4 +139,17 @@ std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan
   return scan_words(to_scan) + (job.empty() ? "" : ". " + job);
 }
 
+std::string nothing_to_cut(const db::JobRecord& job) {
+  if (const int suspects = job.count(db::PieceState::kSuspect); suspects > 0)
+    return fmt::format(
+        "job {0} has no piece left to cut, but {1}: look at {2}, and say what you saw with veneerctl job "
+        "settle {0}",
+        job.id.value, suspects == 1 ? "1 is suspect" : fmt::format("{} are suspect", suspects),
+        suspects == 1 ? "it" : "them");
+  if (const int missing = job.missing(); missing > 0)
+    return fmt::format("job {0} has no piece left to cut, and {1} missing: find other wood with veneerctl job redo {0}",
+                       job.id.value, missing == 1 ? "1 is" : fmt::format("{} are", missing));
+  return fmt::format("job {} has no piece left to cut", job.id.value);
+}
+
 }  // namespace veneer::daemon

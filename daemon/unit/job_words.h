@@ -23,4 +23,7 @@ std::string next_words(const CellView& view, const JobRest& rest, bool begun);
 // last.
 std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan);
 
+// Why a job of whose pieces none can be cut is not started, and what to do about it.
+std::string nothing_to_cut(const db::JobRecord& job);
+
 }  // namespace veneer::daemon

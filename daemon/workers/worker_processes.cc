@@ -20,8 +20,8 @@
 #include <utility>
 #include <variant>
 
+#include "base/json_depth.h"
 #include "daemon/workers/error_json.h"
-#include "daemon/workers/json_depth.h"
 #include "daemon/workers/work_server.h"
 
 namespace veneer::daemon {

@@ -231,6 +231,15 @@ TEST(Veneerctl, CommandsGoWhereTheyBelong) {
   EXPECT_EQ(server.stops(), 1);
 }
 
+TEST(Veneerctl, EndsWhatConsoleLinksOpened) {
+  ApiServer server;
+  server.console_session();
+  EXPECT_NE(ask(server, {"console"}).out.find("/console#token="), std::string::npos);
+  EXPECT_EQ(ask(server, {"console", "--end"}).out, "1 browser signed out, 1 link that nobody had used forgotten.\n");
+  EXPECT_EQ(ask(server, {"console", "--end"}).out, "0 browsers signed out, 0 links that nobody had used forgotten.\n");
+  EXPECT_EQ(ask(server, {"console", "--end", "--role", "viewer"}).status, 2);
+}
+
 TEST(Veneerctl, ANewJobSendsThePictureAndShowsProgress) {
   std::optional<TaskReporter> work;
   std::map<std::string, std::string> query;

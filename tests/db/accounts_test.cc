@@ -99,5 +99,27 @@ TEST_F(AccountsStore, EndsTheOnesThatAreNamedOrAll) {
   EXPECT_EQ(there(), "");
 }
 
+// A row in another's place would be a role or a password that nobody gave.
+TEST_F(AccountsStore, NoRowTakesThePlaceOfAnotherBehindTheStoresBack) {
+  VENEER_ASSERT_OK(accounts.add(anna()));
+  VENEER_ASSERT_OK(accounts.add(credential('a', "token", "anna", "press room")));
+  const std::string user =
+      "INSERT OR REPLACE INTO users (name, role, password, made_at, changed_at) "
+      "SELECT name, 'admin', password, made_at, changed_at FROM users";
+  const std::string token =
+      "INSERT OR REPLACE INTO credentials (id, secret, kind, user, name, role, made_at, expires_at) "
+      "SELECT id, secret, kind, user, name, 'admin', made_at, expires_at FROM credentials";
+  for (const std::string& statement : {user, token, std::string("UPDATE OR REPLACE credentials SET role = 'admin'")}) {
+    EXPECT_NE(stray(cell.file(), statement), "") << "from the shell: " << statement;
+    EXPECT_THROW(cell.database().connection().exec(statement), SQLite::Exception) << "outside a store: " << statement;
+  }
+  // Within a store's transaction too, a token is never edited and keeps its user from going.
+  EXPECT_FALSE(execute(cell.database(), "UPDATE OR REPLACE credentials SET role = 'admin'").ok());
+  EXPECT_FALSE(execute(cell.database(), user).ok());
+  EXPECT_EQ(must(accounts.users()).at(0).role, "operator");
+  EXPECT_EQ(must(accounts.credentials()).at(0).role, "operator");
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
 }  // namespace
 }  // namespace veneer::db

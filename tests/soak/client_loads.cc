@@ -78,9 +78,9 @@ const ApiOperation& operation_at(std::size_t number, Who who) {
   };
   // STOP would end the very burn that is measured. The word for anything else an anonymous client does not have.
   static const std::vector<ApiOperation> anybodys = all_but({"stop"});
-  static const std::vector<ApiOperation> operators =
-      all_but({"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop",
-               "laserOverrides", "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity"});
+  static const std::vector<ApiOperation> operators = all_but(
+      {"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop", "laserOverrides",
+       "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity", "endConsoleLinks"});
   const auto& operations = who == Who::kAnybody ? anybodys : operators;
   return operations[number % operations.size()];
 }
@@ -192,6 +192,30 @@ std::string whole(const ApiOperation& operation, const std::string& host) {
   return testing::whole_request(operation, host);
 }
 
+// As long as a header may be: a thousand names.
+std::string long_header(const ApiOperation& operation, const std::string& host) {
+  std::string names;
+  for (int i = 0; names.size() < 14'500; ++i) names += fmt::format("X-{}: yyyy\r\n", i);
+  return testing::whole_request(operation, host, names);
+}
+std::string long_query(const ApiOperation& operation, const std::string& host) {
+  std::string request = testing::whole_request(operation, host), names = "?";
+  for (int i = 0; names.size() < 12'000; ++i) names += fmt::format("k{}=&", i);
+  return request.insert(request.find(" HTTP/"), names);
+}
+// All that anybody may send to sign in: a list of objects where a name should be.
+std::string costly_sign_in(const ApiOperation&, const std::string& host) {
+  std::string body = R"({"user":[)";
+  while (body.size() < 4000) body += R"({"a":0},)";
+  body += "0]}";
+  return "POST /api/v1/session HTTP/1.1\r\nHost: " + host + "\r\nContent-Length: " + std::to_string(body.size()) +
+         "\r\n\r\n" + body;
+}
+// A body whose first piece is never told the end of.
+std::string endless_extension(const ApiOperation&, const std::string& host) {
+  return "POST /api/v1/session HTTP/1.1\r\nHost: " + host + "\r\nTransfer-Encoding: chunked\r\n\r\n1;x=";
+}
+
 }  // namespace
 
 std::vector<ClientLoadKind> client_loads() {
@@ -238,6 +262,19 @@ std::vector<ClientLoadKind> client_loads() {
   plan.pause = microseconds(5000);
   const HostileCrowd::Plan flood = plan;
   kinds.push_back({"flood", "64 connections that ask without a pause", crowd(plan)});
+  plan.count = 200;
+  plan.begin = long_header;
+  kinds.push_back({"long-header", "200 connections whose headers have a thousand names", crowd(plan)});
+  plan.begin = long_query;
+  kinds.push_back({"long-query", "200 connections whose queries have a thousand names", crowd(plan)});
+  plan.begin = costly_sign_in;
+  kinds.push_back({"sign-in", "200 connections that sign in with 4 KB of JSON", crowd(plan)});
+  plan = {};
+  plan.count = 16;
+  plan.begin = endless_extension;
+  plan.feed = std::string(65536, 'x');
+  plan.pause = microseconds(1000);
+  kinds.push_back({"chunks", "16 connections whose bodies' pieces never begin", crowd(plan)});
   plan = {};
   plan.count = 64;
   plan.begin = large_question;

@@ -90,12 +90,15 @@ class ApiServer {
     return done.get();
   }
 
+  // Runs `act` on the reactor, behind what is ready there already.
+  void post(std::function<void()> act) { boost::asio::post(reactor_, std::move(act)); }
+
   // Bound by the server itself, so not by `bind`.
   static bool binds(std::string_view operation) {
-    static constexpr std::array<std::string_view, 16> kOwn = {
-        "listTasks",       "getTask",        "cancelTask", "getSession", "openSession", "closeSession",
-        "changePassword",  "newConsoleLink", "listUsers",  "addUser",    "removeUser",  "setUserRole",
-        "setUserPassword", "listTokens",     "newToken",   "revokeToken"};
+    static constexpr std::array<std::string_view, 17> kOwn = {
+        "listTasks",       "getTask",        "cancelTask", "getSession",  "openSession",    "closeSession",
+        "changePassword",  "newConsoleLink", "listUsers",  "addUser",     "removeUser",     "setUserRole",
+        "setUserPassword", "listTokens",     "newToken",   "revokeToken", "endConsoleLinks"};
     return std::ranges::count(kOwn, operation) > 0;
   }
 

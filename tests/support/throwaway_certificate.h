@@ -19,6 +19,15 @@ struct ThrowawayCertificate {
     if (std::system(command.c_str()) != 0)  // NOLINT(concurrency-mt-unsafe)
       throw std::runtime_error("openssl made no certificate: install openssl");
   }
+  // It was good until yesterday.
+  void expire() const {
+    const std::string old = certificate.string() + ".old";
+    std::filesystem::rename(certificate, old);
+    const std::string command = "openssl x509 -in '" + old + "' -signkey '" + key.string() + "' -days -1 -out '" +
+                                certificate.string() + "' 2>/dev/null";
+    if (std::system(command.c_str()) != 0)  // NOLINT(concurrency-mt-unsafe)
+      throw std::runtime_error("openssl signed no certificate: install openssl");
+  }
   const std::filesystem::path certificate, key;
 };
 

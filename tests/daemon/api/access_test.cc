@@ -47,6 +47,17 @@ TEST(Access, RoleFollowsPeerCredentials) {
             Role::kMaintainer);
 }
 
+TEST(Access, StrangersOfOneNetworkShareWhatOneClientMayTake) {
+  const auto stranger = [](const std::string& address) {
+    return identity_of({Role::kNobody, "anonymous at " + address, TransportKind::kTls}, address);
+  };
+  EXPECT_EQ(stranger("2001:db8:1:2:aaaa::1"), stranger("2001:db8:1:2:bbbb::2"));
+  EXPECT_NE(stranger("2001:db8:1:2::1"), stranger("2001:db8:1:3::1"));
+  EXPECT_EQ(stranger("192.168.1.7"), "anonymous at 192.168.1.7");
+  EXPECT_EQ(identity_of({Role::kViewer, "user anna", TransportKind::kTls}, "2001:db8:1:2::1"), "user anna");
+  EXPECT_EQ(identity_of({Role::kViewer, "anonymous", TransportKind::kTcp}, "127.0.0.9"), "anonymous");
+}
+
 TEST(Access, ForeignHostNamesAreRefusedOverTcp) {
   ApiServer server;
   const std::string port = ":" + std::to_string(server.port());

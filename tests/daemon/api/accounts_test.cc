@@ -262,6 +262,23 @@ TEST_F(AccountsTest, SoDoThoseOfOneMakersLinks) {
   EXPECT_EQ(who(other), "console link 1 of uid 0, operator");
 }
 
+TEST_F(AccountsTest, SessionsOfAllLinksEndTogetherAndNobodyElses) {
+  ASSERT_TRUE(add("anna", Role::kOperator).ok());
+  std::vector<std::string> links;
+  for (const char* name : {"console link 1 of uid 0", "console link 2 of uid 1000"})
+    accounts.open_link_session(name, Role::kAdmin, [&](const Result<std::string>& got) { links.push_back(*got); });
+  const std::string anna = sign_in("anna");
+  std::size_t ended = 0;
+  accounts.end_link_sessions([&](const Outcome& done, std::size_t sessions) {
+    EXPECT_TRUE(done.ok());
+    ended = sessions;
+  });
+  EXPECT_EQ(ended, 2U);
+  for (const std::string& link : links) EXPECT_EQ(who(link), "nobody");
+  EXPECT_EQ(who(anna), "user anna, operator");
+  EXPECT_THAT(store.credentials, SizeIs(1)) << "they stay out after a restart";
+}
+
 TEST(AccountNames, AreSmallLettersDigitsDotsAndDashes) {
   for (const char* good : {"a", "anna", "anna.b-2_c"}) EXPECT_TRUE(check_user_name(good).ok()) << good;
   for (const char* bad : {"", "Anna", "2anna", "anna b", "änna", "a/b", "abcdefghijabcdefghijabcdefghijabc"})

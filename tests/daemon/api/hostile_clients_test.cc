@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <string>
@@ -149,6 +150,62 @@ TEST(HostileClients, ABodyWhoseLengthIsNotToldIsCountedOnEveryRoute) {
     EXPECT_EQ(probe.read().status, 413) << operation.id;
   }
   EXPECT_EQ(asked.number(), 0U);
+}
+
+// What stands between the pieces of such a body is no body, and counts towards no limit of it: neither an extension of
+// a piece nor a trailer may go on for ever, at any role.
+TEST(HostileClients, WhatStandsBetweenThePiecesOfABodyIsBounded) {
+  ApiServer server;
+  const std::string chunk(64 * 1024, 'x');
+  for (const std::string request : {"POST /api/v1/session", "GET /console", "POST /api/v1/jobs"}) {
+    for (const std::string endless : {"1;x=", "0\r\nX-Trailer: ", "1;x=\"", "0\r\nA: b\r\nC: "}) {
+      auto probe = HttpProbe::over_unix(server.socket());
+      probe.send(request + " HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n" + endless);
+      int taken = 0;
+      while (taken < 1000 && probe.send(chunk)) ++taken;
+      EXPECT_LT(taken, 100) << request << ": " << endless << ": 64 MB must not be kept";
+      EXPECT_EQ(probe.read().status, 413) << request << ": " << endless;
+    }
+  }
+  EXPECT_EQ(press_stop(server).status, 200);
+}
+
+// Some requests take a millisecond to look at: a crowd that sends as many at once as it may must not make STOP wait for
+// all of them.
+TEST(HostileClients, RequestsAreLookedAtOneByOneWithWhatElseIsReadyInBetween) {
+  ApiServer* running = nullptr;
+  int others = 0, before = 0, together = 0, read = 0;  // on the reactor
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("laserJog", [&](const ApiRequest&, const Reply& reply) {
+      together += read > 0 && others == before ? 1 : 0;
+      before = others, ++read;
+      running->post([&] { ++others; });
+      reply(ApiReply::json({{"read", true}}));
+    });
+  });
+  running = &server;
+  // In turn without a body, with a small one, and with one that is longer than what is read at once.
+  const std::array<std::string, 3> bodies = {"", "{}", "{\"a\":\"" + std::string(5000, 'x') + "\"}"};
+  std::vector<HttpProbe> crowd;
+  server.on_reactor([&] {
+    for (int i = 0; i < 30; ++i) {
+      crowd.push_back(HttpProbe::over_unix(server.socket()));
+      const std::string& body = bodies[static_cast<std::size_t>(i) % bodies.size()];
+      crowd.back().send("POST /api/v1/laser/jog HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(body.size()) +
+                        "\r\n\r\n" + body);
+    }
+  });
+  for (HttpProbe& probe : crowd) EXPECT_EQ(probe.read().status, 200);
+  EXPECT_EQ(server.on_reactor([&] { return read; }), 30);
+  EXPECT_EQ(server.on_reactor([&] { return together; }), 0);
+}
+
+// A quarter of a second of the loop that answers STOP would be a few such bodies, which need no login.
+TEST(HostileClients, WhatAnybodyMaySendIsShort) {
+  for (const ApiOperation& operation : api_operations()) {
+    if (operation.role > Role::kViewer) continue;
+    EXPECT_LE(max_body(operation.takes), 4096U) << operation.id;
+  }
 }
 
 TEST(HostileClients, QuestionsOfThoseWhoHangUpAreInVainOnEveryRouteAndChangesAreNot) {

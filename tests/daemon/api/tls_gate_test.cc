@@ -93,6 +93,10 @@ TEST(NetworkOf, IsWhatOneHostCanChooseFreely) {
   EXPECT_EQ(network_of("::ffff:192.168.1.7"), "192.168.1.7");
   EXPECT_EQ(network_of("fe80::1%eth0"), "fe80::/64");
   EXPECT_EQ(network_of("uid 1000"), "uid 1000");
+  // Everybody on this machine may come from any of sixteen million addresses.
+  EXPECT_EQ(network_of("127.0.0.1"), "127.0.0.1");
+  for (const char* address : {"127.0.0.2", "127.200.3.4", "::ffff:127.0.0.9"})
+    EXPECT_EQ(network_of(address), "127.0.0.1") << address;
 }
 
 // ---- what a client says first ---------------------------------------------------------------------------------------

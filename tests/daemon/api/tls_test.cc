@@ -131,6 +131,14 @@ TEST_F(Tls, SaysWhatIsWrongWithACertificate) {
   EXPECT_THAT(why_not(nameless.certificate, nameless.key), HasSubstr("subjectAltName"));
 }
 
+TEST_F(Tls, ACertificatePastItsTimeOpensNoDoor) {
+  made_.expire();
+  EXPECT_THAT(why_not(made_.certificate, made_.key),
+              AllOf(HasSubstr("certificate.pem is past its time"), HasSubstr("make a new one")));
+  EXPECT_THROW(ApiServer{options()}, std::runtime_error)
+      << "the daemon does not start behind a door that none can open";
+}
+
 TEST_F(Tls, ALinkLeadsToANameThatSomebodyAnswersTo) {
   const auto named = [&](const std::string& folder, const std::string& names) {
     const ThrowawayCertificate made(folder_ / folder, "subjectAltName=" + names);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include <fstream>
+#include <future>
 
 #include "db/audit.h"
 #include "db/database.h"
@@ -74,6 +75,25 @@ class AfterADamagingEnd : public Checked {
 };
 
 class AfterACleanEnd : public Checked {};
+
+// A program that went wild asks for what is refused, as fast as it can.
+TEST_F(AfterACleanEnd, WhoAsksForMoreThanIsWrittenIsPutOffAndWhatEndsSomethingNever) {
+  until_checked();
+  std::promise<void> go;
+  cell->database->async([wait = go.get_future().share()](Repositories&) { return wait.wait(), 0; }, [](int) {});
+  int taken = 0;
+  while (taken < 1000 && ask("POST", "/api/v1/commands/unhold").status == 409) ++taken;
+  EXPECT_GE(taken, 20) << "two rows each";
+  EXPECT_LT(taken, 100);
+  const ApiReply put_off = ask("POST", "/api/v1/commands/unhold");
+  EXPECT_EQ(put_off.status, 503);
+  EXPECT_THAT(put_off.body, HasSubstr("wait a second"));
+  for (int i = 0; i < 200; ++i) EXPECT_EQ(ask("POST", "/api/v1/commands/hold").status, 409) << "not put off";
+  go.set_value();
+  while (ask("POST", "/api/v1/commands/unhold").status == 503) {
+  }
+  EXPECT_EQ(ask("POST", "/api/v1/commands/unhold").status, 409);
+}
 
 // The cell is open, and its reactor has not run yet: what the check found cannot be known.
 TEST_F(AfterAnUncleanEnd, NothingBeginsBeforeTheDatabaseIsCheckedAndTheStatusSaysWhy) {

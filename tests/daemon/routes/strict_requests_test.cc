@@ -205,5 +205,11 @@ TEST_F(StrictRequests, AMisspeltDryDoesNotBurn) {
   EXPECT_FALSE(std::filesystem::exists(directory / "wire.bin"));
 }
 
+TEST_F(StrictRequests, ASearchForAPanelIsNoPattern) {
+  for (const char* panel : {"*", "P-*", "P-0001*a*a*a*a", "P-[0-9]", "P-", ""})
+    EXPECT_EQ(ask("GET", std::string("/api/v1/audit?panel=") + panel).status, 400) << panel;
+  EXPECT_EQ(ask("GET", "/api/v1/audit?panel=P-0001").status, 200);
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -54,5 +54,13 @@ TEST_F(BrokenRunTest, IsNotWrittenWhileARowThatItNeedsIsDamaged) {
   EXPECT_EQ(db::must(cell.jobs().find_piece(piece)).state, db::PieceState::kCutting);
 }
 
+TEST(BrokenRun, IsNotWrittenWhileTheDatabaseIsBusyOrTheDiskFull) {
+  EXPECT_FALSE(is_written(Error{ErrorCode::kUnavailable, "the database is busy: another program holds it"}));
+  EXPECT_FALSE(is_written(Error{ErrorCode::kStorage, "the disk is full"}));
+  EXPECT_FALSE(is_written(Error{ErrorCode::kInternal, "out of memory"}));
+  EXPECT_TRUE(is_written(Error{ErrorCode::kConflict, "run 7 is not on"}));
+  EXPECT_TRUE(is_written(3));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

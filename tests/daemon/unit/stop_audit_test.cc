@@ -72,5 +72,24 @@ TEST_F(StopAuditTest, WhatOperatorsDoIsNotedBesideAFlood) {
   EXPECT_EQ(std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.what == "cell.clear"; }), 1);
 }
 
+// Pieces are booked behind what waits: no program that went wild may make a run wait for the disk.
+TEST_F(StopAuditTest, AnOperatorsFloodWaitsWithinBoundsToo) {
+  AuditLog log(*database_, make_null_logger());
+  {
+    const SlowDatabase slow(*database_);
+    EXPECT_TRUE(log.has_room("uid 1000"));
+    for (int i = 0; i < 1000; ++i) log.write({0, "2026-05-01T00:00:00.000Z", "uid 1000", "api.laserJog", {}});
+    EXPECT_FALSE(log.has_room("uid 1000"));
+    EXPECT_TRUE(log.has_room("uid 1001"));
+    log.write({0, "2026-05-01T00:00:00.000Z", "uid 1001", "api.laserJog", {}});
+  }
+  settle();
+  EXPECT_TRUE(log.has_room("uid 1000"));
+  const auto rows = noted();
+  EXPECT_EQ(std::ranges::count(rows, "uid 1001", &db::AuditEntry::who), 1);
+  EXPECT_EQ(rows.size(), AuditLog::kMostOfOne + AuditLog::kMostWaiting + 2);
+  EXPECT_THAT(rows.front().detail, HasSubstr("872 more"));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -1,0 +1,114 @@
+// Patterns, which belong to no job: never on wood of the stock, and never on a word that was given before hands were
+// in.
+#include <gmock/gmock.h>
+
+#include "tests/daemon/unit/proof_fixture.h"
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class PatternTest : public ProofTest {
+ protected:
+  static LaserJob pattern(double power) {
+    Stroke stroke;
+    stroke.role = StrokeRole::kPattern;
+    stroke.path = {point<MachineFrame>(10, 10), point<MachineFrame>(50, 10)};
+    stroke.speed = MmPerSecond(10);
+    stroke.power = PowerFraction(power);
+    return {{stroke}};
+  }
+  Status burn(double power, std::vector<std::string> confirmed = {}) {
+    std::optional<Status> out;
+    runner_->burn_pattern(
+        pattern(power), "test", [&](Status s) { out = std::move(s); }, std::move(confirmed));
+    settle();
+    if (laser_.burning()) laser_.finish(), settle();
+    return out ? *out : Status(Error{ErrorCode::kInternal, "no reply"});
+  }
+};
+
+TEST_F(PatternTest, IsRefusedWhileAPanelOfTheStockIsInSight) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
+  const Status burnt = burn(0.2);
+  ASSERT_FALSE(burnt.ok());
+  EXPECT_THAT(burnt.error().message, AllOf(HasSubstr("panel P-0001 of the stock"), HasSubstr("take it off")));
+  EXPECT_EQ(state(), CellState::kIdle);
+  EXPECT_EQ(starts(), 0);
+  bed_.stock = StockSight{};
+  EXPECT_TRUE(burn(0.2).ok());
+  EXPECT_EQ(starts(), 1);
+}
+
+// A calibration looks at the bed for seconds before it burns on what was said when it was asked for.
+TEST_F(PatternTest, AWordGivenEarlierEndsWithTheLidAndWithTheState) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  const auto before = runner_->consent();
+  EXPECT_TRUE(runner_->still_holds(before).ok());
+  laser_.open_lid();
+  const Status open = runner_->still_holds(before);
+  ASSERT_FALSE(open.ok());
+  EXPECT_EQ(open.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(open.error().message, HasSubstr("the lid was opened"));
+  laser_.close_lid();
+  EXPECT_FALSE(runner_->still_holds(before).ok()) << "hands were in";
+
+  const auto closed = runner_->consent();
+  EXPECT_TRUE(runner_->still_holds(closed).ok());
+  ASSERT_TRUE(burn(0).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());  // and back to Idle, with the lid shut
+  ASSERT_EQ(state(), CellState::kIdle);
+  const Status elsewhere = runner_->still_holds(closed);
+  ASSERT_FALSE(elsewhere.ok());
+  EXPECT_THAT(elsewhere.error().message, AllOf(HasSubstr("went on to something else"), HasSubstr("ask for it again")));
+}
+
+TEST_F(PatternTest, WhereStockMayLieUnseenAPersonSaysThatItIsScrap) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{}, {"tag 300 of no known panel is in sight"}};
+  const Status burnt = burn(0.2);
+  ASSERT_FALSE(burnt.ok());
+  EXPECT_THAT(burnt.error().message,
+              AllOf(HasSubstr("tag 300 of no known panel"), HasSubstr("--confirm \"scrap on the bed\"")));
+  EXPECT_EQ(starts(), 0);
+  EXPECT_TRUE(burn(0, {}).ok()) << "dark";
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  EXPECT_TRUE(burn(0.2, {"scrap on the bed"}).ok());
+  const auto audit = database_->call([](Repositories& r) { return r.audit.latest(1); });
+  ASSERT_TRUE(audit.ok());
+  ASSERT_FALSE(audit->empty());
+  EXPECT_THAT(audit->front().detail, HasSubstr("scrap on the bed"));
+  // A tag that is known is no doubt, and nobody's word weighs against it.
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
+  EXPECT_THAT(burn(0.2, {"scrap on the bed"}).error().message, HasSubstr("panel P-0001 of the stock"));
+}
+
+TEST_F(PatternTest, IsRefusedWhenNobodyCanTell) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = Error{ErrorCode::kUnavailable, "the camera does not answer"};
+  EXPECT_THAT(burn(0.2).error().message, HasSubstr("the camera does not answer"));
+  EXPECT_EQ(starts(), 0);
+}
+
+TEST_F(PatternTest, SaysWhatTheMachineRemarked) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.remark = "the lid was opened over it";
+  EXPECT_TRUE(burn(0.2).ok());
+  EXPECT_EQ(reason(), "the pattern is burnt; the lid was opened over it");
+}
+
+TEST_F(PatternTest, RunsDarkOverAnything) {
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  bed_.stock = StockSight{{PanelId{"P-0001"}}, {}};
+  EXPECT_TRUE(burn(0).ok());
+  EXPECT_EQ(starts(), 1);
+  EXPECT_EQ(bed_.looks, 0);
+  EXPECT_THAT(reason(), HasSubstr("beam off"));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
