@@ -114,6 +114,7 @@ void add_cell_commands(CLI::App& app, CommandContext& context) {
                    [](const nlohmann::json& link) { return text_or(link, "url", "") + "\n"; });
   });
   add_account_commands(app, context);
+  add_alarm_commands(app, context);
   add_db_commands(app, context);
   add_audit_command(app, context);
   add_export_commands(app, context);

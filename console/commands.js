@@ -83,7 +83,7 @@ export const confirmedNames = () => [...confirmed];
 export const allConfirmed = () => askedNames().every((name) => confirmed.has(name));
 
 export const kSteps = {  // where the step of `next_step` is done
-  calibrate_scanner: "", calibrate_camera: "", calibrate_laser: "", calibrate_kerf: "",
+  calibrate_scanner: "setup", calibrate_camera: "setup", calibrate_laser: "setup", calibrate_kerf: "setup",
   accept: "scan", scan: "scan", plan: "new", make_job: "new", reset: "run", start: "run", load: "run", confirm: "run", unhold: "run",
   clear: "run", settle: "run", redo: "run",
 };

@@ -15,12 +15,17 @@ import * as scan from "./screens/scan.js";
 import * as history from "./screens/history.js";
 import * as log from "./screens/log.js";
 import * as account from "./screens/account.js";
+import * as setup from "./screens/setup.js";
+import * as calibration from "./screens/calibration.js";
+import * as settings from "./screens/settings.js";
+import * as alarms from "./screens/alarms.js";
 
 // A screen has draw(rest of the address) -> nodes, and perhaps enter(rest) for when it is gone to, drawn(place) for
 // what has to be drawn once its nodes are there.
 const kScreens = [
-  {id: "cell", ...cell}, {id: "panels", ...panels}, {id: "scan", ...scan}, {id: "new", ...newPicture}, {id: "run", ...run},
-  {id: "assembly", ...assembly}, {id: "history", ...history}, {id: "log", ...log}, {id: "account", ...account},
+  {id: "cell", ...cell}, {id: "setup", ...setup}, {id: "panels", ...panels}, {id: "scan", ...scan}, {id: "new", ...newPicture},
+  {id: "run", ...run}, {id: "assembly", ...assembly}, {id: "alarms", ...alarms}, {id: "history", ...history},
+  {id: "calibration", ...calibration}, {id: "settings", ...settings}, {id: "log", ...log}, {id: "account", ...account},
 ];
 const screens = () => (model.role === "nobody" ? kScreens.slice(-1) : kScreens);
 const place = document.getElementById("main");
@@ -28,8 +33,15 @@ let shown = "";
 
 function address() {
   const [id, ...rest] = decodeURIComponent(location.hash.slice(1)).split("/");
-  const screen = screens().find((one) => one.id === id) || screens()[0];
+  const screen = screens().find((one) => one.id === id) || screens().find((one) => one.id === first) || screens()[0];
   return {screen, rest};
+}
+
+// Where somebody comes in who asked for no screen: at a cell that has never cut, where it is set up.
+let first = "cell";
+function welcome() {
+  const {cell} = model;
+  if (cell && cell.panels === 0 && cell.next_step && cell.next_step.step.startsWith("calibrate")) first = "setup";
 }
 
 function draw() {
@@ -57,6 +69,6 @@ function go() {
 }
 
 addEventListener("hashchange", go);
-follow(draw);
-enter().catch((fault) => showRefusal(fault.message)).then(begin).then(go);
+follow(() => { if (shown) draw(); });
+enter().catch((fault) => showRefusal(fault.message)).then(begin).then(welcome).then(go);
 setInterval(() => { showAge(); if (model.cell) changed(); }, 500);

@@ -2,8 +2,11 @@
 import {h, put} from "./dom.js";
 import {ago, asSentence, kLanguages, language, span, t} from "./words.js";
 import {isStale, model} from "./model.js";
-import {kSteps} from "./commands.js";
-import {link} from "./parts.js";
+import {give, kSteps, mayCommand} from "./commands.js";
+import {button, link} from "./parts.js";
+import {loadPictures} from "./pictures.js";
+import {countOf} from "./alarms.js";
+import {oneSuspect} from "./screens/pieces.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -20,9 +23,15 @@ function reasonOf(cell) {
   return t(`reason.${cell.state}${cell.state === "Suspended" ? (found ? ".found" : ".waits") : ""}`, {name}).replace(/^reason\..*/, "");
 }
 
+// How many alarms nobody has seen stands on every screen.
+function tabWords(id) {
+  const unseen = id === "alarms" ? countOf("new") + countOf("returned") : 0;
+  return unseen ? `${countOf("new") ? "▲ " : ""}${t(`screen.${id}`)} (${unseen})` : t(`screen.${id}`);
+}
+
 export function showFrame(screens, current) {
   const {cell} = model;
-  put($("nav"), ...screens.map(({id}) => link(`#${id}`, t(`screen.${id}`), {"aria-current": id === current ? "page" : null})));
+  put($("nav"), ...screens.map(({id}) => link(`#${id}`, tabWords(id), {"aria-current": id === current ? "page" : null, class: id === "alarms" && countOf("new") ? "new" : ""})));
   $("theme").hidden = $("language").hidden = false;
   const you = [t(`you.${model.role || "viewer"}`), model.session.user].filter(Boolean).join(" · ");
   if ($("role").textContent !== you) $("role").textContent = you;
@@ -49,11 +58,16 @@ function showNext(next) {
   $("next").hidden = !next;
   if (!next) return;
   const screen = kSteps[next.step] || "";
+  const here = location.hash.slice(1).split("/")[0] || document.querySelector("#nav [aria-current]").hash.slice(1);
   put($("next"),
     h("span.next-mark", {"aria-hidden": "true"}, next.step === "wait" ? "…" : "▶"),
     h("p", {}, h("b", {}, t("next")), " ", ...saidNext(next),
       !screen && next.command && h("small", {}, t("next.command", {command: next.command}))),
-    screen && location.hash.slice(1).split("/")[0] !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
+    // After an abort: one decision at a time, wherever one is.
+    next.step === "settle" && here !== "run" && oneSuspect(),
+    next.step === "clear" && here !== "run" && button(t("do.clear"), () => give("clear"), {disabled: !mayCommand("clear") || isStale()}),
+    screen && here !== screen && link(`#${screen}`, t("next.go", {screen: t(`screen.${screen}`)}), {class: "go"}));
+  loadPictures($("next"));
 }
 
 // Every half second: nobody operates on what may be no longer true. STOP is not among what is shut off then.
@@ -76,7 +90,8 @@ const kThemes = ["auto", "light", "dark"];
 const theme = () => localStorage.getItem("veneer_theme") || "auto";
 function showTheme() {
   if (theme() === "auto") delete document.documentElement.dataset.theme; else document.documentElement.dataset.theme = theme();
-  $("theme").textContent = t(`theme.${theme()}`);
+  const [sign, ...words] = t(`theme.${theme()}`).split(" ");
+  put($("theme"), sign, h("span.words", {}, ` ${words.join(" ")}`));
 }
 $("theme").addEventListener("click", () => {
   localStorage.setItem("veneer_theme", kThemes[(kThemes.indexOf(theme()) + 1) % kThemes.length]);

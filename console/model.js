@@ -149,5 +149,5 @@ async function poll() {
 
 export async function begin() {
   await askSession();
-  poll();
+  await poll();
 }

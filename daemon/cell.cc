@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "daemon/services/cell_alarms.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 
@@ -150,6 +151,8 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
             [this](const TaskView& task) {
               if (hub.clients() > 0) hub.broadcast_text(task_event(task));
               if (task_audit_) task_audit_->changed(task);
+              if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
+              if (task.state == TaskState::kFailed) note_failure(task);
               if (runner && task.state != TaskState::kRunning) refresh_counts();
             }),
       devices(std::move(parts)),
@@ -205,6 +208,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.cuts = std::make_unique<CutPlanner>(reactor, *c.camera_worker, *c.database, c.config, c.log);
   c.runner = std::make_unique<JobRunner>(reactor, UnitParts{*c.devices.laser, *c.database, *c.bed, *c.cuts},
                                          runner_options(config), c.log, [&c] {
+                                           if (c.runner)
+                                             c.metrics.follow(c.runner->view(), c.devices.laser->status().connected);
                                            c.follow_laser();
                                            c.follow_state();
                                            c.broadcast_status();
@@ -281,6 +286,7 @@ void Cell::look_regularly() {
   look_timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (cancelled) return;
     runner->look_again();
+    look_for_alarms();
     end_leases();
     look_regularly();
   });
@@ -355,6 +361,10 @@ json Cell::status() const {
   out["confirm"] = asked_by_name();
   out["calibration"] = json::object();
   for (const auto& [kind, state] : certificates()) out["calibration"][db::to_string(kind)] = to_string(state);
+  out["alarms"] = {{"new", alarms.count(AlarmState::kNew)},
+                   {"acknowledged", alarms.count(AlarmState::kAcknowledged)},
+                   {"returned", alarms.count(AlarmState::kReturned)}};
+  out["hands"] = devices.hands.has_value();
   out["tasks"] = json::array();
   for (const auto* task : tasks.running()) out["tasks"].push_back(to_list_json(*task));
   return out;
@@ -375,7 +385,7 @@ std::vector<std::string> Cell::asked_by_name() const {
   return out;
 }
 
-NextStep Cell::next() const {
+CellNeeds Cell::needs() const {
   CellNeeds needs;
   needs.database_damaged = integrity->state() == DatabaseCheck::State::kDamaged;
   needs.database_busy = integrity->sentence();
@@ -387,7 +397,30 @@ NextStep Cell::next() const {
   needs.job = waiting_job;
   needs.plan = waiting_plan;
   needs.device_seconds_per_second = config.sim.time_scale;
-  return next_step(runner->view(), needs);
+  return needs;
+}
+
+NextStep Cell::next() const { return next_step(runner->view(), needs()); }
+
+void Cell::alarms_changed() {
+  hub.broadcast({{"type", "alarms"}});
+  broadcast_status();
+}
+
+void Cell::look_for_alarms() {
+  const auto changes = alarms.take(cell_alarms(runner->view(), devices.laser->status(), needs()), utc_timestamp());
+  for (const Alarm& alarm : changes.begun)
+    audit_log_->write({0, alarm.since, "veneerd", "alarm.new", alarm.what.sentence});
+  for (const Alarm& alarm : changes.ended)
+    audit_log_->write({0, alarm.until, "veneerd", "alarm.returned", alarm.what.sentence});
+  if (changes.any()) alarms_changed();
+}
+
+// Whoever asked for it may have gone.
+void Cell::note_failure(const TaskView& task) {
+  const std::string why = task.error ? task.error->message : "nobody knows why";
+  alarms.happened({fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)}, utc_timestamp());
+  alarms_changed();
 }
 
 // What waits to be cut is another thing after a run.

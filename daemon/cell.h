@@ -5,7 +5,9 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,10 +19,12 @@
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/query_pool.h"
+#include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_service.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
@@ -29,6 +33,7 @@
 #include "daemon/services/remnants.h"
 #include "daemon/services/scan_proposals.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/services/sim_hands.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/task_audit.h"
@@ -45,6 +50,7 @@ struct Devices {
   std::unique_ptr<ScannerDriver> scanner;
   std::unique_ptr<CameraDriver> camera;
   std::unique_ptr<LaserDriver> laser;
+  std::optional<SimHands> hands;  // of a cell that is simulated in all of them
 };
 
 // How this cell has work done outside its process.
@@ -72,6 +78,9 @@ class Cell {
   Logger log;
   EventHub hub;
   TaskRegistry tasks;
+  AlarmBook alarms;
+  Metrics metrics;
+  std::function<std::size_t()> connections;  // of the API, once there is a server
   Devices devices;
   PanelLibrary panel_library;
   std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at
@@ -95,6 +104,8 @@ class Cell {
   std::optional<CellNeeds::Waiting> waiting_job, waiting_plan;
   std::optional<Calibration> calibration;
   void refresh_counts();
+  // Somebody acknowledged some.
+  void alarms_changed();
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
   void leases_changed(const std::vector<PanelId>& touched);
 
@@ -111,7 +122,10 @@ class Cell {
   void follow_state();
   std::vector<CellNeeds::Certificate> certificates() const;  // as they stand now
   std::vector<std::string> asked_by_name() const;            // before the beam comes on
+  CellNeeds needs() const;
   NextStep next() const;
+  void look_for_alarms();
+  void note_failure(const TaskView& task);
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;

@@ -151,9 +151,10 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   };
   auto server = HttpServer::open(
       reactor, std::move(options), router, c.hub, accounts,
-      [&c](const Caller& caller) { return stop_at_once(*c.runner, caller); }, log);
+      [&c](const Caller& caller) { return stop_at_once(*c.runner, c.metrics, caller); }, log);
   if (!server) return fail(server.error());
   console_url = (*server)->console_url();
+  c.connections = [&server] { return (*server)->connections(); };
 
   SystemdNotifier notifier;
   CellHealth health(real_clock,
@@ -205,6 +206,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
     log->critical("{}", sentence);
   });
   guardian.on_change({});
+  c.connections = {};
   (*server)->close();
   return ran ? 0 : fail(ran.error(), kBroken);
 }

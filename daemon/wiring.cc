@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "daemon/services/sane_scanner.h"
 #include "daemon/workers/worker_processes.h"
 #include "drivers/file/file_camera.h"
@@ -12,6 +14,7 @@
 #include "drivers/sim/client/sim_camera.h"
 #include "drivers/sim/client/sim_scanner.h"
 #include "drivers/sim/client/sim_usb.h"
+#include "drivers/sim/client/twin_link.h"
 #include "drivers/transport/make_transport.h"
 #include "drivers/transport/make_usb_transport.h"
 #include "drivers/transport/serial_transport.h"
@@ -64,6 +67,35 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
       std::make_unique<grbl::GrblLaser>(std::move(*link), device_clock, reactor, log, options));
 }
 
+SimHands make_hands(const std::string& socket) {
+  const sim::TwinLink twin(socket);
+  const auto done = [](const Result<nlohmann::json>& reply) { return reply ? Ok() : Status(reply.error()); };
+  SimHands hands;
+  hands.sheets = [twin]() -> Result<std::vector<SimSheet>> {
+    const auto reply = twin.request({{"cmd", "status"}});
+    if (!reply) return reply.error();
+    std::vector<SimSheet> out;
+    for (const auto& sheet : reply->value("sheets", nlohmann::json::array()))
+      out.push_back({sheet.value("name", ""), sheet.value("kind", ""), sheet.value("where", "")});
+    return out;
+  };
+  hands.lay = [twin, done](const SheetToLay& order) {
+    nlohmann::json asked = {{"cmd", "place"}, {"sheet", order.sheet}, {"on", order.on}, {"face", order.face}};
+    if (!order.part.empty()) asked["part"] = order.part;
+    if (order.height_mm > 0) asked["height_mm"] = order.height_mm;
+    if (order.turn_deg) asked["turn_deg"] = *order.turn_deg;
+    return done(twin.request(asked));
+  };
+  hands.lift = [twin, done](const std::string& from) { return done(twin.request({{"cmd", "lift"}, {"from", from}})); };
+  hands.lid = [twin, done](bool open) { return done(twin.request({{"cmd", "lid"}, {"open", open}})); };
+  hands.new_panel = [twin, done](const std::string& name) {
+    constexpr double kWidthMm = 240, kHeightMm = 160;  // fits on the glass as it is shipped
+    return done(twin.request(
+        {{"cmd", "new-panel"}, {"name", name}, {"width_mm", kWidthMm}, {"height_mm", kHeightMm}, {"strips", 6}}));
+  };
+  return hands;
+}
+
 }  // namespace
 
 Result<Devices> make_devices(const Config& config, const Clock& device_clock, boost::asio::io_context& reactor,
@@ -86,6 +118,8 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   auto laser = make_laser(config, device_clock, reactor, log);
   if (!laser) return laser.error();
   devices.laser = std::move(*laser);
+  if (config.scanner.kind == "sim" && config.camera.kind == "sim" && on_twin(config.laser))
+    devices.hands = make_hands(config.sim.socket.string());
   return devices;
 }
 

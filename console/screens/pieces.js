@@ -2,7 +2,7 @@
 // ones; and which are lost, so that other wood is found for them.
 import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
-import {changed, databaseSound, loadJobs, mayChange, model, operates, piecesOf} from "../model.js";
+import {changed, databaseSound, isStale, loadJobs, mayChange, model, operates, piecesOf} from "../model.js";
 import {allConfirmed, command, confirmedNames, recutMarks} from "../commands.js";
 import {button, card, link} from "../parts.js";
 import {picture} from "../pictures.js";
@@ -46,14 +46,23 @@ function sighting({seen, gone_share, at}) {
 }
 
 // Whatever the cell does: what became of a piece can be said at any time.
+const suspects = () => model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) => ({job, piece})));
+
+const suspectRow = ({job, piece}) => pieceRow(job, piece,
+  h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), async () => {
+    await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict}});
+    loadJobs();
+  }, {disabled: !operates() || isStale()}))),
+  piece.sighting && h("div.sighting", {}, sighting(piece.sighting)));
+
+// One decision, for screens that are about something else: the next one comes when it is made.
+export function oneSuspect() {
+  const [one] = suspects();
+  return one ? h("ul.list.decision", {}, suspectRow(one)) : null;
+}
+
 function suspectsCard() {
-  const rows = model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) =>
-    pieceRow(job, piece,
-      h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), async () => {
-        await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict}});
-        loadJobs();
-      }, {disabled: !operates()}))),
-      piece.sighting && h("div.sighting", {}, sighting(piece.sighting)))));
+  const rows = suspects().map(suspectRow);
   return rows.length ? card(`▲ ${t("suspects")}`, h("p.dim", {}, t("suspects.about")), h("ul.list", {}, ...rows)) : null;
 }
 

@@ -9,11 +9,12 @@ import {picture} from "../pictures.js";
 import {bedCard, panelOnBed} from "./bed.js";
 import {drawJobMap, jobKey, jobMap} from "./job_map.js";
 import {pieceCards} from "./pieces.js";
+import {sheetHands} from "./sheet_hands.js";
 
 export function draw() {
   if (!model.cell) return empty(t("connecting"));
   return h("div.columns.run", {},
-    h("div.column", {"aria-label": t("load")}, loadCard(), bedCard()),
+    h("div.column", {"aria-label": t("load")}, loadCard(), bedCard(), sheetHands("bed", (model.cell.load || {}).face_up || "back")),
     h("div.column.do", {"aria-label": t("commands")}, commandsCard()),
     h("div.column", {"aria-label": t("job")}, jobCard(), ...pieceCards(), jobsCard()));
 }
@@ -90,7 +91,7 @@ function frame(cell) {
     h("label", {}, t("frame.power"), h("input", {type: "number", min: 0, max: most, step: 0.5, value: String(framePercent), oninput: (event) => { framePercent = Math.max(0, Number(event.target.value) || 0); changed(); }})));
 }
 
-function checkList() {
+export function checkList() {
   const names = askedNames();
   if (!names.length) return null;
   return h("fieldset.confirm.wide", {"data-key": "confirm"}, h("legend", {}, t("confirm")),

@@ -6,6 +6,7 @@ import {command} from "../commands.js";
 import {get} from "../link.js";
 import {button, card, fact, facts, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
+import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false};
 let begun = 0;  // the task
@@ -21,7 +22,7 @@ export function draw() {
         choice(t("scan.which"), wanted.panel, [["", t("scan.new")], ...model.panels.filter((panel) => !panel.retired).map((panel) => [panel.id, panel.id])], (panel) => { wanted.panel = panel; }),
         h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.more, onchange: (event) => { wanted.more = event.target.checked; changed(); }}), t("scan.more"))),
       h("div.commands", {}, button(t("scan.do"), scan, {wide: true, id: "do-scan", disabled: !mayChange() || busy})),
-      busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"}))))),
+      busy && h("ul.list", {}, taskRow(task, () => command(`/tasks/${task.id}`, {method: "DELETE"})))), sheetHands("scanner", wanted.face)),
     h("div.column", {}, ...waiting.map(proposalCard), foundCard(task)));
 }
 

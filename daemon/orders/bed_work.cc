@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -48,9 +49,21 @@ cv::Mat prove_pose(const LookAtBed& order, const cv::Mat& picture, BedSeen& out)
   return picture;
 }
 
-// Tags, and panels by their holes. A picture of another size than the camera's says nothing of holes.
-void find_stock(const LookAtBed& order, const cv::Mat& picture, BedSeen& out) {
-  for (const auto& tag : calib::detect_tags<CameraFrame>(picture)) out.tags.push_back(tag.id);
+// For people, who see so which tags count. In OpenCV's pixels, whose centres lie at 0.
+void outline(cv::Mat& picture, const calib::Tag<CameraFrame>& tag) {
+  std::vector<cv::Point> corners;
+  for (const auto& corner : tag.corners)
+    corners.emplace_back(cvRound(corner.x.count() - 0.5), cvRound(corner.y.count() - 0.5));
+  cv::polylines(picture, corners, true, {0, 200, 255}, std::max(3, picture.cols / 500));
+}
+
+// Tags, which are outlined in `shown`, and panels by their holes. A picture of another size than the camera's says
+// nothing of holes.
+void find_stock(const LookAtBed& order, const cv::Mat& picture, cv::Mat& shown, BedSeen& out) {
+  for (const auto& tag : calib::detect_tags<CameraFrame>(picture)) {
+    out.tags.push_back(tag.id);
+    outline(shown, tag);
+  }
   if (!order.camera) return;
   const calib::CameraModel camera(*order.camera);
   if (!require_picture_size(camera, picture.cols, picture.rows)) return;
@@ -72,8 +85,13 @@ Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path&
   const auto picture = planner::load_picture(order.file);
   if (!picture) return picture.error();
   BedSeen out;
-  if (order.stock) find_stock(order, *picture, out);
-  const cv::Mat shown = order.camera && !order.stock ? prove_pose(order, *picture, out) : *picture;
+  cv::Mat shown = *picture;
+  if (order.stock) {
+    shown = picture->clone();
+    find_stock(order, *picture, shown, out);
+  } else if (order.camera) {
+    shown = prove_pose(order, *picture, out);
+  }
   if (const Status written = write_shown(shown, (folder / kMadeBedPicture).string()); !written) return written.error();
   return out;
 }

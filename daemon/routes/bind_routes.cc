@@ -15,8 +15,8 @@ void bind_routes(Router& router, Cell& cell) {
     if (Status may = c.integrity->may_begin(operation, request); !may) return may;
     return DatabaseCheck::is_always_taken(operation, request) ? Ok() : c.may_be_noted(request.caller);
   });
-  bind_unit_routes(router,
-                   {*c.runner, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
+  bind_unit_routes(
+      router, {*c.runner, c.metrics, *c.bed, *c.cuts, *c.integrity, c.tasks, *c.queries, [&c] { return c.status(); }});
   const auto panel_changed = [&c, on_reactor](const std::optional<PanelId>& panel) {
     on_reactor([&c, panel] {
       c.refresh_counts();
@@ -36,6 +36,9 @@ void bind_routes(Router& router, Cell& cell) {
   bind_calibration_routes(
       router, {*c.calibrations, *c.runner, *c.scanner_worker, *c.camera_worker, c.tasks, *c.queries,
                c.config.panel.thickness, [&c, on_reactor] { on_reactor([&c] { c.refresh_counts(); }); }, on_reactor});
+  bind_setup_routes(router, {*c.calibrations, *c.runner, *c.bed, *c.camera_worker, c.tasks, *c.pictures, c.config,
+                             c.devices.hands ? &*c.devices.hands : nullptr,
+                             cell_devices(*c.devices.scanner, *c.devices.camera, c.config)});
   const JobServices jobs{
       *c.plans,
       *c.planner_worker,
@@ -60,6 +63,11 @@ void bind_routes(Router& router, Cell& cell) {
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
   bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
+  bind_metrics_routes(router,
+                      {c.metrics, [&c] {
+                         return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.panels, &c.alarms};
+                       }});
+  bind_alarm_routes(router, {c.alarms, [&c] { c.alarms_changed(); }});
   bind_store_routes(router, {*c.backups, c.tasks, *c.queries});
   bind_history_routes(router, *c.queries);
   bind_task_routes(router, c.tasks);

@@ -63,25 +63,6 @@ void calibrate_laser(const CalibrationServices& s, const TaskReporter& task, con
   });
 }
 
-// A run looks at the bed with the same camera and on the same thread, so that a calibration which takes its time, or
-// hangs, would hold the run. What was asked for before a job was started is done before its first look.
-Status camera_is_free(const JobRunner& unit) {
-  switch (const CellState state = unit.view().state) {
-    case CellState::kStopped:
-    case CellState::kResetting:
-    case CellState::kIdle:
-    case CellState::kComplete:
-    case CellState::kAborted:
-    case CellState::kClearing:
-      return Ok();
-    default:
-      return Error{ErrorCode::kConflict,
-                   fmt::format("the cell is {}, and its looks at the bed would wait until the camera is calibrated: "
-                               "let it end, or Stop it, then calibrate",
-                               to_string(state))};
-  }
-}
-
 void calibrate(const CalibrationServices& s, const ApiRequest& request, const Reply& reply) {
   const std::string& device = request.path_param("device");
   auto body = RequestReader::body_of(request);

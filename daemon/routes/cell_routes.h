@@ -14,16 +14,19 @@
 #include "daemon/config.h"
 #include "daemon/database_check.h"
 #include "daemon/query_pool.h"
+#include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_service.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/metrics.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
 #include "daemon/services/remnants.h"
 #include "daemon/services/scan_proposals.h"
 #include "daemon/services/scan_service.h"
+#include "daemon/services/sim_hands.h"
 #include "daemon/store/database_thread.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/workers/work_runner.h"
@@ -34,6 +37,7 @@ namespace veneer::daemon {
 // Status, commands, the bed's picture, the check of the database.
 struct UnitServices {
   JobRunner& unit;
+  Metrics& metrics;
   BedWatcher& bed;
   CutPlanner& cuts;
   DatabaseCheck& integrity;
@@ -43,7 +47,7 @@ struct UnitServices {
 };
 void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before the reply is made.
-ApiReply stop_at_once(JobRunner& unit, const Caller& caller);
+ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller);
 
 // Panels.
 struct StockServices {
@@ -92,6 +96,36 @@ struct CalibrationServices {
   std::function<void(std::function<void()>)> on_reactor;  // has something done there
 };
 void bind_calibration_routes(Router& router, const CalibrationServices& services);
+// A run looks at the bed with the same camera and on the same thread, so that a calibration which takes its time, or
+// hangs, would hold the run: kConflict then. What was asked for before a job was started is done before its first look.
+Status camera_is_free(const JobRunner& unit);
+
+// The first day: devices, the bed as the camera sees it, and a simulated cell's hands.
+struct SetupServices {
+  CalibrationService& calibrations;
+  JobRunner& unit;
+  BedWatcher& bed;
+  Worker& camera;
+  TaskRegistry& tasks;
+  QueryPool& pictures;  // where hands take their time
+  const Config& config;
+  const SimHands* hands;  // nullptr: people have their own
+  CellDevices named;
+};
+void bind_setup_routes(Router& router, const SetupServices& services);
+
+struct MetricsServices {
+  Metrics& metrics;
+  std::function<Metrics::Now()> now;
+};
+void bind_metrics_routes(Router& router, const MetricsServices& services);
+
+// What needs somebody, and who has seen it.
+struct AlarmServices {
+  AlarmBook& book;
+  std::function<void()> on_changed;
+};
+void bind_alarm_routes(Router& router, const AlarmServices& services);
 
 struct JobServices {
   PlanService& plans;

@@ -16,6 +16,7 @@ inline constexpr NumberRange kPatternSide{1, 10'000};   // mm
 inline constexpr NumberRange kFieldSide{1, 200};        // mm, of a test card's field
 inline constexpr NumberRange kHeightAboveBed{0, 1000};  // mm
 inline constexpr NumberRange kBoardSide{1, 10'000};     // mm
+inline constexpr NumberRange kTurn{-360, 360};          // degrees
 inline constexpr NumberRange kShownWidth{16, 8192};     // px, of a picture for people
 inline constexpr NumberRange kFreeArea{0, 1e9};         // mm2
 inline constexpr NumberRange kPatchSide{0.1, 1000};     // mm, of wood that is looked for

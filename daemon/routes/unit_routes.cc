@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/clock.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/request_ranges.h"
 
@@ -60,16 +61,20 @@ void reply_large(const UnitServices& s, const ApiRequest& request, const Reply& 
 
 }  // namespace
 
-ApiReply stop_at_once(JobRunner& unit, const Caller& caller) {
+ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
+  const SteadyClock clock;
+  const auto read = clock.now();
   unit.command(CellCommand::kAbort, caller.who, [](const Status&) {});
+  metrics.stop_taken(clock.now() - read);
   return taken(unit);
 }
 
 void bind_unit_routes(Router& router, const UnitServices& s) {
   router.bind("getStatus", [s](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(s.status())); });
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
-  router.bind("stop",
-              [s](const ApiRequest& request, const Reply& reply) { reply(stop_at_once(s.unit, request.caller)); });
+  router.bind("stop", [s](const ApiRequest& request, const Reply& reply) {
+    reply(stop_at_once(s.unit, s.metrics, request.caller));
+  });
   router.bind("getBedPicture", [s](const ApiRequest& request, const Reply& reply) {
     reply_large(
         s, request, reply, [&bed = s.bed] { return bed.picture(); }, "image/jpeg",

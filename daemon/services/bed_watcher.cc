@@ -274,6 +274,23 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
   return sight;
 }
 
+Result<BedSight> BedWatcher::see() {
+  const auto marks = database_.call([seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  if (!marks) return marks.error();
+  LookAtBed look;
+  look.stock = true;
+  const auto found = photograph({}, std::move(look));
+  boost::asio::post(reactor_, on_picture_);
+  if (!found) return found.error();
+  BedSight sight{found->tags, {}};
+  std::set<PanelId> panels;
+  for (const int tag : found->tags)
+    if (const auto known = marks->panel_of_tag.find(tag); known != marks->panel_of_tag.end())
+      panels.insert(known->second);
+  sight.panels.assign(panels.begin(), panels.end());
+  return sight;
+}
+
 Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
   const auto shelf = database_.call(read_shelf);
   if (!shelf) return shelf.error();

@@ -33,6 +33,12 @@ struct LastSeen {
   std::string at;
 };
 
+// What the camera sees at this moment, for somebody who has just laid something down. Proves nothing.
+struct BedSight {
+  std::vector<int> tags;
+  std::vector<PanelId> panels;  // whose tags are among them, retired ones too
+};
+
 class BedWatcher final : public BedView {
  public:
   // `on_picture` is called on the reactor when picture() has changed. All references outlive this. `make_timer` is for
@@ -45,6 +51,9 @@ class BedWatcher final : public BedView {
   void look(std::function<void(Result<ProvenPose>)> reply) override;
   // Gives up a look that is under way; at the end of the cell.
   void stop() { ending_.request_stop(); }
+
+  // Blocking, on the camera's worker; picture() is then what was seen, its tags outlined.
+  Result<BedSight> see();
 
   void hands_were_in() override { hands_in_ = std::chrono::system_clock::now(); }
   void stock_in_sight(std::function<void(Result<StockSight>)> reply) override;

@@ -107,10 +107,12 @@ Result<CalibrationOutcome> CalibrationService::scanner(bool more, const TaskProg
   // Another scanner at the same name: what was scanned before says nothing of this one.
   if (std::exchange(grid_make_, scanned->make) != scanned->make) grid_scans_.clear();
   grid_scans_.push_back(std::move(*seen));
+  note_grid_scans();
   CalibrationOutcome outcome{"scanner", grid_scans_.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(FitScanner{grid_scans_}, {}, progress, stop);
   if (fit || is_about_the_views(fit.error())) grid_scans_.clear();
+  note_grid_scans();
   if (!fit) return fit.error();
   if (!grid_make_.empty()) fit->payload["make"] = grid_make_;
   if (Status issued = issue(db::CertificateKind::kScanner, fit->rms, std::move(fit->payload), outcome); !issued)
@@ -126,15 +128,34 @@ Result<CalibrationOutcome> CalibrationService::camera(bool more, Millimetres hei
   auto seen = have<GridViewRead>(ReadGridView{picture->string(), height}, *picture, progress, stop);
   if (!seen) return seen.error();
   grid_views_.views.push_back(std::move(seen->view));
+  note_grid_views();
   grid_views_.width_px = seen->width_px, grid_views_.height_px = seen->height_px;
   CalibrationOutcome outcome{"camera", grid_views_.views.size(), {}, {}, "{}"};
   if (more) return outcome;
   auto fit = have<Fit>(grid_views_, {}, progress, stop);
   if (fit || is_about_the_views(fit.error())) grid_views_ = {};
+  note_grid_views();
   if (!fit) return fit.error();
   if (Status issued = issue(db::CertificateKind::kCamera, fit->rms, std::move(fit->payload), outcome); !issued)
     return issued.error();
   return outcome;
+}
+
+CalibrationService::Collected CalibrationService::collected() const {
+  const std::lock_guard lock(collected_mutex_);
+  return collected_;
+}
+
+void CalibrationService::note_grid_scans() {
+  const std::lock_guard lock(collected_mutex_);
+  collected_.grid_scans = grid_scans_.size();
+}
+
+void CalibrationService::note_grid_views() {
+  std::vector<Millimetres> heights;
+  for (const auto& view : grid_views_.views) heights.push_back(view.height);
+  const std::lock_guard lock(collected_mutex_);
+  collected_.view_heights = std::move(heights);
 }
 
 Box<MachineFrame> CalibrationService::area() const {

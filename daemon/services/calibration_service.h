@@ -58,12 +58,21 @@ class CalibrationService {
   // The burnt board on the glass.
   Result<CalibrationOutcome> kerf(const TaskProgress& progress, const std::stop_token& stop);
 
+  // What is collected and not fitted yet: a guide that was left goes on from it. Thread-safe.
+  struct Collected {
+    std::size_t grid_scans = 0;
+    std::vector<Millimetres> view_heights;  // of the camera's views, in the order in which they were taken
+  };
+  Collected collected() const;
+
   // What the laser burns for axes() and kerf() into a board of this size that lies in the middle of the bed, within
   // 20 mm and 4 degrees.
   Result<LaserJob> pattern_job(const Box<MachineFrame>& travel, Millimetres board_width, Millimetres board_height);
 
  private:
   Box<MachineFrame> area() const;
+  void note_grid_scans();  // on the scanner's worker
+  void note_grid_views();  // on the camera's
   // Of the pattern that was burnt last, in this life of the daemon or as the axes certificate tells; kRefused when
   // none.
   Result<Box<MachineFrame>> burnt_area(const Calibration& calibration) const;
@@ -84,6 +93,8 @@ class CalibrationService {
   std::vector<calib::GridScan> grid_scans_;  // scanner's worker
   std::string grid_make_;                    // of the device that scanned them
   FitCamera grid_views_;                     // camera's worker
+  mutable std::mutex collected_mutex_;
+  Collected collected_;  // guarded by collected_mutex_
   // Where the pattern was burnt last; written by the reactor before the burn, read by the workers after it.
   mutable std::mutex area_mutex_;
   Box<MachineFrame> area_;  // guarded by area_mutex_

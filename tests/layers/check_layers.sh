@@ -88,6 +88,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")
+      door("^prometheus/", "^daemon/services/metrics\\.cc$")
       door("^qrencode\\.h$", "^daemon/services/panel_label\\.cc$")
       door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")

@@ -1,0 +1,132 @@
+// How each wood is cut, the test card to find out, the head by hand, overrides, and what can be printed.
+import {h} from "../dom.js";
+import {asSentence, t} from "../words.js";
+import {get} from "../link.js";
+import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
+import {command} from "../commands.js";
+import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
+import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
+import {gridButton, tagForm} from "./setup_devices.js";
+
+let recipes = null, woods = [];
+
+export async function enter() {
+  try {
+    [recipes, woods] = await Promise.all([get("/recipes"), get("/materials").then(({materials}) => materials.map((one) => one.material || one.name).filter(Boolean), () => [])]);
+  } catch (fault) { recipes = null; }
+  changed();
+}
+
+export function draw() {
+  if (!model.cell) return empty(t("connecting"));
+  return [viewerHint(), h("div.columns.two-even", {},
+    h("div.column", {}, recipesCard(), recipeForm(), printCard()),
+    h("div.column", {}, testCard(), overridesCard(), jogCard()))];
+}
+
+// ---- recipes --------------------------------------------------------------------------------------------------------
+
+const percent = (share) => `${Math.round(1000 * share) / 10} %`;
+const wanted = {material: "", operation: "cut", speed_mm_s: "15", power: "85", passes: "1", air: true, kerf_back_mm: "", kerf_show_mm: ""};
+const maySet = () => mayDo("maintainer") && mayChange();
+const take = (name, value) => { wanted[name] = value; changed(); };
+
+function recipesCard() {
+  if (!recipes) return card(t("recipes"), empty(t("connecting")));
+  const rows = [...recipes.recipes, ...["cut", "engrave"].map((operation) => ({material: "", operation, ...recipes.otherwise[operation]}))];
+  return card(t("recipes"), h("p.dim", {}, t("recipes.what")), h("ul.list", {}, ...rows.map((one) => h("li", {"data-key": `${one.material}-${one.operation}`},
+    h("div", {}, h("b", {}, `${one.material || t(recipes.recipes.length ? "recipes.otherwise" : "recipes.every")}, ${t(`operation.${one.operation}`)}`),
+      h("div", {}, [t("recipes.row", {speed: one.speed_mm_s, power: percent(one.power)}), one.passes > 1 ? t("recipes.passes", {n: one.passes}) : "",
+        one.kerf_back_mm ? t("recipes.kerf", {back: one.kerf_back_mm, show: one.kerf_show_mm}) : ""].filter(Boolean).join(", "))),
+    one.material && h("span.choices", {},
+      button(t("recipes.edit"), () => { Object.assign(wanted, Object.fromEntries(Object.keys(wanted).map((name) => [name, name === "air" ? one.air : name === "power" ? String(100 * one.power) : one[name] === null || one[name] === undefined ? "" : String(one[name])]))); changed(); }, {disabled: !maySet(), needs: "maintainer"}),
+      button(t("recipes.remove"), async () => { if (confirm(t("recipes.remove_sure", {material: one.material}))) { await command(`/recipes/${encodeURIComponent(one.material)}/${one.operation}`, {method: "DELETE"}); enter(); } }, {disabled: !maySet(), needs: "maintainer"}))))));
+}
+
+const field = (name, min, more = {}) => h("label", {}, t(`recipe.${name}`), h("input", {type: "number", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
+
+function recipeForm() {
+  return h("details.card", {"data-key": "recipe-form", open: Boolean(wanted.material)}, h("summary", {}, t("recipe.set")),
+    h("form.form", {onsubmit: setRecipe},
+      h("label", {}, t("recipe.material"), h("input", {type: "text", id: "recipe-material", required: true, list: "woods", value: wanted.material, oninput: (event) => take("material", event.target.value)})),
+      h("datalist", {id: "woods"}, ...woods.map((wood) => h("option", {value: wood}, wood))),
+      h("label", {}, t("recipe.operation"), h("select", {value: wanted.operation, onchange: (event) => take("operation", event.target.value)}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`))))),
+      h("div.pair", {}, field("speed_mm_s", .01, {required: true, id: "recipe-speed"}), field("power", 0, {required: true, max: 100, id: "recipe-power"})),
+      h("div.pair", {}, field("kerf_back_mm", 0, {max: 5}), field("kerf_show_mm", 0, {max: 5})),
+      h("div.pair", {}, field("passes", 1, {max: 20}), h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.air, onchange: (event) => take("air", event.target.checked)}), t("recipe.air"))),
+      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-recipe", disabled: !maySet()}, t("recipe.keep"), lacking("maintainer")))));
+}
+
+async function setRecipe(event) {
+  event.preventDefault();
+  const body = {speed_mm_s: Number(wanted.speed_mm_s), power: Number(wanted.power) / 100, passes: Number(wanted.passes) || 1, air: wanted.air};
+  for (const kerf of ["kerf_back_mm", "kerf_show_mm"]) if (wanted[kerf]) body[kerf] = Number(wanted[kerf]);
+  if (await command(`/recipes/${encodeURIComponent(wanted.material)}/${wanted.operation}`, {body})) { wanted.material = ""; enter(); }
+}
+
+// ---- test card ------------------------------------------------------------------------------------------------------
+
+let operation = "cut", drawing = null;
+const given = new Set();
+
+function testCard() {
+  const asked = model.cell.confirm || [];
+  const names = model.panels.length && !model.cell.hands ? [...asked, "scrap on the bed"] : asked;
+  const ready = asked.every((name) => given.has(name));
+  const burn = (dry) => doSteps("card", [{text: t(dry ? "card.dry" : "card.burn"), act: () => run("card", "/laser/test-card", {operation, dry, ...(dry ? {} : {confirmed: [...given]})})}]);
+  const free = maySet() && !isBusy("card");
+  return card(t("card"), h("p.dim", {}, t("card.about")),
+    h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
+    drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
+    names.length > 0 && h("fieldset.confirm", {"data-key": "confirm-card"}, h("legend", {}, t("confirm")), ...names.map((name) => h("label", {"data-key": name},
+      h("input", {type: "checkbox", checked: given.has(name), onchange: (event) => { if (event.target.checked) given.add(name); else given.delete(name); changed(); }}), asSentence(name).replace(/\.$/, "")))),
+    h("div.commands", {},
+      button(t("card.draw"), showCard, {disabled: !operates() || isStale()}),
+      button(t("card.dry"), () => burn(true), {disabled: !free, needs: "maintainer"}),
+      button(t("card.burn"), () => burn(false), {disabled: !free || !ready, needs: "maintainer", wide: true, small: t("card.burns")})),
+    workRow("card"), workAt("card").result && hint(t("card.done")));
+}
+
+async function showCard() {
+  const drawn = await command("/test-card", {body: {operation}});
+  if (drawing) URL.revokeObjectURL(drawing);
+  drawing = drawn ? URL.createObjectURL(new Blob([drawn.svg], {type: "image/svg+xml"})) : null;
+  changed();
+}
+
+// ---- overrides ------------------------------------------------------------------------------------------------------
+
+const kOverrides = {feed: [25, 200], rapid: [25, 100], power: [10, 100]};
+
+function overridesCard() {
+  const now = (model.cell.laser || {}).overrides_wanted || {};
+  const set = (what, value) => command("/laser/overrides", {body: {[what]: value}});
+  return card(t("overrides"), h("p.dim", {}, t("overrides.about")), h("ul.list", {}, ...Object.entries(kOverrides).map(([what, [least, most]]) => {
+    const value = now[what] ?? 100;
+    const off = !operates() || isStale();
+    return h("li", {"data-key": what}, h("div", {}, h("b", {}, t(`override.${what}`)), h("div", {}, `${value === 100 ? "" : "▲ "}${value} %`)),
+      h("span.choices", {},
+        button("−10", () => set(what, Math.max(least, value - 10)), {disabled: off || value <= least, "aria-label": t("override.less", {what: t(`override.${what}`)})}),
+        button("100 %", () => set(what, 100), {disabled: off || value === 100}),
+        button("+10", () => set(what, Math.min(most, value + 10)), {disabled: off || value >= most, "aria-label": t("override.more", {what: t(`override.${what}`)})})));
+  })));
+}
+
+// ---- jog ------------------------------------------------------------------------------------------------------------
+
+let step = 10;
+const kArrows = [["↖", -1, 1], ["↑", 0, 1], ["↗", 1, 1], ["←", -1, 0], ["■", 0, 0], ["→", 1, 0], ["↙", -1, -1], ["↓", 0, -1], ["↘", 1, -1]];
+
+function jogCard() {
+  const {state, laser = {}} = model.cell;
+  const may = mayChange() && state === "Idle";
+  const move = (x, y) => (x || y ? command("/laser/jog", {body: {dx_mm: x * step, dy_mm: y * step}}) : command("/laser/jog/stop"));
+  return card(t("jog"), h("p.dim", {}, t(state === "Idle" ? "jog.about" : "jog.not_now")),
+    Array.isArray(laser.position_mm) && h("p.big", {}, laser.position_mm.map((value) => value.toFixed(1)).join(" / "), " mm"),
+    h("div.choices", {role: "group", "aria-label": t("jog.step")}, ...[1, 10, 50].map((one) => h("button", {type: "button", "aria-pressed": String(step === one), onclick: () => { step = one; changed(); }}, `${one} mm`))),
+    h("div.jog", {}, ...kArrows.map(([arrow, x, y]) => button(arrow, () => move(x, y), {disabled: x || y ? !may : !operates(), "aria-label": t(x || y ? "jog.move" : "jog.stop", {x: x * step, y: y * step})}))));
+}
+
+// ---- to be printed --------------------------------------------------------------------------------------------------
+
+const printCard = () => h("details.card", {"data-key": "print"}, h("summary", {}, t("setup.print")), h("p", {}, t("print.about_grid")), gridButton(), h("p", {}, t("print.about_tags")), tagForm());

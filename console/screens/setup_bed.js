@@ -1,0 +1,27 @@
+// What the bed camera sees at this moment, for whoever lays something down.
+import {h} from "../dom.js";
+import {ago, t} from "../words.js";
+import {changed, mayChange, model} from "../model.js";
+import {button, empty} from "../parts.js";
+import {picture} from "../pictures.js";
+import {doSteps, isBusy, run, workRow} from "../work.js";
+
+const kRest = ["Stopped", "Idle", "Complete", "Aborted"];
+let sight = null;  // the last BedSight
+
+export const lookStep = () => ({text: t("bed.looking"), act: async () => { sight = await run("bed", "/bed/look", {}); changed(); return sight; }});
+export const look = () => doSteps("bed", [lookStep()]);
+
+export const lookButton = () => button(t("bed.look"), look, {id: "look", disabled: !mayChange() || isBusy("bed") || !kRest.includes(model.cell.state)});
+
+export function sightWords() {
+  if (!sight) return "";
+  if (sight.grid_tags > 0) return t("bed.grid", {n: sight.grid_tags, of: sight.grid_has});
+  if (sight.panels.length) return t("bed.panels", {panels: sight.panels.join(", ")});
+  return sight.tags.length ? t("bed.strange", {n: sight.tags.length}) : t("bed.no_tags");
+}
+
+export const bedPicture = () => [
+  workRow("bed"),
+  h("div.view", {}, picture("/bed.jpg", t("bed.alt"), {version: String(model.bedLooks)}), empty(t("bed.none_yet"))),
+  h("p.dim", {}, [sightWords(), model.bedAt > 0 ? ago(performance.now() - model.bedAt) : ""].filter(Boolean).join(" – "))];

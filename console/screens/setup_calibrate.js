@@ -1,0 +1,114 @@
+// Set up: the four certificates. Each step says what to lay where, measures it, and tells how well it fits; a simulated
+// cell's hands lay it.
+import {h} from "../dom.js";
+import {asSentence, dayTime, t} from "../words.js";
+import {changed, isStale, mayDo, model} from "../model.js";
+import {button, fact, facts, hint} from "../parts.js";
+import {doSteps, isBusy, run, workRow} from "../work.js";
+import {layStep} from "../hands.js";
+import {bedPicture, lookButton, lookStep} from "./setup_bed.js";
+
+const mayMeasure = (place) => mayDo("maintainer") && !isStale() && !isBusy(place);
+const measure = (place, device, body = {}) => ({text: t(`measure.${device}`), act: () => run(place, `/calibration/${device}`, body)});
+
+const kKinds = {scanner: "scanner", camera: "camera", laser: "axes", kerf: "kerf"};  // what each step makes
+const lengths = {max_mm: "calib.max", left_out_rms_mm: "calib.left_out", other_scan_rms_mm: "calib.other_scan", kerf_mm: "calib.kerf"};
+
+// What a certificate says of itself, and what it does not know.
+export function certificateFacts(one) {
+  return facts(
+    fact(t("calib.rms"), `${(one.rms_mm || 0).toFixed(3)} mm`),
+    ...Object.entries(lengths).filter(([name]) => typeof one[name] === "number").map(([name, label]) => fact(t(label), `${one[name].toFixed(3)} mm`)),
+    fact(t("calib.made"), `${dayTime(one.issued)}${one.made_on ? `, ${one.made_on}` : ""}`),
+    one.expires && fact(t("calib.until"), dayTime(one.expires)),
+    ...(one.doubts || []).map((doubt) => fact(t("calib.doubt"), asSentence(doubt), true)));
+}
+
+const step = (id, kind, body) => ({
+  id,
+  state: (about) => (about.certificate(kind) ? "done" : "open"),
+  short(about) {
+    const one = about.certificate(kind);
+    const state = (model.cell.calibration || {})[kind];
+    if (one) return t("calib.good", {mm: (kind === "kerf" ? one.kerf_mm || 0 : one.rms_mm).toFixed(3), what: t(kind === "kerf" ? "calib.kerf" : "calib.rms")});
+    return state && state !== "missing" ? t(`certificate.${state}`) : "";
+  },
+  body(about) {
+    const one = about.certificate(kind);
+    const [acts, seen = []] = body(about, id);
+    return [h("p", {}, t(`how.${id}`)), one && certificateFacts(one), one && hint(t("calib.again")), !mayDo("maintainer") && h("p.viewer", {}, t("setup.maintainer")), ...acts, workRow(id), ...seen];
+  },
+});
+
+const act = (about, place, label, steps, more = {}) =>
+  button(label, () => doSteps(place, steps()), {disabled: !mayMeasure(place), next: mayMeasure(place) && !about.certificate(kKinds[place]), needs: "maintainer", wide: true, ...more});
+
+// ---- scanner --------------------------------------------------------------------------------------------------------
+
+export const scannerStep = step("scanner", "scanner", (about, place) => {
+  const {grid_scans: scans} = about.setup.collected;
+  if (about.hands) return [[h("div.commands", {}, act(about, place, t("setup.lay_and_measure"), () => [
+    layStep("grid", "scanner"), measure(place, "scanner", {more: true}), layStep("grid", "scanner"), measure(place, "scanner")], {id: "do-scanner", small: t("setup.two_places")}))]];
+  return [[
+    scans > 0 && h("p.fact", {role: "status"}, t("scanner.scans", {n: scans})),
+    h("div.commands", {},
+      act(about, place, t("scanner.more"), () => [measure(place, "scanner", {more: true})], {next: scans === 0 && mayMeasure(place) && !about.certificate("scanner")}),
+      act(about, place, t("scanner.last"), () => [measure(place, "scanner")], {next: scans > 0 && mayMeasure(place), id: "do-scanner"}))]];
+});
+
+// ---- camera ---------------------------------------------------------------------------------------------------------
+
+const kViews = [{height_mm: 0, turn_deg: 0}, {height_mm: 0, turn_deg: 8}, {height_mm: 30, turn_deg: 0}, {height_mm: 30, turn_deg: 5}];
+let blocks = "30";  // mm, as somebody measured them
+
+export const cameraStep = step("camera", "camera", (about, place) => {
+  const taken = about.setup.collected.view_heights_mm;
+  const left = kViews.slice(taken.length);
+  const view = left[0] || kViews[kViews.length - 1];
+  const height = view.height_mm > 0 ? Number(blocks) : 0;
+  const photograph = ({height_mm}, last) => measure(place, "camera", {height_mm, more: !last});
+  // What the camera sees of the first one is shown; the others are alike.
+  const viewSteps = (one, n) => [layStep("grid", "bed", one), ...(n === 0 ? [lookStep()] : []), photograph(one, n === left.length - 1)];
+  if (about.hands) return [
+    [h("div.commands", {}, act(about, place, t("setup.lay_and_measure"), () => left.flatMap(viewSteps), {id: "do-camera", small: t("setup.four_views")}))],
+    bedPicture()];
+  return [[
+    h("p.fact", {role: "status"}, t("camera.view", {n: Math.min(taken.length + 1, 4)})),
+    h("p", {}, t(`camera.view.${Math.min(taken.length, 3)}`)),
+    view.height_mm > 0 && h("div.form", {}, h("label", {}, t("camera.blocks"), h("input", {type: "number", min: 5, step: "any", value: blocks, oninput: (event) => { blocks = event.target.value; changed(); }}))),
+    h("div.commands", {}, lookButton(), act(about, place, t("camera.take"), () => [photograph({height_mm: height}, left.length <= 1)], {id: "do-camera", wide: false, disabled: !mayMeasure(place) || !(height >= 0)}))],
+    bedPicture()];
+});
+
+// ---- laser ----------------------------------------------------------------------------------------------------------
+
+const board = {thickness: "", width: "490", height: "290"};
+const given = new Set();
+const kScrap = "scrap on the bed";  // by its name in the API
+
+export const laserStep = step("laser", "axes", (about, place) => {
+  if (!board.thickness) board.thickness = String(about.setup.panel_thickness_mm);
+  const asked = model.cell.confirm || [];
+  const names = about.hands || !model.panels.length ? asked : [...asked, kScrap];
+  const ready = asked.every((name) => given.has(name));
+  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: [...given]});
+  const field = (name) => h("label", {}, t(`board.${name}`), h("input", {type: "number", min: .1, step: "any", value: board[name], oninput: (event) => { board[name] = event.target.value; changed(); }}));
+  return [[
+    !about.certificate("camera") && h("p.warn", {}, t("laser.camera_first")),
+    !about.hands && h("div.form", {}, h("div.pair", {}, field("width"), field("height"), field("thickness"))),
+    names.length > 0 && h("fieldset.confirm", {"data-key": "confirm"}, h("legend", {}, t("confirm")), ...names.map((name) => h("label", {"data-key": name},
+      h("input", {type: "checkbox", checked: given.has(name), onchange: (event) => { if (event.target.checked) given.add(name); else given.delete(name); changed(); }}), asSentence(name).replace(/\.$/, "")))),
+    h("p.warn", {}, `▲ ${t("laser.burns")}`),
+    h("div.commands", {}, lookButton(), act(about, place, t(about.hands ? "laser.lay_and_burn" : "laser.burn"), () => [
+      ...(about.hands ? [layStep("board", "bed")] : []), measure(place, "laser", body()), lookStep()],
+    {id: "do-laser", wide: false, disabled: !mayMeasure(place) || !ready || !about.certificate("camera")}))],
+    bedPicture()];
+});
+
+// ---- kerf -----------------------------------------------------------------------------------------------------------
+
+export const kerfStep = step("kerf", "kerf", (about, place) => [[
+  !about.certificate("axes") && h("p.warn", {}, t("kerf.laser_first")),
+  h("div.commands", {}, act(about, place, t(about.hands ? "setup.lay_and_measure" : "kerf.measure"), () => [
+    ...(about.hands ? [layStep("board", "scanner", {face: "back", part: "left"})] : []), measure(place, "kerf")],
+  {id: "do-kerf", disabled: !mayMeasure(place) || !about.certificate("axes")}))]]);

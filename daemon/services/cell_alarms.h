@@ -1,0 +1,16 @@
+// What of the cell's state needs somebody who may not be looking, each as a sentence. Pure.
+//
+// What is only the next thing to do (a certificate that was never made, a panel to be laid) is none.
+#pragma once
+
+#include <vector>
+
+#include "daemon/services/alarm_book.h"
+#include "daemon/services/next_step.h"
+#include "drivers/laser_driver.h"
+
+namespace veneer::daemon {
+
+std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus& laser, const CellNeeds& needs);
+
+}  // namespace veneer::daemon
