@@ -128,7 +128,9 @@ class ModelledPlans : public ModelledWood {
     piece.panel = plan.pieces.front().panel;
     piece.cells = plan.pieces.front().cells;
     piece.state = AllocationState::kReserved;
-    if (job.state == JobState::kComplete || job.state == JobState::kCancelled) job.state = JobState::kStopped;
+    if (job.state != JobState::kComplete && job.state != JobState::kCancelled) return;
+    job.state = JobState::kStopped;
+    job.archived = false;
   }
   void cancel() {
     if (jobs_.empty()) return;

@@ -46,6 +46,7 @@ struct ModelPanel {
 struct ModelJob {
   JobId id;
   JobState state = JobState::kPlanned;
+  bool archived = false;
   std::vector<ModelPiece> pieces;
 
   bool any(AllocationState wanted) const {
@@ -107,9 +108,23 @@ inline std::set<Cell> random_cells() {
   return cells;
 }
 
-class ModelledWood {
+// A value: what was known when a backup was made is known again once that is put back.
+struct ModelledKnowledge {
+  std::vector<PanelId> panels_;
+  std::vector<ModelPanel> known_ = std::vector<ModelPanel>(2);  // of panels_
+  std::vector<ModelPlan> plans_;
+  std::vector<ModelJob> jobs_;
+  std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
+  std::vector<ModelPiece> written_off_;  // boxes of differences, in the middle of their cells
+  std::vector<ModelDifference> differences_;
+  std::vector<ModelProposal> proposals_;  // the n-th has the number n + 1
+  std::optional<ModelRun> run_;
+  std::vector<PieceId> kept_cuts_;  // of the last run
+};
+
+class ModelledWood : protected ModelledKnowledge {
  protected:
-  ModelledWood() : panels_{cell_.new_panel(), cell_.new_panel()} {}
+  ModelledWood() { panels_ = {cell_.new_panel(), cell_.new_panel()}; }
 
   template <class T>
   static std::vector<T*> pointers(std::vector<T>& all) {
@@ -207,16 +222,6 @@ class ModelledWood {
   }
 
   CellDatabase cell_;
-  std::vector<PanelId> panels_;
-  std::vector<ModelPanel> known_ = std::vector<ModelPanel>(2);  // of panels_
-  std::vector<ModelPlan> plans_;
-  std::vector<ModelJob> jobs_;
-  std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
-  std::vector<ModelPiece> written_off_;  // boxes of differences, in the middle of their cells
-  std::vector<ModelDifference> differences_;
-  std::vector<ModelProposal> proposals_;  // the n-th has the number n + 1
-  std::optional<ModelRun> run_;
-  std::vector<PieceId> kept_cuts_;  // of the last run
 };
 
 }  // namespace veneer::db
