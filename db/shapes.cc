@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "base/letters.h"
+
 namespace veneer::db {
 namespace {
 
@@ -31,17 +33,6 @@ void append_ring(std::string& out, const MicroRing& ring) {
 constexpr char kSteps = '~';    // an area from before schema 23 begins with it, and is all of one without wood
 constexpr char kLetters = '=';  // an area
 
-// A step as letters of '?' to '~', five bits each, the lowest first; all but the last have a sixth bit. The sign is the
-// lowest bit.
-constexpr int kBits = 5;
-constexpr std::uint64_t kMore = 1U << kBits;
-constexpr char kFirstLetter = '?';
-void append_step(std::string& out, std::int64_t step) {
-  std::uint64_t bits = (static_cast<std::uint64_t>(step) << 1U) ^ (step < 0 ? ~std::uint64_t{0} : 0);
-  for (; bits >= kMore; bits >>= kBits) out += static_cast<char>(kFirstLetter + (kMore | (bits & (kMore - 1))));
-  out += static_cast<char>(kFirstLetter + bits);
-}
-
 // What base/polygon_ops.h can work with: a coordinate beyond it was never written by us.
 constexpr std::int64_t kFarthestUm = 1'000'000'000;
 
@@ -61,16 +52,10 @@ class Reader {
     return error == std::errc() && out >= -kFarthestUm && out <= kFarthestUm;
   }
   bool letters(std::int64_t& out) {
-    std::uint64_t bits = 0;
-    for (int shift = 0; shift <= 30; shift += kBits) {
-      if (at_ == end_ || *at_ < kFirstLetter || *at_ > '~') return false;
-      const auto letter = static_cast<std::uint64_t>(*at_++ - kFirstLetter);
-      bits |= (letter & (kMore - 1)) << static_cast<unsigned>(shift);
-      if ((letter & kMore) != 0) continue;
-      out = static_cast<std::int64_t>(bits >> 1U) ^ ((bits & 1U) != 0 ? -1 : 0);
-      return shift == 0 || letter != 0;  // nothing is written longer than it need be
-    }
-    return false;
+    std::string_view rest(at_, static_cast<std::size_t>(end_ - at_));
+    const bool taken = take_letters(rest, out);
+    at_ = rest.data();
+    return taken;
   }
   // The same as steps(), in letters.
   bool lettered(MicroRing& out) {
@@ -131,8 +116,8 @@ std::string write_area(const MicroArea& area) {
     if (out.size() > 1) out += ';';
     MicroPoint last{0, 0};
     for (const MicroPoint& p : ring) {
-      append_step(out, p.x_um - last.x_um);
-      append_step(out, p.y_um - last.y_um);
+      append_letters(out, p.x_um - last.x_um);
+      append_letters(out, p.y_um - last.y_um);
       last = p;
     }
   }

@@ -62,7 +62,6 @@ Result<json> panels_json(Repositories& r, const StockServices& s, const Page& pa
   const auto waiting = r.facts.panels_to_scan();
   if (!waiting) return waiting.error();
   json out = {{"panels", json::array()}, {"next", nullptr}};
-  if (search) s.remnants.note_search(search->wood);
   // Panels are few and never deleted: their place in the list is their number.
   for (auto at = static_cast<std::size_t>(page.after); at < list->size(); ++at) {
     const db::PanelRecord& panel = (*list)[at];

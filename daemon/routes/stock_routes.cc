@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
+#include "daemon/orders/packed_lattice.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
@@ -133,7 +134,7 @@ Result<json> registration_json(Repositories& r, const PanelId& id, const Page& p
                             {"taken", scan.taken_at},
                             {"rms_mm", rms_of(scan)},
                             {"max_mm", max_of(scan)},
-                            {"lattice", json::parse(scan.lattice, nullptr, false)}});
+                            {"lattice", json::parse(unpacked_lattice(scan.lattice), nullptr, false)}});
   }
   return out;
 }

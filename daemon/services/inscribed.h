@@ -1,10 +1,11 @@
-// What fits into free wood: the largest square and circle, and where squares of one size lie. Pure; thread-safe.
+// What fits into free wood: the largest square and circle, and what squares of each size cover. Pure; thread-safe.
 //
 // Rasters are masks, non-zero = free; a pixel is the square it is, and what lies beside the raster is not free.
 #pragma once
 
-#include <functional>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/raster.h"
 
@@ -31,10 +32,12 @@ std::optional<InscribedCircle> largest_circle(const Raster<PanelFrame>& free);
 // The same wood in pixels `factor` times as large, of which one is free when all of it is: never too generous.
 Raster<PanelFrame> in_larger_pixels(const Raster<PanelFrame>& free, int factor);
 
-// All of the free wood that a free square with sides of `side`, along the panel's, can cover: the opening of
-// mathematical morphology. A side is rounded up to whole pixels. `accepts`, when given, is handed the mask of all
-// upper left pixels of such squares and strikes out those that are not wanted.
-Raster<PanelFrame> covered_by_squares(const Raster<PanelFrame>& free, Millimetres side,
-                                      const std::function<void(cv::Mat& corners, int side_px)>& accepts = {});
+// A side as whole pixels: rounded up, one at least.
+int whole_pixels(ScanResolution resolution, Millimetres side);
+
+// How many pixels of the free wood squares of each side can cover: [n] is told of free squares of n + 1 pixels, sides
+// along the panel's, up to the largest. What they cover is the opening of mathematical morphology; it never grows with
+// the side. Exact. Three more bits of memory for each pixel, and some for each corner of the wood.
+std::vector<std::int64_t> covered_by_squares(const Raster<PanelFrame>& free);
 
 }  // namespace veneer::daemon

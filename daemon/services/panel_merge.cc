@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "calib/hole_tie.h"
 #include "calib/part_relation.h"
+#include "daemon/orders/packed_lattice.h"
 #include "daemon/services/panel_library.h"
 
 namespace veneer::daemon {
@@ -52,7 +53,7 @@ Result<Tie> tie_of(const db::PanelRecord& kept, const calib::PanelFiducials& the
 
 // The scan -> panel map, in the other panel's frame.
 std::string moved_lattice(const std::string& lattice, const PanelMap& map) {
-  json out = json::parse(lattice, nullptr, false);
+  json out = json::parse(unpacked_lattice(lattice), nullptr, false);
   if (!out.is_object() || !out.contains("panel_mm") || !out["panel_mm"].is_array()) return lattice;
   const auto rounded = [](Millimetres length) { return std::round(length.count() * 1e5) / 1e5; };
   for (json& place : out["panel_mm"]) {
@@ -60,7 +61,7 @@ std::string moved_lattice(const std::string& lattice, const PanelMap& map) {
     const auto there = map * point<PanelFrame>(place[0].get<double>(), place[1].get<double>());
     place = {rounded(there.x), rounded(there.y)};
   }
-  return out.dump();
+  return packed_lattice(out.dump());
 }
 
 }  // namespace

@@ -9,6 +9,7 @@ namespace {
 
 // So many panels at one look: after an upgrade all are due.
 constexpr int kMostAtOnce = 10'000;
+constexpr int kSavedAfter = 100;    // panels, when many have to be counted: a kill loses no more
 constexpr int kPictureWidth = 640;  // pictures are kept for good, and small copies of maps and masks are as wide
 
 }  // namespace
@@ -33,7 +34,20 @@ void RemnantClerk::book_due() {
     if (stopping_) return;
     book(reading, one);
   }
+  count_for_searches(reading);
   memory_.save();
+}
+
+void RemnantClerk::count_for_searches(Repositories& reading) {
+  const auto panels = reading.panels.in_stock();
+  if (!panels) return log_->debug("nothing is counted for searches: {}", panels.error().message);
+  int counted = 0;
+  for (const db::PanelRecord& panel : *panels) {
+    if (stopping_) return;
+    const auto kinds = remnants_.count_for_searches(reading, panel);
+    if (!kinds) log_->debug("panel {} is not counted for searches: {}", panel.id.value, kinds.error().message);
+    if (kinds && *kinds > 0 && ++counted % kSavedAfter == 0) memory_.save();
+  }
 }
 
 // What cannot be read or written now is due again at the next look.
@@ -52,7 +66,8 @@ void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) 
   const auto stored = picture ? library_.store_picture(*picture, "panels/" + due.panel.value, "remnant")
                               : Result<PanelLibrary::Stored>(picture.error());
   if (stored) record.picture_file = stored->file;
-  for (const WoodWanted& wanted : remnants_.usual_searches()) {
+  static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
+  for (const WoodWanted& wanted : Remnants::usual_searches()) {
     if (stopping_) return;
     const auto area = remnants_.fitting(reading, *panel, wanted);
     if (!area) return log_->debug("{}", area.error().message);

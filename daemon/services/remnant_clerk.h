@@ -1,6 +1,7 @@
 // Books what is left of panels after runs and scans (db/remnant_book.h): counted, with a picture, on a thread of its
 // own that goes behind all others, for as many as are due. What was missed, by a kill or a full disk, is due at the
-// next look. With it what searches usually ask for is counted, so that they need not look at the mask.
+// next look. Then what searches ask for is counted of every panel whose wood has changed, also by a plan that reserved
+// some, so that they need not look at masks.
 //
 // Thread-safe. A panel that is being counted when this ends is counted to its end.
 #pragma once
@@ -30,6 +31,7 @@ class RemnantClerk {
 
  private:
   void book(Repositories& reading, const db::RemnantBook::Due& due);
+  void count_for_searches(Repositories& reading);
 
   DatabaseThread& database_;
   const PanelLibrary& library_;

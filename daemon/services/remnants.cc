@@ -8,6 +8,7 @@
 #include <set>
 
 #include "daemon/orders/panel_wood.h"
+#include "daemon/services/covered_wood.h"
 
 namespace veneer::daemon {
 namespace {
@@ -20,23 +21,29 @@ constexpr int kTonePixels = 1600;
 constexpr Millimetres kGrain(3);
 // The smallest patch of a plan, where nobody says another.
 constexpr Millimetres kUsualPatch(14);
-constexpr std::size_t kRememberedSearches = 4;
 
 struct PanelState {
+  std::string wood;   // names mask and what is booked
+  std::string woods;  // and what the zones are of
   std::vector<db::ZoneRecord> zones;
-  std::string now;
 };
 
-Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel, bool zones) {
+Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
   PanelState out;
   const auto state = memory.state_of(r, panel);
   if (!state) return state.error();
-  out.now = state->wood;
-  if (!zones) return out;
+  out.wood = out.woods = state->wood;
   auto all = r.materials.zones(panel.id);
   if (!all) return all.error();
   out.zones = std::move(*all);
-  for (const auto& zone : out.zones) out.now += fmt::format(",{} {}", zone.number, zone.material);
+  for (const auto& zone : out.zones) out.woods += fmt::format(",{} {}", zone.number, zone.material);
+  return out;
+}
+
+std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
+  std::set<std::string> out;
+  for (const auto& zone : zones) out.insert(zone.material);
+  if (zones.empty()) out.insert("");
   return out;
 }
 
@@ -62,10 +69,7 @@ Raster<PanelFrame> wood_of(const Raster<PanelFrame>& free, const std::vector<db:
 
 Remnant remnant_in(const Raster<PanelFrame>& free, const std::vector<db::ZoneRecord>& zones) {
   Remnant out;
-  std::set<std::string> materials;
-  for (const auto& zone : zones) materials.insert(zone.material);
-  if (zones.empty()) materials.insert("");
-  for (const std::string& material : materials)
+  for (const std::string& material : materials_of(zones))
     out.woods.push_back({material, wood_area(wood_of(free, zones, material))});
   out.square = largest_square(free);
   const double pixels = static_cast<double>(free.pixels.total());
@@ -73,8 +77,8 @@ Remnant remnant_in(const Raster<PanelFrame>& free, const std::vector<db::ZoneRec
   return out;
 }
 
-// Strikes out the squares in which some wood is of another tone.
-void keep_tone(cv::Mat& corners, int side_px, const PanelLibrary::SmallPicture& map, Tone tone) {
+// Where the map looks dark, or light, in pixels of the mask.
+cv::Mat wood_of_tone(const PanelLibrary::SmallPicture& map, Tone tone, cv::Size size) {
   cv::Mat bgr, lab, lightness;
   map.pixels.convertTo(bgr, CV_32F, 1.0 / 255);
   if (bgr.channels() == 1) cv::cvtColor(bgr, bgr, cv::COLOR_GRAY2BGR);
@@ -83,10 +87,17 @@ void keep_tone(cv::Mat& corners, int side_px, const PanelLibrary::SmallPicture& 
   const int grain = std::max(1, cvRound(kMapResolution.to_px(kGrain).count() * map.scale));
   cv::boxFilter(lightness, lightness, CV_32F, {grain, grain}, {-1, -1}, true, cv::BORDER_REPLICATE);
   cv::Mat good = tone == Tone::kDark ? lightness <= kDarkAtMost : lightness >= kLightAtLeast;
-  const int side = std::max(1, cvRound(side_px * map.scale));
-  cv::erode(good, good, cv::getStructuringElement(cv::MORPH_RECT, {side, side}), {0, 0});
-  cv::resize(good, good, corners.size(), 0, 0, cv::INTER_NEAREST);
-  cv::bitwise_and(corners, good, corners);
+  cv::resize(good, good, size, 0, 0, cv::INTER_NEAREST);
+  return good;
+}
+
+// Of what searches ask, all but the patches' side.
+std::string kind_of(const WoodWanted& wanted) {
+  return fmt::format("patches {} {}", wanted.tone ? static_cast<int>(*wanted.tone) : -1,
+                     wanted.material ? "of " + *wanted.material : "");
+}
+std::string counted_of(const PanelState& state, const db::PanelRecord& panel, const WoodWanted& wanted) {
+  return (wanted.material ? state.woods : state.wood) + "," + panel.map_file;
 }
 
 }  // namespace
@@ -132,20 +143,20 @@ Result<std::optional<Remnants::Counted>> Remnants::known(Repositories& r, const 
 }
 
 Result<bool> Remnants::knows(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = read_state(r, memory_, panel, true);
+  const auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
-  const auto counted = known(r, panel.id, state->now);
+  const auto counted = known(r, panel.id, state->woods);
   if (!counted) return counted.error();
   return counted->has_value();
 }
 
 Result<std::optional<Remnants::Counted>> Remnants::count(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = read_state(r, memory_, panel, true);
+  const auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
-  if (auto counted = known(r, panel.id, state->now); !counted || *counted) return counted;
+  if (auto counted = known(r, panel.id, state->woods); !counted || *counted) return counted;
   const auto free = free_now(r, library_, panel);
   if (!free) return std::optional<Counted>();
-  Counted counted{state->now, remnant_in(*free, state->zones)};
+  Counted counted{state->woods, remnant_in(*free, state->zones)};
   const std::lock_guard lock(mutex_);
   return std::optional(kept_[panel.id] = std::move(counted));
 }
@@ -157,56 +168,74 @@ Result<std::optional<Remnant>> Remnants::of(Repositories& r, const db::PanelReco
 }
 
 std::vector<WoodWanted> Remnants::usual_searches() {
-  std::vector<WoodWanted> out = {
-      {{}, {}, kUsualPatch}, {{}, Tone::kDark, kUsualPatch}, {{}, Tone::kLight, kUsualPatch}};
-  const std::lock_guard lock(mutex_);
-  for (const WoodWanted& wanted : asked_)
-    if (std::find(out.begin(), out.end(), wanted) == out.end()) out.push_back(wanted);
-  return out;
-}
-
-void Remnants::note_search(const WoodWanted& wanted) {
-  const std::lock_guard lock(mutex_);
-  asked_.remove(wanted);
-  asked_.push_front(wanted);
-  if (asked_.size() > kRememberedSearches) asked_.pop_back();
+  return {{{}, {}, kUsualPatch}, {{}, Tone::kDark, kUsualPatch}, {{}, Tone::kLight, kUsualPatch}};
 }
 
 Result<std::optional<SquareMillimetres>> Remnants::booked_fitting(Repositories& r, const db::PanelRecord& panel,
+                                                                  const std::string& counted_of,
                                                                   const std::string& search) {
-  const auto state = read_state(r, memory_, panel, true);
-  if (!state) return state.error();
   const auto last = r.remnants.newest(panel.id);
   if (!last) return last.error();
   const std::optional<SquareMillimetres> none;
-  if (!*last || (*last)->counted_of != state->now || (*last)->mask_version != panel.mask_version) return none;
+  if (!*last || (*last)->counted_of != counted_of || (*last)->mask_version != panel.mask_version) return none;
   for (const auto& [known, area] : (*last)->fitting)
     if (known == search) return std::optional(area);
   return none;
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
-  const auto state = read_state(r, memory_, panel, wanted.material.has_value());
+  const auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
-  const std::string name = name_of(wanted), of = state->now + "," + panel.map_file;
-  if (const auto known = memory_.find(panel.id, name, of)) return SquareMillimetres(known->at(0));
-  const auto booked = booked_fitting(r, panel, name);
+  if (wanted.material && !materials_of(state->zones).contains(*wanted.material)) return SquareMillimetres(0);
+  const std::string of = counted_of(*state, panel, wanted);
+  if (const auto known = memory_.find_text(panel.id, kind_of(wanted), of))
+    if (const auto covered = CoveredWood::read(*known)) return covered->by(wanted.patch);
+  const auto booked = booked_fitting(r, panel, state->woods, name_of(wanted));
   if (!booked) return booked.error();
-  if (*booked) {
-    memory_.keep_for_long(panel.id, name, of, {(*booked)->count()});
-    return **booked;
-  }
+  if (*booked) return **booked;
   const auto free = free_now(r, library_, panel);
   if (!free) return SquareMillimetres(0);
-  const auto map = wanted.tone ? library_.load_small(panel.map_file, kTonePixels) : PanelLibrary::SmallPicture();
-  if (!map) return SquareMillimetres(0);
-  const auto wood = wanted.material ? wood_of(*free, state->zones, *wanted.material) : *free;
-  const auto covered = covered_by_squares(wood, wanted.patch, [&](cv::Mat& corners, int side_px) {
-    if (wanted.tone) keep_tone(corners, side_px, *map, *wanted.tone);
-  });
-  const SquareMillimetres area = wood_area(covered);
-  memory_.keep_for_long(panel.id, name, of, {area.count()});
-  return area;
+  Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state->zones, *wanted.material) : *free;
+  if (wanted.tone) {
+    const auto map = library_.load_small(panel.map_file, kTonePixels);
+    if (!map) return SquareMillimetres(0);
+    wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
+  }
+  const CoveredWood covered(wood);
+  memory_.keep_text(panel.id, kind_of(wanted), of, covered.text());
+  return covered.by(wanted.patch);
+}
+
+Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord& panel) {
+  const auto state = read_state(r, memory_, panel);
+  if (!state) return state.error();
+  std::vector<std::optional<std::string>> materials = {std::nullopt};
+  if (!state->zones.empty())
+    for (const std::string& material : materials_of(state->zones)) materials.emplace_back(material);
+  std::vector<WoodWanted> missing;
+  for (const auto& material : materials)
+    for (const std::optional<Tone> tone :
+         {std::optional<Tone>(), std::optional(Tone::kDark), std::optional(Tone::kLight)})
+      if (const WoodWanted kind{material, tone, {}};
+          !memory_.find_text(panel.id, kind_of(kind), counted_of(*state, panel, kind)))
+        missing.push_back(kind);
+  if (missing.empty()) return 0;
+  const auto free = free_now(r, library_, panel);
+  if (!free) return free.error();
+  const auto map = library_.load_small(panel.map_file, kTonePixels);
+  if (!map) return map.error();
+  const cv::Mat dark = wood_of_tone(*map, Tone::kDark, free->pixels.size());
+  const cv::Mat light = wood_of_tone(*map, Tone::kLight, free->pixels.size());
+  for (const auto& material : materials) {
+    const auto whole = material ? wood_of(*free, state->zones, *material) : *free;
+    for (const WoodWanted& kind : missing) {
+      if (kind.material != material) continue;
+      Raster<PanelFrame> wood = whole;
+      if (kind.tone) wood.pixels = whole.pixels & (kind.tone == Tone::kDark ? dark : light);
+      memory_.keep_text(panel.id, kind_of(kind), counted_of(*state, panel, kind), CoveredWood(wood).text());
+    }
+  }
+  return static_cast<int>(missing.size());
 }
 
 Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelRecord& panel,

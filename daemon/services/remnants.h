@@ -1,11 +1,10 @@
 // What is left of a panel: how much free wood of each kind, what fits into it, and where it lies. Asked for again and
 // again: what is counted is kept until the mask, what is booked or the zones' materials change. What was booked of that
-// (remnant_clerk.h) need not be counted; what a search found is in the stock's memory.
+// (remnant_clerk.h) need not be counted; what searches ask for is in the stock's memory.
 //
 // Thread-safe; reads through the connection it is given, and files: on a thread that may wait for the disk.
 #pragma once
 
-#include <list>
 #include <map>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
@@ -69,16 +68,17 @@ class Remnants {
   Result<std::optional<Remnant>> of(Repositories& r, const db::PanelRecord& panel);
   // Whether that is told without a look at the mask, which takes long.
   Result<bool> knows(Repositories& r, const db::PanelRecord& panel);
-  // How much of the wanted wood it has; none when its pictures cannot be read.
+  // How much of the wanted wood it has; none when its pictures cannot be read. Its mask is looked at once for each kind
+  // of wood, whatever the patches' sides.
   Result<SquareMillimetres> fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted);
-  // What is worth counting before somebody asks: wood of any tone in patches of the usual side, and what the last few
-  // searches asked for.
-  std::vector<WoodWanted> usual_searches();
-  void note_search(const WoodWanted& wanted);
+  // Counts now what fitting() would have to look at the mask for, of whatever wood. How many kinds it had to count.
+  Result<int> count_for_searches(Repositories& r, const db::PanelRecord& panel);
+  // What is booked with a remnant: wood of any tone in patches of the usual side.
+  static std::vector<WoodWanted> usual_searches();
 
  private:
   Result<std::optional<SquareMillimetres>> booked_fitting(Repositories& r, const db::PanelRecord& panel,
-                                                          const std::string& search);
+                                                          const std::string& counted_of, const std::string& search);
   // In memory, or in the book.
   Result<std::optional<Counted>> known(Repositories& r, const PanelId& panel, const std::string& of);
 
@@ -86,7 +86,6 @@ class Remnants {
   StockMemory& memory_;
   std::mutex mutex_;
   std::map<PanelId, Counted> kept_;  // guarded by mutex_
-  std::list<WoodWanted> asked_;      // the last one first; guarded by mutex_
 };
 
 // draw_remnant() of the library's small copies, at most `width_px` wide.

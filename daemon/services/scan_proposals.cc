@@ -11,6 +11,7 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "calib/part_relation.h"
+#include "daemon/orders/packed_lattice.h"
 #include "daemon/services/mask_painter.h"
 #include "daemon/services/part_zones.h"
 
@@ -198,7 +199,7 @@ std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const 
     record.dpi = tiles[i].dpi;
     record.rms = read.rms;
     record.max = read.max;
-    record.lattice = read.lattices.at(i);
+    record.lattice = packed_lattice(read.lattices.at(i));
     record.taken_at = tiles[i].taken_at;
   }
   return records;

@@ -17,9 +17,9 @@ namespace {
 using nlohmann::json;
 
 // Of the file; another one is not read.
-constexpr int kFormat = 1;
-// So much is kept of a panel.
-constexpr std::size_t kMostNumbers = 64;
+constexpr int kFormat = 2;
+// So much of each kind is kept of a panel.
+constexpr std::size_t kMostEntries = 64;
 
 std::string word_of(const std::string& text) { return sha256_hex(std::as_bytes(std::span(text))).substr(0, 32); }
 
@@ -45,6 +45,7 @@ void StockMemory::load(Repositories& r) {
       kept.counted_at = step.number;
       for (const auto& [name, numbers] : of.at("numbers").items())
         kept.numbers[name] = {numbers.at("of"), numbers.at("values")};
+      for (const auto& [name, text] : of.at("texts").items()) kept.texts[name] = {text.at("of"), text.at("text")};
     }
     panels_ = std::move(panels);
     seen_ = step;
@@ -108,7 +109,7 @@ void StockMemory::keep(const PanelId& panel, const std::string& name, const std:
                        std::vector<double> numbers) {
   const std::lock_guard lock(mutex_);
   auto& kept = panels_[panel].numbers;
-  if (kept.size() >= kMostNumbers && !kept.contains(name)) kept.clear();
+  if (kept.size() >= kMostEntries && !kept.contains(name)) kept.clear();
   kept[name] = {of, std::move(numbers)};
 }
 
@@ -116,6 +117,24 @@ void StockMemory::keep_for_long(const PanelId& panel, const std::string& name, c
                                 std::vector<double> numbers) {
   keep(panel, name, of, std::move(numbers));
   const std::lock_guard lock(mutex_);
+  to_save_ = true;
+}
+
+std::optional<std::string> StockMemory::find_text(const PanelId& panel, const std::string& name,
+                                                  const std::string& of) {
+  const std::lock_guard lock(mutex_);
+  const auto kept = panels_.find(panel);
+  if (kept == panels_.end()) return std::nullopt;
+  const auto known = kept->second.texts.find(name);
+  if (known == kept->second.texts.end() || known->second.of != of) return std::nullopt;
+  return known->second.text;
+}
+
+void StockMemory::keep_text(const PanelId& panel, const std::string& name, const std::string& of, std::string text) {
+  const std::lock_guard lock(mutex_);
+  auto& kept = panels_[panel].texts;
+  if (kept.size() >= kMostEntries && !kept.contains(name)) kept.clear();
+  kept[name] = {of, std::move(text)};
   to_save_ = true;
 }
 
@@ -131,6 +150,8 @@ std::optional<std::string> StockMemory::to_be_saved() {
     of["numbers"] = json::object();
     for (const auto& [name, numbers] : kept.numbers)
       of["numbers"][name] = {{"of", numbers.of}, {"values", numbers.values}};
+    of["texts"] = json::object();
+    for (const auto& [name, text] : kept.texts) of["texts"][name] = {{"of", text.of}, {"text", text.text}};
   }
   return json{{"format", kFormat}, {"step", seen_.number}, {"mark", seen_.mark}, {"panels", std::move(panels)}}.dump();
 }

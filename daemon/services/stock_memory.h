@@ -1,8 +1,8 @@
 // What was counted of panels' pictures, kept until their wood changes: a search over a thousand panels must not decode
-// a thousand masks again, nor after a restart. Numbers only; they are in a file of the data folder, which may be lost:
-// then they are counted again.
+// a thousand masks again, nor after a restart. Numbers only, and what covers how much of it (covered_wood.h) as text;
+// they are in a file of the data folder, which may be lost: then they are counted again.
 //
-// Every number is kept with a word that says what it was counted of, so that a number of other wood is never told.
+// Everything is kept with a word that says what it was counted of, so that a number of other wood is never told.
 // The words are cheap to ask for: the ledger's history says on which panels wood moved since they were made.
 //
 // Thread-safe; reads through the connection it is given.
@@ -37,6 +37,9 @@ class StockMemory {
   void keep(const PanelId& panel, const std::string& name, const std::string& of, std::vector<double> numbers);
   // The same for what took long: the file is to be written.
   void keep_for_long(const PanelId& panel, const std::string& name, const std::string& of, std::vector<double> numbers);
+  // The same of a text, which always took long.
+  std::optional<std::string> find_text(const PanelId& panel, const std::string& name, const std::string& of);
+  void keep_text(const PanelId& panel, const std::string& name, const std::string& of, std::string text);
   // Writes the file, if something was kept for long since the last time. What cannot be written does no harm.
   void save();
 
@@ -45,11 +48,15 @@ class StockMemory {
     std::string of;
     std::vector<double> values;
   };
+  struct Text {
+    std::string of, text;
+  };
   struct Kept {
     std::string mask_file;
     State state;
     std::int64_t counted_at = -1;  // step of the ledger's history: what came after it is not in `state`
     std::map<std::string, Numbers> numbers;
+    std::map<std::string, Text> texts;
   };
   struct Step {
     std::int64_t number = -1;

@@ -290,6 +290,24 @@ void BM_stock_searched_for_wood(benchmark::State& state) {
 }
 BENCHMARK(BM_stock_searched_for_wood)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
+// By a daemon that was killed, each time for patches of another size that nobody asked for before.
+void BM_stock_searched_for_any_patch(benchmark::State& state) {
+  tests::LoneDaemon daemon;
+  start_on(daemon, Stock::get().folder());
+  asked(daemon, "/panels?limit=1000&tone=dark&patch_mm=14&min_free_mm2=5000");  // what is counted once
+  sure(daemon.kill_and_start_again());
+  double patch = 2;
+  std::size_t found = 0;
+  for (auto _ : state) {
+    const auto target = fmt::format("/panels?limit=1000&tone=dark&patch_mm={:.2f}&min_free_mm2=5000", patch += 0.37);
+    const auto panels = daemon.api().get(target);
+    sure(panels.ok() ? Ok() : Status(panels.error()));
+    found += (*panels)["panels"].size();
+  }
+  state.counters["found"] = static_cast<double>(found) / static_cast<double>(state.iterations());
+}
+BENCHMARK(BM_stock_searched_for_any_patch)->Unit(benchmark::kMillisecond)->Iterations(20)->UseRealTime();
+
 void BM_stock_picture_of_a_panel(benchmark::State& state) { ask_again_and_again(state, "/panels/P-0001/stock.png"); }
 BENCHMARK(BM_stock_picture_of_a_panel)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

@@ -8,7 +8,7 @@ namespace veneer::db {
 namespace {
 
 RC_GTEST_PROP(LedgerModel, TheDatabaseAgreesWithTheModelWhateverIsDone, ()) {
-  ModelledCell cell;
+  ModelledCell cell(ModelledCell::Backups::kPutBack);
   const int steps = *rc::gen::inRange(20, 100);
   for (int i = 0; i < steps; ++i) {
     cell.step();

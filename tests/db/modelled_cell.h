@@ -5,14 +5,19 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
+#include "db/backup.h"
 #include "tests/db/modelled_scans.h"
 
 namespace veneer::db {
 
 class ModelledCell : public ModelledScans {
  public:
+  // Numbers of what was done after a backup are given out again once it is put back: not for who remembers them.
+  enum class Backups { kNone, kPutBack };
+  explicit ModelledCell(Backups backups = Backups::kNone) : backups_(backups) {}
+
   void step() {
-    switch (*rc::gen::inRange(0, 47)) {
+    switch (*rc::gen::inRange(0, backups_ == Backups::kPutBack ? 52 : 49)) {
       case 0:
         return create();
       case 1:
@@ -89,15 +94,28 @@ class ModelledCell : public ModelledScans {
         return merge();
       case 46:
         return forget_cuts();
+      case 47:
+        return archive();
+      case 48:
+        return *rc::gen::inRange(0, 4) == 0 ? archive_what_is_done() : archive();
+      case 49:
+      case 50:
+        return back_up();
+      case 51:
+        return put_back();
       default:
         return die_and_recover();
     }
   }
 
   void compare() {
-    for (const ModelJob& job : jobs_) {
+    for (ModelJob& job : jobs_) {
       const auto found = must(cell_.jobs().pieces(job.id));
-      RC_ASSERT(must(cell_.jobs().find(job.id)).state == job.state);
+      const JobRecord record = must(cell_.jobs().find(job.id));
+      RC_ASSERT(record.state == job.state);
+      // In sight as soon as somebody has to look at a piece.
+      job.archived = job.archived && !job.any(AllocationState::kSuspect);
+      RC_ASSERT(record.archived == job.archived);
       RC_ASSERT(found.size() == job.pieces.size());
       for (std::size_t i = 0; i < found.size(); ++i)
         RC_ASSERT(std::string(to_string(found[i].state)) == to_string(job.pieces[i].state));
@@ -136,7 +154,7 @@ class ModelledCell : public ModelledScans {
       RC_ASSERT(found.retired.has_value() == known_[panel].retired);
       RC_ASSERT((found.retired && found.retired->sawn) == known_[panel].sawn);
       RC_ASSERT(must(cell_.panels().parts_of(panels_[panel])).empty() == !known_[panel].has_part);
-      RC_ASSERT(found.mask_version == known_[panel].mask);
+      RC_ASSERT(found.mask_version == known_[panel].mask());
       RC_ASSERT(must(cell_.panels().merged_into(panels_[panel])).has_value() == known_[panel].merged);
       std::vector<bool> edits;
       for (const MaskEdit& edit : must(Masks(cell_.database()).of(panels_[panel]))) edits.push_back(!edit.removal);
@@ -199,6 +217,27 @@ class ModelledCell : public ModelledScans {
     RC_ASSERT(sum == static_cast<double>(cells) * kCell * kCell + static_cast<double>(boxes) * kWrittenOff);
     RC_ASSERT(unite(areas).area().count() == sum);
   }
+  std::filesystem::path folder() const { return cell_.file().parent_path(); }
+  void back_up() {
+    namespace fs = std::filesystem;
+    fs::remove_all(folder() / "backup");
+    fs::create_directory(folder() / "backup");
+    Database reader = must(Database::open_for_reading(cell_.file()));
+    VENEER_EXPECT_OK(copy_database(reader, folder() / "backup" / "veneerd.db", [](double) {}, {}));
+    if (fs::exists(folder() / "plans"))
+      fs::copy(folder() / "plans", folder() / "backup" / "plans", fs::copy_options::recursive);
+    backup_ = static_cast<const ModelledKnowledge&>(*this);
+  }
+  void put_back() {
+    namespace fs = std::filesystem;
+    if (!backup_) return back_up();
+    // As a power cut right after the decision leaves it: whoever opens the database finishes the rest.
+    fs::copy_file(folder() / "backup" / "veneerd.db", cell_.file().string() + ".restored");
+    cell_.reopen();
+    const auto over = fs::copy_options::recursive | fs::copy_options::overwrite_existing;
+    if (fs::exists(folder() / "backup" / "plans")) fs::copy(folder() / "backup" / "plans", folder() / "plans", over);
+    static_cast<ModelledKnowledge&>(*this) = *backup_;
+  }
   // Statements that nobody should make: nothing may come of them.
   void stray() {
     const char* statement = *rc::gen::elementOf(std::vector<const char*>{
@@ -214,6 +253,9 @@ class ModelledCell : public ModelledScans {
     }
     RC_ASSERT(refused);
   }
+
+  const Backups backups_;
+  std::optional<ModelledKnowledge> backup_;
 };
 
 }  // namespace veneer::db

@@ -33,7 +33,7 @@ class ModelledPlans : public ModelledWood {
   bool can_be_made(const ModelPlan& plan, const std::string& at) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
-      if (plan.masks[piece.panel] != known_[piece.panel].mask || known_[piece.panel].retired || waits(piece.panel) ||
+      if (plan.masks[piece.panel] != known_[piece.panel].mask() || known_[piece.panel].retired || waits(piece.panel) ||
           taken(piece.panel, piece.cells, job, at, &plan))
         return false;
       job.pieces.push_back(piece);
@@ -128,7 +128,9 @@ class ModelledPlans : public ModelledWood {
     piece.panel = plan.pieces.front().panel;
     piece.cells = plan.pieces.front().cells;
     piece.state = AllocationState::kReserved;
-    if (job.state == JobState::kComplete || job.state == JobState::kCancelled) job.state = JobState::kStopped;
+    if (job.state != JobState::kComplete && job.state != JobState::kCancelled) return;
+    job.state = JobState::kStopped;
+    job.archived = false;
   }
   void cancel() {
     if (jobs_.empty()) return;

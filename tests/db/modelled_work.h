@@ -79,6 +79,26 @@ class ModelledWork : public ModelledPlans {
       if (has(job, *piece) && (job.state == JobState::kStopped || job.state == JobState::kAborted))
         job.state = job.after(job.state);
   }
+  void archive() {
+    if (jobs_.empty()) return;
+    ModelJob& job = **rc::gen::elementOf(pointers(jobs_));
+    const bool away = *rc::gen::inRange(0, 3) != 0;
+    const bool over = job.state == JobState::kComplete || job.state == JobState::kCancelled;
+    const bool allowed = !away || (over && !job.any_open());
+    RC_ASSERT(cell_.jobs().archive(job.id, away, kLater).ok() == allowed);
+    if (allowed) job.archived = away;
+  }
+  void archive_what_is_done() {
+    std::vector<JobId> done;
+    for (ModelJob& job : jobs_) {
+      const bool missing = job.any(AllocationState::kScrap) || job.any(AllocationState::kReleased);
+      const bool over = job.state == JobState::kCancelled || (job.state == JobState::kComplete && !missing);
+      if (!over || job.any_open() || job.archived) continue;
+      done.push_back(job.id);
+      job.archived = true;
+    }
+    RC_ASSERT(must(cell_.jobs().archive_done(kLater)) == done);
+  }
   // While a panel's frame is traced or a cut repeated.
   void stray_beam() {
     const auto hit = random_pieces();

@@ -73,6 +73,8 @@ INSERT INTO retirements (panel, retired, reason, at) VALUES ('P-0003', 1, 'lent'
 INSERT INTO plans (id, name, parent, who, created_at, target_file, preview_file, plan_json, options_json, report_json)
 VALUES (20, 'redo', 7, 'local:1000', 't9', 'target', 'preview', '{"schema_version":1,"redo":1}', '{}', '{}');
 INSERT INTO redos (job, plan, at) VALUES (7, 20, 't9');)sql"},
+    {11, R"sql(
+INSERT INTO run_facts (run, who, certificates, recipes) VALUES (3, 'local:1000', '[5]', '[{"material":"oak"}]');)sql"},
     {12, R"sql(
 INSERT INTO differences (id, panel, kind, place_um, shape_um, area_um2, pieces, found_at) VALUES
   (1, 'P-0001', 'gone_not_booked', '[[1,1]]', '[[[0,0],[5,0],[5,5]]]', 12, '[]', 't10');
@@ -122,6 +124,10 @@ INSERT INTO painted_masks (panel, version, seen_file) VALUES ('P-0001', 2, 'mask
 INSERT INTO mask_edit_removals (edit, who, at) VALUES (1, 'local:1000', 't18');
 INSERT INTO merges (kept, merged, angle_rad, shift_x_mm, shift_y_mm, improper, fiducials, rms_mm, last_scan, who, at)
 VALUES ('P-0002', 'P-0003', 0, 0, 0, 0, 4, 0.01, 0, 'local:1000', 't18');)sql"},
+    {23, R"sql(
+INSERT INTO remnants (panel, mask_version, run, counted_of, woods, square_um, circle_um, fitting, picture_file, at)
+VALUES ('P-0001', 2, 3, 'h1', '{"oak":9}', '[1,2,3]', '[]', '{"-1 14 ":9}', 'left.png', 't19');
+INSERT INTO kept_cuts (piece, run, laser, strokes) VALUES (11, 3, 'Grbl 1.1h', '[]');)sql"},
 };
 
 }  // namespace veneer::db

@@ -55,7 +55,7 @@ double clearance_at(const Raster<PanelFrame>& free, double x, double y) {
 TEST(Inscribed, NothingFitsWhereNothingIsFree) {
   EXPECT_FALSE(largest_square(wood(5, 4, 0)));
   EXPECT_FALSE(largest_circle(wood(5, 4, 0)));
-  EXPECT_EQ(cv::countNonZero(covered_by_squares(wood(5, 4, 0), 0.25_mm).pixels), 0);
+  EXPECT_TRUE(covered_by_squares(wood(5, 4, 0)).empty());
 }
 
 TEST(Inscribed, AWholePanelHoldsASquareAndACircleAsHighAsItIs) {
@@ -100,19 +100,24 @@ RC_GTEST_PROP(Inscribed, NoCircleIsLargerThanTheLargest, ()) {
 
 RC_GTEST_PROP(Inscribed, WhatSquaresCoverIsTheUnionOfAllThatFit, ()) {
   const auto free = any_wood();
-  const int side = *rc::gen::inRange(1, 8);
-  cv::Mat expected = cv::Mat::zeros(free.pixels.size(), CV_8UC1);
-  const bool upper_half = *rc::gen::arbitrary<bool>();
-  for_each_pixel(free, [&](int column, int row) {
-    if (all_free(free, column, row, side) && (!upper_half || 2 * row < free.pixels.rows))
-      expected(cv::Rect(column, row, side, side)) = 255;
-  });
-  const auto accepts = [&](cv::Mat& corners, int side_px) {
-    RC_ASSERT(side_px == side);
-    if (upper_half) corners.rowRange((corners.rows + 1) / 2, corners.rows) = 0;
-  };
-  const auto covered = covered_by_squares(free, Millimetres(side / 4.0), accepts);
-  RC_ASSERT(cv::countNonZero(covered.pixels != expected) == 0);
+  const auto covered = covered_by_squares(free);
+  for (int side = 1; side <= static_cast<int>(covered.size()) + 1; ++side) {
+    cv::Mat expected = cv::Mat::zeros(free.pixels.size(), CV_8UC1);
+    for_each_pixel(free, [&](int column, int row) {
+      if (all_free(free, column, row, side)) expected(cv::Rect(column, row, side, side)) = 255;
+    });
+    const auto at = static_cast<std::size_t>(side) - 1;
+    RC_ASSERT(cv::countNonZero(expected) == (at < covered.size() ? covered[at] : 0));
+  }
+}
+
+// Wider than the words that pixels are counted in.
+TEST(Inscribed, SquaresCoverWideWood) {
+  auto wide = wood(300, 7, 255);
+  EXPECT_EQ(covered_by_squares(wide), std::vector<std::int64_t>(7, 300 * 7));
+  wide.pixels(cv::Rect(130, 0, 1, 3)) = 0;  // from above, so that 4 rows below it stay
+  const std::vector<std::int64_t> expected = {2097, 2097, 2097, 2097, 2093, 2093, 2093};
+  EXPECT_EQ(covered_by_squares(wide), expected);
 }
 
 RC_GTEST_PROP(Inscribed, ALargerPixelIsFreeWhenAllOfItIs, ()) {

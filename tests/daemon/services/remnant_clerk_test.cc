@@ -133,7 +133,7 @@ TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
     EXPECT_GT(next.found({{}, tone, Millimetres(14)}), SquareMillimetres(200)) << "what is usually searched for";
   EXPECT_EQ(next.found({{}, Tone::kDark, Millimetres(14)}), SquareMillimetres(0));
   EXPECT_EQ(next.found({{}, {}, Millimetres(9)}), SquareMillimetres(0))
-      << "nobody looked for these, and now it is lost";
+      << "of these the stock's memory told, and now it is lost";
   // Other wood than what was counted.
   must(next.database->call([](Repositories& r) {
     return r.ledger.write_off(kMaple, Region<PanelFrame>(panel_square(20, 5, 6)), "burnt", kThen);
@@ -141,15 +141,35 @@ TEST_F(RemnantClerkTest, TellsWhatWasBookedWithoutALookAtTheMask) {
   EXPECT_FALSE(next.told());
 }
 
-TEST_F(RemnantClerkTest, CountsAgainWhatTheLastSearchesAskedFor) {
+TEST_F(RemnantClerkTest, CountsWhatAnySearchMayAskFor) {
   {
     Life stay(data());
-    stay.remnants.note_search({{}, Tone::kLight, Millimetres(9)});
+    stay.with([](Repositories& r) { return r.materials.add_zones(kMaple, {{1, panel_square(1, 1, 18), "maple"}}); });
     stay.clerk.book_due();
   }
   lose_pictures();
   Life next(data());
   EXPECT_GT(next.found({{}, Tone::kLight, Millimetres(9)}), SquareMillimetres(400));
+  EXPECT_GT(next.found({{}, {}, Millimetres(3.7)}), SquareMillimetres(400));
+  EXPECT_NEAR(next.found({"maple", Tone::kLight, Millimetres(11)}).count(), 18 * 18, 6);
+  EXPECT_EQ(next.found({"maple", {}, Millimetres(18.5)}), SquareMillimetres(0));
+  EXPECT_EQ(next.found({"oak", {}, Millimetres(1)}), SquareMillimetres(0)) << "it has none";
+}
+
+// No run and no scan: a plan, or a person who writes wood off.
+TEST_F(RemnantClerkTest, CountsAgainWhenOtherWoodIsFree) {
+  {
+    Life stay(data());
+    stay.clerk.book_due();
+    must(stay.database->call([](Repositories& r) {
+      return r.ledger.write_off(kMaple, Region<PanelFrame>(panel_square(20, 5, 6)), "burnt", kThen);
+    }));
+    stay.clerk.book_due();
+    EXPECT_EQ(stay.booked().size(), 1U);
+  }
+  lose_pictures();
+  Life next(data());
+  EXPECT_NEAR(next.found({{}, {}, Millimetres(15)}).count(), 20 * 20, 10);
 }
 
 TEST_F(RemnantClerkTest, WhatCannotBeReadIsDueAgain) {

@@ -1,0 +1,56 @@
+// The map of a scan is kept in little room, and told as it was.
+#include "daemon/orders/packed_lattice.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace veneer::daemon {
+namespace {
+
+TEST(PackedLattice, OfAScanTakesAFifthAtMostAndIsTheSame) {
+  // An A4 scanner at 300 dpi whose map bends by some hundredths of a millimetre, and trembles by a micrometre.
+  nlohmann::json lattice = {{"origin_px", {0, 0}}, {"step_px", 64}, {"cols", 61}, {"rows", 57}, {"panel_mm", {}}};
+  for (int row = 0; row < 57; ++row)
+    for (int column = 0; column < 61; ++column) {
+      const double x = 218.2 - 5.42 * column + 0.03 * std::sin(column / 9.0) + 0.001 * std::sin(7.0 * row + column);
+      const double y = -42.8 + 5.41 * row + 0.177 * column + 0.001 * std::cos(5.0 * column - row);
+      lattice["panel_mm"].push_back({std::round(x * 1e5) / 1e5, std::round(y * 1e5) / 1e5});
+    }
+  const std::string text = lattice.dump();
+  const std::string packed = packed_lattice(text);
+  EXPECT_LT(5 * packed.size(), text.size());
+  EXPECT_EQ(unpacked_lattice(packed), text);
+  EXPECT_EQ(packed_lattice(packed), packed);
+  EXPECT_EQ(unpacked_lattice(text), text) << "as older databases have it";
+}
+
+RC_GTEST_PROP(PackedLattice, IsTheSameWhateverItsSamples, ()) {
+  const int columns = *rc::gen::inRange(1, 8), rows = *rc::gen::inRange(1, 8);
+  nlohmann::json lattice = {
+      {"origin_px", {0, 0}}, {"step_px", *rc::gen::inRange(1, 5000)}, {"cols", columns}, {"rows", rows}};
+  lattice["panel_mm"] = nlohmann::json::array();
+  for (int i = 0; i < columns * rows; ++i)
+    lattice["panel_mm"].push_back(
+        {*rc::gen::inRange(-100'000'000, 100'000'001) / 1e5, *rc::gen::inRange(-50, 50) / 1e5});
+  const std::string text = lattice.dump();
+  RC_ASSERT(packed_lattice(text).starts_with('#'));
+  RC_ASSERT(unpacked_lattice(packed_lattice(text)) == text);
+}
+
+TEST(PackedLattice, WhatIsNoSuchLatticeStaysAsItIs) {
+  for (const char* other : {"", "{}", "[1]", "x", R"({"panel_mm":[[1,2]]})",
+                            R"({"cols":1,"origin_px":[0,0],"panel_mm":[[1.000001,2.0]],"rows":1,"step_px":64})",
+                            R"({"cols":1,"origin_px":[5,0],"panel_mm":[[1.0,2.0]],"rows":1,"step_px":64})",
+                            R"({"cols":2,"origin_px":[0,0],"panel_mm":[[1.0,2.0]],"rows":1,"step_px":64})",
+                            R"({"cols":1,"more":1,"origin_px":[0,0],"panel_mm":[[1.0,2.0]],"rows":1,"step_px":64})"})
+    EXPECT_EQ(packed_lattice(other), other);
+  for (const char* damaged : {"#", "#64,1,1;", "#64,1,1;??x ", "#64,1,1;???", "#64,9999999,9999999;??", "#0,1,1;??"})
+    EXPECT_EQ(unpacked_lattice(damaged), damaged);
+}
+
+}  // namespace
+}  // namespace veneer::daemon
