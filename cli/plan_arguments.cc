@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <future>
@@ -85,25 +83,6 @@ Result<PanelArgument> panel_argument(const std::string& text) {
   }
   if (panel.id.empty()) panel.id = fs::path(panel.picture).stem().string();
   return panel;
-}
-
-// X,Y,WIDTH,HEIGHT, in pixels of the picture.
-Result<cv::Rect> crop_of(const std::string& text, const cv::Mat& picture, const std::string& name) {
-  std::array<int, 4> numbers{};
-  std::size_t from = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::size_t comma = i + 1 < numbers.size() ? text.find(',', from) : text.size();
-    const char* end = comma == std::string::npos ? nullptr : text.data() + comma;
-    if (end == nullptr || std::from_chars(text.data() + from, end, numbers[i]).ptr != end || comma == from)
-      return unusable(fmt::format("--crop {} is not X,Y,WIDTH,HEIGHT in whole pixels", text));
-    from = comma + 1;
-  }
-  const cv::Rect crop(numbers[0], numbers[1], numbers[2], numbers[3]);
-  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 || crop.width > picture.cols - crop.x ||
-      crop.height > picture.rows - crop.y)
-    return unusable(fmt::format("--crop {} does not lie within \"{}\", which has {} x {} pixels", text, name,
-                                picture.cols, picture.rows));
-  return crop;
 }
 
 // The n-th picture of a list, or nothing.
@@ -269,7 +248,7 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;
     if (!importance->empty()) cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
     if (i < arguments.crops.size()) {
-      const Result<cv::Rect> crop = crop_of(arguments.crops[i], *picture, artwork.name);
+      const Result<cv::Rect> crop = planner::crop_of(arguments.crops[i], picture->size(), artwork.name);
       if (!crop.ok()) return crop.error();
       planner::crop_pictures(artwork, *crop);
     }

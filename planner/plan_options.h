@@ -49,6 +49,13 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"w_texture", OptionKind::kNumber, "Weight of lines and spots, 0 to 1"},
     NamedOption{"w_hist", OptionKind::kNumber,
                 "How far the picture's tones are mapped to the wood's: from 0, not at all, to 1"},
+    NamedOption{"w_range", OptionKind::kNumber,
+                "How far the picture's tones are stretched, evenly, over the wood's from dark to pale: from 0, not at "
+                "all, to 1"},
+    NamedOption{
+        "w_detail", OptionKind::kNumber,
+        "How much what is a patch or two wide, an eye or a mouth, is set off from what surrounds it: from 0, not "
+        "at all, to 1"},
     NamedOption{
         "w_gamut", OptionKind::kNumber,
         "With a colour weight: how far the picture's colours are mapped to the wood's, so that faces are made of "

@@ -19,6 +19,8 @@ bool within(double value, double low, double high) { return value >= low && valu
 Status check_options(const PlanOptions& o) {
   if (Status status = check_weights(o); !status.ok()) return status;
   if (!within(o.w_hist, 0, 1)) return unusable("the histogram weight must lie between 0 and 1");
+  if (!within(o.w_range, 0, 1)) return unusable("the range weight must lie between 0 and 1");
+  if (!within(o.w_detail, 0, 1)) return unusable("the detail weight must lie between 0 and 1");
   if (!within(o.w_gamut, 0, 1)) return unusable("the gamut weight must lie between 0 and 1");
   if (!within(o.w_grain, 0, 1)) return unusable("the grain weight must lie between 0 and 1");
   if (!within(o.edge.count(), 0, 50)) return unusable("the scale of edges must lie between 0 and 50 mm");
