@@ -11,6 +11,7 @@
 #include <set>
 
 #include "cli/command_context.h"
+#include "cli/drawn_areas.h"
 #include "cli/named_option.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
@@ -91,6 +92,16 @@ Result<cv::Mat> picture_beside(const std::vector<std::string>& files, std::size_
   return planner::load_picture(files[index]);
 }
 
+// A picture, or a drawing's regions as one.
+Result<cv::Mat> areas_beside(const std::vector<std::string>& files, std::size_t index) {
+  if (index >= files.size() || fs::path(files[index]).extension() != ".svg") return picture_beside(files, index);
+  const Result<std::string> text = read_file(files[index]);
+  if (!text.ok()) return text.error();
+  Result<cv::Mat> areas = areas_of_svg(*text);
+  if (!areas.ok()) return Error{areas.error().code, files[index] + ": " + areas.error().message};
+  return areas;
+}
+
 // Ids become parts of file names.
 Status check_ids(const std::vector<PanelArgument>& panels) {
   std::set<std::string> seen;
@@ -169,8 +180,9 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "A picture that is white where the target matters most; the n-th belongs to the n-th target");
   command.add_option(
       "--segmentation", arguments.segmentations,
-      "With --layout segmentation: a picture whose areas of one colour become the pieces, stretched over "
-      "the target; the n-th belongs to the n-th target");
+      "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
+      "the pieces, stretched over the target; the n-th belongs to the n-th target. Without it: areas of about one "
+      "tone");
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
   command
@@ -242,7 +254,7 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     if (!picture.ok()) return picture.error();
     const Result<cv::Mat> importance = picture_beside(arguments.importances, i);
     if (!importance.ok()) return importance.error();
-    const Result<cv::Mat> segmentation = picture_beside(arguments.segmentations, i);
+    const Result<cv::Mat> segmentation = areas_beside(arguments.segmentations, i);
     if (!segmentation.ok()) return segmentation.error();
     Artwork& artwork = once.emplace_back();
     artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;

@@ -24,7 +24,7 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"layout", OptionKind::kWord,
                 "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
                 "mosaic (cells "
-                "that follow them) or segmentation (the areas of another picture)"},
+                "that follow them) or segmentation (its areas of about one tone, or those of another picture)"},
     NamedOption{"patch_mm", OptionKind::kNumber,
                 "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},

@@ -58,7 +58,7 @@ function formCard() {
       wanted.url && h("img.target", {src: wanted.url, alt: wanted.name}),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
-      select("layout", t("picture.layout"), ["grid", "morph", "mosaic"].map((one) => [one, t(`layout.${one}`)])),
+      select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("details", {}, h("summary", {}, t("picture.weights")),

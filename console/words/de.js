@@ -109,7 +109,7 @@ export const words = {
   "scan.result": "Platte {panel}, {face}", "scan.is_new": "neu im Bestand", "scan.open": "Ihre Karte öffnen", "scan.usable": "brauchbares Holz", "scan.rms": "Passung der Marken", "scan.warning": "Hinweis",
   // Neues Bild
   "picture.file": "Das Bild", "picture.name": "Name", "picture.size": "Kürzere Seite, mm", "picture.patch": "Kleinstes Feld, mm",
-  "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten",
+  "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten", "layout.segmentation": "Flächen eines Tons",
   "picture.woods": "Hölzer", "picture.woods_all": "alle Hölzer im Bestand", "picture.panels": "Höchstens so viele Platten (leer: beliebig)",
   "picture.weights": "Was bei der Wahl des Holzes zählt", "w.intensity": "Helligkeit", "w.edge": "Kanten", "w.colour": "Farbe", "w.texture": "Linien und Punkte", "w.hist": "Töne an die des Holzes anpassen", "w.range": "Töne über die des Holzes strecken", "w.detail": "Augen, Mund und dergleichen abheben", "w.gamut": "Farben denen des Holzes anpassen",
   "picture.advise": "Was wäre zu erkennen?", "picture.crop": "Nur der Teil {crop} des Bildes.", "picture.whole": "Das ganze Bild nehmen",

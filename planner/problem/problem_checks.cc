@@ -73,11 +73,6 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
   if (!artwork.segmentation.empty() && artwork.segmentation.type() != CV_8UC3)
     return unusable(fmt::format("the segmentation of \"{}\" is not 8-bit colour", artwork.name));
-  if (options.layout == LayoutKind::kSegmentation && artwork.segmentation.empty())
-    return unusable(
-        fmt::format("nothing says how \"{}\" is segmented: add --segmentation with a picture whose areas of one colour "
-                    "are its pieces",
-                    artwork.name));
   const double pixels = options.dpi / 25.4 * options.dpi / 25.4 * artwork.width.count() * artwork.height.count();
   if (pixels > 4e8)
     return unusable(
