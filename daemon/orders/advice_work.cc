@@ -15,8 +15,8 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr int kShownSide = 280;  // pixels of a preview's longer side
-constexpr int kQuality = 82;
+constexpr int kAdviceSide = 280;  // pixels of a preview's longer side
+constexpr int kAdviceQuality = 82;
 
 std::string base64_of(std::string_view bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -30,11 +30,11 @@ std::string base64_of(std::string_view bytes) {
   return out;
 }
 
-std::string shown(const cv::Mat& preview) {
-  const double scale = static_cast<double>(kShownSide) / std::max(preview.cols, preview.rows);
+std::string preview_text(const cv::Mat& preview) {
+  const double scale = static_cast<double>(kAdviceSide) / std::max(preview.cols, preview.rows);
   const auto small =
       planner::stretch(preview, std::max(1, cvRound(preview.cols * scale)), std::max(1, cvRound(preview.rows * scale)));
-  return base64_of(planner::encode_jpeg(small, kQuality).value_or(""));
+  return base64_of(planner::encode_jpeg(small, kAdviceQuality).value_or(""));
 }
 
 AdvisedPicture advised(const planner::Suggestion& it, const GiveAdvice& order, const cv::Size& whole) {
@@ -45,7 +45,7 @@ AdvisedPicture advised(const planner::Suggestion& it, const GiveAdvice& order, c
   out.width_mm = it.width.count(), out.height_mm = it.height.count(), out.patch_mm = it.patch.count();
   out.pieces = it.pieces, out.unfilled = it.unfilled;
   out.likeness = it.likeness, out.cutting_s = it.cutting.count();
-  out.preview = shown(it.preview);
+  out.preview = preview_text(it.preview);
   return out;
 }
 

@@ -90,7 +90,7 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   // What was drawn in tones of wood needs none of that, only what is left of them.
   const std::map<std::string, std::string> plain = {
       {"w_hist", "0.2"}, {"w_range", "1"}, {"w_colour", "0.5"}, {"w_gamut", "0.7"}, {"layout", "mosaic"}};
-  const StoryJob jobs[] = {{*face, "portrait", 189, 9, options}, {moth, "second picture", 88, 9, plain}};
+  const StoryJob jobs[] = {{*face, "portrait", 189, 9, options}, {moth, "second picture", 86, 10, plain}};
   for (const auto& job : jobs) {
     if (Status s = plan_with_what_is_left(story, job); !s) return s;
     if (Status s = story.cut(story.jobs().back()); !s) return s;

@@ -55,10 +55,10 @@ cv::Mat moth_picture() {
   draw_wings(out,
              {{234, 168}, {182, 104}, {104, 62}, {56, 66}, {64, 116}, {92, 170}, {140, 198}, {205, 200}, {236, 190}},
              kTan);
-  draw_spots(out, {122, 128}, 38, kDark), draw_spots(out, {122, 128}, 19, kPaper);
-  draw_spots(out, {164, 292}, 24, kDark);
+  draw_spots(out, {126, 132}, 48, kDark), draw_spots(out, {126, 132}, 25, kPaper);
+  draw_spots(out, {164, 292}, 27, kDark);
   // Body, head and feelers.
-  constexpr int kMiddle = kWidth / 2, kFeeler = 15;
+  constexpr int kMiddle = kWidth / 2, kFeeler = 19;
   cv::ellipse(out, {kMiddle, 212}, {27, 106}, 0, 0, 360, kDark, cv::FILLED, cv::LINE_AA);
   cv::circle(out, {kMiddle, 108}, 33, kDark, cv::FILLED, cv::LINE_AA);
   cv::ellipse(out, {kMiddle - 62, 92}, {52, 84}, 0, 270, 360, kDark, kFeeler, cv::LINE_AA);

@@ -1,5 +1,5 @@
 // The second picture of the demo: a moth, such as Grace Hopper's people found in a relay and taped into the log book.
-// It is of few tones and bold shapes, so that a hundred pieces of what is left of the wood show it.
+// It is of few tones and bold shapes, so that ninety pieces of what is left of the wood show it.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
