@@ -31,7 +31,7 @@ std::string content_type_of(const std::string& file) {
 // The planner's options go into the query under their own names; on the command line '-' stands for '_'.
 struct NewJob {
   std::int64_t plan = 0;  // a job of this plan; then nothing else is given
-  std::string picture;
+  std::string picture, crop;
   std::string name;
   std::vector<std::string> panels, woods, wood_weights, forbidden;
   std::optional<double> size_mm;
@@ -46,6 +46,7 @@ struct NewJob {
     const auto add_list = [&](const char* key, const std::vector<std::string>& list, const char* between = ",") {
       if (!list.empty()) text += fmt::format("&{}={}", key, url_encode(fmt::format("{}", fmt::join(list, between))));
     };
+    if (!crop.empty()) text += "&crop=" + url_encode(crop);
     add_list("panels", panels);
     add_list("wood", woods);
     add_list("wood_weight", wood_weights);
@@ -70,6 +71,8 @@ void add_planner_option(CLI::App& command, const planner::NamedOption& option, N
 CLI::Option* add_planning_options(CLI::App& command, NewJob& wanted) {
   CLI::Option* picture = command.add_option("PICTURE", wanted.picture, "The picture file");
   command.add_option("--name", wanted.name, "Its name in the lists [the file's]");
+  command.add_option("--crop", wanted.crop,
+                     "X,Y,WIDTH,HEIGHT: only this part of the picture, in pixels from its upper left corner");
   command.add_option("--size-mm", wanted.size_mm, "Shorter side of the picture");
   command.add_option("--panels", wanted.panels, "Only these panels, separated by commas")->delimiter(',');
   command.add_option("--max-panels", wanted.max_panels,
@@ -203,6 +206,11 @@ void add_plans(CLI::App& job, CommandContext& context) {
   CLI::App* plan = job.add_subcommand("plan", "Plan a picture from free stock and keep the plan; no wood is reserved");
   add_planning_options(*plan, *wanted)->required();
   plan->callback([wanted, &context] { plan_picture(context, "/plans", *wanted, render_new_plan); });
+  const auto asked = std::make_shared<NewJob>();
+  CLI::App* advise = job.add_subcommand(
+      "advise", "At which crop, size, patches and layout a picture reads in the free wood; nothing is kept");
+  add_planning_options(*advise, *asked)->required();
+  advise->callback([asked, &context] { plan_picture(context, "/plans/advice", *asked, render_advice); });
   add_plans_list(job, context);
   add_change(job, context);
   add_leases(job, context);

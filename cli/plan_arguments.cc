@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <future>
@@ -13,6 +11,7 @@
 #include <set>
 
 #include "cli/command_context.h"
+#include "cli/drawn_areas.h"
 #include "cli/named_option.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
@@ -87,29 +86,20 @@ Result<PanelArgument> panel_argument(const std::string& text) {
   return panel;
 }
 
-// X,Y,WIDTH,HEIGHT, in pixels of the picture.
-Result<cv::Rect> crop_of(const std::string& text, const cv::Mat& picture, const std::string& name) {
-  std::array<int, 4> numbers{};
-  std::size_t from = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::size_t comma = i + 1 < numbers.size() ? text.find(',', from) : text.size();
-    const char* end = comma == std::string::npos ? nullptr : text.data() + comma;
-    if (end == nullptr || std::from_chars(text.data() + from, end, numbers[i]).ptr != end || comma == from)
-      return unusable(fmt::format("--crop {} is not X,Y,WIDTH,HEIGHT in whole pixels", text));
-    from = comma + 1;
-  }
-  const cv::Rect crop(numbers[0], numbers[1], numbers[2], numbers[3]);
-  if (crop.x < 0 || crop.y < 0 || crop.width < 1 || crop.height < 1 || crop.width > picture.cols - crop.x ||
-      crop.height > picture.rows - crop.y)
-    return unusable(fmt::format("--crop {} does not lie within \"{}\", which has {} x {} pixels", text, name,
-                                picture.cols, picture.rows));
-  return crop;
-}
-
 // The n-th picture of a list, or nothing.
 Result<cv::Mat> picture_beside(const std::vector<std::string>& files, std::size_t index) {
   if (index >= files.size()) return cv::Mat();
   return planner::load_picture(files[index]);
+}
+
+// A picture, or a drawing's regions as one.
+Result<cv::Mat> areas_beside(const std::vector<std::string>& files, std::size_t index) {
+  if (index >= files.size() || fs::path(files[index]).extension() != ".svg") return picture_beside(files, index);
+  const Result<std::string> text = read_file(files[index]);
+  if (!text.ok()) return text.error();
+  Result<cv::Mat> areas = areas_of_svg(*text);
+  if (!areas.ok()) return Error{areas.error().code, files[index] + ": " + areas.error().message};
+  return areas;
 }
 
 // Ids become parts of file names.
@@ -190,8 +180,9 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
                      "A picture that is white where the target matters most; the n-th belongs to the n-th target");
   command.add_option(
       "--segmentation", arguments.segmentations,
-      "With --layout segmentation: a picture whose areas of one colour become the pieces, stretched over "
-      "the target; the n-th belongs to the n-th target");
+      "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
+      "the pieces, stretched over the target; the n-th belongs to the n-th target. Without it: areas of about one "
+      "tone");
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
   command
@@ -263,13 +254,13 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     if (!picture.ok()) return picture.error();
     const Result<cv::Mat> importance = picture_beside(arguments.importances, i);
     if (!importance.ok()) return importance.error();
-    const Result<cv::Mat> segmentation = picture_beside(arguments.segmentations, i);
+    const Result<cv::Mat> segmentation = areas_beside(arguments.segmentations, i);
     if (!segmentation.ok()) return segmentation.error();
     Artwork& artwork = once.emplace_back();
     artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;
     if (!importance->empty()) cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
     if (i < arguments.crops.size()) {
-      const Result<cv::Rect> crop = crop_of(arguments.crops[i], *picture, artwork.name);
+      const Result<cv::Rect> crop = planner::crop_of(arguments.crops[i], picture->size(), artwork.name);
       if (!crop.ok()) return crop.error();
       planner::crop_pictures(artwork, *crop);
     }

@@ -11,6 +11,7 @@
 #include "cli/plan_support.h"
 #include "planner/files/plan_files.h"
 #include "planner/suggest/contact_sheet.h"
+#include "planner/suggest/crops.h"
 #include "planner/suggest/suggestions.h"
 
 namespace veneer::cli {
@@ -20,11 +21,6 @@ namespace fs = std::filesystem;
 using planner::Suggestion;
 
 bool is_whole(const Suggestion& it, const cv::Mat& picture) { return it.crop.size() == picture.size(); }
-
-// As --crop takes it.
-std::string crop_text(const cv::Rect& crop) {
-  return fmt::format("{},{},{},{}", crop.x, crop.y, crop.width, crop.height);
-}
 
 std::string command_of(const Suggestion& it, const std::optional<std::string>& crop, const std::string& given,
                        std::size_t number) {
@@ -81,7 +77,7 @@ void run_suggest(const PlanArguments& arguments, const EditArguments& edits, con
     if (!arguments.crops.empty())
       crop = arguments.crops.front();
     else if (!is_whole(it, artwork.picture))
-      crop = crop_text(it.crop);
+      crop = planner::crop_text(it.crop);
     const std::string command = command_of(it, crop, given, i + 1), file = fmt::format("preview-{}.png", i + 1);
     or_fail(write_picture(it.preview, directory / file));
     list.push_back(json_of(it, crop, command, file));

@@ -42,6 +42,7 @@ std::string render_new_job(const nlohmann::json& result);
 std::string render_redone(const nlohmann::json& result);
 std::string render_plans(const nlohmann::json& reply);  // {"plans": [...]}
 std::string render_plan(const nlohmann::json& plan);
+std::string render_advice(const nlohmann::json& reply);
 std::string render_new_plan(const nlohmann::json& result);
 std::string render_pieces(const nlohmann::json& reply);  // {"pieces": [...]}
 std::string render_passport(const nlohmann::json& piece);

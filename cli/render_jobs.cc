@@ -150,6 +150,31 @@ std::string render_redone(const json& result) {
          outcome_words(result);
 }
 
+std::string render_advice(const json& reply) {
+  TextTable table({">NO.", ">SIZE", "LAYOUT", ">PIECES", ">MISSING", ">LIKENESS", ">TO CUT", "OPTIONS"});
+  const json& list = member(reply, "suggestions");
+  std::int64_t number = 0;
+  if (list.is_array())
+    for (const json& it : list) {
+      const std::string crop = text_or(it, "crop", "");
+      table.add({fmt::format("{}{}", ++number == whole_or(reply, "suggested", 0) ? "* " : "", number),
+                 fmt::format("{:.0f} x {:.0f} mm", number_or(it, "width_mm", 0), number_or(it, "height_mm", 0)),
+                 text_or(it, "layout", ""), std::to_string(whole_or(it, "pieces", 0)),
+                 std::to_string(whole_or(it, "unfilled", 0)), fmt::format("{:.2f}", number_or(it, "likeness", 0)),
+                 duration_words(number_or(it, "cutting_s", 0)),
+                 fmt::format("--layout {} --size-mm {:.6g} --patch-mm {:.6g}{}", text_or(it, "layout", ""),
+                             number_or(it, "size_mm", 0), number_or(it, "patch_mm", 0),
+                             crop.empty() ? "" : " --crop " + crop)});
+    }
+  std::string out = table.str();
+  if (const json& remarks = member(reply, "remarks"); remarks.is_array())
+    for (const json& remark : remarks)
+      if (remark.is_string()) out += remark.get<std::string>() + "\n";
+  return out +
+         "The one with * is suggested. Nothing is kept or reserved: `veneerctl job plan` or `job new` with its "
+         "options plans it.\n";
+}
+
 std::string render_new_plan(const json& result) {
   const auto id = whole_or(result, "plan", 0);
   return fmt::format(

@@ -92,6 +92,9 @@ struct PlanOptions {
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
   // Further channels of the filter bank (features.h), in [0, 1]; not all of the channels' weights are 0.
   double w_colour = 0, w_texture = 0;
+  // Before tones are mapped: how far they are stretched over the wood's whole range, and how much what is a patch or
+  // two wide is set off from what surrounds it (tone_mapping.h); in [0, 1].
+  double w_range = 0, w_detail = 0;
   // How far the picture's colours are mapped to the wood's (wood_colours.h), in [0, 1]; of use with w_colour.
   double w_gamut = 0;
   // With Optimize::kGlobal: how much places count whose grain runs along the picture (grain/grain_pull.h), in [0, 1].

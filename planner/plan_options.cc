@@ -141,6 +141,8 @@ constexpr std::array kFields = {
     field<&PlanOptions::w_colour>("w_colour"),
     field<&PlanOptions::w_texture>("w_texture"),
     field<&PlanOptions::w_hist>("w_hist"),
+    field<&PlanOptions::w_range>("w_range"),
+    field<&PlanOptions::w_detail>("w_detail"),
     field<&PlanOptions::w_gamut>("w_gamut"),
     field<&PlanOptions::w_grain>("w_grain"),
     field<&PlanOptions::edge>("edge_mm"),

@@ -24,7 +24,7 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"layout", OptionKind::kWord,
                 "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
                 "mosaic (cells "
-                "that follow them) or segmentation (the areas of another picture)"},
+                "that follow them) or segmentation (its areas of about one tone, or those of another picture)"},
     NamedOption{"patch_mm", OptionKind::kNumber,
                 "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},
@@ -49,6 +49,13 @@ inline constexpr std::array kNamedOptions = {
     NamedOption{"w_texture", OptionKind::kNumber, "Weight of lines and spots, 0 to 1"},
     NamedOption{"w_hist", OptionKind::kNumber,
                 "How far the picture's tones are mapped to the wood's: from 0, not at all, to 1"},
+    NamedOption{"w_range", OptionKind::kNumber,
+                "How far the picture's tones are stretched, evenly, over the wood's from dark to pale: from 0, not at "
+                "all, to 1"},
+    NamedOption{
+        "w_detail", OptionKind::kNumber,
+        "How much what is a patch or two wide, an eye or a mouth, is set off from what surrounds it: from 0, not "
+        "at all, to 1"},
     NamedOption{
         "w_gamut", OptionKind::kNumber,
         "With a colour weight: how far the picture's colours are mapped to the wood's, so that faces are made of "

@@ -9,10 +9,12 @@ import {get} from "../link.js";
 
 const wanted = {
   file: null, url: "", name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
-  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, optimize: "greedy", refine: false,
+  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, crop: "",
 };
+const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
 const begun = [];   // tasks of this tab, the newest first
+let advice = 0;     // the task that looks for advice, or found it
 
 export async function enter() {
   try { woods = (await get("/materials")).materials.map((one) => one.material || one.name).filter(Boolean); } catch (fault) { woods = []; }
@@ -22,7 +24,7 @@ export async function enter() {
 export function draw() {
   return h("div.columns.picture", {},
     h("div.column", {}, formCard(), tasksCard()),
-    h("div.column.wide", {}, ...plansCards()));
+    h("div.column.wide", {}, adviceCard(), ...plansCards()));
 }
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
@@ -43,6 +45,8 @@ function takeFile(event) {
   if (wanted.url) URL.revokeObjectURL(wanted.url);
   wanted.file = file || null;
   wanted.url = file ? URL.createObjectURL(file) : "";
+  wanted.crop = "";
+  advice = 0;
   if (file) wanted.name = file.name.replace(/\.[^.]*$/, "");
   changed();
 }
@@ -54,30 +58,67 @@ function formCard() {
       wanted.url && h("img.target", {src: wanted.url, alt: wanted.name}),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
-      select("layout", t("picture.layout"), ["grid", "morph", "mosaic"].map((one) => [one, t(`layout.${one}`)])),
+      select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("details", {}, h("summary", {}, t("picture.weights")),
-        ...["intensity", "edge", "colour", "texture", "hist"].map((one) => slider(`w_${one}`, t(`w.${one}`)))),
+        ...kWeights.map((one) => slider(`w_${one}`, t(`w.${one}`)))),
       h("details", {}, h("summary", {}, t("picture.woods")),
         !woods.length && h("p.dim", {}, t("picture.woods_all")),
         h("div.chips", {}, ...woods.map((wood) => h("label", {"data-key": wood}, h("input", {type: "checkbox", checked: wanted.wood.has(wood),
           onchange: (event) => { if (event.target.checked) wanted.wood.add(wood); else wanted.wood.delete(wood); changed(); }}), wood))),
         number("max_panels", t("picture.panels"), 1)),
-      h("div.commands", {}, h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
+      wanted.crop && h("p.dim", {}, t("picture.crop", {crop: wanted.crop}), " ", button(t("picture.whole"), () => take("crop", ""))),
+      h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayChange() || !wanted.file, wide: true, id: "do-advise"}),
+        h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
+}
+
+function asked() {
+  const query = new URLSearchParams({name: wanted.name || "picture", size_mm: wanted.size_mm});
+  for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
+  if (wanted.crop) query.set("crop", wanted.crop);
+  if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
+  if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
+  return query;
 }
 
 async function plan(event) {
   event.preventDefault();
   if (!wanted.file) return showRefusal(t("picture.need"));
-  const query = new URLSearchParams({name: wanted.name || "picture", size_mm: wanted.size_mm, patch_mm: wanted.patch_mm, layout: wanted.layout, optimize: wanted.optimize});
-  for (const weight of ["w_intensity", "w_edge", "w_colour", "w_texture", "w_hist"]) query.set(weight, String(wanted[weight]));
+  const query = asked();
+  for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (wanted.refine) query.set("refine", "dp");
-  if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
-  if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
   const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(started.task);
+  changed();
+}
+
+// ---- advice ---------------------------------------------------------------------------------------------------------
+
+async function advise() {
+  wanted.crop = "";
+  const started = await command(`/plans/advice?${asked()}`, {body: wanted.file, timeoutMs: 60000});
+  if (started) begun.unshift(advice = started.task);
+  changed();
+}
+
+function adviceCard() {
+  const task = model.tasks.get(advice);
+  const found = task && task.state === "done" && task.result;
+  if (!found) return null;
+  return card(t("advice"),
+    ...found.remarks.map((remark) => h("p.hint", {}, remark)),
+    h("ul.plans.advice", {}, ...found.suggestions.map((one, at) => h("li", {"data-key": at},
+      h("img", {src: `data:image/jpeg;base64,${one.preview_jpeg}`, alt: t("advice.picture", {n: at + 1})}),
+      h("b", {}, `${at + 1}: ${Math.round(one.width_mm)} × ${Math.round(one.height_mm)} mm${at + 1 === found.suggested ? ` – ${t("advice.best")}` : ""}`),
+      h("span", {}, `${t("pieces", {n: one.pieces})}, ${one.patch_mm.toFixed(1)} mm, ${t(`layout.${one.layout}`)}`),
+      h("span.dim", {}, one.unfilled ? `▲ ${t("advice.missing", {n: one.unfilled})}` : t("advice.figures", {minutes: Math.max(1, Math.round(one.cutting_s / 60)), likeness: one.likeness.toFixed(2)})),
+      button(t("advice.take"), () => takeAdvice(one))))));
+}
+
+function takeAdvice(one) {
+  Object.assign(wanted, {crop: one.crop || "", layout: one.layout, size_mm: one.size_mm.toFixed(1), patch_mm: one.patch_mm.toFixed(2)});
   changed();
 }
 

@@ -109,9 +109,11 @@ export const words = {
   "scan.result": "Platte {panel}, {face}", "scan.is_new": "neu im Bestand", "scan.open": "Ihre Karte öffnen", "scan.usable": "brauchbares Holz", "scan.rms": "Passung der Marken", "scan.warning": "Hinweis",
   // Neues Bild
   "picture.file": "Das Bild", "picture.name": "Name", "picture.size": "Kürzere Seite, mm", "picture.patch": "Kleinstes Feld, mm",
-  "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten",
+  "picture.layout": "Wie es geteilt wird", "layout.grid": "Quadrate", "layout.morph": "gebogene Quadrate entlang seiner Kanten", "layout.mosaic": "Zellen entlang seiner Kanten", "layout.segmentation": "Flächen eines Tons",
   "picture.woods": "Hölzer", "picture.woods_all": "alle Hölzer im Bestand", "picture.panels": "Höchstens so viele Platten (leer: beliebig)",
-  "picture.weights": "Was bei der Wahl des Holzes zählt", "w.intensity": "Helligkeit", "w.edge": "Kanten", "w.colour": "Farbe", "w.texture": "Linien und Punkte", "w.hist": "Töne an die des Holzes anpassen",
+  "picture.weights": "Was bei der Wahl des Holzes zählt", "w.intensity": "Helligkeit", "w.edge": "Kanten", "w.colour": "Farbe", "w.texture": "Linien und Punkte", "w.hist": "Töne an die des Holzes anpassen", "w.range": "Töne über die des Holzes strecken", "w.detail": "Augen, Mund und dergleichen abheben", "w.gamut": "Farben denen des Holzes anpassen",
+  "picture.advise": "Was wäre zu erkennen?", "picture.crop": "Nur der Teil {crop} des Bildes.", "picture.whole": "Das ganze Bild nehmen",
+  "advice": "Was in diesem Holz zu erkennen ist", "advice.best": "Vorschlag", "advice.picture": "Vorschlag {n}", "advice.take": "Diesen nehmen", "advice.missing": "für {n} fehlt Holz", "advice.figures": "etwa {minutes} min zu schneiden, Ähnlichkeit {likeness}",
   "picture.care": "Sorgfalt", "care.quick": "schnell: Feld für Feld", "care.global": "alle Felder zusammen (dauert Minuten)", "picture.refine": "Grenzen folgen dem Bild, als Kurven",
   "picture.plan": "Planen", "picture.need": "Wählen Sie erst ein Bild.", "picture.wait": "Der Plan entsteht", "picture.reserve": "Planen reserviert kein Holz.",
   "picture.form": "Ein neues Bild",

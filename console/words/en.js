@@ -101,9 +101,11 @@ export const words = {
   "scan.result": "Panel {panel}, {face}", "scan.is_new": "new in stock", "scan.open": "Open its map", "scan.usable": "usable wood", "scan.rms": "Fit of the tags", "scan.warning": "Note",
   // New picture
   "picture.file": "The picture", "picture.name": "Name", "picture.size": "Shorter side, mm", "picture.patch": "Smallest patch, mm",
-  "picture.layout": "How it is divided", "layout.grid": "squares", "layout.morph": "bent squares that follow its edges", "layout.mosaic": "cells that follow its edges",
+  "picture.layout": "How it is divided", "layout.grid": "squares", "layout.morph": "bent squares that follow its edges", "layout.mosaic": "cells that follow its edges", "layout.segmentation": "its areas of one tone",
   "picture.woods": "Woods", "picture.woods_all": "all woods in stock", "picture.panels": "At most so many panels (empty: any)",
-  "picture.weights": "What counts when wood is chosen", "w.intensity": "Brightness", "w.edge": "Edges", "w.colour": "Colour", "w.texture": "Lines and spots", "w.hist": "Fit its tones to the wood's",
+  "picture.weights": "What counts when wood is chosen", "w.intensity": "Brightness", "w.edge": "Edges", "w.colour": "Colour", "w.texture": "Lines and spots", "w.hist": "Fit its tones to the wood's", "w.range": "Stretch its tones over the wood's", "w.detail": "Set off eyes, mouth and the like", "w.gamut": "Fit its colours to the wood's",
+  "picture.advise": "What would read?", "picture.crop": "Only the part {crop} of the picture.", "picture.whole": "Take the whole picture",
+  "advice": "What reads in this wood", "advice.best": "suggested", "advice.picture": "Suggestion {n}", "advice.take": "Take this", "advice.missing": "wood is missing for {n}", "advice.figures": "about {minutes} min to cut, likeness {likeness}",
   "picture.care": "Care", "care.quick": "quick: patch after patch", "care.global": "all patches together (takes minutes)", "picture.refine": "Let borders follow the picture, as curves",
   "picture.plan": "Plan it", "picture.need": "Choose a picture first.", "picture.wait": "The planner is at work", "picture.reserve": "No wood is reserved by planning.",
   "picture.form": "A new picture",

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "daemon/orders/advice_work.h"
 #include "daemon/orders/bed_work.h"
 #include "daemon/orders/calibration_work.h"
 #include "daemon/orders/plan_work.h"
@@ -35,6 +36,7 @@ struct Kind {
 
 constexpr std::array kKinds{
     Kind{MakePlan::kKind, run<make_plan>},
+    Kind{GiveAdvice::kKind, run<give_advice>},
     Kind{ViewScan::kKind, run<view_scan>},
     Kind{RegisterScans::kKind, run<register_scans>},
     Kind{LookAtBed::kKind, run<look_at_bed>},

@@ -16,6 +16,7 @@
 #include "planner/pictures/pictures.h"
 #include "planner/plan_options.h"
 #include "planner/problem/shortage.h"
+#include "planner/suggest/crops.h"
 
 namespace veneer::daemon {
 namespace {
@@ -130,6 +131,11 @@ Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& f
   const std::string bytes(std::istreambuf_iterator<char>(file), {});
   auto picture = planner::decode_picture(bytes, order.name);
   if (!picture) return picture.error();
+  if (!order.crop.empty()) {
+    const auto crop = planner::crop_of(order.crop, picture->size(), order.name);
+    if (!crop) return crop.error();
+    *picture = (*picture)(*crop).clone();
+  }
   progress(0.02, "reading the stock");
   const auto size = planner::artwork_size(*picture, order.size);
   const auto stock = load_job_wood(order.wood, size.width * size.height);

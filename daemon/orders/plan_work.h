@@ -33,6 +33,7 @@ struct MakePlan {
   static constexpr const char* kKind = "make_plan";
   std::string name;
   std::string picture;                         // file
+  std::string crop;                            // as planner::crop_of() reads it; "": all of the picture
   Millimetres size{0};                         // shorter side
   std::map<std::string, std::string> options;  // planner::kNamedOptions
   int threads = 0;
@@ -71,8 +72,8 @@ struct PlanMade {
 // planner::make_plan and load_job_wood say.
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, size, options, threads, kerf, preview_dpi, wood, recipe,
-                                   recipes, earlier, edits)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, crop, size, options, threads, kerf, preview_dpi, wood,
+                                   recipe, recipes, earlier, edits)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RedonePiece, mark, cost_before, cost)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined,
                                    redone, cost_before)

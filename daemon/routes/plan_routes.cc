@@ -37,6 +37,37 @@ void new_plan(const JobServices& s, const ApiRequest& request, const Reply& repl
                });
 }
 
+json to_json(const AdviceGiven& advice) {
+  json list = json::array();
+  for (const AdvisedPicture& it : advice.suggestions)
+    list.push_back({{"crop", it.crop.empty() ? json() : json(it.crop)},
+                    {"layout", it.layout},
+                    {"size_mm", it.size_mm},
+                    {"width_mm", it.width_mm},
+                    {"height_mm", it.height_mm},
+                    {"patch_mm", it.patch_mm},
+                    {"pieces", it.pieces},
+                    {"unfilled", it.unfilled},
+                    {"likeness", it.likeness},
+                    {"cutting_s", it.cutting_s},
+                    {"preview_jpeg", it.preview}});
+  return {{"suggestions", std::move(list)},
+          {"suggested", advice.suggested ? json(*advice.suggested + 1) : json()},
+          {"remarks", advice.remarks}};
+}
+
+void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto wanted = read_job_request(request);
+  if (!wanted) return reply(ApiReply::error(wanted.error()));
+  wanted->options.threads = s.planner_threads;
+  start_task(s.tasks, s.planner, "advice", "waiting for the planner", reply,
+             [s, wanted = std::move(*wanted)](const TaskReporter& task) {
+               const auto given = s.plans.advise(
+                   wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+               task.finish(given ? Result<json>(to_json(*given)) : Result<json>(given.error()));
+             });
+}
+
 // "A1-1,A2-3"
 Result<std::pair<std::string, std::string>> swap_of(const std::string& text) {
   const std::size_t comma = text.find(',');
@@ -175,6 +206,7 @@ void lease_plan(const JobServices& s, const ApiRequest& request, const Reply& re
 
 void bind_plan_routes(Router& router, const JobServices& s) {
   router.bind("newPlan", [s](const ApiRequest& request, const Reply& reply) { new_plan(s, request, reply); });
+  router.bind("advisePlan", [s](const ApiRequest& request, const Reply& reply) { advise_plan(s, request, reply); });
   router.bind("changePlan", [s](const ApiRequest& request, const Reply& reply) { change_plan(s, request, reply); });
   router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

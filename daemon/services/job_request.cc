@@ -8,6 +8,7 @@
 #include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
 #include "planner/plan_options.h"
+#include "planner/suggest/crops.h"
 
 namespace veneer::daemon {
 namespace {
@@ -60,6 +61,9 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   job.options.dpi = 75;  // what an eye resolves at arm's length; sixteen times faster than 300
   auto query = RequestReader::query_of(request);
   job.name = query.text("name").value_or("picture");
+  job.crop = query.text("crop").value_or("");
+  if (!job.crop.empty())
+    if (const auto crop = planner::crop_of(job.crop); !crop) query.refuse(crop.error());
   if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
   for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
@@ -96,7 +100,7 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole : {"size_mm", "max_panels", "remnants_first"})
+  for (const char* whole : {"crop", "size_mm", "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -127,6 +131,7 @@ json options_json(const JobRequest& request) {
     else
       value = json::parse(text);
   }
+  out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();
   for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);
   out["max_panels"] = request.max_panels ? json(*request.max_panels) : json();

@@ -20,6 +20,7 @@ namespace veneer::daemon {
 struct JobRequest {
   std::string name;
   SharedText picture;              // the file's bytes
+  std::string crop;                // of the picture, as planner::crop_of() reads it; "": all of it
   Millimetres size{360};           // shorter side
   planner::PlanOptions options;    // threads, kerf and position margin are the cell's own
   std::vector<PanelId> panels;     // empty = all in stock

@@ -38,6 +38,32 @@ std::vector<db::PlannedPanel> panels_used(std::vector<db::PlannedPanel> in_stock
   return in_stock;
 }
 
+struct StockToday {
+  PlanStock stock;
+  Millimetres kerf;
+};
+
+// kRefused: the kerf is not known, or a panel cannot be used.
+Result<StockToday> stock_today(DatabaseThread& database, Repositories& r, const PanelLibrary& library,
+                               const JobRequest& request, std::optional<db::PlanId> own, spdlog::logger& log) {
+  // Wood whose lease is over is free; where the database may not be written it stays out of the plan. The thread that
+  // writes is asked only when there is such a lease.
+  const auto next_end = r.leases.next_end();
+  if (!next_end) return next_end.error();
+  if (!next_end->empty() && *next_end <= utc_timestamp()) {
+    const auto ended = database.call([](Repositories& w) { return w.leases.expire(utc_timestamp()); });
+    if (!ended) log.warn("leases that are over could not be ended: {}", ended.error().message);
+  }
+  auto calibration = load_calibration(r, utc_timestamp());
+  if (!calibration) return calibration.error();
+  if (!calibration->kerf)
+    return Error{ErrorCode::kRefused,
+                 "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
+  auto stock = read_stock(r, request.panels, library, own);
+  if (!stock) return stock.error();
+  return StockToday{std::move(*stock), *calibration->kerf};
+}
+
 // Which pieces of a job are made again. kInvalidArgument: none is missing.
 Result<std::vector<std::string>> marks_to_redo(const std::vector<db::PieceRecord>& pieces, JobId job,
                                                const std::vector<std::string>& named) {
@@ -117,19 +143,31 @@ Result<std::vector<db::PlannedPatch>> read_pieces(const std::filesystem::path& f
   return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
 }
 
-MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& config, const PanelLibrary& library) {
-  MakePlan out;
-  out.name = request.name;
-  out.size = request.size;
+std::map<std::string, std::string> option_texts(const planner::PlanOptions& options) {
+  std::map<std::string, std::string> out;
   for (const planner::NamedOption& option : planner::kNamedOptions)
-    out.options[std::string(option.name)] = planner::option_text(request.options, option.name);
-  out.threads = request.options.threads;
-  out.preview_dpi = kPreviewDpi;
-  out.wood = {
+    out[std::string(option.name)] = planner::option_text(options, option.name);
+  return out;
+}
+
+JobWood wood_of(const JobRequest& request, PlanStock& stock, const Config& config, const PanelLibrary& library) {
+  JobWood out{
       std::move(stock.held), config.panel.position_margin, request.woods,          request.wood_weights,
       request.forbidden,     request.max_panels,           request.remnants_first, library.index_dir().string()};
   // What was forbidden on a panel that is out of the question now needs no saying.
-  std::erase_if(out.wood.forbidden, [&](const auto& wood) { return stock.not_used.contains(wood.panel); });
+  std::erase_if(out.forbidden, [&](const auto& wood) { return stock.not_used.contains(wood.panel); });
+  return out;
+}
+
+MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& config, const PanelLibrary& library) {
+  MakePlan out;
+  out.name = request.name;
+  out.crop = request.crop;
+  out.size = request.size;
+  out.options = option_texts(request.options);
+  out.threads = request.options.threads;
+  out.preview_dpi = kPreviewDpi;
+  out.wood = wood_of(request, stock, config, library);
   out.recipe = config.recipe;
   out.recipes = std::move(stock.recipes);
   return out;
@@ -153,22 +191,10 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   progress(0, "reading the picture");
   auto reader = database_.open_reader();
   if (!reader) return reader.error();
-  // Wood whose lease is over is free; where the database may not be written it stays out of the plan. The thread that
-  // writes is asked only when there is such a lease.
-  const auto next_end = (*reader)->repositories().leases.next_end();
-  if (!next_end) return next_end.error();
-  if (!next_end->empty() && *next_end <= utc_timestamp()) {
-    const auto ended = database_.call([](Repositories& r) { return r.leases.expire(utc_timestamp()); });
-    if (!ended) log_->warn("leases that are over could not be ended: {}", ended.error().message);
-  }
-  auto calibration = load_calibration((*reader)->repositories(), utc_timestamp());
-  if (!calibration) return calibration.error();
-  if (!calibration->kerf)
-    return Error{ErrorCode::kRefused,
-                 "the kerf is not known: lay the burnt board on the scanner and run veneerctl calibrate kerf"};
-  auto stock = read_stock((*reader)->repositories(), request.panels, library_,
-                          earlier ? std::optional(earlier->plan) : std::nullopt);
-  if (!stock) return stock.error();
+  auto today = stock_today(database_, (*reader)->repositories(), library_, request,
+                           earlier ? std::optional(earlier->plan) : std::nullopt, *log_);
+  if (!today) return today.error();
+  PlanStock* const stock = &today->stock;
   if (earlier && earlier->made) {
     const auto job = (*reader)->repositories().jobs.find(*earlier->made);
     if (!job) return job.error();
@@ -192,7 +218,7 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   }
   MakePlan wanted = order_of(request, *stock, config_, library_);
   if (earlier && earlier->made) wanted.wood.index_dir.clear();  // it holds panels as they are today
-  wanted.kerf = *calibration->kerf;
+  wanted.kerf = today->kerf;
   wanted.picture = (folder->path() / "picture").string();
   const auto bytes = std::as_bytes(std::span(request.picture.text()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
@@ -256,6 +282,40 @@ Result<PlanService::Made> PlanService::make(const JobRequest& request, const std
   outcome.cost_before = made->cost_before;
   if (stop.stop_requested()) return Error{ErrorCode::kCancelled, "planning was cancelled"};
   return Made{std::move(plan), std::move(outcome)};
+}
+
+Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskProgress& progress,
+                                        const std::stop_token& stop) {
+  progress(0, "reading the picture");
+  auto reader = database_.open_reader();
+  if (!reader) return reader.error();
+  auto today = stock_today(database_, (*reader)->repositories(), library_, request, {}, *log_);
+  if (!today) return today.error();
+  reader->reset();
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  WorkOrder order;
+  order.kind = GiveAdvice::kKind;
+  order.what = "looking for advice";
+  order.folder = folder->path();
+  order.deadline = std::chrono::seconds(config_.workers.planning_limit_s);
+  order.nice = 10;
+  for (const HeldPanel& panel : today->stock.held) order.readable.insert(order.readable.end(), {panel.map, panel.mask});
+  const std::vector<std::string> not_planned = left_out(today->stock);
+  GiveAdvice wanted{request.name,
+                    (folder->path() / "picture").string(),
+                    request.crop,
+                    request.size,
+                    option_texts(request.options),
+                    request.options.threads,
+                    today->kerf,
+                    wood_of(request, today->stock, config_, library_)};
+  wanted.wood.index_dir.clear();  // of plans that nobody makes again
+  const auto bytes = std::as_bytes(std::span(request.picture.text()));
+  if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  auto given = have_done<AdviceGiven>(workers_, std::move(order), wanted, progress, stop);
+  if (given) given->remarks.insert(given->remarks.end(), not_planned.begin(), not_planned.end());
+  return given;
 }
 
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,

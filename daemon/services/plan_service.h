@@ -13,6 +13,7 @@
 #include "base/log.h"
 #include "base/result.h"
 #include "daemon/config.h"
+#include "daemon/orders/advice_work.h"
 #include "daemon/orders/plan_work.h"
 #include "daemon/services/job_request.h"
 #include "daemon/services/panel_library.h"
@@ -55,6 +56,9 @@ class PlanService {
   // The same without a job: the plan is stored, and no wood is reserved.
   Result<JobOutcome> make_plan(const JobRequest& request, const std::string& who, const TaskProgress& progress,
                                const std::stop_token& stop);
+  // At which crop, size, patches and layout the picture reads in the free wood, at most as large as asked for; nothing
+  // is stored.
+  Result<AdviceGiven> advise(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
   // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given. The
   // wood that the plan leases is free for the other, which gets it once that lease is released.
   // kNotFound: there is no such plan, or no such piece in it.

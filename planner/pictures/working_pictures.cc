@@ -11,6 +11,7 @@
 #include "planner/pictures/features.h"
 #include "planner/pictures/histogram.h"
 #include "planner/pictures/resample.h"
+#include "planner/pictures/tone_mapping.h"
 #include "planner/pictures/wood_colours.h"
 
 namespace veneer::planner {
@@ -176,7 +177,9 @@ Result<WorkingArtwork> working_artwork(const Artwork& artwork, const Gamut& gamu
   if (!picture.ok()) return picture.error();
   const Result<cv::Mat> grey = grey_of(*picture, stop);
   if (!grey.ok()) return grey.error();
-  const Result<cv::Mat> intensity = match_tones(*grey, gamut.tones, options.w_hist, stop);
+  const cv::Mat clear = set_off(*grey, resolution.to_px(options.patch), options.w_detail);
+  const Result<cv::Mat> intensity =
+      match_tones(stretch_tones(clear, gamut.tones, options.w_range), gamut.tones, options.w_hist, stop);
   if (!intensity.ok()) return intensity.error();
   const Result<cv::Mat> chroma = mapped_colours(*picture, *grey, *intensity, gamut, options, stop);
   if (!chroma.ok()) return chroma.error();

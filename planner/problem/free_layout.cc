@@ -8,6 +8,7 @@
 #include "planner/cancelled.h"
 #include "planner/layout/fabricable_partition.h"
 #include "planner/layout/grid.h"
+#include "planner/layout/tone_areas.h"
 #include "planner/parallel.h"
 
 namespace veneer::planner {
@@ -18,6 +19,8 @@ constexpr double kLeastPixels = 6;     // the same, of very many
 constexpr double kMostPixels = 9e6;    // in a raster that is finer than that
 constexpr double kSizeRatio = 2;       // of the largest tile to the smallest
 constexpr double kSmallest = 0.25;     // area of the smallest patch, in wished ones
+constexpr int kToneGroups = 6;         // of an automatic segmentation
+constexpr double kLargestArea = 6;     // of it, in wished patches, about
 constexpr double kHandy = 16.0 / 9.0;  // least area of a piece, in squares of its least width
 
 cv::Size raster_of(const Artwork& artwork, double px_per_mm) {
@@ -55,20 +58,42 @@ cv::Mat detail_of(const Artwork& artwork, SaliencyMaps& maps, cv::Size size) {
   return out.mul(weight);
 }
 
-// As many tiles as the grid has patches.
-Result<Mosaic> mosaic_of(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
-                         const std::stop_token& stop) {
+// The picture in a raster in which a patch is so many pixels wide, or as many as there is room for.
+struct PatchRaster {
+  cv::Mat picture;
+  int patches;  // of the grid
+  double side;  // of a patch, pixels
+};
+
+PatchRaster patch_raster(const Artwork& artwork, const PlanOptions& options) {
   const GridSize grid = grid_size(artwork.width, artwork.height, options.patch);
   const double area = (artwork.width * artwork.height).count();
   const double count = static_cast<double>(grid.rows) * grid.columns, side = std::sqrt(area / count);
   const double finest = std::sqrt(kMostPixels / area);
-  const cv::Size size = raster_of(artwork, std::max(kLeastPixels / side, std::min(kPatchPixels / side, finest)));
-  cv::Mat picture;
+  const double px_per_mm = std::max(kLeastPixels / side, std::min(kPatchPixels / side, finest));
+  const cv::Size size = raster_of(artwork, px_per_mm);
+  PatchRaster out{{}, grid.rows * grid.columns, side * px_per_mm};
   const bool shrinks = size.area() < artwork.picture.size().area();
-  cv::resize(artwork.picture, picture, size, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
-  const int tiles = grid.rows * grid.columns;
-  return decorative_mosaic(picture, tile_sizes(detail_of(artwork, maps, size), tiles, kSizeRatio),
+  cv::resize(artwork.picture, out.picture, size, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return out;
+}
+
+// As many tiles as the grid has patches, or so many times fewer.
+Result<Mosaic> mosaic_of(const Artwork& artwork, const PatchRaster& raster, double coarser, const PlanOptions& options,
+                         SaliencyMaps& maps, const std::stop_token& stop) {
+  const int tiles = std::max(1, static_cast<int>(std::lround(raster.patches / coarser)));
+  return decorative_mosaic(raster.picture,
+                           tile_sizes(detail_of(artwork, maps, raster.picture.size()), tiles, kSizeRatio),
                            {tiles, 1, options.seed, threads_meant(options.threads)}, stop);
+}
+
+// Areas of one tone, where they are large cut along the cells of a coarse mosaic: no piece may be larger than wood is.
+Result<cv::Mat> areas_of(const Artwork& artwork, const PlanOptions& options, SaliencyMaps& maps,
+                         const std::stop_token& stop) {
+  const PatchRaster raster = patch_raster(artwork, options);
+  const Result<Mosaic> cells = mosaic_of(artwork, raster, kLargestArea, options, maps, stop);
+  if (!cells.ok()) return cells.error();
+  return cv::Mat(cells->labels * kToneGroups + tone_areas(raster.picture, raster.side, kToneGroups));
 }
 
 }  // namespace
@@ -83,10 +108,14 @@ Result<FreeLayout> free_layout(const Artwork& artwork, const PlanOptions& option
   FreeLayout out;
   cv::Mat labels;
   if (options.layout == LayoutKind::kMosaic) {
-    Result<Mosaic> mosaic = mosaic_of(artwork, options, maps, stop);
+    Result<Mosaic> mosaic = mosaic_of(artwork, patch_raster(artwork, options), 1, options, maps, stop);
     if (!mosaic.ok()) return mosaic.error();
     labels = mosaic->labels;
     out.mosaic = mosaic->figures;
+  } else if (artwork.segmentation.empty()) {
+    Result<cv::Mat> areas = areas_of(artwork, options, maps, stop);
+    if (!areas.ok()) return areas.error();
+    labels = std::move(*areas);
   } else {
     labels = labels_of(artwork.segmentation);
   }

@@ -19,6 +19,8 @@ bool within(double value, double low, double high) { return value >= low && valu
 Status check_options(const PlanOptions& o) {
   if (Status status = check_weights(o); !status.ok()) return status;
   if (!within(o.w_hist, 0, 1)) return unusable("the histogram weight must lie between 0 and 1");
+  if (!within(o.w_range, 0, 1)) return unusable("the range weight must lie between 0 and 1");
+  if (!within(o.w_detail, 0, 1)) return unusable("the detail weight must lie between 0 and 1");
   if (!within(o.w_gamut, 0, 1)) return unusable("the gamut weight must lie between 0 and 1");
   if (!within(o.w_grain, 0, 1)) return unusable("the grain weight must lie between 0 and 1");
   if (!within(o.edge.count(), 0, 50)) return unusable("the scale of edges must lie between 0 and 50 mm");
@@ -71,11 +73,6 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
   if (!artwork.segmentation.empty() && artwork.segmentation.type() != CV_8UC3)
     return unusable(fmt::format("the segmentation of \"{}\" is not 8-bit colour", artwork.name));
-  if (options.layout == LayoutKind::kSegmentation && artwork.segmentation.empty())
-    return unusable(
-        fmt::format("nothing says how \"{}\" is segmented: add --segmentation with a picture whose areas of one colour "
-                    "are its pieces",
-                    artwork.name));
   const double pixels = options.dpi / 25.4 * options.dpi / 25.4 * artwork.width.count() * artwork.height.count();
   if (pixels > 4e8)
     return unusable(

@@ -1,6 +1,9 @@
 #include "planner/suggest/crops.h"
 
+#include <fmt/format.h>
+
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -33,6 +36,35 @@ void weigh_middle(cv::Mat& map) {
 }
 
 }  // namespace
+
+Result<cv::Rect> crop_of(const std::string& text) {
+  std::array<int, 4> numbers{};
+  std::size_t from = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t comma = i + 1 < numbers.size() ? text.find(',', from) : text.size();
+    const char* end = comma == std::string::npos ? nullptr : text.data() + comma;
+    if (end == nullptr || std::from_chars(text.data() + from, end, numbers[i]).ptr != end || comma == from)
+      return Error{ErrorCode::kInvalidArgument,
+                   fmt::format("the crop \"{}\" is not X,Y,WIDTH,HEIGHT in whole pixels", text)};
+    from = comma + 1;
+  }
+  return cv::Rect(numbers[0], numbers[1], numbers[2], numbers[3]);
+}
+
+Result<cv::Rect> crop_of(const std::string& text, const cv::Size& picture, const std::string& name) {
+  const Result<cv::Rect> crop = crop_of(text);
+  if (!crop.ok()) return crop;
+  if (crop->x < 0 || crop->y < 0 || crop->width < 1 || crop->height < 1 || crop->width > picture.width - crop->x ||
+      crop->height > picture.height - crop->y)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("the crop {} does not lie within \"{}\", which has {} x {} pixels", text, name,
+                             picture.width, picture.height)};
+  return crop;
+}
+
+std::string crop_text(const cv::Rect& crop) {
+  return fmt::format("{},{},{},{}", crop.x, crop.y, crop.width, crop.height);
+}
 
 void crop_pictures(Artwork& artwork, const cv::Rect& crop) {
   const cv::Size whole = artwork.picture.size();

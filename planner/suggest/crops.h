@@ -2,11 +2,19 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
+#include "base/result.h"
 #include "planner/plan.h"
 
 namespace veneer::planner {
+
+// "X,Y,WIDTH,HEIGHT", in whole pixels. kInvalidArgument: the text is no such thing.
+Result<cv::Rect> crop_of(const std::string& text);
+// The same, and kInvalidArgument when it does not lie within the picture, which is called `name`.
+Result<cv::Rect> crop_of(const std::string& text, const cv::Size& picture, const std::string& name);
+std::string crop_text(const cv::Rect& crop);
 
 // Leaves of the artwork's pictures what belongs to this part of Artwork::picture, which it must lie within.
 void crop_pictures(Artwork& artwork, const cv::Rect& crop);

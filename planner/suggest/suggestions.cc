@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "planner/cancelled.h"
 #include "planner/cutting/cut_drawing.h"
@@ -19,18 +20,21 @@
 namespace veneer::planner {
 namespace {
 
-// What is tried of each crop: patches along the shorter side, and how they are laid out.
+// What is tried: patches along the shorter side, and how they are laid out.
 struct Cut {
   int across;
   LayoutKind layout;
 };
-// A mosaic's cells take several times as long to match as squares.
-constexpr std::array kCuts{Cut{16, LayoutKind::kGrid}, Cut{26, LayoutKind::kGrid}, Cut{18, LayoutKind::kMosaic}};
+// Of each crop in squares; and of the crop that reads best in squares as a mosaic, whose cells take several times as
+// long to match.
+constexpr std::array kSquares{Cut{16, LayoutKind::kGrid}, Cut{26, LayoutKind::kGrid}};
+constexpr Cut kCells{18, LayoutKind::kMosaic};
 
-constexpr double kPatchPixels = 10;
+constexpr double kPatchPixels = 8;
 constexpr int kAdviceRotations = 4;
+constexpr double kStockPixels = 2;    // pixels that the wood's pictures keep for each of the finest plan's
 constexpr double kPreviewSide = 420;  // pixels of a preview's shorter side
-constexpr double kShrink = 0.85;      // of a picture for which the wood did not suffice
+constexpr double kShrink = 0.93;      // of a picture for which the wood did not suffice, at most
 constexpr int kShrinks = 5;
 constexpr double kUsable = 0.62;  // share of the free wood that pieces can be cut from, at most
 constexpr double kReads = 0.04;   // less likeness than the best's is nothing that a person minds
@@ -63,25 +67,54 @@ class Adviser {
 
   Result<Advice> run() {
     const cv::Size size = artwork_.picture.size();
+    if (Status coarse = keep_coarse_stock(); !coarse.ok()) return coarse.error();
     const std::vector<cv::Rect> crops =
         limits_.crops ? crops_of(size, shared_.saliency.of(artwork_.picture)) : std::vector{cv::Rect({0, 0}, size)};
+    tries_ = static_cast<double>(crops.size() * kSquares.size() + 1);
     Advice advice;
-    for (const cv::Rect& crop : crops) {
-      for (std::size_t k = 0; k < kCuts.size(); ++k) {
-        if (stop_.stop_requested()) return cancelled();
-        done_ = (static_cast<double>(&crop - crops.data()) * kCuts.size() + static_cast<double>(k)) /
-                static_cast<double>(crops.size() * kCuts.size());
-        Result<std::optional<Suggestion>> tried = in_any_size(crop, kCuts[k], advice.suggestions);
-        if (!tried.ok()) return tried.error();
-        if (*tried) advice.suggestions.push_back(std::move(**tried));
-      }
-    }
+    for (const cv::Rect& crop : crops)
+      for (const Cut& cut : kSquares)
+        if (Status tried = try_cut(crop, cut, advice.suggestions); !tried.ok()) return tried.error();
+    const auto best = std::max_element(
+        advice.suggestions.begin(), advice.suggestions.end(), [](const Suggestion& a, const Suggestion& b) {
+          return std::pair(a.unfilled == 0, a.likeness) < std::pair(b.unfilled == 0, b.likeness);
+        });
+    const cv::Rect clearest = best == advice.suggestions.end() ? crops.front() : best->crop;
+    if (Status tried = try_cut(clearest, kCells, advice.suggestions); !tried.ok()) return tried.error();
+    // The widest crop first, and a crop's squares before its cells.
+    std::stable_sort(advice.suggestions.begin(), advice.suggestions.end(),
+                     [](const Suggestion& a, const Suggestion& b) { return a.crop.area() > b.crop.area(); });
     choose(advice);
     remark(advice);
     return advice;
   }
 
  private:
+  // Nothing is looked at as finely as panels are scanned, and each plan reads all of them.
+  Status keep_coarse_stock() {
+    const double px_per_mm =
+        std::max(kStockPixels * kPatchPixels / limits_.smallest.count(), kPreviewSide / limits_.size.count());
+    coarse_.assign(stock_.begin(), stock_.end());
+    for (StockPanel& panel : coarse_) {
+      if (panel.picture.resolution.px_per_mm < 1.5 * px_per_mm) continue;
+      Result<Raster<PanelFrame>> picture = at_resolution(panel.picture, ScanResolution{px_per_mm}, stop_);
+      if (!picture.ok()) return picture.error();
+      panel.picture = std::move(*picture);
+    }
+    stock_ = coarse_;
+    return Ok();
+  }
+
+  // Adds what comes of it, if anything does.
+  Status try_cut(const cv::Rect& crop, const Cut& cut, std::vector<Suggestion>& suggestions) {
+    if (stop_.stop_requested()) return cancelled();
+    Result<std::optional<Suggestion>> tried = in_any_size(crop, cut, suggestions);
+    if (!tried.ok()) return tried.error();
+    if (*tried) suggestions.push_back(std::move(**tried));
+    done_ += 1 / tries_;
+    return Ok();
+  }
+
   // The largest size, down from the limit, at which the wood suffices. None: such a one is there already, or patches
   // would be smaller than they may be.
   Result<std::optional<Suggestion>> in_any_size(const cv::Rect& crop, const Cut& cut,
@@ -90,7 +123,7 @@ class Adviser {
     const Millimetres most(std::sqrt(free_area(stock_).count() * kUsable / shape));
     Millimetres side = std::min({limits_.size, most, enough_});
     std::optional<Suggestion> last;
-    for (int shrinks = 0; shrinks < kShrinks; ++shrinks, side = side * kShrink) {
+    for (int shrinks = 0; shrinks < kShrinks; ++shrinks, side = smaller(side, last)) {
       const Millimetres patch = std::max(side / cut.across, limits_.smallest);
       if (side < 3 * patch) break;
       const bool known = std::any_of(before.begin(), before.end(), [&](const Suggestion& it) {
@@ -105,6 +138,14 @@ class Adviser {
     // All crops are of one shape, so others need not be tried any larger.
     if (last && last->unfilled == 0) enough_ = std::min(last->width, last->height);
     return last;
+  }
+
+  // What was left unfilled says how much smaller: its share of the area, and some more, since the last patches find
+  // only gaps that are too narrow.
+  static Millimetres smaller(Millimetres side, const std::optional<Suggestion>& tried) {
+    const double filled =
+        tried ? 1 - 1.2 * static_cast<double>(tried->unfilled) / static_cast<double>(tried->pieces) : 1;
+    return side * std::clamp(std::sqrt(std::max(0.0, filled)) * 0.98, 0.5, kShrink);
   }
 
   Result<Suggestion> planned(const cv::Rect& crop, LayoutKind layout, Millimetres side, Millimetres patch) {
@@ -122,7 +163,7 @@ class Adviser {
         {&part, 1}, stock_, options,
         [&](double share, std::string_view) {
           if (progress_)
-            progress_(done_ + share / 16,
+            progress_(done_ + share / tries_,
                       fmt::format("trying {:.0f} mm in pieces of {:.1f} mm", side.count(), patch.count()));
         },
         stop_, nullptr, &shared_);
@@ -181,13 +222,14 @@ class Adviser {
 
   const Artwork& artwork_;
   std::span<const StockPanel> stock_;
+  std::vector<StockPanel> coarse_;
   const PlanOptions& options_;
   const AdviceLimits& limits_;
   const Progress& progress_;
   const std::stop_token& stop_;
   SharedWork shared_;
   Millimetres enough_{1e9};  // of the shorter side: the wood suffices
-  double done_ = 0;
+  double done_ = 0, tries_ = 1;
 };
 
 }  // namespace

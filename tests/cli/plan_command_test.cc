@@ -449,7 +449,9 @@ TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
 TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
   expect_unusable(usual() + " --layout voronoi", "layout must be grid, morph, mosaic or segmentation, not \"voronoi\"");
   expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
-  expect_unusable(usual() + " --layout segmentation", "add --segmentation with a picture");
+  std::ofstream(path("open.svg"))
+      << R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><path d="M1 1H8V8" fill="none"/></svg>)";
+  expect_unusable(usual() + " --layout segmentation --segmentation " + path("open.svg"), "has no closed region");
   expect_unusable(usual() + " --layout mosaic --adaptive-levels 1", "leave them at 0, or choose the layout grid");
   expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid or morph");
 }
@@ -504,6 +506,27 @@ TEST_F(PlanCommand, CutsAPictureIntoTheAreasOfAnother) {
   ASSERT_EQ(outcome.status, 0) << outcome.errors;
   EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
   EXPECT_TRUE(json("out/report.json")["mosaic"].is_null());
+}
+
+TEST_F(PlanCommand, CutsAPictureIntoTheRegionsOfADrawing) {
+  std::ofstream(path("areas.svg")) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
+    viewBox="0 0 60 60"><rect x="0" y="0" width="60" height="60"/><rect x="0" y="0" width="30" height="60"/>
+    <path d="M30 30H60V60H30Z"/><path d="M5 5L20 20"/></svg>)";
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.svg"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto pieces = json("out/plan.json")["pieces"];
+  EXPECT_EQ(pieces.size(), 3U);
+}
+
+TEST_F(PlanCommand, CutsAPictureIntoItsOwnAreasOfOneTone) {
+  const Outcome outcome = plan(usual() + " --layout segmentation");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto pieces = json("out/plan.json")["pieces"];
+  EXPECT_GT(pieces.size(), 3U);
+  EXPECT_TRUE(pieces[0]["row"].is_null());
+  const std::string before = text("out/plan.json");
+  ASSERT_EQ(plan(usual() + " --layout segmentation").status, 0);
+  EXPECT_EQ(text("out/plan.json"), before);
 }
 
 TEST_F(PlanCommand, RefusesUnusableArgumentsInWords) {

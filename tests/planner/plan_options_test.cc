@@ -31,6 +31,8 @@ const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"
                                                              {"w_colour", "0.125"},
                                                              {"w_texture", "0.375"},
                                                              {"w_hist", "1"},
+                                                             {"w_range", "0.625"},
+                                                             {"w_detail", "0.4375"},
                                                              {"w_gamut", "0.875"},
                                                              {"w_grain", "0.0625"},
                                                              {"edge_mm", "0.6"},
@@ -76,6 +78,8 @@ TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   EXPECT_EQ(o.w_colour, 0.125);
   EXPECT_EQ(o.w_texture, 0.375);
   EXPECT_EQ(o.w_hist, 1);
+  EXPECT_EQ(o.w_range, 0.625);
+  EXPECT_EQ(o.w_detail, 0.4375);
   EXPECT_EQ(o.w_gamut, 0.875);
   EXPECT_EQ(o.w_grain, 0.0625);
   EXPECT_EQ(o.edge.count(), 0.6);

@@ -27,6 +27,10 @@ struct Operation {
   bool takes_json = false;
 };
 
+bool takes_a_picture(const Operation& operation) {
+  return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan";
+}
+
 class StrictRequests : public testing::RoutedCell {
  protected:
   StrictRequests() {
@@ -136,7 +140,7 @@ TEST_F(StrictRequests, AnUnknownPropertyIsAnErrorThatNamesIt) {
     std::string all = "?" + kUnknown + "=1";
     for (const Property& p : operation.query) all += "&" + in_query(p.name, usable(p.schema));
     refused(operation, all, "", kUnknown);
-    if (operation.id == "newJob" || operation.id == "newPlan") continue;  // its body is a picture
+    if (takes_a_picture(operation)) continue;
     json body = json::object();
     for (const Property& p : operation.body) body[p.name] = usable(p.schema);
     body[kUnknown] = 1;
@@ -163,7 +167,7 @@ TEST_F(StrictRequests, AValueOfAnotherTypeOrBeyondItsLimitsIsAnErrorThatNamesIt)
     for (const Property& p : operation.query)
       for (const json& value : unusable(p.schema, true)) {
         // The planner names its options in words.
-        const bool job = operation.id == "newJob" || operation.id == "newPlan";
+        const bool job = takes_a_picture(operation);
         refused(operation, "?" + in_query(p.name, value), job ? "a picture" : "", job ? "error" : p.name);
         ++values;
       }

@@ -16,6 +16,7 @@
 #include "daemon/store/calibration.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
+#include "planner/plan_options.h"
 #include "tests/support/synthetic_wood.h"
 #include "tests/support/temp_directory.h"
 #include "tests/support/work_here.h"
@@ -362,6 +363,39 @@ TEST_F(PlanServiceTest, OptionsArriveAtThePlanner) {
   EXPECT_GT(told["global"]["greedy_cost"], 0);
   EXPECT_LE(told["global"]["cost"], told["global"]["greedy_cost"]);
   EXPECT_TRUE(told["fine_rotation"].is_null());
+}
+
+TEST_F(PlanServiceTest, AdviceIsGivenFromTheFreeWoodAndKeepsNothing) {
+  add_panel("P-0001", 255, planner::test::wood_picture(420, 420, 7));
+  JobRequest request = small_job();
+  request.size = Millimetres(20);
+  const auto given = service().advise(request, [](double, const std::string&) {}, {});
+  ASSERT_TRUE(given.ok()) << given.error().message;
+  ASSERT_FALSE(given->suggestions.empty());
+  ASSERT_TRUE(given->suggested);
+  for (const AdvisedPicture& it : given->suggestions) {
+    EXPECT_LE(it.size_mm, 20);
+    EXPECT_GE(it.pieces, 9U);
+    EXPECT_EQ(it.preview.substr(0, 4), "/9j/") << "a JPEG file";
+    EXPECT_EQ(it.preview.size() % 4, 0U);
+  }
+  EXPECT_EQ(database_->call([](Repositories& r) { return r.plans.list(); })->size(), 0U);
+  // A suggestion is planned as it was suggested.
+  const AdvisedPicture& last = given->suggestions.back();
+  ASSERT_NE(last.crop, "");
+  request.crop = last.crop, request.size = Millimetres(last.size_mm),
+  request.options.patch = Millimetres(last.patch_mm);
+  ASSERT_TRUE(planner::set_option(request.options, "layout", last.layout).ok());
+  const auto planned = stored_plan(request);
+  ASSERT_TRUE(planned.ok()) << planned.error().message;
+  EXPECT_EQ(planned->pieces, last.pieces);
+  // Only what is asked for is looked at.
+  const auto of_crop = service().advise(request, [](double, const std::string&) {}, {});
+  ASSERT_TRUE(of_crop.ok()) << of_crop.error().message;
+  for (const AdvisedPicture& it : of_crop->suggestions) EXPECT_EQ(it.crop, last.crop);
+  request.crop = "15,15,10,10";
+  EXPECT_EQ(service().advise(request, [](double, const std::string&) {}, {}).error().code, ErrorCode::kInvalidArgument);
+  EXPECT_EQ(stored_plan(request).error().code, ErrorCode::kInvalidArgument);
 }
 
 TEST_F(PlanServiceTest, TooLittleWoodIsToldByItsTonesAndWithThePatchThatWouldFit) {

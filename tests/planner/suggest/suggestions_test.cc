@@ -40,6 +40,16 @@ TEST(Crops, TakeThePartOfEveryPicture) {
   EXPECT_EQ(cv::countNonZero(artwork.importance), 100);
 }
 
+TEST(Crops, AreWrittenAsTheyAreRead) {
+  EXPECT_EQ(*crop_of("3,4,50,60"), cv::Rect(3, 4, 50, 60));
+  EXPECT_EQ(crop_text({3, 4, 50, 60}), "3,4,50,60");
+  for (const char* text : {"", "1,2,3", "1,2,3,", "1,2,3,4,5", "1,2,x,4", "1.5,2,3,4"})
+    EXPECT_EQ(crop_of(text).error().code, ErrorCode::kInvalidArgument) << text;
+  EXPECT_TRUE(crop_of("10,0,20,30", {30, 30}, "it").ok());
+  for (const char* text : {"11,0,20,30", "-1,0,20,20", "0,0,0,5", "2147483647,0,2,2"})
+    EXPECT_THAT(crop_of(text, {30, 30}, "it").error().message, HasSubstr("does not lie within \"it\"")) << text;
+}
+
 TEST(Likeness, FallsFromOneAsPiecesGetCoarser) {
   const cv::Mat picture = test::blob_artwork("A", 128, 128, Millimetres(20), 5).picture;
   double before = likeness(picture, picture);
@@ -92,6 +102,28 @@ TEST(Advice, EverySuggestionIsAPlanThatTheWoodSufficesFor) {
   const cv::Mat sheet = contact_sheet(*advice, artwork.picture);
   EXPECT_GT(sheet.cols, 4 * sheet.rows / 5);
   EXPECT_EQ(sheet.type(), CV_8UC3);
+}
+
+// Cells take most of the time, so they are tried where it is worth it.
+TEST(Advice, OnlyTheCropThatReadsBestInSquaresIsTriedAsAMosaic) {
+  const StockPanel panel = test::wood_panel("P", 240, 200, 50.8, 3);
+  const Artwork artwork = test::blob_artwork("A", 60, 40, Millimetres(20), 4);
+  const auto advice = advise(artwork, {&panel, 1}, test::small_options_without_saliency(), limits(40));
+  ASSERT_TRUE(advice.ok()) << advice.error().message;
+  const Suggestion *clearest = nullptr, *cells = nullptr;
+  for (const Suggestion& it : advice->suggestions) {
+    if (it.layout == LayoutKind::kMosaic) {
+      EXPECT_EQ(cells, nullptr);
+      cells = &it;
+    } else if (clearest == nullptr || it.likeness > clearest->likeness) {
+      clearest = &it;
+    }
+  }
+  ASSERT_NE(clearest, nullptr);
+  ASSERT_NE(cells, nullptr);
+  EXPECT_EQ(cells->crop, clearest->crop);
+  EXPECT_TRUE(std::is_sorted(advice->suggestions.begin(), advice->suggestions.end(),
+                             [](const Suggestion& a, const Suggestion& b) { return a.crop.area() > b.crop.area(); }));
 }
 
 TEST(Advice, WhereWoodIsShortTheFirstRemedyIsASmallerPicture) {
