@@ -66,6 +66,7 @@ void RemnantClerk::book(Repositories& reading, const db::RemnantBook::Due& due) 
   const auto stored = picture ? library_.store_picture(*picture, "panels/" + due.panel.value, "remnant")
                               : Result<PanelLibrary::Stored>(picture.error());
   if (stored) record.picture_file = stored->file;
+  static_cast<void>(remnants_.count_for_searches(reading, *panel));  // all at one look
   for (const WoodWanted& wanted : Remnants::usual_searches()) {
     if (stopping_) return;
     const auto area = remnants_.fitting(reading, *panel, wanted);

@@ -154,7 +154,7 @@ class ModelledCell : public ModelledScans {
       RC_ASSERT(found.retired.has_value() == known_[panel].retired);
       RC_ASSERT((found.retired && found.retired->sawn) == known_[panel].sawn);
       RC_ASSERT(must(cell_.panels().parts_of(panels_[panel])).empty() == !known_[panel].has_part);
-      RC_ASSERT(found.mask_version == known_[panel].mask);
+      RC_ASSERT(found.mask_version == known_[panel].mask());
       RC_ASSERT(must(cell_.panels().merged_into(panels_[panel])).has_value() == known_[panel].merged);
       std::vector<bool> edits;
       for (const MaskEdit& edit : must(Masks(cell_.database()).of(panels_[panel]))) edits.push_back(!edit.removal);
@@ -226,7 +226,7 @@ class ModelledCell : public ModelledScans {
     VENEER_EXPECT_OK(copy_database(reader, folder() / "backup" / "veneerd.db", [](double) {}, {}));
     if (fs::exists(folder() / "plans"))
       fs::copy(folder() / "plans", folder() / "backup" / "plans", fs::copy_options::recursive);
-    backup_ = *this;
+    backup_ = static_cast<const ModelledKnowledge&>(*this);
   }
   void put_back() {
     namespace fs = std::filesystem;

@@ -74,8 +74,7 @@ class ModelledPanels : public ModelledWork {
     RC_ASSERT(entered.ok() == allowed);
     if (!allowed) return RC_ASSERT(entered.error().code == ErrorCode::kConflict);
     const int here = static_cast<int>(panels_.size());
-    panels_.push_back(part.id);
-    known_.emplace_back().is_part = true;
+    know_panel(part.id).is_part = true;
     known_[parent].has_part = true;
     for (auto* wood : {&gone, &boxes})
       for (const ModelPiece& was : *wood) {

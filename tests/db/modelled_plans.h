@@ -33,7 +33,7 @@ class ModelledPlans : public ModelledWood {
   bool can_be_made(const ModelPlan& plan, const std::string& at) const {
     ModelJob job;
     for (const ModelPiece& piece : plan.pieces) {
-      if (plan.masks[piece.panel] != known_[piece.panel].mask || known_[piece.panel].retired || waits(piece.panel) ||
+      if (plan.masks[piece.panel] != known_[piece.panel].mask() || known_[piece.panel].retired || waits(piece.panel) ||
           taken(piece.panel, piece.cells, job, at, &plan))
         return false;
       job.pieces.push_back(piece);

@@ -7,17 +7,52 @@ namespace veneer::db {
 
 class ModelledScans : public ModelledPanels {
  protected:
+  static MaskRecord record_of(const ModelScan& scan) {
+    return {0, scan.map, scan.mask, "hash", moment(scan.at), {}, {}};
+  }
   void scan_again() {
     const int panel = any_panel();
-    const auto added = cell_.panels().add_mask(panels_[panel], {0, "map", "mask", "hash", kNow}, known_[panel].mask);
+    const ModelScan scan = next_scan();
+    const auto added = cell_.panels().add_mask(panels_[panel], record_of(scan), known_[panel].mask());
     RC_ASSERT(added.ok() == !known_[panel].retired);
-    if (added.ok()) RC_ASSERT(*added == ++known_[panel].mask);
+    if (!added.ok()) return;
+    known_[panel].seen.push_back(scan);
+    RC_ASSERT(*added == known_[panel].mask());
   }
   void take_back_a_scan() {
-    const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask + 2);
-    const auto back = cell_.panels().revert_mask(panels_[panel], version, kLater);
-    RC_ASSERT(back.ok() == (version < known_[panel].mask));
-    if (back.ok()) RC_ASSERT(*back == ++known_[panel].mask);
+    const int panel = any_panel(), version = *rc::gen::inRange(1, known_[panel].mask() + 2);
+    const auto back = cell_.panels().revert_mask(panels_[panel], version, moment(++tick_), "local:1000");
+    RC_ASSERT(back.ok() == (version < known_[panel].mask()));
+    if (!back.ok()) return;
+    auto& seen = known_[panel].seen;
+    const ModelScan again = seen[static_cast<std::size_t>(version) - 1];
+    // When the scan after it was made: what was found from then on is not known any more, and what only such scans did
+    // not see is open again.
+    std::optional<int> next;
+    for (const ModelScan& scan : seen)
+      if (scan.at > again.at && (!next || scan.at < *next)) next = scan.at;
+    const auto later = [&](int tick) { return next && tick >= *next; };
+    std::vector<ModelDifference> opened;
+    for (std::size_t i = 0; i < differences_.size(); ++i) {
+      ModelDifference& one = differences_[i];
+      if (one.panel != panel) continue;
+      if (later(one.found)) {
+        if (one.open) one.open = false, one.unseen = tick_, one.taken_back = true;
+        continue;
+      }
+      const bool entered_anew = std::any_of(
+          differences_.begin() + static_cast<std::ptrdiff_t>(i) + 1, differences_.end(), [&](const auto& d) {
+            return d.panel == panel && d.found == one.found && d.cell == one.cell && d.gone == one.gone;
+          });
+      if (one.unseen && !entered_anew && (one.taken_back || later(*one.unseen)))
+        opened.push_back({{}, panel, one.cell, one.found, one.gone});
+    }
+    for (ModelDifference& one : opened) {
+      one.id = {static_cast<std::int64_t>(differences_.size()) + 1};
+      differences_.push_back(one);
+    }
+    seen.push_back(again);
+    RC_ASSERT(*back == known_[panel].mask());
   }
   // A scan of its panel saw of its wood what it saw.
   void look_at_a_piece() {
@@ -44,16 +79,14 @@ class ModelledScans : public ModelledPanels {
       one.place = ring.front();
       one.area = SquareMillimetres(9);
     }
-    VENEER_EXPECT_OK(differences_store().found(panels_[panel], found, kNow));
-    const auto all = seen;
+    VENEER_EXPECT_OK(differences_store().found(panels_[panel], found, moment(++tick_)));
+    // Each is one that was known, at most, and one that was known is one of them.
     for (ModelDifference& known : differences_) {
       if (known.panel != panel || !(known.open || known.accepted)) continue;
-      seen.erase({known.cell, known.gone});
-      const bool there = all.contains({known.cell, known.gone});
-      known.open = known.open && there, known.accepted = known.accepted && there;
+      if (seen.erase({known.cell, known.gone}) == 0) known.open = known.accepted = false, known.unseen = tick_;
     }
     for (const auto& [cell, gone] : seen)
-      differences_.push_back({{static_cast<std::int64_t>(differences_.size()) + 1}, panel, cell, gone, true});
+      differences_.push_back({{static_cast<std::int64_t>(differences_.size()) + 1}, panel, cell, tick_, gone});
   }
   void decide_difference() {
     if (differences_.empty()) return find_differences();
@@ -91,10 +124,11 @@ class ModelledScans : public ModelledPanels {
   void edit_mask() {
     const int panel = any_panel();
     ModelPanel& known = known_[panel];
-    const MaskRecord made{0, "map", "painted", "hash", kNow, {}, "mask"};
+    const ModelScan scan = known.seen.back();
+    const MaskRecord made{0, scan.map, "painted", "hash", moment(++tick_), {}, scan.mask};
     // Somebody else may have been faster.
-    const int after = known.mask - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0);
-    const bool allowed = !known.retired && after == known.mask;
+    const int after = known.mask() - (*rc::gen::inRange(0, 6) == 0 ? 1 : 0);
+    const bool allowed = !known.retired && after == known.mask();
     Masks masks(cell_.database());
     if (known.edits.empty() || *rc::gen::arbitrary<bool>()) {
       const bool give = *rc::gen::arbitrary<bool>();
@@ -111,7 +145,7 @@ class ModelledScans : public ModelledPanels {
       if (!removed.ok()) return;
       known.edits[index] = false;
     }
-    ++known.mask;
+    known.seen.push_back(scan);
   }
 
   void propose() {
@@ -119,7 +153,7 @@ class ModelledScans : public ModelledPanels {
     ProposalRecord proposal;
     if (*rc::gen::arbitrary<bool>()) {
       wanted.panel = any_panel();
-      wanted.after = known_[*wanted.panel].mask;
+      wanted.after = known_[*wanted.panel].mask();
       proposal.panel = panels_[*wanted.panel], proposal.after = wanted.after;
     } else {
       for (const int tag : {401, 402, 403})
@@ -153,18 +187,18 @@ class ModelledScans : public ModelledPanels {
     const Acceptance accepted{number, {"size"}, "local:1000"};
     if (proposal.panel) {
       ModelPanel& known = known_[*proposal.panel];
-      const auto version =
-          cell_.panels().add_mask(panels_[*proposal.panel], {0, "map", "mask", "hash", kNow}, proposal.after, accepted);
-      RC_ASSERT(version.ok() == (!proposal.verdict && !known.retired && known.mask == proposal.after));
+      const ModelScan scan = next_scan();
+      const auto version = cell_.panels().add_mask(panels_[*proposal.panel], record_of(scan), proposal.after, accepted);
+      RC_ASSERT(version.ok() == (!proposal.verdict && !known.retired && known.mask() == proposal.after));
       if (!version.ok()) return;
-      RC_ASSERT(*version == ++known.mask);
+      known.seen.push_back(scan);
+      RC_ASSERT(*version == known.mask());
     } else {
       if (panels_.size() == kMostPanels) return;
       const PanelId id = must(cell_.panels().next_panel_id());
       RC_ASSERT(cell_.panels().add(sheet(id), {}, {}, accepted).ok() == !proposal.verdict);
       if (proposal.verdict) return;
-      panels_.push_back(id);
-      known_.emplace_back();
+      know_panel(id);
     }
     proposal.verdict = ProposalVerdict::kAccepted;
   }

@@ -38,8 +38,17 @@ struct ModelPiece {
 
   void doubt() { state = AllocationState::kSuspect, seen = false; }
 };
+// A moment of the model: scans, and what they found, are told apart by it.
+inline std::string moment(int tick) { return fmt::format("2026-05-01T07:40:00.{:03}Z", tick); }
+
+// A scan of a panel's show face, and the files that it left.
+struct ModelScan {
+  int at = 0;
+  std::string map, mask;
+};
 struct ModelPanel {
-  int mask = 1;
+  std::vector<ModelScan> seen;  // by each version of its mask
+  int mask() const { return static_cast<int>(seen.size()); }
   bool retired = false, sawn = false, has_part = false, is_part = false, merged = false;
   std::vector<bool> edits;  // of its mask, the oldest first: does it count still?
 };
@@ -75,7 +84,11 @@ struct ModelDifference {
   DifferenceId id;
   int panel = 0;
   Cell cell;
+  int found = 0;  // when
   bool gone = false, open = true, accepted = false;
+  // Not seen by a scan of that moment; or the one that found it was taken back, by a person.
+  std::optional<int> unseen;
+  bool taken_back = false;
 };
 struct ModelProposal {
   std::optional<int> panel;  // nothing: a first scan
@@ -111,7 +124,7 @@ inline std::set<Cell> random_cells() {
 // A value: what was known when a backup was made is known again once that is put back.
 struct ModelledKnowledge {
   std::vector<PanelId> panels_;
-  std::vector<ModelPanel> known_ = std::vector<ModelPanel>(2);  // of panels_
+  std::vector<ModelPanel> known_;  // of panels_
   std::vector<ModelPlan> plans_;
   std::vector<ModelJob> jobs_;
   std::vector<ModelPiece> ruined_;       // written off, or what pieces were cut from before they were made again
@@ -120,11 +133,21 @@ struct ModelledKnowledge {
   std::vector<ModelProposal> proposals_;  // the n-th has the number n + 1
   std::optional<ModelRun> run_;
   std::vector<PieceId> kept_cuts_;  // of the last run
+  int tick_ = 0;                    // the last moment
 };
 
 class ModelledWood : protected ModelledKnowledge {
  protected:
-  ModelledWood() { panels_ = {cell_.new_panel(), cell_.new_panel()}; }
+  ModelledWood() {
+    for (int i = 0; i < 2; ++i) know_panel(cell_.new_panel());
+  }
+  ModelPanel& know_panel(const PanelId& id) {
+    const PanelRecord as_entered = sheet(id);
+    panels_.push_back(id);
+    return known_.emplace_back(ModelPanel{{{0, as_entered.map_file, as_entered.mask_file}}});
+  }
+  // Of the same mask always, for who looks at it; its map tells it from others.
+  ModelScan next_scan() { return {++tick_, fmt::format("map-{}", tick_), "mask"}; }
 
   template <class T>
   static std::vector<T*> pointers(std::vector<T>& all) {
@@ -166,7 +189,7 @@ class ModelledWood : protected ModelledKnowledge {
   }
   std::vector<int> masks() const {
     std::vector<int> out;
-    for (const ModelPanel& panel : known_) out.push_back(panel.mask);
+    for (const ModelPanel& panel : known_) out.push_back(panel.mask());
     return out;
   }
   // Leases whose time has come end with whatever is done next.

@@ -1,11 +1,12 @@
 // A stock used up, job after job, down to the last place that a piece fits into: some jobs are refused, cancelled or
 // broken off, pieces are lost and made again, panels are scanned between. All along the area book, what is called free
 // and what a search finds are what a count of the places says. `./dev soak ledger` uses up 60 panels in 2,000 jobs
-// (VENEER_SEED, VENEER_STOCK_PANELS, VENEER_STOCK_JOBS).
+// (VENEER_SEED, VENEER_STOCK_PANELS, VENEER_STOCK_JOBS), and no memory is held for what is over.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <opencv2/core.hpp>
 #include <random>
@@ -248,9 +249,19 @@ class StockLife : public ::testing::Test {
   int refused_ = 0, broken_ = 0, again_ = 0, scans_ = 0;
 };
 
+// Of this process, what is in memory.
+double resident_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double size = 0, resident = 0;
+  statm >> size >> resident;
+  return resident * 4096 / 1e6;
+}
+
 TEST_F(StockLife, IsTrueDownToTheLastPlace) {
+  constexpr std::uint64_t kLongLife = 1000;  // jobs: fewer tell nothing of memory
   const auto jobs = number_from("VENEER_STOCK_JOBS", 50);
   std::uint64_t done = 0;
+  double young_mb = 0;
   for (; done < jobs && free_places() > 0; ++done) {
     SCOPED_TRACE(fmt::format("job {}", done + 1));
     // So many that the wood lasts for all jobs, and for none after the last.
@@ -260,7 +271,9 @@ TEST_F(StockLife, IsTrueDownToTheLastPlace) {
     if (HasFailure()) return;
     if (below(8) == 0) scan_again();
     if (done % 100 == 0) cell_.reopen();
+    if (done == jobs / 4) young_mb = resident_mb();
   }
+  const double old_mb = resident_mb();
   while (free_places() > 0 && !HasFailure()) live(1);
   Repositories r(cell_.database());
   for (const Sheet& sheet : sheets_) {
@@ -272,6 +285,10 @@ TEST_F(StockLife, IsTrueDownToTheLastPlace) {
   VENEER_EXPECT_OK(cell_.database().check_integrity());
   std::printf("%d jobs, %d plans refused, %d runs broken off, %d pieces made again, %d scans\n", static_cast<int>(done),
               refused_, broken_, again_, scans_);
+  std::printf("%.0f MB of memory after a quarter of the jobs, %.0f MB after all\n", young_mb, old_mb);
+  if (done >= kLongLife) {
+    EXPECT_LT(old_mb, young_mb + 30);
+  }
   EXPECT_GT(refused_ + broken_ + again_ + scans_, 4);
 }
 
