@@ -43,7 +43,9 @@ export function mayCommand(name) {
   return databaseSound() || !kBegins.includes(name);
 }
 
-export const give = (name) => command(`/commands/${name}`, {body: name === "unsuspend" ? {confirmed: [...confirmed]} : null});
+// Answered once the cell has looked, homed or come to rest, which takes its time.
+const kDoneMs = 120000;
+export const give = (name) => command(`/commands/${name}`, {timeoutMs: kDoneMs, body: name === "unsuspend" ? {confirmed: [...confirmed]} : null});
 
 // ---- which job ------------------------------------------------------------------------------------------------------
 

@@ -52,7 +52,7 @@ export function draw() {
     h("div.columns.guide", {},
       h("div.column", {}, card(t("setup.steps", {done, n: kSteps.length}),
         h("ol.steps", {}, ...kSteps.map((step, n) => row(step, n, about, now, shown))))),
-      h("div.column", {"aria-live": "polite"},
+      h("div.column", {},
         !now && h("p.note.good", {role: "status"}, t("setup.done")),
         h("section.card", {"aria-label": t(`setup.${shown.id}`), "data-key": `step-${shown.id}`, "data-step": shown.id},
           h("h2.title", {}, `${kSteps.indexOf(shown) + 1}. ${t(`setup.${shown.id}`)}`),

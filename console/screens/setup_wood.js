@@ -41,13 +41,17 @@ const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked
 
 function proposal(place, seen) {
   const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, seen.warnings.length ? {override: seen.warnings.map((one) => one.name)} : {}))}]);
+  // Nobody accepts what has not been shown yet.
+  const seenPicture = document.querySelector("img.seen");
+  const shown = Boolean(seenPicture && seenPicture.naturalWidth > 0);
   return [
     h("p", {}, t("wood.look")),
+    !shown && empty(t("wood.picture_comes")),
     picture(`/proposals/${seen.number}/picture.png`, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen"}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       ...seen.warnings.map((warning) => fact(t("scan.warning"), warning.text, true))),
     h("div.commands", {},
-      button(t(seen.warnings.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange() || isBusy(place), next: mayChange() && !seen.warnings.length}),
+      button(t(seen.warnings.length ? "scan.accept_all_the_same" : "scan.accept"), accept, {id: "do-accept", disabled: !mayChange() || isBusy(place) || !shown, next: mayChange() && shown && !seen.warnings.length}),
       button(t("scan.refuse"), () => command(`/proposals/${seen.number}/refuse`, {body: {}}), {disabled: !mayChange() || isBusy(place)}))];
 }
 

@@ -45,5 +45,30 @@ TEST_F(Console, AnOperatorsShortDay) {
   EXPECT_EQ(second["cut"], second["pieces"]) << "what the page made and cut is in the ledger";
 }
 
+// Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'
+// limits allow, since making them is most of what this costs.
+TEST(FirstDay, FromTheUnpackedMachineToTheFirstCutPiece) {
+  const testing::TempDirectory dir(testing::TempDirectory::Place::kDisk);
+  SimulatedCellOptions options{
+      dir / "cell", std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin", 3, 40};
+  options.twin_tables = "sheet_dpi = 200\n";
+  auto cell = SimulatedCell::start(options);
+  ASSERT_TRUE(cell.ok()) << cell.error().message;
+  const auto link = (*cell)->api().post("/console-links", {{"role", "maintainer"}});
+  ASSERT_TRUE(link.ok()) << link.error().message;
+  const std::filesystem::path pictures = VENEER_PAGES;
+  std::filesystem::create_directories(pictures);
+  auto day = ChildProcess::start(
+      {"/usr/bin/python3", VENEER_SETUP_DAY, (*link)["url"].get<std::string>(), pictures.string()}, dir / "day.log");
+  ASSERT_TRUE(day.ok()) << day.error().message;
+  const int status = day->wait();
+  std::ifstream log(dir / "day.log");
+  EXPECT_EQ(status, 0) << std::string(std::istreambuf_iterator<char>(log), {});
+  const auto job = (*cell)->api().get("/jobs/1");
+  ASSERT_TRUE(job.ok()) << job.error().message;
+  EXPECT_GT((*job)["cut"], 0);
+  EXPECT_EQ((*job)["cut"], (*job)["pieces"]);
+}
+
 }  // namespace
 }  // namespace veneer::tests

@@ -56,7 +56,9 @@ TEST(AlarmBook, ForgetsWhatIsOverFirst) {
   book.take({lid()}, kAt);
   for (std::size_t i = 1; i < 2 * AlarmBook::kKept; ++i) {
     const Alarm alarm = book.happened({"task", false, "it failed"}, kAt);
-    if (i % 2 == 0) EXPECT_TRUE(book.acknowledge(alarm.id, "user anna", kAt).ok());
+    if (i % 2 == 0) {
+      EXPECT_TRUE(book.acknowledge(alarm.id, "user anna", kAt).ok());
+    }
   }
   EXPECT_THAT(book.alarms(), SizeIs(AlarmBook::kKept));
   EXPECT_EQ(book.alarms().front().what.key, "held") << "what holds is never forgotten";
