@@ -131,6 +131,17 @@ TEST(Advice, WhereWoodIsShortTheFirstRemedyIsASmallerPicture) {
   EXPECT_THAT(advice->remarks[0], HasSubstr("or add a panel"));
 }
 
+TEST(Advice, LargePatchesAreLookedAtAsCoarselyAsAPlanCanBe) {
+  const StockPanel panel = test::wood_panel("P", 120, 100, 12.7, 3);  // 240 x 200 mm
+  const Artwork artwork = test::blob_artwork("A", 40, 40, Millimetres(20), 4);
+  AdviceLimits wanted = limits(90);
+  wanted.smallest = Millimetres(24), wanted.crops = false;
+  const auto advice = advise(artwork, {&panel, 1}, test::small_options_without_saliency(), wanted);
+  ASSERT_TRUE(advice.ok()) << advice.error().message;
+  ASSERT_FALSE(advice->suggestions.empty());
+  for (const Suggestion& it : advice->suggestions) EXPECT_EQ(it.dpi, 10);
+}
+
 TEST(Advice, AStopRequestEndsIt) {
   const StockPanel panel = test::wood_panel("P", 120, 100, 50.8, 3);
   const Artwork artwork = test::blob_artwork("A", 60, 60, Millimetres(20), 4);
