@@ -31,6 +31,7 @@ constexpr std::array kSquares{Cut{16, LayoutKind::kGrid}, Cut{26, LayoutKind::kG
 constexpr Cut kCells{18, LayoutKind::kMosaic};
 
 constexpr double kPatchPixels = 8;
+constexpr double kLeastDpi = 10;  // that make_plan takes
 constexpr int kAdviceRotations = 4;
 constexpr double kStockPixels = 2;    // pixels that the wood's pictures keep for each of the finest plan's
 constexpr double kPreviewSide = 420;  // pixels of a preview's shorter side
@@ -155,7 +156,7 @@ class Adviser {
     part.width = size.width, part.height = size.height;
     PlanOptions options = options_;
     options.layout = layout, options.patch = patch, options.rotations = std::min(options_.rotations, kAdviceRotations);
-    options.dpi = std::min(options_.dpi, ScanResolution{kPatchPixels / patch.count()}.dpi());
+    options.dpi = std::min(options_.dpi, std::max(kLeastDpi, ScanResolution{kPatchPixels / patch.count()}.dpi()));
     options.adaptive_levels = 0, options.refine = Refine::kNone, options.rematch = 0, options.alternatives = 0;
     options.optimize = Optimize::kGreedy, options.fine_rotation = false, options.exact = false;
     options.index_cache.clear();
