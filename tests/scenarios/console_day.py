@@ -128,7 +128,7 @@ class Day:
         self.hands("place", "panel", "scanner")
         self.go("scan")
         chosen = self.browser.execute_script(
-            "return [...document.querySelectorAll('main select')].map((one) => one.selectedOptions[0] && one.selectedOptions[0].text)")
+            "return [...document.querySelectorAll('main section.card select')].map((one) => one.selectedOptions[0] && one.selectedOptions[0].text)")
         assert chosen == ["show face", "the cell finds out by its tags"], chosen
         self.press("#do-scan")
         self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
