@@ -230,8 +230,11 @@ Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord&
     const auto whole = material ? wood_of(*free, state->zones, *material) : *free;
     for (const WoodWanted& kind : missing) {
       if (kind.material != material) continue;
-      Raster<PanelFrame> wood = whole;
-      if (kind.tone) wood.pixels = whole.pixels & (kind.tone == Tone::kDark ? dark : light);
+      Raster<PanelFrame> wood{{}, whole.resolution, whole.origin};
+      if (kind.tone)
+        cv::bitwise_and(whole.pixels, kind.tone == Tone::kDark ? dark : light, wood.pixels);
+      else
+        wood.pixels = whole.pixels;
       memory_.keep_text(panel.id, kind_of(kind), counted_of(*state, panel, kind), CoveredWood(wood).text());
     }
   }

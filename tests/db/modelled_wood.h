@@ -50,7 +50,7 @@ struct ModelPanel {
   std::vector<ModelScan> seen;  // by each version of its mask
   int mask() const { return static_cast<int>(seen.size()); }
   bool retired = false, sawn = false, has_part = false, is_part = false, merged = false;
-  std::vector<bool> edits;  // of its mask, the oldest first: does it count still?
+  std::vector<bool> edits = {};  // of its mask, the oldest first: does it count still?
 };
 struct ModelJob {
   JobId id;
@@ -87,7 +87,7 @@ struct ModelDifference {
   int found = 0;  // when
   bool gone = false, open = true, accepted = false;
   // Not seen by a scan of that moment; or the one that found it was taken back, by a person.
-  std::optional<int> unseen;
+  std::optional<int> unseen = std::nullopt;
   bool taken_back = false;
 };
 struct ModelProposal {
