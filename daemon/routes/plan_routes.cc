@@ -37,7 +37,7 @@ void new_plan(const JobServices& s, const ApiRequest& request, const Reply& repl
                });
 }
 
-json to_json(const AdviceGiven& advice) {
+json advice_json(const AdviceGiven& advice) {
   json list = json::array();
   for (const AdvisedPicture& it : advice.suggestions)
     list.push_back({{"crop", it.crop.empty() ? json() : json(it.crop)},
@@ -64,7 +64,7 @@ void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& r
              [s, wanted = std::move(*wanted)](const TaskReporter& task) {
                const auto given = s.plans.advise(
                    wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-               task.finish(given ? Result<json>(to_json(*given)) : Result<json>(given.error()));
+               task.finish(given ? Result<json>(advice_json(*given)) : Result<json>(given.error()));
              });
 }
 
