@@ -1,8 +1,8 @@
 // An automatic segmentation: the areas of a picture that are of about one tone, as a poster or a marquetry has them.
 //
 // The picture is smoothed so that nothing much smaller than a patch is left, and its tones are put into a few groups,
-// those that differ least from what they replace (Lloyd's method in one dimension, from equal shares: no chance is in
-// it). Pure functions.
+// those that differ least from what they replace (Lloyd's method in one dimension, from shares that need no chance).
+// Pure functions.
 #pragma once
 
 #include <array>

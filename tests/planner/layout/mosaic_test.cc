@@ -40,7 +40,7 @@ TEST(ToneAreas, AreWhatIsNotMuchSmallerThanAPatch) {
   EXPECT_EQ(areas.at<int>(60, 60), 0);
   EXPECT_EQ(areas.at<int>(20, 20), 1);
   EXPECT_EQ(areas.at<int>(60, 100), 1);
-  EXPECT_NEAR(areas.total() - cv::countNonZero(areas), 3.1416 * 30 * 30, 150);
+  EXPECT_NEAR(static_cast<double>(areas.total()) - cv::countNonZero(areas), 3.1416 * 30 * 30, 150);
 }
 
 constexpr FabricationLimits kLimits{1.5_mm, SquareMillimetres(4)};
