@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/wood_colour.h"
@@ -47,11 +48,10 @@ cv::Mat boldness(const cv::Mat& contrast, const cv::Mat& where, double usual, cv
   return cv::max(around, 1.0F);
 }
 
-// Both signs of a contrast that are larger than usual, 1 = as much as is usual. A mark stands alone: where bold figure
-// lies `near` to `far` from it, as much more is usual.
+// Where a contrast, none of it below 0, is larger than usual, 1 = as much as is usual. A mark stands alone: where bold
+// figure lies `near` to `far` from it, as much more is usual.
 void add_oddness(cv::Mat contrast, const cv::Mat& where, double share, double least, cv::Size near, cv::Size far,
                  cv::Mat& oddness) {
-  contrast = cv::abs(contrast);
   const double usual = std::max(least, quantile(contrast, where, share));
   contrast /= boldness(contrast, where, usual, near, far) * usual;
   oddness = oddness.empty() ? contrast : cv::Mat(cv::max(oddness, contrast));
@@ -109,7 +109,7 @@ SpotContrast::SpotContrast(const BoardView& view, const cv::Mat& strip, const cv
     cv::Mat contrast = sum_around(own, {inner, inner}) / cv::max(inside, 1.0F) -
                        (sum_around(own, {far, far}) - sum_around(own, {near, near})) / cv::max(around, 1.0F);
     contrast.setTo(0, ~known);
-    add_oddness(contrast, known, kUsualOfRounds, kLeastOfRounds, {far, far}, {wide, wide}, oddness_);
+    add_oddness(cv::abs(contrast), known, kUsualOfRounds, kLeastOfRounds, {far, far}, {wide, wide}, oddness_);
   }
 }
 
@@ -137,20 +137,47 @@ namespace {
 // 255 where lines are odd. What is seen in many places is figure, however bold: then only what is bolder still is odd.
 cv::Mat few_lines(const cv::Mat& oddness, double px) {
   constexpr double kOdd = 4, kOddest = 12, kBolder = 1.25;
-  constexpr int kMost = 4;  // lines that may be cracks
+  constexpr int kMost = 4;         // lines that may be cracks
+  constexpr double kShortest = 5;  // mm; what is shorter is a bend of the figure
   for (double odd = kOdd;; odd *= kBolder) {
-    cv::Mat found = oddness > odd, joined, labels;
+    cv::Mat found = oddness > odd, joined, labels, stats, centres;
     // A line that is seen with interruptions is one.
     cv::morphologyEx(found, joined, cv::MORPH_CLOSE, round_kernel(2 * px));
-    if (cv::connectedComponents(joined, labels, 8) - 1 <= kMost || odd * kBolder > kOddest) return found;
+    const int count = cv::connectedComponentsWithStats(joined, labels, stats, centres, 8);
+    if (count - 1 > kMost && odd * kBolder <= kOddest) continue;
+    std::vector<std::uint8_t> is_long(static_cast<std::size_t>(count), 0);
+    for (int i = 1; i < count; ++i)
+      is_long[static_cast<std::size_t>(i)] =
+          std::hypot(stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT)) >= kShortest * px ? 1
+                                                                                                                  : 0;
+    for (int r = 0; r < found.rows; ++r)
+      for (int c = 0; c < found.cols; ++c)
+        if (is_long[static_cast<std::size_t>(labels.at<int>(r, c))] == 0) found.at<std::uint8_t>(r, c) = 0;
+    return found;
   }
+}
+
+// Sums of three planes over places of which `area` counts.
+cv::Mat mean_of(const cv::Mat& sums, const cv::Mat& area) {
+  cv::Mat share;
+  cv::merge(std::vector(3, cv::Mat(1 / cv::max(area, 1.0F))), share);
+  return sums.mul(share);
+}
+
+// What lies `columns` to the left of each place; beyond the picture there is nothing.
+cv::Mat moved(const cv::Mat& values, int columns) {
+  cv::Mat out = cv::Mat::zeros(values.size(), values.type());
+  const int reach = std::min(std::abs(columns), values.cols), rest = values.cols - reach;
+  const cv::Rect from(columns > 0 ? 0 : reach, 0, rest, values.rows), to(columns > 0 ? reach : 0, 0, rest, values.rows);
+  values(from).copyTo(out(to));
+  return out;
 }
 
 }  // namespace
 
 cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
   constexpr double kLength = 8;                          // mm
-  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; a line's surroundings reach three times as far
+  constexpr std::array<double, 2> kWidths = {0.5, 1.0};  // mm; what is beside a line is as wide
   constexpr double kSteepest = 0.12, kTilt = 0.06;
   constexpr double kAlone = 2, kNearby = 8;  // mm to either side, between which the wood must be calmer than the line
   constexpr double kShrink = 0.5;            // a line is long: half the pixels show it as well
@@ -181,16 +208,19 @@ cv::Mat find_odd_lines(const BoardView& view, const cv::Mat& strip, const cv::Re
       cv::warpAffine(own, sheared, upright, mask.size());
       cv::warpAffine(wood, where, upright, mask.size());
       for (std::size_t i = 0; i < kWidths.size(); ++i) {
-        const int narrow = odd(kWidths[i] * px), wide = odd(3.2 * kWidths[i] * px);
-        const cv::Mat in_area = sum_around(where, {narrow, tall}),
-                      beside_area = sum_around(where, {wide, tall}) - in_area;
-        const cv::Mat known = (in_area >= 0.5F * static_cast<float>(narrow * tall)) &
-                              (beside_area >= 0.5F * static_cast<float>((wide - narrow) * tall));
-        cv::Mat in_share, beside_share, contrast;
-        cv::merge(std::vector(3, cv::Mat(1 / cv::max(in_area, 1.0F))), in_share);
-        cv::merge(std::vector(3, cv::Mat(1 / cv::max(beside_area, 1.0F))), beside_share);
-        const cv::Mat in_sum = sum_around(sheared, {narrow, tall});
-        contrast = cv::abs(in_sum.mul(in_share) - (sum_around(sheared, {wide, tall}) - in_sum).mul(beside_share));
+        // A line differs from both of its sides in the same way: the shade along a strip's side from one only.
+        const int narrow = odd(kWidths[i] * px), beside = odd(1.1 * kWidths[i] * px), apart = (narrow + beside) / 2;
+        const cv::Mat in_area = sum_around(where, {narrow, tall}), side_area = sum_around(where, {beside, tall});
+        const cv::Mat in = mean_of(sum_around(sheared, {narrow, tall}), in_area),
+                      side = mean_of(sum_around(sheared, {beside, tall}), side_area);
+        const cv::Mat side_known = side_area >= 0.5F * static_cast<float>(beside * tall);
+        const cv::Mat known = (in_area >= 0.5F * static_cast<float>(narrow * tall)) & moved(side_known, apart) &
+                              moved(side_known, -apart);
+        const cv::Mat left = in - moved(side, apart), right = in - moved(side, -apart);
+        cv::Mat lighter, darker, contrast;
+        cv::min(left, right, lighter), cv::max(left, right, darker);
+        cv::max(lighter, cv::Mat(-darker), contrast);
+        cv::max(contrast, cv::Scalar::all(0), contrast);
         contrast.setTo(cv::Scalar::all(0), ~known);
         cv::warpAffine(contrast, contrast, back, mask.size());
         best[i] = cv::max(best[i], contrast);

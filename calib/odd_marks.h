@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "calib/board_model.h"
-#include "calib/screw_finder.h"
+#include "calib/round_rim.h"
 
 namespace veneer::calib {
 

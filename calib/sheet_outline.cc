@@ -69,6 +69,52 @@ Side fit_side(const std::vector<Eigen::Vector2d>& all, double angle, double offs
   return side;
 }
 
+// Where to begin with a side: the outermost line that many of the border's points lie on. Single points may lie beyond
+// it (dirt at the sheet's edge, a hair that sticks out), and what ends within the sheet is no side of it. `outwards` is
+// -1 where the side's normal (-sin, cos) looks into the sheet, else 1.
+Side outermost_line(const std::vector<Eigen::Vector2d>& all, double angle, double outwards,
+                    const Eigen::Vector2d& middle) {
+  constexpr double kTurn = 0.02, kTurnStep = 0.001;  // radians
+  constexpr double kBand = 0.25;                     // mm; a line is seen two of them wide
+  constexpr double kMany = 0.5;                      // of the points on the line that most lie on
+  struct Seen {
+    double angle, beyond;  // mm from the middle
+    int points;
+  };
+  std::vector<Seen> seen;
+  int most = 0;
+  std::vector<int> bands;
+  for (double turned = angle - kTurn; turned <= angle + kTurn; turned += kTurnStep) {
+    const Eigen::Vector2d normal(-std::sin(turned), std::cos(turned));
+    bands.assign(bands.size(), 0);
+    for (const Eigen::Vector2d& p : all) {
+      const double beyond = outwards * normal.dot(p - middle);
+      if (beyond < 0) continue;
+      const auto band = static_cast<std::size_t>(beyond / kBand);
+      if (band + 2 > bands.size()) bands.resize(band + 2, 0);
+      ++bands[band];
+    }
+    for (std::size_t i = 0; i + 1 < bands.size(); ++i) {
+      seen.push_back({turned, kBand * static_cast<double>(i + 1), bands[i] + bands[i + 1]});
+      most = std::max(most, seen.back().points);
+    }
+  }
+  // Of those that lie about as far out the one with the most points.
+  constexpr double kAsFar = 1.0;  // mm
+  double farthest = 0;
+  for (const Seen& line : seen)
+    if (line.points >= kMany * most) farthest = std::max(farthest, line.beyond);
+  Side side{angle, 0, 0};
+  int best = 0;
+  for (const Seen& line : seen) {
+    if (line.beyond < farthest - kAsFar || line.points <= best) continue;
+    best = line.points, side.angle = line.angle;
+    const Eigen::Vector2d normal(-std::sin(line.angle), std::cos(line.angle));
+    side.offset = normal.dot(middle) + outwards * line.beyond, side.points = static_cast<std::size_t>(line.points);
+  }
+  return side;
+}
+
 // Of the rectangle's four sides the smallest share of the length along which the border was seen.
 double least_seen_side(const SheetRectangle& sheet, const std::vector<Point<JoinedFrame>>& border) {
   constexpr double kPiece = 5, kNear = 0.3;  // mm
@@ -272,28 +318,25 @@ SheetRectangle fit_rectangle(const std::vector<Point<JoinedFrame>>& border, doub
     if (-std::sin(turned) * up_x + std::cos(turned) * up_y > -std::sin(angle) * up_x + std::cos(angle) * up_y)
       angle = turned;
   }
-  const Eigen::Vector2d along(std::cos(angle), std::sin(angle)), normal(-along.y(), along.x());
-  double low = 1e9;
-  for (const auto& p : all) low = std::min(low, normal.dot(p));
-  const Side lower = fit_side(all, angle, low, 1.5);
+  constexpr double kReach = 0.75;  // mm off the line that a side begins with
+  const Eigen::Vector2d centre(rough.center.x, rough.center.y);
+  const auto find = [&](double direction, double outwards) {
+    const Side begin = outermost_line(all, direction, outwards, centre);
+    return fit_side(all, begin.angle, begin.offset, kReach);
+  };
+  const Side lower = find(angle, -1);
 
   const Eigen::Vector2d x(std::cos(lower.angle), std::sin(lower.angle)), y(-x.y(), x.x());
-  double left = 1e9, right = -1e9, top = -1e9;
-  for (const auto& p : all)
-    left = std::min(left, x.dot(p)), right = std::max(right, x.dot(p)), top = std::max(top, y.dot(p));
-  // The upright sides as lines, seen from their middle; a side with few points keeps the outermost one.
-  const auto place = [&](double at, double direction, const Eigen::Vector2d& outwards) {
-    const Side side = fit_side(all, direction, at, 1.5);
-    if (side.points < 8) return at;
+  // The other sides as lines, seen from the middle.
+  const auto place = [&](double direction, double outwards, const Eigen::Vector2d& across) {
+    const Side side = find(direction, outwards);
     const Eigen::Vector2d on(-std::sin(side.angle) * side.offset, std::cos(side.angle) * side.offset);
     const Eigen::Vector2d run(std::cos(side.angle), std::sin(side.angle));
-    const Eigen::Vector2d centre(rough.center.x, rough.center.y);
-    return outwards.dot(on + run * run.dot(centre - on));
+    return across.dot(on + run * run.dot(centre - on));
   };
-  // The normal of direction a is (-sin a, cos a): the left side's runs down (normal +x), the top's along +x.
-  left = place(left, lower.angle - kPi / 2, x);
-  right = place(right, lower.angle - kPi / 2, x);
-  top = place(top, lower.angle, y);
+  // The normal of direction a is (-sin a, cos a): the upright sides' runs along +x, the top's along +y.
+  const double left = place(lower.angle - kPi / 2, -1, x), right = place(lower.angle - kPi / 2, 1, x),
+               top = place(lower.angle, 1, y);
 
   SheetRectangle out;
   out.panel_from_joined = {Radians(-lower.angle), point<PanelFrame>(-left, -lower.offset)};

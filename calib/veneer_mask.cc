@@ -10,7 +10,6 @@
 
 #include "calib/board_model.h"
 #include "calib/glass_dust.h"
-#include "calib/screw_finder.h"
 #include "calib/strip_finder.h"
 #include "calib/wood_colour.h"
 #include "calib/wood_faults.h"
@@ -105,7 +104,32 @@ Raster<PanelFrame> grow(const cv::Mat& small, int fold, const Raster<PanelFrame>
   return {grown(cv::Rect(0, 0, map.pixels.cols, map.pixels.rows)).clone(), map.resolution, map.origin};
 }
 
-constexpr double kNamedFaults = 0.12;  // share of a strip that is left out, beyond which the operator is told
+constexpr double kNamedFaults = 0.12;    // share of a strip that is left out, beyond which the operator is told
+constexpr double kDoubtedFaults = 0.03;  // the same of what is no clear crack: it may be the wood's own figure
+
+// The share of a strip that its faults take which are neither round nor clear cracks: lines well within the strip.
+double doubtful_share(const WoodFaults& faults, const cv::Mat& place, double px) {
+  constexpr double kAroundRound = 0.6;      // mm of a round's surroundings that show it
+  constexpr double kThin = 2.2, kLong = 4;  // mm across a crack; times as long as it is wide
+  constexpr double kWithin = 1.5;           // mm from the strip's sides, whose shade looks like a crack
+  cv::Mat deep;
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::Mat others = faults.mask & place;
+  for (const ScrewSpot& spot : faults.round)
+    cv::circle(others, spot.centre, static_cast<int>(spot.diameter / 2 + kAroundRound * px), cv::Scalar(0), cv::FILLED);
+  cv::findContours(others, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::distanceTransform(place, deep, cv::DIST_L2, 3);
+  double doubtful = 0;
+  for (const auto& outline : outlines) {
+    const cv::RotatedRect box = cv::minAreaRect(outline);
+    const double area = std::max(1.0, cv::contourArea(outline)), length = std::max(box.size.width, box.size.height);
+    double within = 0;
+    for (const cv::Point& p : outline) within += deep.at<float>(p) / static_cast<double>(outline.size());
+    const bool crack = area < kThin * px * length && length > kLong * area / length && within > kWithin * px;
+    if (!crack) doubtful += area;
+  }
+  return doubtful / std::max(1, cv::countNonZero(place));
+}
 
 // What is doubtful about a strip: `sure` from 0 to 1, and a sentence for the least sure of all.
 struct Doubt {
@@ -152,7 +176,8 @@ class Masker {
         continue;
       }
       if (number == 255) break;
-      if (fault_share > kNamedFaults)
+      const double doubtful = doubtful_share(faults, place, work_.px_per_mm);
+      if (fault_share > kNamedFaults || doubtful > kDoubtedFaults)
         ask(out, strip,
             {{}, doubt.sure, true, fmt::format("{:.0f} % of it does not look like the rest", 100 * fault_share)});
       confidence_.push_back(doubt.sure);
@@ -160,7 +185,6 @@ class Masker {
       for (const ScrewSpot& spot : faults.round) take_out(spot, out);
     }
     wood_.setTo(0, marked_);
-    for (const ScrewSpot& screw : find_screws(work_.bgr, wood_, work_.px_per_mm, options_)) take_out(screw, out);
     find_hairs(view, out);
   }
 

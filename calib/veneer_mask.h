@@ -22,7 +22,6 @@ struct MaskOptions {
   Millimetres edge_margin{0.5};   // kept from strips' edges, gaps and missing pieces
   Millimetres screw_margin{0.7};  // kept from screw holes
   Millimetres fiducial_margin{1.5};
-  Millimetres screw_diameter_min{2.5}, screw_diameter_max{5.5};
   SquareMillimetres smallest_zone{150};  // smaller islands of wood are dropped
   double least_confidence = 0.5;         // of a strip that is taken without asking
 };

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/odd_marks.h"
+#include "calib/round_rim.h"
 
 namespace veneer::calib {
 namespace {
@@ -95,11 +96,14 @@ std::vector<std::uint8_t> own_colours(const BoardView& view, const cv::Mat& stri
 // direction (Lambert and Beer). A hole's black, a head's metal and the lid lie beside it, or much farther along it.
 class PigmentLine {
  public:
-  PigmentLine(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
+  // Of the whole strip, or of those of its colours that are `own`.
+  PigmentLine(const BoardView& view, const cv::Mat& strip, const cv::Rect& box,
+              const std::vector<std::uint8_t>& own = {}) {
     cv::Mat colours(0, 3, CV_32FC1);
     for (int r = box.y; r < box.br().y; r += kSampled)
       for (int c = box.x; c < box.br().x; c += kSampled)
-        if (strip.at<std::uint8_t>(r, c) != 0)
+        if (strip.at<std::uint8_t>(r, c) != 0 &&
+            (own.empty() || own[static_cast<std::size_t>(bin_of(view, r, c))] != 0))
           colours.push_back(cv::Mat(cv::Matx13f(view.planes[0].at<float>(r, c), view.planes[1].at<float>(r, c),
                                                 view.planes[2].at<float>(r, c))));
     if (colours.rows < 100) return;
@@ -171,7 +175,7 @@ double round_reach(const BoardView& view, const cv::Point2d& centre, double inne
 std::vector<ScrewSpot> find_circles(const BoardView& view, const cv::Mat& strip, const cv::Rect& box) {
   constexpr double kSmallest = 0.8, kLargest = 4.8;  // mm, radius
   constexpr double kEdge = 0.22;                     // step of the logarithm at a rim, per Scharr's kernel width
-  constexpr double kPerfect = 0.72;
+  constexpr double kPerfect = 0.65;
   const double px = view.px_per_mm;
   std::vector<ScrewSpot> out;
   for (const std::size_t plane : {std::size_t{0}, std::size_t{2}}) {
@@ -223,14 +227,52 @@ bool has_rim(const BoardView& view, const ScrewSpot& circle) {
 // A patch of the strip that shows none of the wood's own colours.
 enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or a pore
 
-// Marks the patches in `faults`, and measures those that are round.
-void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, WoodFaults& faults) {
+// Steps of a rim: of a foreign patch, of what is a circle anyway, of what is odd, of what needs no other sign.
+constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
+
+// A knot is wood: it fades into what is around it.
+bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft; }
+
+// Whether a patch is darker in its middle than towards its sides. A knot is; an opening is shaded along its sides, and
+// what lies beneath is lit in the middle: it is never a knot, however soft its rim.
+bool is_darkest_within(const cv::Mat& lightness, const cv::Mat& patch) {
+  cv::Mat deep;
+  cv::copyMakeBorder(patch, deep, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::distanceTransform(deep, deep, cv::DIST_L2, 3);
+  deep = deep(cv::Rect(1, 1, patch.cols, patch.rows));
+  double deepest = 0;
+  cv::minMaxLoc(deep, nullptr, &deepest);
+  const cv::Mat middle = deep > 0.5 * deepest, sides = patch & ~middle;
+  return cv::mean(lightness, middle)[0] <= cv::mean(lightness, sides)[0];
+}
+
+// A large opening is so much of its strip that it bends the pigment line, so that what shows through it seems to lie on
+// it. Of what lies beside the line of the strip's own colours, that which is as wide as no line of the figure.
+cv::Mat large_openings(const cv::Mat& beside_own, double px) {
+  constexpr double kHalfWidth = 2;  // mm
+  constexpr double kLarge = 60;     // mm2; a smaller one does not bend the line
+  cv::Mat wide, labels, stats, centres, out = cv::Mat::zeros(beside_own.size(), CV_8UC1);
+  // Opened and grown by distances: discs of this size are slow as kernels.
+  cv::distanceTransform(beside_own, wide, cv::DIST_L2, 3);
+  cv::distanceTransform(wide <= kHalfWidth * px, wide, cv::DIST_L2, 3);
+  wide = wide < kHalfWidth * px;
+  const int count = cv::connectedComponentsWithStats(wide, labels, stats, centres, 8);
+  for (int i = 1; i < count; ++i)
+    if (stats.at<int>(i, cv::CC_STAT_AREA) > kLarge * px * px) out.setTo(255, labels == i);
+  // With its corners.
+  cv::distanceTransform(out == 0, wide, cv::DIST_L2, 3);
+  return (wide <= kHalfWidth * px) & beside_own;
+}
+
+// Marks the patches in `faults`, and gathers the rims of those that are round.
+void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv::Rect& box, const RimScale& scale,
+                          WoodFaults& faults, std::vector<RoundRim>& rims) {
   const double px = view.px_per_mm;
   const std::vector<std::uint8_t> own = own_colours(view, strip, box);
   cv::Mat foreign = cv::Mat::zeros(box.size(), CV_8UC1), inner_strip, labels, stats, centres;
   cv::erode(strip, inner_strip, round_kernel(kSideBlur * px));
-  const PigmentLine pigment(view, inner_strip, box);
-  cv::Mat unusual = foreign.clone();  // figure of the wood's own pigment included
+  const PigmentLine pigment(view, inner_strip, box), of_own(view, inner_strip, box, own);
+  cv::Mat unusual = foreign.clone(), beside_own = foreign.clone();  // figure of the wood's own pigment included
   for (int r = 0; r < box.height; ++r)
     for (int c = 0; c < box.width; ++c) {
       const int row = box.y + r, column = box.x + c;
@@ -239,7 +281,9 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
         continue;
       unusual.at<std::uint8_t>(r, c) = 255;
       if (!pigment.holds(view, row, column)) foreign.at<std::uint8_t>(r, c) = 255;
+      if (!of_own.holds(view, row, column)) beside_own.at<std::uint8_t>(r, c) = 255;
     }
+  foreign |= large_openings(beside_own, px);
   const int count = cv::connectedComponentsWithStats(foreign, labels, stats, centres, 8);
   std::vector<Patch> patches(static_cast<std::size_t>(count), Patch::kNone);
   for (int i = 1; i < count; ++i) {
@@ -255,8 +299,13 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
     const double inner = 0.25 * (wide + tall) * px;
     if (!lies_within(strip, centre, inner + kStripRim * px)) continue;
     const double reach = round_reach(view, centre, inner, std::max(1.8 * inner, inner + 2 * px));
-    faults.round.push_back({centre, 2 * reach});
-    patch = Patch::kFault;
+    const RoundRim rim = find_rim(view, scale, {centre, 2 * reach});
+    const cv::Rect around(stats.at<int>(i, cv::CC_STAT_LEFT), stats.at<int>(i, cv::CC_STAT_TOP),
+                          stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
+    const bool clear = rim.step >= kClearRim,
+               knot = clear && is_knot(rim) && is_darkest_within(view.planes[0](box)(around), labels(around) == i);
+    patch = knot ? Patch::kNone : Patch::kFault;
+    if (clear && !knot) rims.push_back(rim);
   }
   cv::Mat openings = cv::Mat::zeros(box.size(), CV_8UC1);
   for (int r = 0; r < box.height; ++r)
@@ -289,28 +338,70 @@ double oddness_of(const ScrewSpot& spot, const std::vector<SpotContrast>& sizes,
   return most;
 }
 
+// What is left out for a spot: its rim, and where that is much smaller all that was odd. In near-black wood a head's
+// slot or a speck has a clearer rim than the hole that it lies in.
+void leave_out(const BoardView& view, const ScrewSpot& spot, const RoundRim& rim, std::vector<RoundRim>& rims) {
+  constexpr double kMuchSmaller = 0.65;
+  rims.push_back(rim);
+  if (rim.step > kClearRim && rim.circle.diameter < kMuchSmaller * spot.diameter) {
+    // No farther than it differs from the wood around it.
+    const double reach = round_reach(view, spot.centre, 0.5 * rim.circle.diameter, 0.5 * spot.diameter);
+    rims.push_back(rim);
+    rims.back().circle = {spot.centre, std::min(spot.diameter, 2 * reach)};
+  }
+}
+
+// Of rims that show the same thing the clearest.
+std::vector<ScrewSpot> clearest_of(std::vector<RoundRim> rims) {
+  std::ranges::sort(rims, std::ranges::greater{}, &RoundRim::step);
+  std::vector<ScrewSpot> out;
+  for (const RoundRim& rim : rims) {
+    const auto same = [&](const ScrewSpot& other) {
+      return cv::norm(other.centre - rim.circle.centre) < 0.3 * std::max(other.diameter, rim.circle.diameter) &&
+             rim.circle.diameter < 1.4 * other.diameter;
+    };
+    if (std::ranges::none_of(out, same)) out.push_back(rim.circle);
+  }
+  return out;
+}
+
 }  // namespace
 
 WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
   constexpr double kOddCircle = 2;
+  constexpr double kShadedRim = 1.2;  // mm of a hole's diameter
   WoodFaults out;
   out.mask = cv::Mat::zeros(strip.size(), CV_8UC1);
   const cv::Rect box = cv::boundingRect(strip);
   if (box.empty()) return out;
   const double px = view.px_per_mm;
-  mark_foreign_patches(view, strip, box, out);
   // The strip's rim shows its sides.
   cv::Mat calm;
   cv::erode(strip, calm, round_kernel(kStripRim * px));
+  const RimScale scale(view, calm, box);
+  std::vector<RoundRim> rims;
+  mark_foreign_patches(view, strip, box, scale, out, rims);
   std::vector<SpotContrast> sizes;
   for (const double radius : {1.0, 1.5, 2.2, 3.3}) sizes.emplace_back(view, calm, box, radius);
-  for (const ScrewSpot& circle : find_circles(view, strip, box))
-    if (oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle)) out.round.push_back(circle);
+  for (const ScrewSpot& circle : find_circles(view, strip, box)) {
+    const RoundRim rim = find_rim(view, scale, circle);
+    if (rim.step < kFaintRim || is_knot(rim)) continue;
+    if (rim.step > kClearestRim || oddness_of(circle, sizes, view, box) > kOddCircle || has_rim(view, circle))
+      leave_out(view, circle, rim, rims);
+  }
   // What is known already is not usual.
   cv::erode(strip & ~out.mask, calm, round_kernel(kStripRim * px));
-  for (const ScrewSpot& spot : out.round)
-    cv::circle(calm, spot.centre, static_cast<int>(spot.diameter / 2 + kStripRim * px), cv::Scalar(0), cv::FILLED);
-  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) out.round.push_back(spot);
+  for (const RoundRim& rim : rims)
+    cv::circle(calm, rim.circle.centre, static_cast<int>(rim.circle.diameter / 2 + kStripRim * px), cv::Scalar(0),
+               cv::FILLED);
+  // A hole's own shade may hide its rim in figured wood: what is odd reaches as far as it was odd.
+  for (const ScrewSpot& spot : find_odd_spots(view, calm, box)) {
+    RoundRim rim = find_rim(view, scale, spot);
+    if (rim.step < kOddRim || is_knot(rim)) continue;
+    rim.circle.diameter = std::max(rim.circle.diameter, std::min(spot.diameter, rim.circle.diameter + kShadedRim * px));
+    leave_out(view, spot, rim, rims);
+  }
+  out.round = clearest_of(std::move(rims));
   out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.
   cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));

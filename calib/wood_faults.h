@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "calib/board_model.h"
-#include "calib/screw_finder.h"
+#include "calib/round_rim.h"
 
 namespace veneer::calib {
 
@@ -16,7 +16,8 @@ struct WoodFaults {
 };
 
 // `strip` is 255 on one strip. A colour is its wood's own when it is seen all over the strip; what is far from every
-// such colour and off the line of the wood's pigment, and more than a speck, is a fault.
+// such colour and off the line of the wood's pigment, and more than a speck, is a fault. Round is what ends at a rim: a
+// knot fades into its wood and belongs to it.
 WoodFaults find_faults(const BoardView& view, const cv::Mat& strip);
 
 }  // namespace veneer::calib

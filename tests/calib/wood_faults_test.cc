@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -12,6 +13,7 @@ namespace {
 
 using drawn::DrawnBoard;
 using drawn::put_disc;
+using drawn::put_knot;
 using drawn::put_line;
 
 struct Seen {
@@ -119,6 +121,40 @@ TEST_F(WoodFaults, DoesNotTakeTheBlurOfAStripsSidesForAFault) {
   map_ = draw(board_);
   cv::GaussianBlur(map_.bgr, map_.bgr, {}, 0.15 * drawn::kPxPerMm);
   EXPECT_LT(lost(look()), 0.001);
+}
+
+// It is wood, however dark.
+TEST_F(WoodFaults, LeavesAKnotThatFadesIntoItsWood) {
+  for (const auto& wood : {kOak, kSilver}) {
+    lay(wood, 0.05);
+    put_knot(map_, {32, 28}, 5, 6, 0.45);
+    put_knot(map_, {58, 34}, 4.6, 5, 0.5);
+    EXPECT_LT(lost(look()), 0.004) << wood;
+  }
+}
+
+// Not the head alone, and no wider than it is.
+TEST_F(WoodFaults, TakesOutACountersinkAsFarAsItReaches) {
+  lay(kOak, 0.08);
+  put_disc(map_, {45, 30}, 8, kOak * 0.45);
+  put_disc(map_, {45, 30}, 4.4, {105, 103, 102});
+  const Seen seen = look();
+  EXPECT_GT(taken_out(seen, {45, 30}, 7.8), 0.98);
+  EXPECT_LT(lost(seen), 1.25 * CV_PI * 16 / (60 * 40));
+}
+
+// A crack is darker or lighter than the wood on both of its sides; a strip's blurred and shaded side is not.
+TEST_F(WoodFaults, DoesNotTakeTheShadeAlongAStripsSideForACrack) {
+  lay(kOak, 0.02);
+  const cv::Mat strip = place_of(board_.strips[0], map_.bgr.size());
+  cv::Mat from_side;
+  cv::distanceTransform(strip, from_side, cv::DIST_L2, 5);
+  for (int r = 0; r < strip.rows; ++r)
+    for (int c = 0; c < strip.cols / 2; ++c)
+      if (strip.at<std::uint8_t>(r, c) != 0 && (r / 60) % 2 == 0)
+        map_.bgr.at<cv::Vec3b>(r, c) =
+            map_.bgr.at<cv::Vec3b>(r, c) * (from_side.at<float>(r, c) < 1.3 * drawn::kPxPerMm ? 0.8 : 1);
+  EXPECT_LT(lost(look()), 0.002);
 }
 
 TEST_F(WoodFaults, LeavesDustAlone) {

@@ -35,8 +35,10 @@ inline const cv::Scalar kOak(110, 150, 190), kSilver(149, 150, 150), kEbony(28, 
 calib::WorkMap draw(const DrawnBoard& board);
 // 255 on the strip.
 cv::Mat place_of(const DrawnStrip& strip, const cv::Size& size);
-// A disc and a line with round ends.
+// A disc, a line with round ends, and a knot: dark in the middle by `dark` of the wood's light, fading over its outer
+// third.
 void put_disc(calib::WorkMap& map, const cv::Point2d& centre, double diameter, const cv::Scalar& bgr);
 void put_line(calib::WorkMap& map, const cv::Point2d& from, const cv::Point2d& to, double width, const cv::Scalar& bgr);
+void put_knot(calib::WorkMap& map, const cv::Point2d& centre, double wide, double tall, double dark);
 
 }  // namespace veneer::drawn

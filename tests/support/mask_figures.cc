@@ -26,6 +26,7 @@ void MaskFigures::add(const PanelVerdict& verdict) {
   if (verdict.refused.empty() && verdict.outline_error > kOutline) ++wrong_outline;
   for (const auto& strip : verdict.strips) {
     ++strips;
+    asked_in_all += strip.asked ? 1 : 0;
     if (is_asked_about(strip)) {
       ++asked;
       continue;
@@ -49,7 +50,8 @@ void MaskFigures::add(const PanelVerdict& verdict) {
 
 void MaskFigures::add(const MaskFigures& other) {
   panels += other.panels, refused += other.refused, wrong_outline += other.wrong_outline;
-  strips += other.strips, failed += other.failed, asked += other.asked, false_warnings += other.false_warnings;
+  strips += other.strips, failed += other.failed;
+  asked += other.asked, asked_in_all += other.asked_in_all, false_warnings += other.false_warnings;
   precision_min = std::min(precision_min, other.precision_min), recall_min = std::min(recall_min, other.recall_min);
   round_faults += other.round_faults, round_in_mask += other.round_in_mask;
   cracks += other.cracks, cracks_in_mask += other.cracks_in_mask;
@@ -58,18 +60,19 @@ void MaskFigures::add(const MaskFigures& other) {
 }
 
 std::string table_head() {
-  return fmt::format("{:<18} {:>6} {:>7} {:>7} {:>6} {:>6} {:>5} {:>5} {:>9} {:>7} {:>13} {:>12} {:>16} {:>6}\n",
-                     "board", "panels", "refused", "outline", "strips", "missed", "asked", "false", "precision",
-                     "recall", "round in mask", "wide cracks", "hairs in mask", "s");
+  return fmt::format("{:<18} {:>6} {:>7} {:>7} {:>6} {:>6} {:>5} {:>6} {:>5} {:>9} {:>7} {:>13} {:>12} {:>16} {:>6}\n",
+                     "board", "panels", "refused", "outline", "strips", "missed", "asked", "in all", "false",
+                     "precision", "recall", "round in mask", "wide cracks", "hairs in mask", "s");
 }
 
 std::string table_line(const std::string& name, const MaskFigures& f) {
   return fmt::format(
-      "{:<18} {:>6} {:>7} {:>7} {:>6} {:>6} {:>5} {:>5} {:>9.4f} {:>7.4f} {:>5} of {:<4} {:>4} of {:<4} {:>5.1f} % "
-      "{:>3}/{:<3} {:>6.2f}\n",
-      name, f.panels, f.refused, f.wrong_outline, f.strips, f.failed, f.asked, f.false_warnings + f.false_hairs,
-      f.precision_min, f.recall_min, f.round_in_mask, f.round_faults, f.cracks_in_mask, f.cracks,
-      f.hair > 0 ? 100 * f.hair_in_mask / f.hair : 0.0, f.hairs_told, f.haired, f.seconds / std::max(1, f.panels));
+      "{:<18} {:>6} {:>7} {:>7} {:>6} {:>6} {:>5} {:>6} {:>5} {:>9.4f} {:>7.4f} {:>5} of {:<4} {:>4} of {:<4} "
+      "{:>5.1f} % {:>3}/{:<3} {:>6.2f}\n",
+      name, f.panels, f.refused, f.wrong_outline, f.strips, f.failed, f.asked, f.asked_in_all,
+      f.false_warnings + f.false_hairs, f.precision_min, f.recall_min, f.round_in_mask, f.round_faults,
+      f.cracks_in_mask, f.cracks, f.hair > 0 ? 100 * f.hair_in_mask / f.hair : 0.0, f.hairs_told, f.haired,
+      f.seconds / std::max(1, f.panels));
 }
 
 nlohmann::json to_json(const MaskFigures& f) {
@@ -79,6 +82,7 @@ nlohmann::json to_json(const MaskFigures& f) {
           {"strips", f.strips},
           {"failed", f.failed},
           {"asked", f.asked},
+          {"asked_in_all", f.asked_in_all},
           {"false_warnings", f.false_warnings},
           {"precision_min", f.precision_min},
           {"recall_min", f.recall_min},

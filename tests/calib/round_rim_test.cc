@@ -1,0 +1,96 @@
+#include "calib/round_rim.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/support/drawn_strips.h"
+
+namespace veneer {
+namespace {
+
+using drawn::kEbony;
+using drawn::kOak;
+using drawn::kSilver;
+using drawn::put_disc;
+using drawn::put_knot;
+
+const cv::Scalar kHole(15, 16, 17), kBrass(82, 152, 187), kSteel(163, 160, 158);
+
+class RoundRim : public ::testing::Test {
+ protected:
+  void lay(const cv::Scalar& wood, double grain) {
+    board_.strips = {{{15, 10}, {75, 50}, wood, 0, grain}};
+    map_ = draw(board_);
+  }
+  // As scanned: blurred by the optics and the pixel.
+  calib::RoundRim look(const cv::Point2d& at, double diameter) const {
+    calib::WorkMap seen = map_;
+    cv::GaussianBlur(map_.bgr, seen.bgr, {}, 0.12 * drawn::kPxPerMm);
+    const auto view = calib::view_board(seen, cv::Mat::zeros(seen.bgr.size(), CV_8UC1));
+    const cv::Mat strip = place_of(board_.strips[0], seen.bgr.size());
+    const calib::RimScale scale(view, strip, cv::boundingRect(strip));
+    return find_rim(view, scale, {at * drawn::kPxPerMm, diameter * drawn::kPxPerMm});
+  }
+  static void expect_circle(const calib::RoundRim& rim, const cv::Point2d& centre, double diameter,
+                            const std::string& what) {
+    EXPECT_LT(cv::norm(rim.circle.centre / drawn::kPxPerMm - centre), 0.25) << what;
+    EXPECT_NEAR(rim.circle.diameter / drawn::kPxPerMm, diameter, 0.5) << what;
+  }
+
+  drawn::DrawnBoard board_;
+  calib::WorkMap map_;
+};
+
+// The place is off by a millimetre, and the size by a third.
+TEST_F(RoundRim, IsTheCircleThatAHoleOrAHeadEndsAt) {
+  for (const auto& wood : {kOak, kSilver, kEbony}) {
+    lay(wood, 0.08);
+    double x = 24;
+    std::vector<std::pair<cv::Point2d, double>> placed;
+    for (const auto& [colour, diameter] : {std::pair(kBrass, 6.0), std::pair(kSteel, 5.0), std::pair(kHole, 3.0)}) {
+      if (cv::norm(colour - wood) < 25) continue;
+      placed.emplace_back(cv::Point2d(x, 30), diameter);
+      put_disc(map_, placed.back().first, diameter, colour);
+      x += 14;
+    }
+    for (const auto& [centre, diameter] : placed) {
+      const calib::RoundRim rim = look(centre + cv::Point2d(0.6, -0.8), 0.7 * diameter);
+      EXPECT_GT(rim.step, 2.5) << wood << diameter;
+      expect_circle(rim, centre, diameter, "wood " + std::to_string(wood[0]));
+    }
+  }
+}
+
+// A head in its countersink, of which one side is lit as bright as the wood.
+TEST_F(RoundRim, IsTheCountersinksAndNotTheHeads) {
+  lay(kOak, 0.08);
+  put_disc(map_, {45, 30}, 8, kOak * 0.45);
+  cv::ellipse(map_.bgr, cv::Point(270, 180), {24, 24}, 0, -45, 45, kOak * 0.95, cv::FILLED);
+  put_disc(map_, {45, 30}, 4.4, kSteel * 0.65);
+  expect_circle(look({45, 30}, 5), {45, 30}, 8, "countersink");
+}
+
+TEST_F(RoundRim, IsMissedInTheFigureOfTheWood) {
+  lay(kOak, 0.15);
+  for (int i = 0; i < 12; ++i) EXPECT_LT(look({20.0 + 4 * i, 16.0 + (i * 7) % 28}, 3 + 0.3 * i).step, 1.6) << i;
+}
+
+TEST_F(RoundRim, IsSoftWhereAKnotFadesAndSharpWhereAHoleEnds) {
+  for (const auto& wood : {kOak, kSilver})
+    for (const double size : {4.5, 6.0}) {
+      lay(wood, 0.05);
+      put_knot(map_, {30, 30}, 0.85 * size, size, 0.45);
+      put_disc(map_, {58, 30}, 0.85 * size, wood * 0.45);
+      const calib::RoundRim knot = look({30, 30}, size), hole = look({58, 30}, size);
+      EXPECT_TRUE(knot.dark && knot.soft) << wood << size;
+      EXPECT_TRUE(hole.dark && !hole.soft) << wood << size;
+    }
+}
+
+}  // namespace
+}  // namespace veneer
