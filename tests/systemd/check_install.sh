@@ -50,6 +50,7 @@ grep -q "^ExecStopPost=-$prefix/bin/veneer-guardian --record ${BASH_REMATCH[1]} 
 # The loop that owns the laser may go before what keeps the processors busy (daemon/threads/thread_priority.h).
 nice=$(sed -n 's/^inline constexpr int kLoopNice = \(-[0-9]*\);$/\1/p' "$(dirname "$0")/../../daemon/threads/thread_priority.h")
 grep -q "^LimitNICE=$nice\$" "$unit/veneerd.service" || fail "the laser's loop may not have its priority"
+grep -q '^LimitNOFILE=4096$' "$unit/veneerd.service" || fail "full doors may leave no files for anything else"
 
 # The nightly backup asks the daemon where it listens, as a user who may operate the cell, and is started by its timer.
 listens=$(sed -n 's/^unix = "\(.*\)"$/\1/p' "$prefix/etc/veneerd/veneerd.toml")
