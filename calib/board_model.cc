@@ -10,6 +10,7 @@ namespace veneer::calib {
 namespace {
 
 constexpr double kScannerBlack = 8;             // grey levels added before a logarithm is taken
+constexpr double kNothing = 20;                 // grey levels of the brightest channel where nothing is seen
 constexpr double kRimFrom = 1.2, kRimTo = 6.5;  // mm from the sheet's edge
 constexpr int kFeatures = 5;
 
@@ -152,6 +153,7 @@ BoardView view_board(const WorkMap& work, const cv::Mat& fiducials) {
   BoardView view;
   view.px_per_mm = work.px_per_mm;
   to_logarithms(work.bgr, view.planes);
+  cv::inRange(work.bgr, cv::Scalar::all(0), cv::Scalar::all(kNothing), view.black);
   std::vector<RimSample> rim = sample_rim(view.planes, fiducials, work.px_per_mm);
   view.rim_share = even_out(view.planes, rim);
   for (std::size_t k = 0; k < 3; ++k) {

@@ -35,7 +35,8 @@ struct SeenRim {
 class RimProfiles {
  public:
   RimProfiles(const BoardView& view, const Value& usual, const cv::Point2d& centre, double largest)
-      : wide_(std::max(2, static_cast<int>(std::lround(2 * kWide * view.px_per_mm)))),
+      : clearly_darker_(kClearlyDarker / usual[0]),
+        wide_(std::max(2, static_cast<int>(std::lround(2 * kWide * view.px_per_mm)))),
         count_(static_cast<int>(2 * largest) + wide_ + 2) {
     sums_.resize(static_cast<std::size_t>(kRimSides) * static_cast<std::size_t>(count_ + 1));
     for (int side = 0; side < kRimSides; ++side) {
@@ -88,15 +89,15 @@ class RimProfiles {
     return rise > 0;
   }
 
-  // Whether the inner half of the circle is no lighter than its outer half: an opening is shaded along its rim, and
-  // what lies beneath is lighter in its middle.
+  // Whether the inner half of the circle is clearly darker than its outer half: an opening is shaded along its rim, and
+  // what lies beneath is lighter in its middle, or all of it is alike.
   bool darkest_within(int at) const {
     double inner = 0, outer = 0;
     for (int side = 0; side < kRimSides; ++side) {
       const double half = sums_[index(side, at / 2)][0];
       inner += half / std::max(1, at / 2), outer += (sums_[index(side, at)][0] - half) / std::max(1, at - at / 2);
     }
-    return inner <= outer;
+    return inner + kRimSides * clearly_darker_ < outer;
   }
 
   // The share of a dark round's step that its rim shows within kNarrow, each where it is greatest near `at`: the middle
@@ -132,9 +133,26 @@ class RimProfiles {
     return static_cast<std::size_t>(side) * static_cast<std::size_t>(count_ + 1) + static_cast<std::size_t>(i);
   }
 
+  double clearly_darker_;
   int wide_, count_;
   std::vector<Value> sums_;
 };
+
+// Whether most of the inner half of a circle is the scanner's black.
+bool is_nothing_seen(const BoardView& view, const ScrewSpot& circle) {
+  if (view.black.empty()) return false;
+  const double half = circle.diameter / 4;
+  const cv::Rect around = cv::Rect(static_cast<int>(circle.centre.x - half), static_cast<int>(circle.centre.y - half),
+                                   static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1) &
+                          cv::Rect({}, view.black.size());
+  int all = 0, black = 0;
+  for (int r = around.y; r < around.br().y; ++r)
+    for (int c = around.x; c < around.br().x; ++c) {
+      if (std::hypot(c + 0.5 - circle.centre.x, r + 0.5 - circle.centre.y) > half) continue;
+      ++all, black += view.black.at<std::uint8_t>(r, c) != 0 ? 1 : 0;
+    }
+  return 2 * black > all;
+}
 
 }  // namespace
 
@@ -182,11 +200,14 @@ RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot&
     for (double y = -finer; y <= finer; y += finer)
       for (double x = -finer; x <= finer; x += finer) look(coarse + cv::Point2d(x, y), 1);
   }
+  // A spot may be wider than the profiles reach.
+  if (best.step <= 0) return best;
   // A head has rims of its own within, and lies in a countersink: the outermost rim is where the wood begins.
   const RimProfiles profiles(view, scale.usual(), best.circle.centre, largest);
   const int clearest = static_cast<int>(best.circle.diameter);
   best.dark = profiles.dark(clearest) && profiles.darkest_within(clearest);
   best.soft = profiles.sharpness(clearest, px) < kSoft;
+  best.nothing_seen = is_nothing_seen(view, best.circle);
   for (int at = static_cast<int>(2 * largest); at > clearest; --at)
     if (const double step = profiles.step(at, kLitSides);
         step > kOutermost && step >= profiles.step(at - 1, kLitSides)) {

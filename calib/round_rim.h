@@ -29,9 +29,13 @@ class RimScale {
 struct RoundRim {
   ScrewSpot circle;
   double step = 0;    // that all but a few of the sides show, in what is usual on the strip; 0 = there is no rim
-  bool dark = false;  // darker within than the wood around it, and darkest in its middle
+  bool dark = false;  // darker within than the wood around it, and clearly darkest in its middle
   bool soft = false;  // it fades over much of a millimetre, as knots do; a rim is as sharp as the optics
+  bool nothing_seen = false;  // most of its middle is the scanner's black
 };
+
+// What is darkest in its middle is so by this much: less is noise.
+constexpr double kClearlyDarker = 0.05;  // logarithm
 
 // The outermost clear rim about `spot`, its centre up to half of its size away.
 RoundRim find_rim(const BoardView& view, const RimScale& scale, const ScrewSpot& spot);

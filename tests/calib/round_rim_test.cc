@@ -88,8 +88,24 @@ TEST_F(RoundRim, IsSoftWhereAKnotFadesAndSharpWhereAHoleEnds) {
       put_disc(map_, {58, 30}, 0.85 * size, wood * 0.45);
       const calib::RoundRim knot = look({30, 30}, size), hole = look({58, 30}, size);
       EXPECT_TRUE(knot.dark && knot.soft) << wood << size;
-      EXPECT_TRUE(hole.dark && !hole.soft) << wood << size;
+      EXPECT_TRUE(!hole.dark && !hole.soft) << "evenly black, so not darkest in its middle: " << wood << size;
     }
+}
+
+// A foreign patch may be wider than any rim that is looked for.
+TEST(RoundRimOfNothing, IsNone) {
+  constexpr double kPx = 6;
+  calib::BoardView view;
+  view.px_per_mm = kPx;
+  view.planes = {cv::Mat(600, 600, CV_32FC1, cv::Scalar(-2.5)), cv::Mat::zeros(600, 600, CV_32FC1),
+                 cv::Mat::zeros(600, 600, CV_32FC1)};
+  const cv::Mat strip(600, 600, CV_8UC1, cv::Scalar(255));
+  const calib::RimScale scale(view, strip, cv::Rect(0, 0, 600, 600));
+  for (const double diameter : {4.0, 11.0, 14.0, 19.8}) {
+    const calib::RoundRim rim = find_rim(view, scale, {{300, 300}, diameter * kPx});
+    EXPECT_EQ(rim.step, 0) << diameter;
+    EXPECT_FALSE(rim.dark || rim.soft) << diameter;
+  }
 }
 
 }  // namespace
