@@ -230,11 +230,12 @@ enum class Patch : std::uint8_t { kNone, kFault, kOpening };  // kNone: dust, or
 // Steps of a rim: of a foreign patch, of what is a circle anyway, of what is odd, of what needs no other sign.
 constexpr double kClearRim = 2.2, kFaintRim = 1.6, kOddRim = 1.7, kClearestRim = 4;
 
-// A knot is wood: it fades into what is around it.
-bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft; }
+// A knot is wood: it fades into what is around it. What is as black as if nothing were there may be an opening with a
+// worn or charred rim.
+bool is_knot(const RoundRim& rim) { return rim.dark && rim.soft && !rim.nothing_seen; }
 
-// Whether a patch is darker in its middle than towards its sides. A knot is; an opening is shaded along its sides, and
-// what lies beneath is lit in the middle: it is never a knot, however soft its rim.
+// Whether a patch is clearly darker in its middle than towards its sides. A knot is; an opening is shaded along its
+// sides, and what lies beneath is lit in the middle: it is never a knot, however soft its rim.
 bool is_darkest_within(const cv::Mat& lightness, const cv::Mat& patch) {
   cv::Mat deep;
   cv::copyMakeBorder(patch, deep, 1, 1, 1, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
@@ -243,7 +244,7 @@ bool is_darkest_within(const cv::Mat& lightness, const cv::Mat& patch) {
   double deepest = 0;
   cv::minMaxLoc(deep, nullptr, &deepest);
   const cv::Mat middle = deep > 0.5 * deepest, sides = patch & ~middle;
-  return cv::mean(lightness, middle)[0] <= cv::mean(lightness, sides)[0];
+  return cv::mean(lightness, middle)[0] + kClearlyDarker < cv::mean(lightness, sides)[0];
 }
 
 // A large opening is so much of its strip that it bends the pigment line, so that what shows through it seems to lie on

@@ -133,6 +133,20 @@ TEST_F(WoodFaults, LeavesAKnotThatFadesIntoItsWood) {
   }
 }
 
+// Nothing is seen in it, and its worn or charred rim fades as a knot's does: a knot is never that black.
+TEST_F(WoodFaults, FindsABlackHoleWhoseRimFades) {
+  for (const auto& wood : {kOak, kSilver})
+    for (const double fades : {0.35, 0.5}) {
+      lay(wood, 0.05);
+      put_disc(map_, {45, 30}, 8, {8, 8, 9});
+      const cv::Rect around(30 * 6, 15 * 6, 30 * 6, 30 * 6);
+      cv::Mat part = map_.bgr(around).clone();
+      cv::GaussianBlur(part, part, {}, fades * drawn::kPxPerMm);
+      part.copyTo(map_.bgr(around));
+      EXPECT_GT(taken_out(look(), {45, 30}, 7.4), 0.98) << wood << fades;
+    }
+}
+
 // Not the head alone, and no wider than it is.
 TEST_F(WoodFaults, TakesOutACountersinkAsFarAsItReaches) {
   lay(kOak, 0.08);
