@@ -305,7 +305,9 @@ void mark_foreign_patches(const BoardView& view, const cv::Mat& strip, const cv:
                           stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT));
     const bool clear = rim.step >= kClearRim,
                knot = clear && is_knot(rim) && is_darkest_within(view.planes[0](box)(around), labels(around) == i);
-    patch = knot ? Patch::kNone : Patch::kFault;
+    // What is square, or has no clear rim, stays the opening that it may be.
+    constexpr double kSquare = 0.84;  // of its box; a disc fills 0.79
+    if (knot || (clear && area < kSquare * wide * tall)) patch = knot ? Patch::kNone : Patch::kFault;
     if (clear && !knot) rims.push_back(rim);
   }
   cv::Mat openings = cv::Mat::zeros(box.size(), CV_8UC1);

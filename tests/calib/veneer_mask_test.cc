@@ -100,6 +100,22 @@ TEST(VeneerMask, LeavesOutMissingPiecesAndTheirShadows) {
   EXPECT_LT(quality.lost_fraction, 0.015);
 }
 
+// As small as rounds are, and no rounds.
+TEST(VeneerMask, LeavesOutSmallMissingPieces) {
+  for (const double size : {6.0, 10.0}) {
+    rendered::Panel panel = six_species();
+    for (const auto& strip : panel.strips) {
+      const double x = 0.5 * (strip.x0 + strip.x1 - size);
+      panel.gone.push_back({{x, 28}, {x + size, 28}, {x + size, 28 + size}, {x, 28 + size}});
+    }
+    const auto mask = calib::mask_veneer(map_of(panel, 150), fiducials_of(panel));
+    ASSERT_TRUE(mask.ok());
+    const Quality quality = judge(panel, *mask);
+    EXPECT_EQ(quality.outside, 0) << size;
+    EXPECT_LT(quality.lost_fraction, 0.03) << size;
+  }
+}
+
 TEST(VeneerMask, DoesNotLetWoodGrowBack) {
   rendered::Panel panel = six_species();
   const auto before = map_of(panel, 150);
