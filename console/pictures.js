@@ -26,6 +26,9 @@ export async function pictureUrl(path) {
   }
 }
 
+// Whether this very picture is to be seen: an <img> keeps its last one until the next is there.
+export const isShown = (image, path) => Boolean(image && !image.hidden && image.came_ === path && image.complete && image.naturalWidth > 0);
+
 // After a screen was put: fetches what is new on it. The last picture stays until the next is there.
 export function loadPictures(place) {
   for (const image of place.querySelectorAll("img[data-picture]")) load(image);
@@ -43,5 +46,6 @@ async function load(image) {
   if (!url) return setTimeout(() => { if (image.loading_ === wanted) image.loading_ = ""; }, 5000);
   if (image.src.startsWith("blob:")) URL.revokeObjectURL(image.src);
   image.src = url;
+  image.came_ = path;
   image.hidden = false;
 }
