@@ -64,8 +64,9 @@ let blocks = "30";  // mm, as somebody measured them
 
 export const cameraStep = step("camera", "camera", (about, place) => {
   const taken = about.setup.collected.view_heights_mm;
-  const left = kViews.slice(taken.length);
-  const view = left[0] || kViews[kViews.length - 1];
+  const rest = kViews.slice(taken.length);
+  const left = rest.length ? rest : kViews.slice(-1);  // the fit failed: the last one once more
+  const [view] = left;
   const height = view.height_mm > 0 ? Number(blocks) : 0;
   const photograph = ({height_mm}, last) => measure(place, "camera", {height_mm, more: !last});
   // What the camera sees of the first one is shown; the others are alike.

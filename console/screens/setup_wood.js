@@ -27,13 +27,14 @@ const inStock = () => model.panels.filter((panel) => !panel.retired);
 const withBack = () => inStock().find((panel) => panel.faces.includes("back"));
 const withoutBack = () => inStock().find((panel) => !panel.faces.includes("back"));
 
+const kAgainMs = 5000;  // after a question that was not answered
 let waiting = [], waitingFor = "";  // proposals
 function followProposals() {
   const over = [...model.tasks.values()].filter((task) => task.state !== "running").length;
   const now = `${over} ${model.panels.length} ${(model.cell.next_step || {}).step}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => { waitingFor = ""; });
+  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
 }
 
 const stocked = async (work) => { const made = await work; loadPanels(); return made; };
