@@ -1,7 +1,7 @@
 // Pictures are asked for as this console, not as anybody's <img>: a crowd of anonymous clients does not take its place.
 // Two at a time, so that nothing stands before STOP.
 import {h} from "./dom.js";
-import {headersOf, readingSignal} from "./link.js";
+import {headersOf, untilStop} from "./link.js";
 
 const kAtOnce = 2;
 let underWay = 0;
@@ -16,7 +16,7 @@ export async function pictureUrl(path) {
   if (underWay >= kAtOnce) await new Promise((turn) => waiting.push(turn));
   ++underWay;
   try {
-    const reply = await fetch(`/api/v1${path}`, {cache: "no-cache", headers: headersOf({}), signal: readingSignal()});
+    const reply = await fetch(`/api/v1${path}`, {cache: "no-cache", headers: headersOf({}), signal: untilStop()});
     return reply.ok ? URL.createObjectURL(await reply.blob()) : "";
   } catch (fault) {
     return "";
