@@ -65,6 +65,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   view_.state = state;
   view_.reason = std::move(reason);
   end_overrides();
+  if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
     parts().bed.hands_were_in();
@@ -252,6 +253,7 @@ void JobRunner::hold(Reply reply) {
     default:
       break;
   }
+  view_.hold_commanded = true;
   enter(CellState::kHolding);
   pending_.push_back(std::move(reply));
   if (proof_.give_up()) return parts().laser.stop_jog();  // whatever the camera sees now, Unhold looks anew
