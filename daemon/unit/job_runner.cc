@@ -110,6 +110,7 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
     parts().laser.abort();  // the words, which take memory, come after
+    stop_given_ = SteadyClock().now();
     break_off(fmt::format("STOP by {}", who), nullptr);
     audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
     return reply(Ok());
