@@ -53,7 +53,8 @@ void add_alarm_commands(CLI::App& app, CommandContext& context) {
   CLI::App* list = alarm->add_subcommand("list", "Alarms that are new, acknowledged, or gone before anybody saw them");
   list->add_flag("--all", *all, "Those that are over as well");
   list->callback([&context, all] {
-    context.finish(context.client().get("/alarms"), [all](const json& told) { return render_alarms(told, *all); });
+    context.finish(context.client().get_all("/alarms", "alarms"),
+                   [all](const json& told) { return render_alarms(told, *all); });
   });
   add_acknowledge(*alarm, context);
 }

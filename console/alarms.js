@@ -1,6 +1,6 @@
 // What needs somebody, asked for whenever that changes, and a tone while something is new. The tone is of this browser:
 // off until somebody puts it on here.
-import {get} from "./link.js";
+import {askAll} from "./link.js";
 import {changed, followStatus, model} from "./model.js";
 
 const kSound = "veneer_sound";
@@ -35,7 +35,7 @@ function beep() {
 }
 
 export async function loadAlarms() {
-  try { alarms = (await get("/alarms")).alarms; changed(); } catch (fault) { told = ""; }
+  try { alarms = await askAll("/alarms", "alarms"); changed(); } catch (fault) { told = ""; }
 }
 
 followStatus(() => {

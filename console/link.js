@@ -39,26 +39,30 @@ export async function signOut() {
   location.reload();
 }
 
-// A browser has six connections to one server, and a request that finds them taken waits in the browser. Nothing that
-// only reads may stand before STOP there: STOP ends all reading.
-let reading = new AbortController();
-export const readingSignal = () => reading.signal;
-export function stopReading() {
-  reading.abort();
-  reading = new AbortController();
+// A browser has six connections to one server, and a request that finds them taken waits in the browser. Nothing may
+// stand before STOP there, a command that is answered once the head stands no more than a picture: STOP ends all of it.
+// What the cell was told is done, or was not heard; its state tells.
+const kStop = "/api/v1/stop";
+let asking = new AbortController();
+export const untilStop = () => asking.signal;
+export function stopAsking() {
+  asking.abort();
+  asking = new AbortController();
 }
 
 // `body`: an object becomes JSON, a File goes as it is.
 export async function ask(method, path, {body = null, timeoutMs = 5000} = {}) {
   const giveUp = new AbortController();
   const timer = setTimeout(() => giveUp.abort(), timeoutMs);
-  if (method === "GET") reading.signal.addEventListener("abort", () => giveUp.abort(), {once: true});
+  const stopped = untilStop();
+  const forStop = () => giveUp.abort();
+  if (path !== kStop) stopped.addEventListener("abort", forStop);
   try {
     const headers = {};
     const file = body instanceof Blob;
     if (body) headers["Content-Type"] = file ? "application/octet-stream" : "application/json";
     // Sent twice by whatever lies between, it is done once. STOP may be done as often as it comes.
-    if (method !== "GET" && path !== "/api/v1/stop") headers["Idempotency-Key"] = crypto.randomUUID();
+    if (method !== "GET" && path !== kStop) headers["Idempotency-Key"] = crypto.randomUUID();
     const reply = await fetch(path, {method, signal: giveUp.signal, cache: "no-cache", headers: headersOf(headers),
                                      body: body && !file ? JSON.stringify(body) : body});
     const told = await reply.json().catch(() => ({}));
@@ -67,9 +71,11 @@ export async function ask(method, path, {body = null, timeoutMs = 5000} = {}) {
     throw Object.assign(new Error(sentence), {answered: true});
   } catch (fault) {
     if (fault.answered) throw fault;
+    if (path !== kStop && stopped.aborted) throw new Error("Given up for STOP: look whether the cell has done it.");
     throw new Error("The cell does not answer. Is veneerd running?");
   } finally {
     clearTimeout(timer);
+    stopped.removeEventListener("abort", forStop);
   }
 }
 export const get = (path) => ask("GET", `/api/v1${path}`);

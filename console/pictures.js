@@ -1,7 +1,7 @@
 // Pictures are asked for as this console, not as anybody's <img>: a crowd of anonymous clients does not take its place.
 // Two at a time, so that nothing stands before STOP.
 import {h} from "./dom.js";
-import {headersOf, readingSignal} from "./link.js";
+import {headersOf, untilStop} from "./link.js";
 
 const kAtOnce = 2;
 let underWay = 0;
@@ -16,7 +16,7 @@ export async function pictureUrl(path) {
   if (underWay >= kAtOnce) await new Promise((turn) => waiting.push(turn));
   ++underWay;
   try {
-    const reply = await fetch(`/api/v1${path}`, {cache: "no-cache", headers: headersOf({}), signal: readingSignal()});
+    const reply = await fetch(`/api/v1${path}`, {cache: "no-cache", headers: headersOf({}), signal: untilStop()});
     return reply.ok ? URL.createObjectURL(await reply.blob()) : "";
   } catch (fault) {
     return "";
@@ -25,6 +25,9 @@ export async function pictureUrl(path) {
     if (waiting.length > 0) waiting.shift()();
   }
 }
+
+// Whether this very picture is to be seen: an <img> keeps its last one until the next is there.
+export const isShown = (image, path) => Boolean(image && !image.hidden && image.came_ === path && image.complete && image.naturalWidth > 0);
 
 // After a screen was put: fetches what is new on it. The last picture stays until the next is there.
 export function loadPictures(place) {
@@ -43,5 +46,6 @@ async function load(image) {
   if (!url) return setTimeout(() => { if (image.loading_ === wanted) image.loading_ = ""; }, 5000);
   if (image.src.startsWith("blob:")) URL.revokeObjectURL(image.src);
   image.src = url;
+  image.came_ = path;
   image.hidden = false;
 }

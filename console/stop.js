@@ -1,6 +1,6 @@
 // STOP, a plain POST that waits for nothing. It needs no other part of the page but this file and link.js; without them
 // the form is sent as it is, and a page answers.
-import {ask, pause, stopReading} from "./link.js";
+import {ask, pause, stopAsking} from "./link.js";
 
 // Its own words, so that a catalogue that did not come keeps nobody from hearing of it.
 const german = (localStorage.getItem("veneer_language") || navigator.language).startsWith("de");
@@ -28,9 +28,9 @@ const clockTime = () => new Date().toLocaleTimeString("en-GB");
 
 async function stop(event) {
   event.preventDefault();
-  stopReading();
   say(kSaid.pressed(clockTime()), true);
   for (let tries = 0; tries < 20; ++tries) {
+    stopAsking();
     try {
       await ask("POST", "/api/v1/stop", {timeoutMs: 1000});
       say(kSaid.confirmed(clockTime()), false);

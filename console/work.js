@@ -2,7 +2,7 @@
 // when the screen is left, and is there again when one comes back.
 import {h} from "./dom.js";
 import {asSentence, t} from "./words.js";
-import {get, headersOf, pause} from "./link.js";
+import {get, headersOf, pause, untilStop} from "./link.js";
 import {changed, model} from "./model.js";
 import {command, showRefusal} from "./commands.js";
 import {bar} from "./parts.js";
@@ -70,7 +70,7 @@ export function workRow(place) {
 export async function openFile(path) {
   const tab = window.open("", "_blank");
   try {
-    const reply = await fetch(`/api/v1${path}`, {headers: headersOf({})});
+    const reply = await fetch(`/api/v1${path}`, {headers: headersOf({}), signal: untilStop()});
     if (!reply.ok) throw new Error(((await reply.json().catch(() => ({}))).error || {}).message || String(reply.status));
     tab.location = URL.createObjectURL(await reply.blob());
   } catch (fault) {

@@ -117,6 +117,20 @@ std::optional<CellNeeds::Waiting> waiting_job_of(Repositories& r) {
   return std::nullopt;
 }
 
+// Of a job out of sight no piece is suspect.
+std::vector<CellNeeds::Suspects> suspects_of(Repositories& r) {
+  constexpr int kLooked = 200;
+  std::vector<CellNeeds::Suspects> out;
+  for (JobId after{0};;) {
+    const auto jobs = r.jobs.list(after, kLooked, false);
+    if (!jobs) return out;
+    for (const db::JobRecord& job : *jobs)
+      if (const int suspect = rest_of(job).suspect; suspect > 0) out.push_back({job.id, suspect});
+    if (jobs->size() < static_cast<std::size_t>(kLooked)) return out;
+    after = jobs->back().id;
+  }
+}
+
 // The newest plan, when no job was made of it and one can be.
 std::optional<CellNeeds::Waiting> waiting_plan_of(Repositories& r) {
   const auto plans = r.plans.list({0}, 1);
@@ -220,6 +234,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       c.database->async(recover, [&c, done](const Result<Recovered>& recovered) {
         if (recovered) begin_after(*c.runner, *recovered, c.log);
         c.leases_changed({});
+        c.refresh_counts();
         done(recovered ? Ok() : Status(recovered.error()));
       });
     });
@@ -255,6 +270,7 @@ void Cell::refresh_counts() {
     std::vector<PanelId> to_scan;
     std::optional<db::ProposalId> proposal;
     std::optional<CellNeeds::Waiting> job, plan;
+    std::vector<CellNeeds::Suspects> suspects;
     std::optional<Calibration> calibration;
   };
   database->async(
@@ -262,6 +278,7 @@ void Cell::refresh_counts() {
         Counts counts;
         counts.job = waiting_job_of(r);
         counts.plan = waiting_plan_of(r);
+        counts.suspects = suspects_of(r);
         if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
         if (const auto open = r.proposals.list(false); open && !open->empty()) counts.proposal = open->back().id;
         if (const auto waiting = r.facts.panels_to_scan())
@@ -275,6 +292,7 @@ void Cell::refresh_counts() {
         waiting_proposal = counts.proposal;
         waiting_job = std::move(counts.job);
         waiting_plan = std::move(counts.plan);
+        suspects = std::move(counts.suspects);
         calibration = std::move(counts.calibration);
         remnant_clerk->look();
         broadcast_status();
@@ -396,6 +414,7 @@ CellNeeds Cell::needs() const {
   needs.confirm = asked_by_name();
   needs.job = waiting_job;
   needs.plan = waiting_plan;
+  needs.suspects = suspects;
   needs.device_seconds_per_second = config.sim.time_scale;
   return needs;
 }

@@ -102,6 +102,7 @@ class Cell {
   std::vector<PanelId> panels_to_scan;  // of those: nothing is planned from them until they are scanned
   std::optional<db::ProposalId> waiting_proposal;
   std::optional<CellNeeds::Waiting> waiting_job, waiting_plan;
+  std::vector<CellNeeds::Suspects> suspects;
   std::optional<Calibration> calibration;
   void refresh_counts();
   // Somebody acknowledged some.

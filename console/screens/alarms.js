@@ -12,20 +12,23 @@ let search = "", shown = "";  // a state; "" = all
 
 export const enter = () => loadAlarms();
 
-const acknowledge = async (path) => { await command(path); loadAlarms(); };
+const acknowledge = async (path, body = null) => { await command(path, {body}); loadAlarms(); };
 
 export function draw() {
   const words = search.toLowerCase().split(/\s+/).filter(Boolean);
   const all = allAlarms().slice().sort((a, b) => kStates.indexOf(a.state) - kStates.indexOf(b.state) || b.id - a.id);
   const of = all.filter((one) => (!shown || one.state === shown) && words.every((word) => `${one.sentence} ${one.about} ${one.acknowledged_by || ""} ${one.since}`.toLowerCase().includes(word)));
   const open = all.filter((one) => one.state === "new" || one.state === "returned");
+  // All are seen only when all are shown, and what comes meanwhile is not.
+  const allShown = open.every((one) => of.includes(one));
+  const acknowledgeAll = () => acknowledge("/alarms/acknowledge-all", {up_to: Math.max(...open.map((one) => one.id))});
   return [
     h("div.tools", {},
       h("label", {}, t("log.search"), h("input", {type: "search", value: search, oninput: (event) => { search = event.target.value; changed(); }})),
       h("label", {}, t("alarm.which"), h("select", {value: shown, onchange: (event) => { shown = event.target.value; changed(); }},
         h("option", {value: ""}, t("alarm.all")), ...kStates.map((state) => h("option", {value: state}, t(`alarm.${state}`))))),
       button(t(soundOn() ? "alarm.sound_on" : "alarm.sound_off"), () => setSound(!soundOn()), {"aria-pressed": String(soundOn()), id: "sound"}),
-      open.length > 1 && button(t("alarm.acknowledge_all", {n: open.length}), () => acknowledge("/alarms/acknowledge-all"), {disabled: !operates(), id: "acknowledge-all"})),
+      open.length > 1 && allShown && button(t("alarm.acknowledge_all", {n: open.length}), acknowledgeAll, {disabled: !operates(), id: "acknowledge-all"})),
     !of.length && empty(t(all.length ? "alarm.none_found" : "alarm.none")),
     of.length > 0 && h("section.card", {"aria-label": t("screen.alarms")}, h("ul.list.alarms", {}, ...of.map(row)))];
 }

@@ -1,7 +1,7 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
 import {dayTime, sizeOf, squareCm, t} from "../words.js";
-import {askAll, get, headersOf} from "../link.js";
+import {askAll, get, headersOf, untilStop} from "../link.js";
 import {changed, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
@@ -88,7 +88,7 @@ export function drawPanel(id) {
 async function openLabel(id) {
   const tab = window.open("", "_blank");
   try {
-    const reply = await fetch(`/api/v1/panels/${code(id)}/label?format=pdf`, {headers: headersOf({})});
+    const reply = await fetch(`/api/v1/panels/${code(id)}/label?format=pdf`, {headers: headersOf({}), signal: untilStop()});
     if (!reply.ok) throw new Error(String(reply.status));
     tab.location = URL.createObjectURL(await reply.blob());
   } catch (fault) {

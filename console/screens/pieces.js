@@ -45,15 +45,36 @@ function sighting({seen, gone_share, at}) {
   return t("seen", {day: dayTime(at), what: t(`seen.${seen}`, {share: `${Math.round(100 * gone_share)} %`})});
 }
 
-// Whatever the cell does: what became of a piece can be said at any time.
-const suspects = () => model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) => ({job, piece})));
+const kLookMs = 1000;  // after a change nothing is taken: another piece may have come under the finger
+const kTakenMs = 5000;  // and by then the lists tell of what was said
+const said = new Set();  // keys of pieces of which somebody has said it, while the lists do not tell yet
+let listed = "", listedAt = 0;
 
-const suspectRow = ({job, piece}) => pieceRow(job, piece,
-  h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), async () => {
-    await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict}});
-    loadJobs();
-  }, {disabled: !operates() || isStale()}))),
-  piece.sighting && h("div.sighting", {}, sighting(piece.sighting)));
+const keyOf = ({job, piece}) => `${job.id}-${piece.mark}`;
+
+// Whatever the cell does: what became of a piece can be said at any time.
+function suspects() {
+  const all = model.jobs.filter((job) => job.suspect > 0).flatMap((job) => piecesOf(job.id).filter((piece) => piece.state === "suspect").map((piece) => ({job, piece})));
+  const now = all.map(keyOf).join(" ");
+  if (now !== listed) { listed = now; listedAt = performance.now(); }
+  return all;
+}
+
+const mayBeSettled = (one) => operates() && !isStale() && !said.has(keyOf(one)) && performance.now() - listedAt >= kLookMs;
+
+async function settle(one, verdict) {
+  const {job, piece} = one, key = keyOf(one);
+  if (!mayBeSettled(one)) return;
+  said.add(key);
+  changed();
+  const done = await command(`/jobs/${job.id}/pieces/${encodeURIComponent(piece.mark)}/settle`, {body: {verdict}});
+  loadJobs();
+  setTimeout(() => { said.delete(key); changed(); }, done ? kTakenMs : 0);
+}
+
+const suspectRow = (one) => pieceRow(one.job, one.piece,
+  h("span.choices", {}, ...["cut", "scrap", "released"].map((verdict) => button(t(`verdict.${verdict}`), () => settle(one, verdict), {disabled: !mayBeSettled(one)}))),
+  one.piece.sighting && h("div.sighting", {}, sighting(one.piece.sighting)));
 
 // One decision, for screens that are about something else: the next one comes when it is made.
 export function oneSuspect() {

@@ -1,10 +1,11 @@
 // How each wood is cut, the test card to find out, the head by hand, overrides, and what can be printed.
 import {h} from "../dom.js";
-import {asSentence, t} from "../words.js";
+import {t} from "../words.js";
 import {get} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command} from "../commands.js";
 import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
+import {burnTicks} from "../ticks.js";
 import {doSteps, isBusy, run, workAt, workRow} from "../work.js";
 import {gridButton, tagForm} from "./setup_devices.js";
 
@@ -67,23 +68,20 @@ async function setRecipe(event) {
 // ---- test card ------------------------------------------------------------------------------------------------------
 
 let operation = "cut", drawing = null;
-const given = new Set();
+const ticks = burnTicks("confirm-card");
 
 function testCard() {
-  const asked = model.cell.confirm || [];
-  const names = model.panels.length && !model.cell.hands ? [...asked, "scrap on the bed"] : asked;
-  const ready = asked.every((name) => given.has(name));
-  const burn = (dry) => doSteps("card", [{text: t(dry ? "card.dry" : "card.burn"), act: () => run("card", "/laser/test-card", {operation, dry, ...(dry ? {} : {confirmed: [...given]})})}]);
+  const begin = (text, body) => doSteps("card", [{text, act: () => run("card", "/laser/test-card", {operation, ...body})}]);
+  const burn = () => begin(t("card.burn"), {dry: false, confirmed: ticks.take()});
   const free = maySet() && !isBusy("card");
   return card(t("card"), h("p.dim", {}, t("card.about")),
     h("div.form", {}, h("label", {}, t("recipe.operation"), h("select", {value: operation, onchange: (event) => { operation = event.target.value; drawing = null; changed(); }}, ...["cut", "engrave"].map((one) => h("option", {value: one}, t(`operation.${one}`)))))),
     drawing && h("img.target", {src: drawing, alt: t("card.alt")}),
-    names.length > 0 && h("fieldset.confirm", {"data-key": "confirm-card"}, h("legend", {}, t("confirm")), ...names.map((name) => h("label", {"data-key": name},
-      h("input", {type: "checkbox", checked: given.has(name), onchange: (event) => { if (event.target.checked) given.add(name); else given.delete(name); changed(); }}), asSentence(name).replace(/\.$/, "")))),
+    ticks.list(),
     h("div.commands", {},
       button(t("card.draw"), showCard, {disabled: !operates() || isStale()}),
-      button(t("card.dry"), () => burn(true), {disabled: !free, needs: "maintainer"}),
-      button(t("card.burn"), () => burn(false), {disabled: !free || !ready, needs: "maintainer", wide: true, small: t("card.burns")})),
+      button(t("card.dry"), () => begin(t("card.dry"), {dry: true}), {disabled: !free, needs: "maintainer"}),
+      button(t("card.burn"), burn, {disabled: !free || !ticks.ready(), needs: "maintainer", wide: true, small: t("card.burns")})),
     workRow("card"), workAt("card").result && hint(t("card.done")));
 }
 

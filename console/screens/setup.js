@@ -15,6 +15,8 @@ import {cutStep, pictureStep, recipesStep, woodStep} from "./setup_wood.js";
 const kSteps = [devicesStep, printStep, scannerStep, cameraStep, laserStep, kerfStep, recipesStep, woodStep, pictureStep, cutStep];
 const kMarks = {done: "✓", now: "▶", open: "○"};
 
+const kAgainMs = 5000;    // after a question that was not answered
+
 let setup = null;         // the last GET /setup
 let certificates = [];    // newest first
 let asked = "";           // what was so when they were asked for
@@ -36,7 +38,7 @@ function follow() {
     setup = fresh;
     certificates = list;
     changed();
-  }, () => { asked = ""; });
+  }, () => setTimeout(() => { if (asked === now) { asked = ""; changed(); } }, kAgainMs));
 }
 
 export function draw() {

@@ -6,6 +6,7 @@ import {changed, isStale, mayDo, model} from "../model.js";
 import {button, fact, facts, hint} from "../parts.js";
 import {doSteps, isBusy, run, workRow} from "../work.js";
 import {layStep} from "../hands.js";
+import {burnTicks} from "../ticks.js";
 import {bedPicture, lookButton, lookStep} from "./setup_bed.js";
 
 const mayMeasure = (place) => mayDo("maintainer") && !isStale() && !isBusy(place);
@@ -63,8 +64,9 @@ let blocks = "30";  // mm, as somebody measured them
 
 export const cameraStep = step("camera", "camera", (about, place) => {
   const taken = about.setup.collected.view_heights_mm;
-  const left = kViews.slice(taken.length);
-  const view = left[0] || kViews[kViews.length - 1];
+  const rest = kViews.slice(taken.length);
+  const left = rest.length ? rest : kViews.slice(-1);  // the fit failed: the last one once more
+  const [view] = left;
   const height = view.height_mm > 0 ? Number(blocks) : 0;
   const photograph = ({height_mm}, last) => measure(place, "camera", {height_mm, more: !last});
   // What the camera sees of the first one is shown; the others are alike.
@@ -83,25 +85,20 @@ export const cameraStep = step("camera", "camera", (about, place) => {
 // ---- laser ----------------------------------------------------------------------------------------------------------
 
 const board = {thickness: "", width: "490", height: "290"};
-const given = new Set();
-const kScrap = "scrap on the bed";  // by its name in the API
+const ticks = burnTicks("confirm");
 
 export const laserStep = step("laser", "axes", (about, place) => {
   if (!board.thickness) board.thickness = String(about.setup.panel_thickness_mm);
-  const asked = model.cell.confirm || [];
-  const names = about.hands || !model.panels.length ? asked : [...asked, kScrap];
-  const ready = asked.every((name) => given.has(name));
-  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: [...given]});
+  const body = () => ({height_mm: Number(board.thickness), board_width_mm: Number(board.width), board_height_mm: Number(board.height), confirmed: ticks.take()});
   const field = (name) => h("label", {}, t(`board.${name}`), h("input", {type: "number", min: .1, step: "any", value: board[name], oninput: (event) => { board[name] = event.target.value; changed(); }}));
   return [[
     !about.certificate("camera") && h("p.warn", {}, t("laser.camera_first")),
     !about.hands && h("div.form", {}, h("div.pair", {}, field("width"), field("height"), field("thickness"))),
-    names.length > 0 && h("fieldset.confirm", {"data-key": "confirm"}, h("legend", {}, t("confirm")), ...names.map((name) => h("label", {"data-key": name},
-      h("input", {type: "checkbox", checked: given.has(name), onchange: (event) => { if (event.target.checked) given.add(name); else given.delete(name); changed(); }}), asSentence(name).replace(/\.$/, "")))),
+    ticks.list(),
     h("p.warn", {}, `▲ ${t("laser.burns")}`),
     h("div.commands", {}, lookButton(), act(about, place, t(about.hands ? "laser.lay_and_burn" : "laser.burn"), () => [
       ...(about.hands ? [layStep("board", "bed")] : []), measure(place, "laser", body()), lookStep()],
-    {id: "do-laser", wide: false, disabled: !mayMeasure(place) || !ready || !about.certificate("camera")}))],
+    {id: "do-laser", wide: false, disabled: !mayMeasure(place) || !ticks.ready() || !about.certificate("camera")}))],
     bedPicture()];
 });
 

@@ -5,7 +5,7 @@ import {get} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
 import {bar, button, empty, fact, facts, hint, link} from "../parts.js";
-import {picture} from "../pictures.js";
+import {isShown, picture} from "../pictures.js";
 import {doSteps, isBusy, over, Refused, run, workRow} from "../work.js";
 import {lay, layStep} from "../hands.js";
 import {bedCard} from "./bed.js";
@@ -27,13 +27,14 @@ const inStock = () => model.panels.filter((panel) => !panel.retired);
 const withBack = () => inStock().find((panel) => panel.faces.includes("back"));
 const withoutBack = () => inStock().find((panel) => !panel.faces.includes("back"));
 
+const kAgainMs = 5000;  // after a question that was not answered
 let waiting = [], waitingFor = "";  // proposals
 function followProposals() {
   const over = [...model.tasks.values()].filter((task) => task.state !== "running").length;
   const now = `${over} ${model.panels.length} ${(model.cell.next_step || {}).step}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => { waitingFor = ""; });
+  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = ""; changed(); } }, kAgainMs));
 }
 
 const stocked = async (work) => { const made = await work; loadPanels(); return made; };
@@ -42,12 +43,12 @@ const scanStep = (place, body) => ({text: t("wood.scanning"), act: () => stocked
 function proposal(place, seen) {
   const accept = () => doSteps(place, [{text: t("scan.accept"), act: () => stocked(run(place, `/proposals/${seen.number}/accept`, seen.warnings.length ? {override: seen.warnings.map((one) => one.name)} : {}))}]);
   // Nobody accepts what has not been shown yet.
-  const seenPicture = document.querySelector("img.seen");
-  const shown = Boolean(seenPicture && seenPicture.naturalWidth > 0);
+  const path = `/proposals/${seen.number}/picture.png`;
+  const shown = isShown(document.querySelector("img.seen"), path);
   return [
     h("p", {}, t("wood.look")),
     !shown && empty(t("wood.picture_comes")),
-    picture(`/proposals/${seen.number}/picture.png`, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen"}),
+    picture(path, t("scan.picture_of", {n: seen.number}), {version: String(seen.number), class: "seen", "data-key": `proposal-${seen.number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       ...seen.warnings.map((warning) => fact(t("scan.warning"), warning.text, true))),
     h("div.commands", {},

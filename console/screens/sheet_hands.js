@@ -8,13 +8,14 @@ import {button, hint} from "../parts.js";
 import {hasHands, lay, lift} from "../hands.js";
 import {doSteps, isBusy, workRow} from "../work.js";
 
+const kAgainMs = 5000;  // after a question that was not answered
 let sheets = [], asked = "", chosen = "";
 
 function follow() {
   const now = `${model.cell.state} ${model.panels.length} ${model.bedLooks}`;
   if (now === asked) return;
   asked = now;
-  get("/sim/sheets").then((told) => { ({sheets} = told); changed(); }, () => { asked = ""; });
+  get("/sim/sheets").then((told) => { ({sheets} = told); changed(); }, () => setTimeout(() => { if (asked === now) again(); }, kAgainMs));
 }
 
 const again = () => { asked = ""; changed(); };

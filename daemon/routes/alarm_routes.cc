@@ -1,8 +1,12 @@
 // Alarms: what needs somebody, and who has seen it.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "base/clock.h"
 #include "daemon/routes/cell_routes.h"
+#include "daemon/routes/page.h"
 
 namespace veneer::daemon {
 namespace {
@@ -23,10 +27,40 @@ json to_json(const Alarm& alarm) {
           {"acknowledged_at", or_null(alarm.seen_at)}};
 }
 
-json list_json(const AlarmBook& book) {
+// A page is put together on the loop that answers STOP: a short one.
+constexpr int kLongestAlarmPage = 100;
+
+// Newest first: behind a number come those with lesser ones.
+json list_json(const AlarmBook& book, const Page& page) {
+  const auto most = static_cast<std::size_t>(std::min(page.limit, kLongestAlarmPage));
   json list = json::array();
-  for (auto alarm = book.alarms().rbegin(); alarm != book.alarms().rend(); ++alarm) list.push_back(to_json(*alarm));
-  return {{"alarms", std::move(list)}};
+  json next;
+  for (auto alarm = book.alarms().rbegin(); alarm != book.alarms().rend() && next.is_null(); ++alarm) {
+    if (page.after > 0 && alarm->id >= page.after) continue;
+    if (list.size() < most)
+      list.push_back(to_json(*alarm));
+    else
+      next = list.back()["id"];
+  }
+  return {{"alarms", std::move(list)}, {"next", std::move(next)}};
+}
+
+void list_alarms(const AlarmServices& s, const ApiRequest& request, const Reply& reply) {
+  auto query = RequestReader::query_of(request);
+  const Page page = read_page(query);
+  if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
+  reply(ApiReply::json(list_json(s.book, page)));
+}
+
+// Whoever says it names the newest of those that were in sight.
+void acknowledge_alarms(const AlarmServices& s, const ApiRequest& request, const Reply& reply) {
+  auto body = RequestReader::body_of(request);
+  const auto up_to = body.whole("up_to", {0, 9e15});
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  const int seen = s.book.acknowledge_all(request.caller.who, utc_timestamp(),
+                                          up_to.value_or(std::numeric_limits<std::int64_t>::max()));
+  s.on_changed();
+  reply(ApiReply::json({{"acknowledged", seen}}));
 }
 
 void acknowledge(const AlarmServices& s, const ApiRequest& request, const Reply& reply) {
@@ -41,14 +75,11 @@ void acknowledge(const AlarmServices& s, const ApiRequest& request, const Reply&
 }  // namespace
 
 void bind_alarm_routes(Router& router, const AlarmServices& s) {
-  router.bind("listAlarms", [s](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(list_json(s.book))); });
+  router.bind("listAlarms", [s](const ApiRequest& request, const Reply& reply) { list_alarms(s, request, reply); });
   router.bind("acknowledgeAlarm",
               [s](const ApiRequest& request, const Reply& reply) { acknowledge(s, request, reply); });
-  router.bind("acknowledgeAlarms", [s](const ApiRequest& request, const Reply& reply) {
-    const int seen = s.book.acknowledge_all(request.caller.who, utc_timestamp());
-    s.on_changed();
-    reply(ApiReply::json({{"acknowledged", seen}}));
-  });
+  router.bind("acknowledgeAlarms",
+              [s](const ApiRequest& request, const Reply& reply) { acknowledge_alarms(s, request, reply); });
 }
 
 }  // namespace veneer::daemon

@@ -65,7 +65,7 @@ ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
   const SteadyClock clock;
   const auto read = clock.now();
   unit.command(CellCommand::kAbort, caller.who, [](const Status&) {});
-  metrics.stop_taken(clock.now() - read);
+  metrics.stop_taken(unit.stop_given() - read);
   return taken(unit);
 }
 

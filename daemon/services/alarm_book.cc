@@ -16,6 +16,26 @@ AlarmState state_of(const Alarm& alarm) {
   return is_seen(alarm) ? AlarmState::kOver : AlarmState::kReturned;
 }
 
+bool is_worse(const AlarmCondition& now, const AlarmCondition& before) {
+  return (now.urgent && !before.urgent) || now.count > before.count;
+}
+
+// The most dispensable has the least; what holds is not asked for.
+int worth_of(const Alarm& alarm) {
+  return (alarm.state == AlarmState::kOver ? 0 : 3) + (alarm.what.urgent ? 2 : alarm.lasting ? 1 : 0);
+}
+
+AlarmCondition shortened(AlarmCondition what) {
+  constexpr std::string_view kMore = "...";
+  std::string& text = what.sentence;
+  if (text.size() <= AlarmBook::kLongestSentence) return what;
+  std::size_t end = AlarmBook::kLongestSentence - kMore.size();
+  while (end > 0 && (text[end] & 0xC0) == 0x80) --end;  // further bytes of a character in UTF-8
+  text.resize(end);
+  text += kMore;
+  return what;
+}
+
 }  // namespace
 
 std::string_view to_string(AlarmState state) {
@@ -34,27 +54,33 @@ std::string_view to_string(AlarmState state) {
 
 Alarm& AlarmBook::add(AlarmCondition what, const std::string& now) {
   if (alarms_.size() >= kKept) {
-    const auto over = std::ranges::find(alarms_, AlarmState::kOver, &Alarm::state);
-    const auto gone = over != alarms_.end() ? over : std::ranges::find_if_not(alarms_, holds);
+    auto gone = alarms_.end();
+    for (auto alarm = alarms_.begin(); alarm != alarms_.end(); ++alarm)
+      if (!holds(*alarm) && (gone == alarms_.end() || worth_of(*alarm) < worth_of(*gone))) gone = alarm;
     if (gone != alarms_.end()) alarms_.erase(gone);
   }
-  alarms_.push_back({++last_id_, std::move(what), AlarmState::kNew, now, "", "", ""});
+  alarms_.push_back({++last_id_, shortened(std::move(what)), AlarmState::kNew, true, now, "", "", ""});
   return alarms_.back();
 }
 
 AlarmBook::Changes AlarmBook::take(const std::vector<AlarmCondition>& conditions, const std::string& now) {
   Changes changes;
+  std::vector<std::int64_t> outdone;
   for (Alarm& alarm : alarms_) {
     if (!holds(alarm)) continue;
     const auto still = std::ranges::find(conditions, alarm.what.key, &AlarmCondition::key);
-    if (still != conditions.end()) {
-      alarm.what = *still;
+    const bool is_there = still != conditions.end();
+    if (is_there && !is_worse(*still, alarm.what)) {
+      alarm.what = shortened(*still);
       continue;
     }
     alarm.until = now;
     alarm.state = state_of(alarm);
     changes.ended.push_back(alarm);
+    // The worse one says all that is to be seen of it.
+    if (is_there && !is_seen(alarm)) outdone.push_back(alarm.id);
   }
+  std::erase_if(alarms_, [&](const Alarm& alarm) { return std::ranges::find(outdone, alarm.id) != outdone.end(); });
   for (const AlarmCondition& condition : conditions) {
     const bool known = std::ranges::any_of(
         alarms_, [&](const Alarm& alarm) { return holds(alarm) && alarm.what.key == condition.key; });
@@ -65,6 +91,7 @@ AlarmBook::Changes AlarmBook::take(const std::vector<AlarmCondition>& conditions
 
 Alarm AlarmBook::happened(AlarmCondition what, const std::string& now) {
   Alarm& alarm = add(std::move(what), now);
+  alarm.lasting = false;
   alarm.until = now;
   alarm.state = state_of(alarm);
   return alarm;
@@ -81,10 +108,10 @@ Status AlarmBook::acknowledge(std::int64_t id, const std::string& who, const std
   return Ok();
 }
 
-int AlarmBook::acknowledge_all(const std::string& who, const std::string& now) {
+int AlarmBook::acknowledge_all(const std::string& who, const std::string& now, std::int64_t up_to) {
   int seen = 0;
   for (const Alarm& alarm : alarms_)
-    if (acknowledge(alarm.id, who, now)) ++seen;
+    if (alarm.id <= up_to && acknowledge(alarm.id, who, now)) ++seen;
   return seen;
 }
 

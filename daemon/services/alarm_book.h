@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,33 +21,40 @@ std::string_view to_string(AlarmState state);
 struct AlarmCondition {
   std::string key;  // what it is about: "aborted", "certificate scanner"; one at a time has it
   bool urgent = false;
-  std::string sentence;  // for a person
+  std::string sentence;  // for a person; of a long one the book keeps the beginning
+  int count = 1;         // of how many things
 };
 
 struct Alarm {
   std::int64_t id = 0;
   AlarmCondition what;
   AlarmState state = AlarmState::kNew;
+  bool lasting = true;           // false: it happened, and was over at once
   std::string since, until;      // UTC; `until` "" while it holds
   std::string seen_by, seen_at;  // "" until it is acknowledged
 };
 
 class AlarmBook {
  public:
-  static constexpr std::size_t kKept = 500;  // the oldest that are over go first
+  // Of more, those that are over go first, then those that do not last, urgent ones last; of alike ones the oldest.
+  // What holds stays.
+  static constexpr std::size_t kKept = 500;
+  static constexpr std::size_t kLongestSentence = 300;  // in bytes; never within a character
 
   struct Changes {
     std::vector<Alarm> begun, ended;
     bool any() const { return !begun.empty() || !ended.empty(); }
   };
   // All that holds at `now`. What was told of before is the same alarm while its key is there; its sentence may change.
+  // One that got worse (urgent, or of more things) is another, with a number of its own: nobody has seen that yet.
   Changes take(const std::vector<AlarmCondition>& conditions, const std::string& now);
   // Something that happened and does not last: returned from the beginning.
   Alarm happened(AlarmCondition what, const std::string& now);
   // kNotFound; kConflict when somebody has, saying who.
   Status acknowledge(std::int64_t id, const std::string& who, const std::string& now);
-  // How many were not yet.
-  int acknowledge_all(const std::string& who, const std::string& now);
+  // All with numbers up to `up_to`. How many were not yet.
+  int acknowledge_all(const std::string& who, const std::string& now,
+                      std::int64_t up_to = std::numeric_limits<std::int64_t>::max());
 
   const std::deque<Alarm>& alarms() const { return alarms_; }  // oldest first
   int count(AlarmState state) const;

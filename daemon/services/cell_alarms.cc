@@ -47,18 +47,20 @@ std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus&
   };
   if (view.state == CellState::kAborting || view.state == CellState::kAborted)
     add("aborted", true, view.reason.empty() ? "the cell is aborted" : view.reason);
-  if (view.state == CellState::kHeld && !view.reason.empty()) add("held", false, view.reason);
+  if (view.state == CellState::kHeld && !view.hold_commanded) add("held", false, view.reason);
   if (!laser.connected) add("laser", true, laser.why_not_connected);
   add("beam", true, laser.refusal);
   if (!needs.database_busy.empty()) add("database", needs.database_damaged, needs.database_busy);
   for (const CellNeeds::Certificate& one : needs.certificates)
     add(fmt::format("certificate {}", db::to_string(one.kind)), false, certificate_words(one));
-  if (view.rest && view.rest->suspect > 0)
-    add("suspect", false,
-        view.rest->suspect == 1
-            ? fmt::format("1 piece of job {} is suspect: look at it, and say what became of it", view.rest->id.value)
-            : fmt::format("{} pieces of job {} are suspect: look at each, and say what became of it",
-                          view.rest->suspect, view.rest->id.value));
+  // Whatever job is under way.
+  for (const auto& [job, pieces] : needs.suspects) {
+    add(fmt::format("suspect {}", job.value), false,
+        pieces == 1 ? fmt::format("1 piece of job {} is suspect: look at it, and say what became of it", job.value)
+                    : fmt::format("{} pieces of job {} are suspect: look at each, and say what became of it", pieces,
+                                  job.value));
+    out.back().count = pieces;
+  }
   return out;
 }
 

@@ -104,8 +104,13 @@ void Metrics::follow(const CellView& view, bool laser_connected) {
   // Cleared is not ended once more.
   const bool from_end = state_ == CellState::kAborted || state_ == CellState::kClearing;
   state_ = view.state;
-  if (const char* outcome = outcome_of(view.state); turned && outcome && was.value != 0 && !from_end)
-    figures_->jobs.Add({{"outcome", outcome}}).Increment();
+  if (view.state == CellState::kExecute) has_cut_ = true;
+  const char* outcome = outcome_of(view.state);
+  if (!turned || !outcome) return;
+  // Back in Complete, when what was to be cut again was not.
+  const bool is_end = view.state != CellState::kComplete || has_cut_;
+  has_cut_ = false;
+  if (was.value != 0 && !from_end && is_end) figures_->jobs.Add({{"outcome", outcome}}).Increment();
 }
 
 void Metrics::task_ended(std::string_view kind, std::string_view outcome) {

@@ -40,6 +40,7 @@ class Metrics {
   struct Figures;
   std::unique_ptr<Figures> figures_;
   CellState state_ = CellState::kStopped;
+  bool has_cut_ = false;  // since a job ended last
   JobId job_{0};
   int cut_ = 0, suspect_ = 0;
 };

@@ -51,6 +51,10 @@ struct CellNeeds {
     db::CertificateKind kind;
     CertificateState state;
   };
+  struct Suspects {
+    JobId job;
+    int pieces = 0;
+  };
   bool database_damaged = false;
   std::string database_busy;  // a sentence while it is checked, or damaged; "" when it is good
   std::vector<Certificate> certificates;
@@ -59,6 +63,7 @@ struct CellNeeds {
   std::vector<PanelId> to_scan;            // of those, nothing is planned from until they are scanned
   std::vector<std::string> confirm;        // asked for by name before the beam comes on
   std::optional<Waiting> job, plan;        // with pieces to cut, the oldest; the newest plan of which no job was made
+  std::vector<Suspects> suspects;          // of each job that has any
   double device_seconds_per_second = 1;    // of a simulated cell's clock
 };
 

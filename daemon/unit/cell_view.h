@@ -44,7 +44,8 @@ JobRest rest_of(const db::JobRecord& job);
 
 struct CellView {
   CellState state = CellState::kStopped;
-  std::string reason;  // why it is in this state, when that needs saying
+  std::string reason;           // why it is in this state, when that needs saying
+  bool hold_commanded = false;  // Holding or Held because somebody said so, not by the machine or a doubt
   std::optional<JobView> job;
   std::optional<LoadView> load;
   bool framing = false;  // the frame is being traced: the head moves while Suspended

@@ -65,6 +65,7 @@ void JobRunner::enter(CellState state, std::string reason) {
   view_.state = state;
   view_.reason = std::move(reason);
   end_overrides();
+  if (state != CellState::kHolding && state != CellState::kHeld) view_.hold_commanded = false;
   // In these states an operator may reach in.
   if (state == CellState::kIdle || state == CellState::kSuspended || state == CellState::kHeld)
     parts().bed.hands_were_in();
@@ -109,6 +110,7 @@ Status JobRunner::require_confirmed(const std::vector<std::string>& confirmed) c
 void JobRunner::command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed) {
   if (command == CellCommand::kAbort) {
     parts().laser.abort();  // the words, which take memory, come after
+    stop_given_ = SteadyClock().now();
     break_off(fmt::format("STOP by {}", who), nullptr);
     audit_log_.write_or_count({0, utc_timestamp(), who, "cell.abort", {}});
     return reply(Ok());
@@ -252,6 +254,7 @@ void JobRunner::hold(Reply reply) {
     default:
       break;
   }
+  view_.hold_commanded = true;
   enter(CellState::kHolding);
   pending_.push_back(std::move(reply));
   if (proof_.give_up()) return parts().laser.stop_jog();  // whatever the camera sees now, Unhold looks anew

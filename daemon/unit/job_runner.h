@@ -25,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "daemon/store/audit_log.h"
 #include "daemon/unit/activity.h"
@@ -54,6 +55,8 @@ class JobRunner : private ActivityHost {
   // acting state has begun; Hold's when the machine rests, Unhold's and Unsuspend's when the pose is proven again and
   // motion goes on. `confirmed` is what the operator confirms by name before the beam comes on (Unsuspend).
   void command(CellCommand command, const std::string& who, Reply reply, std::vector<std::string> confirmed = {});
+  // When the last Abort had been given to the laser: its byte was on its way then. By the steady clock.
+  TimePoint stop_given() const { return stop_given_; }
   void start_job(JobId job, const std::string& who, Reply reply);
   void stop_after_piece(const std::string& who, const Reply& reply);
   // Burns strokes that belong to no job (a pattern); only when Idle, and not with a panel of the stock in the camera's
@@ -172,6 +175,7 @@ class JobRunner : private ActivityHost {
 
   CellView view_;
   std::int64_t states_entered_ = 0;
+  TimePoint stop_given_;
   std::string bed_remark_;  // of the activity's looks at the bed; stands as the reason while it goes on
   bool laser_connected_ = false;
   LaserLimits limits_;

@@ -36,7 +36,7 @@ class FirstDay(Day):
         for css, step in WAY[:5]:
             self.decide(css, step)
         self.until("what was seen", lambda: self.browser.execute_script(
-            "const seen = document.querySelector('.seen'); return seen && seen.naturalWidth > 0"))
+            "const seen = document.querySelector('.seen'); return seen && !seen.hidden && seen.naturalWidth > 0"))
         self.show("setup-proposal")
 
     def left_and_gone_on_with(self):

@@ -42,6 +42,21 @@ TEST_F(SetupRoutes, AFailedTaskIsAnAlarmUntilSomebodyHasSeenIt) {
   EXPECT_EQ(body_of(ask("GET", "/api/v1/alarms"))["alarms"][0]["acknowledged_by"], "uid 1000");
 }
 
+TEST_F(SetupRoutes, AlarmsComeInPagesAndWhatIsNewerThanAllInSightStays) {
+  for (int i = 0; i < 103; ++i) cell->alarms.happened({"task", false, "it failed"}, "2026-05-01T07:30:00.000Z");
+  const auto first = body_of(ask("GET", "/api/v1/alarms?limit=1000"));
+  EXPECT_EQ(first["alarms"].size(), 100U) << "the loop that answers STOP writes no more at a time";
+  EXPECT_EQ(first["alarms"][0]["id"], 103);
+  ASSERT_EQ(first["next"], 4);
+  const auto second = body_of(ask("GET", "/api/v1/alarms?cursor=4"));
+  EXPECT_EQ(second["alarms"].size(), 3U);
+  EXPECT_EQ(second["alarms"][0]["id"], 3);
+  EXPECT_TRUE(second["next"].is_null());
+  EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all", {{"up_to", 102}}))["acknowledged"], 102);
+  EXPECT_EQ(body_of(ask("GET", "/api/v1/alarms?limit=1"))["alarms"][0]["state"], "returned");
+  EXPECT_EQ(body_of(ask("POST", "/api/v1/alarms/acknowledge-all"))["acknowledged"], 1);
+}
+
 TEST_F(SetupRoutes, FiguresComeAsText) {
   const ApiReply reply = ask("GET", "/metrics");
   EXPECT_EQ(reply.status, 200);

@@ -38,6 +38,18 @@ TEST(Metrics, CountsPiecesAndJobsByWhatDiffers) {
             HasSubstr("veneerd_state{state=\"Idle\"} 0\n"), HasSubstr("veneerd_laser_connected 0\n")));
 }
 
+TEST(Metrics, WhatWasNotCutAgainEndsNoJob) {
+  Metrics metrics;
+  for (const CellState state : {CellState::kExecute, CellState::kCompleting, CellState::kComplete,
+                                // A recut that the camera refuses.
+                                CellState::kCompleting, CellState::kComplete})
+    metrics.follow(cutting(state, 6), true);
+  EXPECT_THAT(metrics.text({}), HasSubstr("veneerd_jobs_total{outcome=\"complete\"} 1\n"));
+  for (const CellState state : {CellState::kExecute, CellState::kCompleting, CellState::kComplete})
+    metrics.follow(cutting(state, 6), true);
+  EXPECT_THAT(metrics.text({}), HasSubstr("veneerd_jobs_total{outcome=\"complete\"} 2\n"));
+}
+
 TEST(Metrics, AreInPrometheusFormat) {
   Metrics metrics;
   AlarmBook alarms;

@@ -44,9 +44,11 @@ TEST_F(HoldTest, PressedInTheSameTurnAsDoneHoldsBeforeTheNextPiece) {
   settle();
   EXPECT_TRUE(granted(held));
   EXPECT_EQ(state(), CellState::kHeld);
+  EXPECT_TRUE(runner_->view().hold_commanded);
   EXPECT_EQ(starts(), 1);
   EXPECT_THAT(piece_states(), ElementsAre(P::kCut, P::kReserved, P::kReserved));
   ASSERT_TRUE(command(CellCommand::kUnhold).ok());
+  EXPECT_FALSE(runner_->view().hold_commanded);
   EXPECT_EQ(starts(), 2);
   burn_the_rest();
   EXPECT_THAT(laser_.burnt, ElementsAre(PieceId{1}, PieceId{2}));
