@@ -1,5 +1,6 @@
-// The map of a scan, given as samples (lattice_text() of scan_work.h), as it is kept in the database: a ninth of the
-// room. Pure functions.
+// The map of a scan, given as samples (lattice_text() of scan_work.h), as it is kept in the database: in a ninth of the
+// room where it is smooth, as in two scans of the simulated cell (8.2 of 73 KB), in a fifth where each sample trembles
+// by a micrometre. Pure functions.
 #pragma once
 
 #include <string>

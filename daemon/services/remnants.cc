@@ -23,20 +23,24 @@ constexpr Millimetres kGrain(3);
 constexpr Millimetres kUsualPatch(14);
 
 struct PanelState {
-  std::string wood;   // names mask and what is booked
-  std::string woods;  // and what the zones are of
+  std::string wood;  // names mask and what is booked
   std::vector<db::ZoneRecord> zones;
+  // And what the zones are of.
+  std::string woods() const {
+    std::string out = wood;
+    for (const auto& zone : zones) out += fmt::format(",{} {}", zone.number, zone.material);
+    return out;
+  }
 };
 
 Result<PanelState> read_state(Repositories& r, StockMemory& memory, const db::PanelRecord& panel) {
   PanelState out;
   const auto state = memory.state_of(r, panel);
   if (!state) return state.error();
-  out.wood = out.woods = state->wood;
+  out.wood = state->wood;
   auto all = r.materials.zones(panel.id);
   if (!all) return all.error();
   out.zones = std::move(*all);
-  for (const auto& zone : out.zones) out.woods += fmt::format(",{} {}", zone.number, zone.material);
   return out;
 }
 
@@ -47,7 +51,10 @@ std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
   return out;
 }
 
-Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, const db::PanelRecord& panel) {
+// Wood may be booked or given back between the state's reading and this: the state becomes that of what is told here,
+// or a lease that ends soon would leave a count without its wood under the name of the panel that has it.
+Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, const db::PanelRecord& panel,
+                                    PanelState& state) {
   const auto allocations = r.ledger.live_allocations(panel.id);
   if (!allocations) return allocations.error();
   auto mask = library.load_mask(panel);
@@ -55,6 +62,7 @@ Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library
   std::vector<Region<PanelFrame>> areas;
   areas.reserve(allocations->size());
   for (const auto& allocation : *allocations) areas.push_back(allocation.area);
+  state.wood = StockMemory::name_of_wood(panel, *allocations);
   return free_wood(*mask, areas, Millimetres(0));
 }
 
@@ -97,7 +105,7 @@ std::string kind_of(const WoodWanted& wanted) {
                      wanted.material ? "of " + *wanted.material : "");
 }
 std::string counted_of(const PanelState& state, const db::PanelRecord& panel, const WoodWanted& wanted) {
-  return (wanted.material ? state.woods : state.wood) + "," + panel.map_file;
+  return (wanted.material ? state.woods() : state.wood) + "," + panel.map_file;
 }
 
 }  // namespace
@@ -145,18 +153,18 @@ Result<std::optional<Remnants::Counted>> Remnants::known(Repositories& r, const 
 Result<bool> Remnants::knows(Repositories& r, const db::PanelRecord& panel) {
   const auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
-  const auto counted = known(r, panel.id, state->woods);
+  const auto counted = known(r, panel.id, state->woods());
   if (!counted) return counted.error();
   return counted->has_value();
 }
 
 Result<std::optional<Remnants::Counted>> Remnants::count(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = read_state(r, memory_, panel);
+  auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
-  if (auto counted = known(r, panel.id, state->woods); !counted || *counted) return counted;
-  const auto free = free_now(r, library_, panel);
+  if (auto counted = known(r, panel.id, state->woods()); !counted || *counted) return counted;
+  const auto free = free_now(r, library_, panel, *state);
   if (!free) return std::optional<Counted>();
-  Counted counted{state->woods, remnant_in(*free, state->zones)};
+  Counted counted{state->woods(), remnant_in(*free, state->zones)};
   const std::lock_guard lock(mutex_);
   return std::optional(kept_[panel.id] = std::move(counted));
 }
@@ -184,16 +192,15 @@ Result<std::optional<SquareMillimetres>> Remnants::booked_fitting(Repositories& 
 }
 
 Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelRecord& panel, const WoodWanted& wanted) {
-  const auto state = read_state(r, memory_, panel);
+  auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
   if (wanted.material && !materials_of(state->zones).contains(*wanted.material)) return SquareMillimetres(0);
-  const std::string of = counted_of(*state, panel, wanted);
-  if (const auto known = memory_.find_text(panel.id, kind_of(wanted), of))
+  if (const auto known = memory_.find_text(panel.id, kind_of(wanted), counted_of(*state, panel, wanted)))
     if (const auto covered = CoveredWood::read(*known)) return covered->by(wanted.patch);
-  const auto booked = booked_fitting(r, panel, state->woods, name_of(wanted));
+  const auto booked = booked_fitting(r, panel, state->woods(), name_of(wanted));
   if (!booked) return booked.error();
   if (*booked) return **booked;
-  const auto free = free_now(r, library_, panel);
+  const auto free = free_now(r, library_, panel, *state);
   if (!free) return SquareMillimetres(0);
   Raster<PanelFrame> wood = wanted.material ? wood_of(*free, state->zones, *wanted.material) : *free;
   if (wanted.tone) {
@@ -202,12 +209,12 @@ Result<SquareMillimetres> Remnants::fitting(Repositories& r, const db::PanelReco
     wood.pixels &= wood_of_tone(*map, *wanted.tone, wood.pixels.size());
   }
   const CoveredWood covered(wood);
-  memory_.keep_text(panel.id, kind_of(wanted), of, covered.text());
+  memory_.keep_text(panel.id, kind_of(wanted), counted_of(*state, panel, wanted), covered.text());
   return covered.by(wanted.patch);
 }
 
 Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord& panel) {
-  const auto state = read_state(r, memory_, panel);
+  auto state = read_state(r, memory_, panel);
   if (!state) return state.error();
   std::vector<std::optional<std::string>> materials = {std::nullopt};
   if (!state->zones.empty())
@@ -220,12 +227,23 @@ Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord&
           !memory_.find_text(panel.id, kind_of(kind), counted_of(*state, panel, kind)))
         missing.push_back(kind);
   if (missing.empty()) return 0;
-  const auto free = free_now(r, library_, panel);
+  // The map before the mask: one that cannot be read would have the mask decoded at every look.
+  std::optional<PanelLibrary::SmallPicture> map;
+  if (std::ranges::any_of(missing, [](const WoodWanted& kind) { return kind.tone.has_value(); })) {
+    auto loaded = library_.load_small(panel.map_file, kTonePixels);
+    if (loaded)
+      map = std::move(*loaded);
+    else
+      std::erase_if(missing, [](const WoodWanted& kind) { return kind.tone.has_value(); });
+    if (missing.empty()) return loaded.error();
+  }
+  const auto free = free_now(r, library_, panel, *state);
   if (!free) return free.error();
-  const auto map = library_.load_small(panel.map_file, kTonePixels);
-  if (!map) return map.error();
-  const cv::Mat dark = wood_of_tone(*map, Tone::kDark, free->pixels.size());
-  const cv::Mat light = wood_of_tone(*map, Tone::kLight, free->pixels.size());
+  cv::Mat dark, light;
+  if (map) {
+    dark = wood_of_tone(*map, Tone::kDark, free->pixels.size());
+    light = wood_of_tone(*map, Tone::kLight, free->pixels.size());
+  }
   for (const auto& material : materials) {
     const auto whole = material ? wood_of(*free, state->zones, *material) : *free;
     for (const WoodWanted& kind : missing) {

@@ -16,10 +16,13 @@ namespace {
 
 using nlohmann::json;
 
-// Of the file; another one is not read.
+// Of the file. The one before it had no texts; any other is not read.
 constexpr int kFormat = 2;
-// So much of each kind is kept of a panel.
-constexpr std::size_t kMostEntries = 64;
+// So many numbers are kept of a panel, and so many texts: three of each wood that it has, or they would be counted at
+// every look. What is of woods that it had goes when there are more.
+constexpr std::size_t kMostNumbers = 64, kMostTexts = 1000;
+
+void add_to(std::string& wood, db::AllocationId allocation) { wood += fmt::format(" {}", allocation.value); }
 
 std::string word_of(const std::string& text) { return sha256_hex(std::as_bytes(std::span(text))).substr(0, 32); }
 
@@ -33,7 +36,9 @@ void StockMemory::load(Repositories& r) {
   std::ifstream in(file_, std::ios::binary);
   const json file = json::parse(in, nullptr, false);
   try {
-    if (!in || file.is_discarded() || file.at("format") != kFormat) return;
+    if (!in || file.is_discarded()) return;
+    const int format = file.at("format");
+    if (format != kFormat && format != kFormat - 1) return;
     const Step step{file.at("step"), file.at("mark")};
     const auto mark = r.ledger.mark_of_step(step.number);
     if (!mark || *mark != step.mark) return;
@@ -45,6 +50,7 @@ void StockMemory::load(Repositories& r) {
       kept.counted_at = step.number;
       for (const auto& [name, numbers] : of.at("numbers").items())
         kept.numbers[name] = {numbers.at("of"), numbers.at("values")};
+      if (format < kFormat) continue;
       for (const auto& [name, text] : of.at("texts").items()) kept.texts[name] = {text.at("of"), text.at("text")};
     }
     panels_ = std::move(panels);
@@ -84,7 +90,7 @@ Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::Pane
   if (!live) return live.error();
   std::string wood = panel.mask_file, booked = panel.mask_file;
   for (const auto& [allocation, state] : *live) {
-    wood += fmt::format(" {}", allocation.value);
+    add_to(wood, allocation);
     booked += fmt::format(" {} {}", allocation.value, static_cast<int>(state));
   }
   const std::lock_guard lock(mutex_);
@@ -93,6 +99,16 @@ Result<StockMemory::State> StockMemory::state_of(Repositories& r, const db::Pane
   kept.state = {word_of(wood), word_of(booked)};
   kept.counted_at = *newest;
   return kept.state;
+}
+
+std::string StockMemory::name_of_wood(const db::PanelRecord& panel, const std::vector<db::AllocationRecord>& live) {
+  std::vector<db::AllocationId> ids;
+  ids.reserve(live.size());
+  for (const auto& allocation : live) ids.push_back(allocation.id);
+  std::ranges::sort(ids, {}, &db::AllocationId::value);
+  std::string wood = panel.mask_file;
+  for (const db::AllocationId id : ids) add_to(wood, id);
+  return word_of(wood);
 }
 
 std::optional<std::vector<double>> StockMemory::find(const PanelId& panel, const std::string& name,
@@ -109,7 +125,7 @@ void StockMemory::keep(const PanelId& panel, const std::string& name, const std:
                        std::vector<double> numbers) {
   const std::lock_guard lock(mutex_);
   auto& kept = panels_[panel].numbers;
-  if (kept.size() >= kMostEntries && !kept.contains(name)) kept.clear();
+  if (kept.size() >= kMostNumbers && !kept.contains(name)) kept.clear();
   kept[name] = {of, std::move(numbers)};
 }
 
@@ -133,7 +149,7 @@ std::optional<std::string> StockMemory::find_text(const PanelId& panel, const st
 void StockMemory::keep_text(const PanelId& panel, const std::string& name, const std::string& of, std::string text) {
   const std::lock_guard lock(mutex_);
   auto& kept = panels_[panel].texts;
-  if (kept.size() >= kMostEntries && !kept.contains(name)) kept.clear();
+  if (kept.size() >= kMostTexts && !kept.contains(name)) kept.clear();
   kept[name] = {of, std::move(text)};
   to_save_ = true;
 }

@@ -31,6 +31,8 @@ class StockMemory {
     std::string booked;  // also when what is booked is in another state
   };
   Result<State> state_of(Repositories& r, const db::PanelRecord& panel);
+  // State::wood of a panel on which this is booked.
+  static std::string name_of_wood(const db::PanelRecord& panel, const std::vector<db::AllocationRecord>& live);
 
   // What was kept of a panel under a name, when it was counted of the same.
   std::optional<std::vector<double>> find(const PanelId& panel, const std::string& name, const std::string& of);

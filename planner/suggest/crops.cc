@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <system_error>
 
 namespace veneer::planner {
 namespace {
@@ -43,7 +44,12 @@ Result<cv::Rect> crop_of(const std::string& text) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const std::size_t comma = i + 1 < numbers.size() ? text.find(',', from) : text.size();
     const char* end = comma == std::string::npos ? nullptr : text.data() + comma;
-    if (end == nullptr || std::from_chars(text.data() + from, end, numbers[i]).ptr != end || comma == from)
+    // A number that is too large is read to its end and leaves 0.
+    const bool read = end != nullptr && [&] {
+      const auto [to, error] = std::from_chars(text.data() + from, end, numbers[i]);
+      return error == std::errc() && to == end;
+    }();
+    if (!read)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("the crop \"{}\" is not X,Y,WIDTH,HEIGHT in whole pixels", text)};
     from = comma + 1;

@@ -36,10 +36,12 @@ constexpr int kAdviceRotations = 4;
 constexpr double kStockPixels = 2;    // pixels that the wood's pictures keep for each of the finest plan's
 constexpr double kPreviewSide = 420;  // pixels of a preview's shorter side
 constexpr double kShrink = 0.93;      // of a picture for which the wood did not suffice, at most
-constexpr int kShrinks = 5;
-constexpr double kUsable = 0.62;  // share of the free wood that pieces can be cut from, at most
-constexpr double kReads = 0.04;   // less likeness than the best's is nothing that a person minds
-constexpr double kEyesight = 64;  // pixels of the shorter side that are seen from afar
+constexpr int kFineShrinks = 4;
+constexpr double kCoarseShrink = 0.85;  // after so many, or the smallest that is tried would be hardly any smaller
+constexpr int kSizes = 10;              // tried, the smallest 0.33 of the first at most
+constexpr double kUsable = 0.62;        // share of the free wood that pieces can be cut from, at most
+constexpr double kReads = 0.04;         // less likeness than the best's is nothing that a person minds
+constexpr double kEyesight = 64;        // pixels of the shorter side that are seen from afar
 
 SquareMillimetres free_area(std::span<const StockPanel> stock) {
   SquareMillimetres out{};
@@ -124,7 +126,7 @@ class Adviser {
     const Millimetres most(std::sqrt(free_area(stock_).count() * kUsable / shape));
     Millimetres side = std::min({limits_.size, most, enough_});
     std::optional<Suggestion> last;
-    for (int shrinks = 0; shrinks < kShrinks; ++shrinks, side = smaller(side, last)) {
+    for (int shrinks = 0; shrinks < kSizes; side = smaller(side, last, ++shrinks)) {
       const Millimetres patch = std::max(side / cut.across, limits_.smallest);
       if (side < 3 * patch) break;
       const bool known = std::any_of(before.begin(), before.end(), [&](const Suggestion& it) {
@@ -143,10 +145,11 @@ class Adviser {
 
   // What was left unfilled says how much smaller: its share of the area, and some more, since the last patches find
   // only gaps that are too narrow.
-  static Millimetres smaller(Millimetres side, const std::optional<Suggestion>& tried) {
+  static Millimetres smaller(Millimetres side, const std::optional<Suggestion>& tried, int shrinks) {
     const double filled =
         tried ? 1 - 1.2 * static_cast<double>(tried->unfilled) / static_cast<double>(tried->pieces) : 1;
-    return side * std::clamp(std::sqrt(std::max(0.0, filled)) * 0.98, 0.5, kShrink);
+    return side *
+           std::clamp(std::sqrt(std::max(0.0, filled)) * 0.98, 0.5, shrinks > kFineShrinks ? kCoarseShrink : kShrink);
   }
 
   Result<Suggestion> planned(const cv::Rect& crop, LayoutKind layout, Millimetres side, Millimetres patch) {

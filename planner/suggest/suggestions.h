@@ -2,7 +2,7 @@
 //
 // Each combination is planned small and fast: at a working resolution at which a patch is some ten pixels wide, with
 // few rotations. Pieces, wood and previews are those of these plans; a plan at the full resolution is finer, never
-// coarser. Where the wood does not suffice the picture becomes smaller until it does.
+// coarser. Where the wood does not suffice the picture becomes smaller, until it does or a third is left.
 #pragma once
 
 #include <chrono>

@@ -128,6 +128,14 @@ VALUES ('P-0002', 'P-0003', 0, 0, 0, 0, 4, 0.01, 0, 'local:1000', 't18');)sql"},
 INSERT INTO remnants (panel, mask_version, run, counted_of, woods, square_um, circle_um, fitting, picture_file, at)
 VALUES ('P-0001', 2, 3, 'h1', '{"oak":9}', '[1,2,3]', '[]', '{"-1 14 ":9}', 'left.png', 't19');
 INSERT INTO kept_cuts (piece, run, laser, strokes) VALUES (11, 3, 'Grbl 1.1h', '[]');)sql"},
+    {24, R"sql(
+INSERT INTO users (name, role, password, made_at, changed_at) VALUES ('anna', 'operator', '$argon2id$v=19$x', 't20',
+                                                                      't20');
+INSERT INTO credentials (secret, kind, user, name, role, made_at, expires_at) VALUES
+  (printf('%064d', 1), 'token', 'anna', 'backup', 'viewer', 't20', 't21');)sql"},
+    {25, R"sql(
+INSERT INTO scans (panel, face, device, file, sha256, dpi, rms_mm, max_mm, lattice, taken_at) VALUES
+  ('P-0001', 'show', 'flatbed', 's5', printf('%064d', 5), 300, 0.01, 0.02, '#64,1,1;??', 't22');)sql"},
 };
 
 }  // namespace veneer::db

@@ -6,7 +6,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <string>
+#include <vector>
 
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/remnants.h"
@@ -131,6 +134,57 @@ TEST_F(StockMemoryTest, OfAnotherHistoryIsNotTold) {
     std::ofstream(data() / "memory.json") << damaged;
     EXPECT_NEAR(Life(data()).free(), kWholeMask - 36, 3) << damaged;
   }
+}
+
+// What was free while it was counted is what it is kept under.
+TEST_F(StockMemoryTest, NamesWoodByWhatIsBookedOnIt) {
+  Life stay(data());
+  stay.write_off(20);
+  const auto named = [&] {
+    return StockMemory::name_of_wood(stay.panel(), must(stay.r.ledger.live_allocations({"P-0001"})));
+  };
+  const auto one = named();
+  EXPECT_EQ(one, must(stay.memory.state_of(stay.r, stay.panel())).wood);
+  stay.write_off(12);
+  EXPECT_NE(one, named());
+  EXPECT_EQ(named(), must(stay.memory.state_of(stay.r, stay.panel())).wood);
+}
+
+TEST_F(StockMemoryTest, WhatTheFormatBeforeHeldIsNotCountedAgain) {
+  double free = 0;
+  {
+    Life stay(data());
+    free = stay.free();
+    stay.found(8);
+    stay.memory.save();
+  }
+  nlohmann::json file;
+  std::ifstream(data() / "memory.json") >> file;
+  file["format"] = 1;
+  for (auto& [id, panel] : file["panels"].items()) panel.erase("texts");
+  std::ofstream(data() / "memory.json") << file;
+  lose_pictures();
+  EXPECT_EQ(Life(data()).free(), free);
+}
+
+TEST_F(StockMemoryTest, KeepsWhatNeedsNoMapWhereThatCannotBeRead) {
+  Life stay(data());
+  auto panel = stay.panel();
+  panel.map_file = "panels/none.png";
+  EXPECT_EQ(must(stay.remnants.count_for_searches(stay.r, panel)), 1);
+  EXPECT_FALSE(stay.remnants.count_for_searches(stay.r, panel).ok()) << "its tones are still not known";
+  lose_pictures();
+  EXPECT_GT(must(stay.remnants.fitting(stay.r, panel, {{}, {}, Millimetres(8)})).count(), 200);
+}
+
+TEST_F(StockMemoryTest, KeepsEveryWoodOfAPanelOfManyWoods) {
+  Life stay(data());
+  std::vector<db::ZoneRecord> zones;
+  for (int i = 0; i < 24; ++i)
+    zones.push_back({i + 1, panel_square(1.2 * i, 1, 1), std::string("wood ") + static_cast<char>('a' + i)});
+  ASSERT_TRUE(stay.r.materials.add_zones({"P-0001"}, zones).ok());
+  EXPECT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 3 * (24 + 1));
+  EXPECT_EQ(must(stay.remnants.count_for_searches(stay.r, stay.panel())), 0);
 }
 
 }  // namespace

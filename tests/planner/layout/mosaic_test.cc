@@ -28,6 +28,11 @@ TEST(ToneGroups, LieWhereThePicturesTonesDo) {
   EXPECT_TRUE(ends[1] >= 124 && ends[1] < 230) << ends[1];
   EXPECT_EQ(ends[2], 255);
   histogram.fill(0);
+  histogram[20] = histogram[120] = 250, histogram[200] = 9500;  // a ground that is nearly all of the picture
+  const std::vector<int> parted = tone_groups(histogram, 6);
+  ASSERT_EQ(parted.size(), 3U);
+  EXPECT_TRUE(parted[0] >= 20 && parted[0] < 120 && parted[1] >= 120 && parted[1] < 200) << parted[0];
+  histogram.fill(0);
   histogram[90] = 7;  // a plain picture
   EXPECT_EQ(tone_groups(histogram, 6), std::vector<int>{255});
 }

@@ -43,7 +43,7 @@ TEST(Crops, TakeThePartOfEveryPicture) {
 TEST(Crops, AreWrittenAsTheyAreRead) {
   EXPECT_EQ(*crop_of("3,4,50,60"), cv::Rect(3, 4, 50, 60));
   EXPECT_EQ(crop_text({3, 4, 50, 60}), "3,4,50,60");
-  for (const char* text : {"", "1,2,3", "1,2,3,", "1,2,3,4,5", "1,2,x,4", "1.5,2,3,4"})
+  for (const char* text : {"", "1,2,3", "1,2,3,", "1,2,3,4,5", "1,2,x,4", "1.5,2,3,4", "99999999999,0,10,10"})
     EXPECT_EQ(crop_of(text).error().code, ErrorCode::kInvalidArgument) << text;
   EXPECT_TRUE(crop_of("10,0,20,30", {30, 30}, "it").ok());
   for (const char* text : {"11,0,20,30", "-1,0,20,20", "0,0,0,5", "2147483647,0,2,2"})

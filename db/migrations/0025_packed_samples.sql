@@ -1,0 +1,2 @@
+-- Schema 25: `scans.lattice` may be packed letters. No table changes; a veneerd that would take them for damaged samples
+-- must not open the database.
