@@ -4,10 +4,10 @@
 #include <iterator>
 #include <string_view>
 
+#include "daemon/orders/wood_options.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/pictures.h"
 #include "planner/pictures/resample.h"
-#include "planner/plan_options.h"
 #include "planner/suggest/contact_sheet.h"
 #include "planner/suggest/crops.h"
 #include "planner/suggest/suggestions.h"
@@ -70,14 +70,15 @@ Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::
   progress(0.02, "reading the stock");
   const auto stock = load_job_wood(order.wood, size.width * size.height);
   if (!stock) return stock.error();
-  planner::PlanOptions options;
-  for (const auto& [name, text] : order.options)
-    if (const Status set = planner::set_option(options, name, text); !set) return set.error();
-  options.threads = order.threads;
-  options.kerf = order.kerf;
+  auto options = wood_options(order.options, order.wood, *stock, order.kerf, order.recipes);
+  if (!options) return options.error();
+  options->threads = order.threads;
   planner::AdviceLimits limits;
   limits.size = order.size, limits.crops = order.crop.empty();
-  const auto advice = planner::advise(artwork, *stock, options, limits, [&](double f, std::string_view text) {
+  // Both are of borders as they are asked for, although none is refined here.
+  options->web = web_of(planner::LayoutKind::kGrid, options->refine);
+  limits.cells_web = web_of(planner::LayoutKind::kMosaic, options->refine);
+  const auto advice = planner::advise(artwork, *stock, *options, limits, [&](double f, std::string_view text) {
     progress(0.05 + 0.9 * f, std::string(text));
   });
   if (!advice) return advice.error();

@@ -23,8 +23,9 @@ struct GiveAdvice {
   Millimetres size{0};                         // shorter side, at most
   std::map<std::string, std::string> options;  // planner::kNamedOptions
   int threads = 0;
-  Millimetres kerf{0};
+  Millimetres kerf{0};  // the certificate's
   JobWood wood;
+  std::vector<db::RecipeRecord> recipes;
 };
 
 struct AdvisedPicture {
@@ -44,7 +45,7 @@ struct AdviceGiven {
 Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::path& folder,
                                 const TaskProgress& progress);
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, threads, kerf, wood)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, threads, kerf, wood, recipes)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdvisedPicture, crop, layout, size_mm, width_mm, height_mm, patch_mm, pieces,
                                    unfilled, likeness, cutting_s, preview)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdviceGiven, suggestions, suggested, remarks)

@@ -9,12 +9,12 @@
 #include <set>
 
 #include "daemon/orders/stored_picture.h"
+#include "daemon/orders/wood_options.h"
 #include "daemon/orders/wood_recipes.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
 #include "planner/pictures/pictures.h"
-#include "planner/plan_options.h"
 #include "planner/problem/shortage.h"
 #include "planner/suggest/crops.h"
 
@@ -82,17 +82,10 @@ Result<std::optional<planner::Plan>> earlier_of(const MakePlan& order) {
 
 Result<planner::PlanOptions> options_of(const MakePlan& order, const std::optional<planner::Plan>& earlier,
                                         const std::vector<planner::StockPanel>& stock) {
-  planner::PlanOptions options;
-  for (const auto& [name, text] : order.options)
-    if (const Status set = planner::set_option(options, name, text); !set) return set.error();
+  auto named = wood_options(order.options, order.wood, stock, order.kerf, order.recipes);
+  if (!named) return named.error();
+  planner::PlanOptions options = std::move(*named);
   options.threads = order.threads;
-  options.kerf = order.kerf;
-  for (const auto& panel : stock)
-    options.kerf =
-        std::max(options.kerf, WoodRecipes({}, order.kerf, order.recipes, held(order, panel.id).zones).widest_kerf());
-  // Chips would fall out between curved borders that touch, booked by nobody (docs/KERF.md).
-  if (options.refine != planner::Refine::kNone || options.layout != planner::LayoutKind::kGrid)
-    options.web = planner::kPieceWeb;
   options.index_cache = order.wood.index_dir;
   if (!earlier) return options;
   if (const Status kept = planner::keep_edited(*earlier, order.edits, options); !kept) return kept.error();

@@ -309,7 +309,8 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
                     option_texts(request.options),
                     request.options.threads,
                     today->kerf,
-                    wood_of(request, today->stock, config_, library_)};
+                    wood_of(request, today->stock, config_, library_),
+                    std::move(today->stock.recipes)};
   wanted.wood.index_dir.clear();  // of plans that nobody makes again
   const auto bytes = std::as_bytes(std::span(request.picture.text()));
   if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();

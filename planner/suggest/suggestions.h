@@ -42,6 +42,7 @@ struct AdviceLimits {
   Millimetres size{360};    // of the shorter side, at most
   bool crops = true;        // false: only the picture as it is
   Millimetres smallest{5};  // patch: what is smaller gets lost
+  Millimetres cells_web{};  // PlanOptions::web of plans whose pieces are no squares
 };
 
 // `options` are those of the plan to come; layout, patch, dpi and rotations are the advice's own. kInvalidArgument: as
