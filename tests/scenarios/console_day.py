@@ -9,13 +9,14 @@ import sys
 import time
 
 from selenium import webdriver
+from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import WebDriverWait
 
 SIZES = {"desk": (1280, 800), "wide": (1920, 1080), "phone": (390, 844)}
-PATIENCE_S = 40
+PATIENCE_S = 120
 FIRST_VIEW_BYTES = 500_000
 TARGET_PX = 45  # 12 mm at 96 px an inch
 
@@ -43,8 +44,10 @@ class Day:
             "const found = document.querySelector(arguments[0]); return found ? found.innerText : ''", css)
 
     def until(self, what, shown):
+        # The page may draw anew between finding and asking.
+        drawn_anew = (NoSuchElementException, StaleElementReferenceException)
         try:
-            WebDriverWait(self.browser, PATIENCE_S, poll_frequency=0.05).until(lambda _: shown())
+            WebDriverWait(self.browser, PATIENCE_S, 0.05, drawn_anew).until(lambda _: shown())
         except Exception as fault:
             self.picture("failed", "desk")
             raise SystemExit(f"{what} did not come: {fault}\nThe page says:\n{self.text()}") from fault
