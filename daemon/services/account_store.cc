@@ -57,7 +57,8 @@ Result<StoredAccounts> stored_accounts(const DatabaseThread& database) {
   const auto head = r.audit.head();
   if (!head) return head.error();
   StoredAccounts out;
-  out.new_cell = users->empty() && head->id == 0;
+  // The row of who signed in first may not have been written when the daemon was killed; the session was.
+  out.new_cell = users->empty() && credentials->empty() && head->id == 0;
   for (const db::UserRecord& row : *users)
     out.users.push_back({row.name, role_in(row.role), row.password, row.made_at, row.changed_at});
   for (const db::CredentialRecord& row : *credentials)

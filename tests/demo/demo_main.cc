@@ -45,8 +45,8 @@ struct Arguments {
   std::string preset = "bench";
 };
 
-// The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and with
-// all of the head some pieces are so narrow (2.5 mm) that their marks cannot be read.
+// The face, cut out of the portrait's middle: of a half-figure in pieces of this size nothing can be recognised, and
+// with all of the head some pieces are so narrow (2.5 mm) that their marks cannot be read.
 Result<fs::path> face_of(const fs::path& portrait, const fs::path& out) {
   const cv::Mat whole = cv::imread(portrait.string());
   if (whole.empty())
