@@ -87,8 +87,9 @@ class ActivityHost {
   // For people: what is being burnt ("" = nothing), and that a piece is booked.
   virtual void show_piece(JobId job, const std::string& mark, double eta_seconds) = 0;
   virtual void piece_booked(const PieceBurn& burn) = 0;
-  // The states of the job's pieces changed otherwise.
-  virtual void recount() = 0;
+  // The states of the job's pieces changed otherwise: `then` comes when the view shows them, and not at all when the
+  // activity was broken off meanwhile.
+  virtual void recount(std::function<void()> then) = 0;
   // What the look at the bed that is being answered tells a person, though the activity goes on; "" = nothing any more.
   virtual void bed_remark(const std::string& text) = 0;
 

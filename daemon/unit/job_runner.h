@@ -146,7 +146,7 @@ class JobRunner : private ActivityHost {
   Status check(std::span<const PieceBurn> burns) const override;
   void show_piece(JobId job, const std::string& mark, double eta_seconds) override;
   void piece_booked(const PieceBurn& burn) override;
-  void recount() override;
+  void recount(std::function<void()> then) override;
   void bed_remark(const std::string& text) override;
   void break_off(const std::string& reason, const laser_event::Aborted* told);
   void end_broken(std::function<void(int)> then);

@@ -101,9 +101,12 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
   on_change_();
 }
 
-void JobRunner::recount() {
+void JobRunner::recount(std::function<void()> then) {
   view_.can_recut = kept_.count();
-  refresh_job([this] { on_change_(); });
+  refresh_job([this, then = std::move(then)] {
+    on_change_();
+    then();
+  });
 }
 
 void JobRunner::bed_remark(const std::string& text) {

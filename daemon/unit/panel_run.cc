@@ -92,8 +92,7 @@ void PanelRun::doubt(const Error& why, const Reply& reply) {
         if (!written) return host_.abort(fmt::format("{} (not written yet: {})", told, written.error().message));
         suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
         kept_.begin(pose_, basis_);  // what lies elsewhere is not met again
-        host_.recount();
-        reply(Error{code, told});
+        host_.recount([code, told, reply] { reply(Error{code, told}); });  // Held shows what is suspect
       });
 }
 
