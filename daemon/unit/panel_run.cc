@@ -91,7 +91,7 @@ void PanelRun::doubt(const Error& why, const Reply& reply) {
         // Told with the end of the run instead, which is tried again until the disk takes it.
         if (!written) return host_.abort(fmt::format("{} (not written yet: {})", told, written.error().message));
         suspects_ += static_cast<int>(std::exchange(doubted_, {}).size());
-        kept_.begin(pose_, basis_);  // what lies elsewhere is not met again
+        kept_.begin(pose_, basis_);                                        // what lies elsewhere is not met again
         host_.recount([code, told, reply] { reply(Error{code, told}); });  // Held shows what is suspect
       });
 }
