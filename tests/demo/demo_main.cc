@@ -83,10 +83,10 @@ Status tell_all(Story& story, const Arguments& arguments, const fs::path& bin_di
   const fs::path moth = arguments.out / "second-target.png";
   if (!cv::imwrite(moth.string(), moth_picture()))
     return Error{ErrorCode::kStorage, fmt::format("cannot write {}", moth.string())};
-  // A face needs all tones of the wood in one family of colours, and many pieces; narrower than 8 mm they would stay in
-  // the panel, by bridges.
-  const std::map<std::string, std::string> options = {
-      {"w_hist", "1"}, {"w_colour", "0.5"}, {"w_gamut", "1"}, {"layout", "mosaic"}};
+  // A face needs all tones of the wood in one family of colours, eyes and mouth set off, and many pieces; narrower than
+  // 8 mm they would stay in the panel, by bridges.
+  const std::map<std::string, std::string> options = {{"w_hist", "0.3"},   {"w_range", "1"}, {"w_detail", "0.9"},
+                                                      {"w_colour", "0.5"}, {"w_gamut", "1"}, {"layout", "mosaic"}};
   // What was drawn in tones of wood needs none of that, only what is left of them.
   const std::map<std::string, std::string> plain = {
       {"w_hist", "0.2"}, {"w_range", "1"}, {"w_colour", "0.5"}, {"w_gamut", "0.7"}, {"layout", "mosaic"}};
