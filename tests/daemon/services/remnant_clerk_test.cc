@@ -36,10 +36,10 @@ class RemnantClerkTest : public ::testing::Test {
   struct Life {
     explicit Life(const fs::path& data)
         : database(must(DatabaseThread::open(data / "veneerd.db", reactor))),
-          library(data),
+          panel_library(data),
           memory(data / "memory.json"),
-          remnants(library, memory),
-          clerk(*database, library, remnants, memory, make_null_logger()) {}
+          remnants(panel_library, memory),
+          clerk(*database, panel_library, remnants, memory, make_null_logger()) {}
     template <class Work>
     auto with(Work work) {
       return must(database->call(work));
@@ -56,7 +56,7 @@ class RemnantClerkTest : public ::testing::Test {
 
     boost::asio::io_context reactor;
     std::unique_ptr<DatabaseThread> database;
-    PanelLibrary library;
+    PanelLibrary panel_library;
     StockMemory memory;
     Remnants remnants;
     RemnantClerk clerk;
@@ -66,8 +66,8 @@ class RemnantClerkTest : public ::testing::Test {
     Life stay(data());
     db::PanelRecord panel;
     panel.id = kMaple, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
-    const auto picture =
-        must(stay.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+    const auto picture = must(
+        stay.panel_library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
     must(stay.database->call([&](Repositories& r) { return r.panels.add(panel, {}, {}); }));
     picture_ = data() / picture.file;
@@ -113,7 +113,7 @@ TEST_F(RemnantClerkTest, BooksWhatARunLeavesWithItsPicture) {
   ASSERT_EQ(booked[0].woods.size(), 1U);
   EXPECT_LT(booked[0].woods[0].free + SquareMillimetres(64), booked[1].woods[0].free);
   EXPECT_LT(booked[0].square->size, booked[1].square->size);
-  const auto picture = must(stay.library.load_picture(booked[0].picture_file));
+  const auto picture = must(stay.panel_library.load_picture(booked[0].picture_file));
   EXPECT_EQ(picture.size(), cv::Size(kMaskColumns, kMaskRows));
 }
 

@@ -32,10 +32,10 @@ class StockMemoryTest : public ::testing::Test {
   struct Life {
     explicit Life(const fs::path& data)
         : database(must(db::Database::open(data / "veneerd.db"))),
-          library(data),
+          panel_library(data),
           memory(data / "memory.json"),
-          figures(library, memory),
-          remnants(library, memory) {}
+          figures(panel_library, memory),
+          remnants(panel_library, memory) {}
     double free() { return must(figures.free(r, panel())); }
     double found(double patch_mm) {
       const WoodWanted wanted{{}, Tone::kLight, Millimetres(patch_mm)};
@@ -49,7 +49,7 @@ class StockMemoryTest : public ::testing::Test {
 
     db::Database database;
     Repositories r{database};
-    PanelLibrary library;
+    PanelLibrary panel_library;
     StockMemory memory;
     PanelFigures figures;
     Remnants remnants;
@@ -64,8 +64,8 @@ class StockMemoryTest : public ::testing::Test {
     Life stay(data());
     db::PanelRecord panel;
     panel.id = {"P-0001"}, panel.name = "maple", panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
-    const auto picture =
-        must(stay.library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
+    const auto picture = must(
+        stay.panel_library.store_picture(cv::Mat(kMaskRows, kMaskColumns, CV_8UC1, cv::Scalar(255)), "panels", "all"));
     panel.map_file = panel.mask_file = picture.file, panel.map_hash = picture.sha256;
     panel.usable = SquareMillimetres(kWholeMask);
     if (!stay.r.panels.add(panel, {}, {}).ok()) throw std::runtime_error("not added");
