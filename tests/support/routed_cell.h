@@ -61,9 +61,8 @@ class RoutedCell : public ::testing::Test {
     request.content_type = "application/json";
     request.idempotency_key = idempotency_key;
     request.caller = {daemon::Role::kAdmin, "uid 1000", daemon::TransportKind::kUnix};
-    // Asked as fast as this, more would wait for the audit log than the cell takes of one caller.
     reactor.restart();
-    while (!cell->may_be_noted(request.caller) && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    while (waits_for_audit && !cell->may_be_noted(request.caller) && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
     }
     const auto answer = std::make_shared<std::optional<daemon::ApiReply>>();
     match.route->handler(request, [this, answer](daemon::ApiReply reply) {
@@ -100,6 +99,9 @@ class RoutedCell : public ::testing::Test {
   boost::asio::io_context reactor{1};
   daemon::Config config;
   std::string idempotency_key;  // of the requests to come
+  // Asked one after another without a pause, more would wait for the audit log than the cell takes of one caller: each
+  // request waits for room there. Not where the test is of that refusal.
+  bool waits_for_audit = true;
   daemon::IdempotencyKeys keys{clock};
   daemon::Router router;
   daemon::ConsoleLinks links{clock};
