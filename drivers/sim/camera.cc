@@ -66,9 +66,10 @@ cv::Mat draw_bed(const TwinSettings::Bed& bed, Random& random) {
   return out;
 }
 
-// The sheet's face at half its resolution, which is still finer than the camera's.
+// The sheet's face at half its resolution, which is still finer than the camera's: the light of its wood, and how much
+// of a place is wood, both blurred by the lens and framed by kBorder pixels.
 struct HalfFace {
-  cv::Mat colour, cover;
+  cv::Mat light, cover;
   double px_per_mm = 0;
 };
 
@@ -77,47 +78,47 @@ HalfFace half_face(const Sheet& sheet, SheetFace face, double blur_mm) {
   // Whole pixels only, so that half a pixel of the raster stays exactly half.
   const cv::Rect even(0, 0, sheet.material.cols & ~1, sheet.material.rows & ~1);
   const cv::Size half(even.width / 2, even.height / 2);
-  cv::Mat engraved;
-  cv::resize(sheet.face(face)(even), out.colour, half, 0, 0, cv::INTER_AREA);
-  cv::resize(sheet.material(even), out.cover, half, 0, 0, cv::INTER_AREA);
+  cv::Mat engraved, light, cover;
+  cv::resize(sheet.face(face)(even), light, half, 0, 0, cv::INTER_AREA);
+  cv::resize(sheet.material(even), cover, half, 0, 0, cv::INTER_AREA);
   cv::resize(sheet.engraved(face)(even), engraved, half, 0, 0, cv::INTER_AREA);
   cv::parallel_for_(cv::Range(0, half.height), [&](const cv::Range& range) {
     for (int r = range.start; r < range.end; ++r) {
       for (int c = 0; c < half.width; ++c) {
-        const unsigned char e = engraved.at<unsigned char>(r, c);
-        if (e == 0) continue;
-        auto& pixel = out.colour.at<cv::Vec3b>(r, c);
-        const cv::Vec3f burnt = burnt_colour(pixel, e);
-        pixel = {static_cast<unsigned char>(burnt[0]), static_cast<unsigned char>(burnt[1]),
-                 static_cast<unsigned char>(burnt[2])};
+        const unsigned char e = engraved.at<unsigned char>(r, c), wood = cover.at<unsigned char>(r, c);
+        auto& pixel = light.at<cv::Vec3b>(r, c);
+        if (e > 0 || wood < 255) pixel = burnt_colour(pixel, e) * (static_cast<float>(wood) / 255.0F);
       }
     }
   });
   out.px_per_mm = sheet.px_per_mm / 2;
   // The lens blurs before the sensor samples; blurred afterwards, an edge would move with its phase to the pixels.
   const double sigma = blur_mm * out.px_per_mm;
-  cv::GaussianBlur(out.colour, out.colour, cv::Size(), sigma, sigma, cv::BORDER_REPLICATE);
-  cv::copyMakeBorder(out.cover, out.cover, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar(0));
-  cv::GaussianBlur(out.cover, out.cover, cv::Size(), sigma);
+  const auto as_seen = [&](const cv::Mat& sharp) {
+    cv::Mat soft;
+    cv::copyMakeBorder(sharp, soft, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar());
+    cv::GaussianBlur(soft, soft, cv::Size(), sigma);
+    return soft;
+  };
+  out.light = as_seen(light), out.cover = as_seen(cover);
   return out;
 }
 
 void lay_over(cv::Mat& strip, const HalfFace& face, const cv::Mat& map) {
-  cv::Mat colour, cover;
-  cv::remap(face.colour, colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::Mat light, cover;
   const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
+  cv::remap(face.light, light, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar());
   cv::remap(face.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  // What shows through a slit or hole lies in the dark.
+  constexpr float kInTheDark = 0.6F;
   for (int r = 0; r < strip.rows; ++r) {
-    const auto* wood = colour.ptr<cv::Vec3b>(r);
+    const auto* wood = light.ptr<cv::Vec3b>(r);
     const auto* cov = cover.ptr<unsigned char>(r);
     auto* out = strip.ptr<cv::Vec3b>(r);
     for (int c = 0; c < strip.cols; ++c) {
-      if (cov[c] == 255) out[c] = wood[c];
-      if (cov[c] == 0 || cov[c] == 255) continue;
-      for (int k = 0; k < 3; ++k) {
-        // What shows through a slit or hole lies in the dark.
-        out[c][k] = static_cast<unsigned char>((wood[c][k] * cov[c] + out[c][k] * 0.6 * (255 - cov[c])) / 255);
-      }
+      if (cov[c] == 0) continue;
+      const float bed = kInTheDark * (1 - static_cast<float>(cov[c]) / 255.0F);
+      out[c] = cv::Vec3f(out[c]) * bed + cv::Vec3f(wood[c]);
     }
   }
 }

@@ -32,10 +32,12 @@ LidShade shade_of(const Sheet& sheet) {
   return out;
 }
 
-// One face of a sheet as the device's optics blur it. Blurring the wood and not the picture keeps the sampling honest:
-// an edge comes out at its place whatever its phase to the pixels.
+// One face of a sheet as the device's optics blur it: the light of its wood, and how much of a place is wood. What is
+// blurred is the light, of wood as far as there is any: blurred each for itself, the brown of a rim would reach into
+// the slit and darken what is seen there. Blurring the wood and not the picture keeps the sampling honest: an edge
+// comes out at its place whatever its phase to the pixels.
 struct SoftFace {
-  cv::Mat colour, cover, engraved;
+  cv::Mat light, cover;  // framed by kBorder pixels
 };
 
 cv::Mat blurred(const cv::Mat& sharp, double sigma) {
@@ -45,41 +47,40 @@ cv::Mat blurred(const cv::Mat& sharp, double sigma) {
 }
 
 SoftFace soften(const Sheet& sheet, SheetFace face, double sigma) {
-  cv::Mat cover;
+  cv::Mat light, cover;
   // The sheet ends inside the border, so that its edges are blurred into nothing.
+  cv::copyMakeBorder(sheet.face(face), light, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar());
   cv::copyMakeBorder(sheet.material, cover, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar(0));
-  SoftFace soft{blurred(sheet.face(face), sigma), blurred(cover, sigma), sheet.engraved(face)};
-  if (!sheet.burns.empty()) soft.engraved = blurred(sheet.engraved(face), sigma);
-  return soft;
+  const cv::Mat& engraved = sheet.engraved(face);
+  cv::parallel_for_(cv::Range(0, engraved.rows), [&](const cv::Range& rows) {
+    for (int r = rows.start; r < rows.end; ++r) {
+      auto* wood = light.ptr<cv::Vec3b>(r + kBorder) + kBorder;
+      const auto *cov = cover.ptr<unsigned char>(r + kBorder) + kBorder, *eng = engraved.ptr<unsigned char>(r);
+      for (int c = 0; c < engraved.cols; ++c)
+        if (cov[c] < 255 || eng[c] > 0) wood[c] = burnt_colour(wood[c], eng[c]) * (static_cast<float>(cov[c]) / 255.0F);
+    }
+  });
+  return {blurred(light, sigma), blurred(cover, sigma)};
 }
 
 void image_strip(cv::Mat& strip, const cv::Mat& map, const Sheet& sheet, const SoftFace& soft, const LidShade& lid) {
-  cv::Mat colour, cover, engraved;
-  cv::remap(soft.colour, colour, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  cv::remap(soft.engraved, engraved, map, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
+  cv::Mat light, cover;
   const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
+  cv::remap(soft.light, light, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar());
   cv::remap(soft.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
   const auto factor = static_cast<float>(lid.px_per_mm / sheet.px_per_mm);
   for (int r = 0; r < map.rows; ++r) {
     const auto* from = map.ptr<cv::Vec2f>(r);
-    const auto* wood = colour.ptr<cv::Vec3b>(r);
-    const auto *cov = cover.ptr<unsigned char>(r), *eng = engraved.ptr<unsigned char>(r);
+    const auto* wood = light.ptr<cv::Vec3b>(r);
+    const auto* cov = cover.ptr<unsigned char>(r);
     auto* out = strip.ptr<cv::Vec3b>(r);
     for (int c = 0; c < map.cols; ++c) {
-      if (cov[c] == 255 && eng[c] == 0) {
-        out[c] = wood[c];
-        continue;
-      }
-      cv::Vec3f seen = kLid;
-      if (cov[c] < 255) {
-        const int x = std::clamp(static_cast<int>(from[c][0] * factor) + 8, 0, lid.shade.cols - 1);
-        const int y = std::clamp(static_cast<int>(from[c][1] * factor) + 8, 0, lid.shade.rows - 1);
-        seen *= 1 - 0.22F * static_cast<float>(lid.shade.at<unsigned char>(y, x)) / 255.0F;
-      }
-      const float a = static_cast<float>(cov[c]) / 255.0F;
-      const cv::Vec3f value = burnt_colour(wood[c], eng[c]) * a + seen * (1 - a);
-      out[c] = {static_cast<unsigned char>(value[0]), static_cast<unsigned char>(value[1]),
-                static_cast<unsigned char>(value[2])};
+      out[c] = wood[c];
+      if (cov[c] == 255) continue;
+      const int x = std::clamp(static_cast<int>(from[c][0] * factor) + 8, 0, lid.shade.cols - 1);
+      const int y = std::clamp(static_cast<int>(from[c][1] * factor) + 8, 0, lid.shade.rows - 1);
+      const float seen = 1 - 0.22F * static_cast<float>(lid.shade.at<unsigned char>(y, x)) / 255.0F;
+      out[c] += kLid * (seen * (1 - static_cast<float>(cov[c]) / 255.0F));
     }
   }
 }

@@ -102,6 +102,22 @@ TEST(Scanner, SeesTheLidThroughKerfAndHolesAndEngravingOnItsOwnFaceOnly) {
   }
 }
 
+// A lens spreads the light of wood, rim and slit; it takes none away and adds none, however soft it is.
+TEST(Scanner, SoftOpticsLeaveTheLightOfASlitAsItIs) {
+  const auto sheet = dotted_sheet(90, 65, {}, {}, 23.622);
+  sheet->front = cv::Scalar(120, 160, 190);
+  burn_stroke(*sheet, stroke(BurnDepth::kThrough, SheetFace::kBack, 0.28, {{40, 10}, {40, 55}}));
+  const auto light_of = [&](double psf_px) {
+    ScanTruth truth = lying(SheetFace::kShow, 0, {12, 14}, 90);
+    truth.scanner.psf_px = psf_px;
+    const cv::Mat scan = render_scan(truth, sheet.get(), 1);
+    const Vec2 middle = truth.scan_pixel({40, 32});
+    return cv::mean(scan(cv::Rect(static_cast<int>(middle.x) - 14, static_cast<int>(middle.y) - 100, 28, 200)));
+  };
+  const cv::Scalar sharp = light_of(0.35), soft = light_of(1.4);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(soft[k], sharp[k], 0.4) << "channel " << k;
+}
+
 TEST(Scanner, ShowsOnlyItsLidWhenNothingLiesOnIt) {
   const cv::Mat scan = render_scan(lying(SheetFace::kShow, 0, {0, 0}, 90), nullptr, 1);
   EXPECT_GT(cv::mean(scan)[1], 225);
