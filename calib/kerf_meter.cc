@@ -32,6 +32,19 @@ Statistics statistics(const std::vector<double>& values) {
 
 bool runs_along_x(const KerfLine& line) { return abs(line.to.x - line.from.x) > abs(line.to.y - line.from.y); }
 
+// Dust and grain along a line are not averaged out within it: one that fits its model less well counts less.
+constexpr double kBestFit = 0.3;  // grey levels; no line fits better
+
+double weighted_mean(const std::vector<KerfReading>& lines, bool along_x) {
+  double sum = 0, weights = 0;
+  for (const KerfReading& line : lines) {
+    if (line.along_x != along_x) continue;
+    const double weight = 1 / std::pow(std::max(kBestFit, line.misfit), 2);
+    sum += weight * line.width.count(), weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0;
+}
+
 struct Readings {
   std::vector<KerfReading> lines;
   double least_contrast = 255;
@@ -57,7 +70,7 @@ Readings read_lines(const cv::Mat& scan, ScanResolution resolution, const std::v
       widths.push_back(fit_width(sample_profile(scan, resolution, found[i], begin, end, lid), shape).width);
     }
     out.lines.push_back({found[i].line, Millimetres(whole.width), Millimetres(statistics(widths).spread),
-                         runs_along_x(lines[found[i].line])});
+                         runs_along_x(lines[found[i].line]), whole.residual});
   }
   return out;
 }
@@ -105,14 +118,12 @@ Result<KerfMeasurement> measure_kerf(const cv::Mat& scan, ScanResolution resolut
   const Readings read = read_lines(scan, resolution, found, lines);
   KerfMeasurement kerf;
   kerf.readings = read.lines;
-  std::vector<double> all, along_x, along_y;
-  for (const auto& reading : kerf.readings) {
-    all.push_back(reading.width.count());
-    (reading.along_x ? along_x : along_y).push_back(reading.width.count());
-  }
-  const Statistics of_all = statistics(all);
-  kerf.mean = Millimetres(of_all.mean), kerf.spread = Millimetres(of_all.spread);
-  kerf.mean_x_lines = Millimetres(statistics(along_x).mean), kerf.mean_y_lines = Millimetres(statistics(along_y).mean);
+  std::vector<double> all;
+  for (const auto& reading : kerf.readings) all.push_back(reading.width.count());
+  kerf.spread = Millimetres(statistics(all).spread);
+  const double x = weighted_mean(kerf.readings, true), y = weighted_mean(kerf.readings, false);
+  kerf.mean_x_lines = Millimetres(x), kerf.mean_y_lines = Millimetres(y);
+  kerf.mean = Millimetres(x > 0 && y > 0 ? (x + y) / 2 : x + y);
   if (const Status good = within_limits(kerf, read.least_contrast, limits); !good.ok()) return good.error();
   return kerf;
 }

@@ -20,12 +20,13 @@ struct KerfReading {
   Millimetres width{0};   // full width k
   Millimetres spread{0};  // one sigma along the line, of 4 mm pieces
   bool along_x = false;   // the line runs along machine x (so the width is measured across, in y)
+  double misfit = 0;      // rms, grey levels, of what model and scan differ by
 };
 
 struct KerfMeasurement {
-  Millimetres mean{0};
+  Millimetres mean{0};                           // of the two means below, where both directions were read
   Millimetres spread{0};                         // one sigma between lines
-  Millimetres mean_x_lines{0}, mean_y_lines{0};  // of the lines along machine x, along y
+  Millimetres mean_x_lines{0}, mean_y_lines{0};  // along machine x, along y; lines with a greater misfit count less
   std::vector<KerfReading> readings;
 };
 

@@ -14,19 +14,21 @@ namespace {
 
 constexpr int kDarkestLid = 215;  // when nothing of the scan is as bright, the board covers the glass
 constexpr int kUsualLid = 245;
-// Sigma of flatbeds at their rated resolution, pixel aperture included, and of a sawn edge.
-constexpr double kUsualBlurPx = 0.62, kUsualBlurMm = 0.02;
-constexpr double kChordMm = 16;  // of an edge, looked at as straight
-constexpr double kReach = 0.4;   // mm to both sides of an edge
+// Sigma of flatbeds at their rated resolution, pixel aperture included, and of a sawn edge; how much narrower the core
+// is, and how much of the light lies in the tails.
+constexpr double kUsualBlurPx = 0.62, kUsualBlurMm = 0.02, kUsualCore = 0.61, kUsualTails = 0.58;
+constexpr double kChordMm = 16;                        // of an edge, looked at as straight
+constexpr double kReach = 0.4;                         // mm to both sides of an edge
+constexpr double kTrust = 0.012, kLittleTrust = 0.02;  // mm, in what a slit's walls may add to a measured, a usual blur
 
 // A step from wood to lid, each with its own light and the lid's with a curved shade, blurred.
-double edge_misfit(const std::vector<std::pair<double, double>>& samples, double place, double blur) {
+double edge_misfit(const std::vector<std::pair<double, double>>& samples, double place, const LineSpread& spread) {
   const auto n = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixXd basis(n, 5);
   Eigen::VectorXd seen(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& [d, value] = samples[static_cast<std::size_t>(i)];
-    const double t = d - place, lid = 0.5 * (1 + std::erf(t / (blur * std::sqrt(2.0))));
+    const double t = d - place, lid = spread.below(t);
     basis.row(i) << 1 - lid, (1 - lid) * t, lid, lid * t, lid * t * t;
     seen[i] = value;
   }
@@ -50,38 +52,68 @@ Samples sample_edge(const cv::Mat& scan, ScanResolution resolution, const FoundL
   return samples;
 }
 
-double place_of(const Samples& samples, double blur) {
+double place_of(const Samples& samples, const LineSpread& spread) {
   double best = 0, least = 1e300;
   for (int step = -10; step <= 10; ++step) {
     const double at = 0.03 * step;
-    const double m = edge_misfit(samples, at, blur);
+    const double m = edge_misfit(samples, at, spread);
     if (m < least) least = m, best = at;
   }
   return golden_section_minimum(best - 0.04, best + 0.04, 1e-3,
-                                [&](double at) { return edge_misfit(samples, at, blur); });
+                                [&](double at) { return edge_misfit(samples, at, spread); });
 }
 
-// The blur at one straight edge; nothing when it is no clean step.
-std::optional<double> blur_at(const cv::Mat& scan, ScanResolution resolution, const FoundLine& rough) {
+struct SeenEdge {
+  Samples samples;
+  double place = 0, step = 0;  // grey levels from wood to lid
+};
+
+// One straight edge; nothing when it is no clean step.
+std::optional<SeenEdge> edge_at(const cv::Mat& scan, ScanResolution resolution, const FoundLine& rough) {
   constexpr int kParts = 12;
+  const LineSpread usual{0.06, 0};
   std::vector<double> at, off;
   for (int part = 0; part < kParts; ++part) {
     const double begin = 0.1 + 0.8 * part / kParts, end = 0.1 + 0.8 * (part + 1) / kParts;
     const Samples samples = sample_edge(scan, resolution, rough, begin, end);
     if (samples.size() < 8) return std::nullopt;
-    at.push_back((begin + end) / 2), off.push_back(place_of(samples, 0.06));
+    at.push_back((begin + end) / 2), off.push_back(place_of(samples, usual));
   }
-  const Samples samples = sample_edge(scan, resolution, straightened(rough, resolution, at, off), 0.1, 0.9);
-  if (samples.size() < 12) return std::nullopt;
-  double blur = 0.06, place = 0;
+  SeenEdge edge;
+  edge.samples = sample_edge(scan, resolution, straightened(rough, resolution, at, off), 0.1, 0.9);
+  if (edge.samples.size() < 12) return std::nullopt;
+  edge.place = place_of(edge.samples, usual);
+  edge.step = std::abs(edge.samples.front().second - edge.samples.back().second);
+  const double rms = std::sqrt(edge_misfit(edge.samples, edge.place, usual) / static_cast<double>(edge.samples.size()));
+  if (edge.step < 30 || rms > 0.05 * edge.step) return std::nullopt;
+  return edge;
+}
+
+// The spread that fits all edges best, each with its own levels. Tails are believed as far as the edges show them:
+// grain beside an edge looks like a little of them, or of their contrary.
+LineSpread spread_of(std::vector<SeenEdge>& edges, double usual) {
+  constexpr double kTails = 0.3;    // one sigma of what is expected
+  constexpr double kAlikeBins = 6;  // neighbours share their grain
+  const auto misfit = [&](const LineSpread& spread) {
+    double sum = 0;
+    for (const SeenEdge& e : edges) sum += edge_misfit(e.samples, e.place, spread) / (e.step * e.step);
+    return sum;
+  };
+  const auto with_part = [&](double part) {
+    const auto of_sigma = [&](double sigma) { return misfit({sigma, part}); };
+    return LineSpread{golden_section_minimum(0.3 * usual, 2 * usual, 5e-4, of_sigma), part};
+  };
+  double bins = 0;
+  for (const SeenEdge& e : edges) bins += static_cast<double>(e.samples.size());
+  LineSpread best{usual, 0};
   for (int round = 0; round < 3; ++round) {
-    place = place_of(samples, blur);
-    blur = golden_section_minimum(0.01, 0.2, 1e-3, [&](double b) { return edge_misfit(samples, place, b); });
+    for (SeenEdge& e : edges) e.place = place_of(e.samples, best);
+    const double noise = misfit(best) / bins * kAlikeBins;
+    best = with_part(golden_section_minimum(-0.3, 0.9, 5e-3, [&](double part) {
+      return misfit(with_part(part)) / noise + part * part / (kTails * kTails);
+    }));
   }
-  const double rms = std::sqrt(edge_misfit(samples, place, blur) / static_cast<double>(samples.size()));
-  const double step = std::abs(samples.front().second - samples.back().second);
-  if (step < 30 || rms > 0.05 * step) return std::nullopt;
-  return blur;
+  return best;
 }
 
 // The chord of a contour between two of its points, if the contour is straight there and inside the picture.
@@ -106,6 +138,11 @@ std::optional<FoundLine> straight_chord(const std::vector<cv::Point>& contour, s
 
 }  // namespace
 
+double LineSpread::below(double x, double roughness) const {
+  const auto gaussian = [&](double s) { return 0.5 * (1 + std::erf(x / (std::hypot(s, roughness) * std::sqrt(2.0)))); };
+  return (1 - wide_part) * gaussian(sigma) + wide_part * gaussian(kWider * sigma);
+}
+
 ScanBlur scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::array<double, 3>& lid) {
   const double usual = std::hypot(kUsualBlurPx / resolution.px_per_mm, kUsualBlurMm);
   cv::Mat blue, wood;
@@ -113,20 +150,19 @@ ScanBlur scan_blur(const cv::Mat& scan, ScanResolution resolution, const std::ar
   cv::medianBlur(blue < 0.88 * lid[0], wood, 5);
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(wood, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  std::vector<double> blurs;
+  std::vector<SeenEdge> edges;
   for (const auto& contour : contours) {
     if (cv::contourArea(contour) < 400 * resolution.px_per_mm * resolution.px_per_mm) continue;
     // Short chords: over a long edge the scanner's own warp would look like blur.
     const auto step = static_cast<std::size_t>(kChordMm * resolution.px_per_mm);
     for (std::size_t k = 0; k + step < contour.size(); k += step) {
       if (const auto edge = straight_chord(contour, k, k + step, scan.size(), resolution)) {
-        if (const auto blur = blur_at(scan, resolution, *edge)) blurs.push_back(*blur);
+        if (auto seen = edge_at(scan, resolution, *edge)) edges.push_back(std::move(*seen));
       }
     }
   }
-  if (blurs.size() < 3) return {usual, 0.15};
-  std::nth_element(blurs.begin(), blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2), blurs.end());
-  return {std::clamp(blurs[blurs.size() / 2], 0.6 * usual, 2.5 * usual), 0.12};
+  if (edges.size() < 3) return {{kUsualCore * usual, kUsualTails}, kLittleTrust};
+  return {spread_of(edges, usual), kTrust};
 }
 
 std::array<double, 3> lid_colour(const cv::Mat& scan) {

@@ -12,7 +12,7 @@ namespace {
 constexpr double kGrid = 0.01;  // mm, of the model before blurring
 // How much rougher a burnt slit's walls are than a sawn edge (mm, sigma), and how many independent readings a profile
 // is worth: few, since grain and dust are no noise.
-constexpr double kSlitRoughness = 0.02, kIndependent = 3;
+constexpr double kSlitRoughness = 0.02, kRoughest = 0.06, kIndependent = 3;
 constexpr int kMargin = 40;  // grid steps beyond the profile, for the blur
 
 using Basis = Eigen::Matrix<double, SlitProfile::kBins, 4>;
@@ -33,9 +33,13 @@ Basis basis_of(const Eigen::Matrix<double, SlitProfile::kBins, 1>& places, doubl
     const double rim = std::clamp(1 - (std::abs(d) - half) / shape.rim, 0.0, 1.0) * (1 - slit);
     sharp.row(i) << rim, slit;
   }
-  const int taps = std::min(kMargin - 2, static_cast<int>(std::ceil(4 * shape.blur / kGrid)));
+  const double widest =
+      std::hypot((shape.spread.wide_part == 0 ? 1 : LineSpread::kWider) * shape.spread.sigma, shape.roughness);
+  const int taps = std::min(kMargin - 2, static_cast<int>(std::ceil(4 * widest / kGrid)));
   Eigen::VectorXd kernel(2 * taps + 1);
-  for (int k = -taps; k <= taps; ++k) kernel[k + taps] = std::exp(-0.5 * std::pow(k * kGrid / shape.blur, 2));
+  for (int k = -taps; k <= taps; ++k)
+    kernel[k + taps] =
+        shape.spread.below((k + 0.5) * kGrid, shape.roughness) - shape.spread.below((k - 0.5) * kGrid, shape.roughness);
   kernel /= kernel.sum();
   Basis basis;
   for (int b = 0; b < SlitProfile::kBins; ++b) {
@@ -258,37 +262,42 @@ SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& bl
   struct Seen {
     Weighted profile;
     double middle = 0, width = 0;  // width: the last found, near which the next is looked for
+    double noise = 1;              // what no shape explains: grain and dust, squared
   };
+  constexpr double kLeastNoise = 0.2;  // grey levels; no profile is known better, nor trusted more
   std::vector<Seen> seen;
   for (const auto& profile : profiles) {
-    const SlitFit fit = fit_width(profile, {blur.sigma, 0.1});
-    seen.push_back({weighted(profile), fit.middle, fit.width});
+    const SlitFit fit = fit_width(profile, {blur.spread, kSlitRoughness, 0.1});
+    Seen one{weighted(profile), fit.middle, fit.width};
+    // Grain that runs along a slit is no noise that many pixels average out: that line says little of the shape.
+    const double left = std::max(kLeastNoise, fit.residual);
+    one.noise = left * left * 3 * one.profile.total / kIndependent;
+    seen.push_back(one);
   }
   const auto cost = [&](const SlitShape& shape) {
     double sum = 0;
     for (auto& s : seen) {
       const auto of_width = [&](double width) { return misfit(s.profile, width, s.middle, shape); };
       s.width = golden_section_minimum(std::max(0.02, s.width - 0.04), s.width + 0.04, 1e-3, of_width);
-      sum += of_width(s.width);
+      sum += of_width(s.width) / s.noise;
     }
     return sum;
   };
-  // Blur and rim trade against each other along a narrow valley, so the rim is found anew for every blur.
-  const auto best_rim = [&](double b) {
-    double best = 0.05, least = cost({b, best});
+  // Roughness and rim trade against each other along a narrow valley, so the rim is found anew for every roughness.
+  const auto with_rim = [&](double roughness, double rim) { return SlitShape{blur.spread, roughness, rim}; };
+  const auto best_rim = [&](double roughness) {
+    double best = 0.05, least = cost(with_rim(roughness, best));
     for (const double rim : {0.08, 0.12, 0.18}) {
-      const double c = cost({b, rim});
+      const double c = cost(with_rim(roughness, rim));
       if (c < least) least = c, best = rim;
     }
-    return golden_section_minimum(best * 0.6, best * 1.6, 2e-3, [&](double rim) { return cost({b, rim}); });
+    return golden_section_minimum(best * 0.6, best * 1.6, 2e-3,
+                                  [&](double rim) { return cost(with_rim(roughness, rim)); });
   };
-  // The slit's walls are rougher than the sheet's edge, and a blur read there is itself uncertain: it is held loosely.
-  const double expected = std::hypot(blur.sigma, kSlitRoughness);
-  const double noise = cost({expected, best_rim(expected)}) / (kIndependent * static_cast<double>(profiles.size()));
-  const double best = golden_section_minimum(0.6 * expected, 1.6 * expected, 1e-3, [&](double b) {
-    return cost({b, best_rim(b)}) / noise + std::pow((b / expected - 1) / blur.trust, 2);
+  const double best = golden_section_minimum(0, kRoughest, 1e-3, [&](double roughness) {
+    return cost(with_rim(roughness, best_rim(roughness))) + std::pow((roughness - kSlitRoughness) / blur.trust, 2);
   });
-  return {best, best_rim(best)};
+  return with_rim(best, best_rim(best));
 }
 
 }  // namespace veneer::calib

@@ -24,8 +24,9 @@ struct SlitProfile {
 
 // What blurs and browns every slit of one direction alike.
 struct SlitShape {
-  double blur = 0.05;  // mm, sigma
-  double rim = 0.10;   // mm, width of the browned wood beside the slit
+  LineSpread spread;        // of the scanner
+  double roughness = 0.02;  // mm, sigma, of the burnt walls
+  double rim = 0.10;        // mm, width of the browned wood beside the slit
 };
 
 struct SlitFit {
@@ -46,7 +47,8 @@ SlitProfile sample_profile(const cv::Mat& scan, ScanResolution resolution, const
 // Width and middle with the shape given.
 SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape);
 
-// The shape common to several profiles, each with its own width; the blur is roughly known.
+// The shape common to several profiles, each with its own width; the scanner's blur is known, the walls' roughness
+// roughly.
 SlitShape fit_shape(const std::vector<SlitProfile>& profiles, const ScanBlur& blur);
 
 }  // namespace veneer::calib
