@@ -106,5 +106,7 @@ export function listen(take) {
   socket.onclose = () => setTimeout(() => listen(take), kPollMs);
 }
 
+// How long until a question that was not answered is asked again; with each drawing would be twice a second.
+export const kAgainMs = 5000;
 export const pause = (ms) => new Promise((again) => setTimeout(again, ms));
 export {kPollMs};

@@ -3,7 +3,7 @@
 // and height.
 import {h, svg} from "../dom.js";
 import {ago, t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, model, piecesOf} from "../model.js";
 import {picture} from "../pictures.js";
 import {card, empty} from "../parts.js";
@@ -24,7 +24,7 @@ function followToolpath() {
                    : kPanelStates.includes(state) && !toolpath ? "under way" : toolpathOf;
   if (!key || key === toolpathOf) return;
   toolpathOf = key;
-  get("/bed/toolpath").then((drawn) => { toolpath = drawn; changed(); }, () => { toolpathOf = ""; });
+  get("/bed/toolpath").then((drawn) => { toolpath = drawn; changed(); }, () => setTimeout(() => { if (toolpathOf === key) toolpathOf = ""; }, kAgainMs));
 }
 
 const path = (kind, lines, closed, more = {}) => svg("path", {class: kind, ...more, d: lines.map((points) => `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`).join("")});

@@ -1,7 +1,7 @@
 // What the cell knows of its devices, how well, until when, and how that has moved over the certificates before.
 import {h, svg} from "../dom.js";
 import {dayTime, t} from "../words.js";
-import {askAll} from "../link.js";
+import {askAll, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
 import {card, empty, fact, facts, link, viewerHint} from "../parts.js";
 import {certificateFacts} from "./setup_calibrate.js";
@@ -19,7 +19,7 @@ function follow() {
   const now = JSON.stringify((model.cell || {}).calibration);
   if (now === asked) return;
   asked = now;
-  askAll("/certificates", "certificates", kMost).then((list) => { certificates = list; changed(); }, () => { asked = ""; });
+  askAll("/certificates", "certificates", kMost).then((list) => { certificates = list; changed(); }, () => setTimeout(() => { if (asked === now) { asked = ""; changed(); } }, kAgainMs));
 }
 
 export function draw() {

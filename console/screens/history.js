@@ -1,7 +1,7 @@
 // Every job, archived ones too; of one of them its runs, who gave the word, and what became of its pieces.
 import {h} from "../dom.js";
 import {asSentence, dayTime, t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, loadJobs, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, fact, facts, jobWords, link} from "../parts.js";
@@ -28,7 +28,10 @@ function load(id) {
   const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived]) : ""}`;
   if (version === wanted) return;
   version = wanted;
-  get(`/jobs/${id}`).then((job) => { told = job; changed(); }, (fault) => showRefusal(fault.message));
+  get(`/jobs/${id}`).then((job) => { told = job; changed(); }, (fault) => {
+    showRefusal(fault.message);
+    setTimeout(() => { if (version === wanted) { version = ""; changed(); } }, kAgainMs);
+  });
 }
 
 async function archive(id, back) {

@@ -2,6 +2,7 @@
 import {h} from "../dom.js";
 import {t} from "../words.js";
 import {changed, model, piecesOf} from "../model.js";
+import {kAgainMs} from "../link.js";
 import {pictureUrl} from "../pictures.js";
 
 const kWidth = 720;
@@ -15,7 +16,7 @@ function previewOf(job) {
     const image = new Image();
     previews.set(key, image);
     pictureUrl(`/jobs/${job}/preview.png?width=${kWidth}`).then((url) => {
-      if (!url) return previews.delete(key);
+      if (!url) return setTimeout(() => previews.delete(key), kAgainMs);
       image.onload = changed;
       image.src = url;
     });

@@ -1,7 +1,7 @@
 // One panel: its map, the piece that is looked at, facts, what scan and ledger disagree about, its label.
 import {h} from "../dom.js";
 import {dayTime, sizeOf, squareCm, t} from "../words.js";
-import {askAll, get, headersOf, untilStop} from "../link.js";
+import {askAll, get, headersOf, kAgainMs, untilStop} from "../link.js";
 import {changed, loadPanels, mayChange, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {bar, button, card, empty, fact, facts, link} from "../parts.js";
@@ -35,7 +35,9 @@ async function load() {
     if (map) map.show(allocations);
     if (shown.piece) look(shown.piece);
   } catch (fault) {
+    if (shown.id !== id) return;
     shown.fault = fault.message;
+    setTimeout(() => { if (shown.id === id && shown.version === version) { shown.version = ""; changed(); } }, kAgainMs);
   }
   changed();
 }

@@ -1,7 +1,7 @@
 // Plans that were made: what each will look like, what it costs, which wood it takes; two of them side by side.
 import {h, svg} from "../dom.js";
 import {squareCm, t} from "../words.js";
-import {askAll} from "../link.js";
+import {askAll, kAgainMs} from "../link.js";
 import {changed, loadPlans, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
 import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
@@ -17,7 +17,7 @@ let borders = true;
 function piecesOf(plan) {
   if (!pieces.has(plan)) {
     pieces.set(plan, null);
-    askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { pieces.set(plan, all); changed(); }, () => pieces.delete(plan));
+    askAll(`/plans/${plan}/pieces`, "pieces").then((all) => { pieces.set(plan, all); changed(); }, () => setTimeout(() => { pieces.delete(plan); changed(); }, kAgainMs));
   }
   return pieces.get(plan) || [];
 }

@@ -3,9 +3,9 @@ import {h} from "../dom.js";
 import {squareCm, t} from "../words.js";
 import {changed, mayChange, model} from "../model.js";
 import {command} from "../commands.js";
-import {get} from "../link.js";
-import {button, card, fact, facts, link, taskRow} from "../parts.js";
-import {picture} from "../pictures.js";
+import {get, kAgainMs} from "../link.js";
+import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
+import {isShown, picture} from "../pictures.js";
 import {sheetHands} from "./sheet_hands.js";
 
 const wanted = {face: "show", panel: "", more: false};
@@ -62,7 +62,7 @@ function followWaiting(task) {
   const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }).catch(() => { waitingFor = null; });
+  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
 }
 
 // Its warnings stand beside the button that overrules them, each by its name.
@@ -74,12 +74,16 @@ function proposalCard(seen) {
     changed();
   };
   const refuse = async () => { await command(`/proposals/${number}/refuse`, {body: {}}); changed(); };
+  // Nobody accepts what has not been shown yet.
+  const path = `/proposals/${number}/picture.png`;
+  const seenYet = isShown(document.querySelector(`img[data-picture="${path}"]`), path);
   return card(panel ? t("scan.proposal_of", {panel}) : t("scan.proposal"),
-    picture(`/proposals/${number}/picture.png`, t("scan.picture_of", {n: number}), {version: String(number)}),
+    !seenYet && empty(t("wood.picture_comes")),
+    picture(path, t("scan.picture_of", {n: number}), {version: String(number), "data-key": `proposal-${number}`}),
     facts(fact(t("scan.size"), `${seen.size_mm.map((side) => side.toFixed(1)).join(" × ")} mm`), fact(t("scan.usable"), squareCm(seen.usable_mm2)),
       seen.lost_mm2 > 0 && fact(t("scan.lost"), squareCm(seen.lost_mm2), true), seen.gained_mm2 > 0 && fact(t("scan.gained"), squareCm(seen.gained_mm2), true),
       ...warnings(seen)),
     h("div.commands", {},
-      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange()}),
+      button(t(doubts.length ? "scan.accept_all_the_same" : "scan.accept"), take, {id: `accept-${number}`, disabled: !mayChange() || !seenYet}),
       button(t("scan.refuse"), refuse, {id: `refuse-${number}`, disabled: !mayChange()})));
 }

@@ -1,7 +1,7 @@
 // How each wood is cut, the test card to find out, the head by hand, overrides, and what can be printed.
 import {h} from "../dom.js";
 import {t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, isStale, mayChange, mayDo, model, operates} from "../model.js";
 import {command} from "../commands.js";
 import {button, card, empty, hint, lacking, viewerHint} from "../parts.js";
@@ -14,7 +14,10 @@ let recipes = null, woods = [];
 export async function enter() {
   try {
     [recipes, woods] = await Promise.all([get("/recipes"), get("/materials").then(({materials}) => materials.map((one) => one.material || one.name).filter(Boolean), () => [])]);
-  } catch (fault) { recipes = null; }
+  } catch (fault) {
+    recipes = null;
+    setTimeout(() => { if (!recipes) enter(); }, kAgainMs);
+  }
   changed();
 }
 

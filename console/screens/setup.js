@@ -2,7 +2,7 @@
 // camera sees. What is done is read from the cell, so that it can be left and gone on with anywhere.
 import {h} from "../dom.js";
 import {t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
 import {button, card, empty, viewerHint} from "../parts.js";
 import {hasHands} from "../hands.js";
@@ -14,8 +14,6 @@ import {cutStep, pictureStep, recipesStep, woodStep} from "./setup_wood.js";
 // Each: {id, state(about) -> "done" or "open", short(about) -> one line, body(about) -> nodes}
 const kSteps = [devicesStep, printStep, scannerStep, cameraStep, laserStep, kerfStep, recipesStep, woodStep, pictureStep, cutStep];
 const kMarks = {done: "✓", now: "▶", open: "○"};
-
-const kAgainMs = 5000;    // after a question that was not answered
 
 let setup = null;         // the last GET /setup
 let certificates = [];    // newest first

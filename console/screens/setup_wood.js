@@ -1,7 +1,7 @@
 // Set up: how wood is cut, the first panel into stock, a first small picture, and the first cut.
 import {h} from "../dom.js";
 import {asSentence, squareCm, t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, isOver, loadJobs, loadPanels, mayChange, model} from "../model.js";
 import {allConfirmed, choose, command, give, mayCommand, panelFound} from "../commands.js";
 import {bar, button, empty, fact, facts, hint, link} from "../parts.js";
@@ -27,7 +27,6 @@ const inStock = () => model.panels.filter((panel) => !panel.retired);
 const withBack = () => inStock().find((panel) => panel.faces.includes("back"));
 const withoutBack = () => inStock().find((panel) => !panel.faces.includes("back"));
 
-const kAgainMs = 5000;  // after a question that was not answered
 let waiting = [], waitingFor = "";  // proposals
 function followProposals() {
   const over = [...model.tasks.values()].filter((task) => task.state !== "running").length;

@@ -1,14 +1,13 @@
 // The hands of a simulated cell, for any of its sheets: on Scan and Run, beside what people would lay down there.
 import {h} from "../dom.js";
 import {t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed, model} from "../model.js";
 import {command} from "../commands.js";
 import {button, hint} from "../parts.js";
 import {hasHands, lay, lift} from "../hands.js";
 import {doSteps, isBusy, workRow} from "../work.js";
 
-const kAgainMs = 5000;  // after a question that was not answered
 let sheets = [], asked = "", chosen = "";
 
 function follow() {

@@ -27,4 +27,10 @@ std::string network_of(const std::string& address) {
   return ip::address_v6(bytes).to_string() + "/64";
 }
 
+bool is_of_this_machine(const std::string& address) {
+  const std::string network = network_of(address);
+  return network.empty() || network == ip::address_v4::loopback().to_string() ||
+         network == ip::address_v6::loopback().to_string();
+}
+
 }  // namespace veneer::daemon

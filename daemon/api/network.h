@@ -10,4 +10,7 @@ namespace veneer::daemon {
 // carries it; so is what is no address.
 std::string network_of(const std::string& address);
 
+// Whether it is one of this machine itself; no address, "", is the Unix socket's.
+bool is_of_this_machine(const std::string& address);
+
 }  // namespace veneer::daemon

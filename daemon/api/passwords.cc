@@ -36,20 +36,22 @@ Passwords::Passwords(boost::asio::io_context& reactor, PasswordCost cost, std::s
 }
 
 template <class Answer, class Work>
-void Passwords::run(Work work, std::function<void(const Result<Answer>&)> then) {
+void Passwords::run(Asker asker, Work work, std::function<void(const Result<Answer>&)> then) {
   const auto answer = [this, alive = std::weak_ptr<int>(alive_)](auto told, Result<Answer> result) {
     boost::asio::post(reactor_, [alive, told = std::move(told), result = std::move(result)] {
       if (alive.lock()) told(result);
     });
   };
   const bool taken = worker_.try_post(
-      most_waiting_, [work = std::move(work), answer, then]() mutable { answer(then, work()); },
+      {most_waiting_ + (asker == Asker::kKnown ? kKept : 0)},
+      [work = std::move(work), answer, then]() mutable { answer(then, work()); },
       [answer, then](const Error& failed) { answer(then, failed); });
   if (!taken) then(Error{ErrorCode::kUnavailable, "too many sign in at this moment: try again in a few seconds"});
 }
 
 void Passwords::hash(std::string password, std::function<void(const Result<std::string>&)> then) {
   run<std::string>(
+      Asker::kKnown,
       [password = std::move(password), cost = cost_]() mutable {
         auto made = hash_now(password, cost);
         wipe(password);
@@ -58,8 +60,10 @@ void Passwords::hash(std::string password, std::function<void(const Result<std::
       std::move(then));
 }
 
-void Passwords::verify(std::string hash, std::string password, std::function<void(const Result<bool>&)> then) {
+void Passwords::verify(std::string hash, std::string password, Asker asker,
+                       std::function<void(const Result<bool>&)> then) {
   run<bool>(
+      asker,
       [hash = std::move(hash), password = std::move(password), cost = cost_]() mutable -> Result<bool> {
         if (hash.empty()) {
           const auto made = hash_now(password, cost);

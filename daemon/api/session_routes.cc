@@ -60,11 +60,18 @@ void try_password(const AccountServices& s, const std::string& name, const ApiRe
     return reply(wait_first(*wait));
   }
   const std::string hash = user ? user->password : "";
-  s.passwords.verify(hash, std::move(password),
+  const bool signed_in = !request.caller.credential.empty();
+  const Asker asker = signed_in || s.throttle.knows(request.address) ? Asker::kKnown : Asker::kStranger;
+  s.passwords.verify(hash, std::move(password), asker,
                      [s, name, known, address, hash, reply, then = std::move(then)](const Result<bool>& right) {
-                       if (!right || *right) s.throttle.give_back(known, address);
-                       if (!right) return reply(ApiReply::error(right.error()));
-                       if (!*right) s.log->warn("signing in as {} from {} was refused", name, address);
+                       if (!right) {
+                         s.throttle.give_back(known, address);
+                         return reply(ApiReply::error(right.error()));
+                       }
+                       if (*right)
+                         s.throttle.was_right(known, address);
+                       else
+                         s.log->warn("signing in as {} from {} was refused", name, address);
                        then(*right, hash);
                      });
 }

@@ -6,6 +6,7 @@
 #include "daemon/api/network.h"
 
 namespace veneer::daemon {
+
 Duration SignInThrottle::wait_of(const Tries& tries, TimePoint now) const {
   Duration wait{0};
   for (const Limit& limit : kLimits) {
@@ -50,6 +51,18 @@ void SignInThrottle::give_back(Book& book, const std::string& key) {
 void SignInThrottle::give_back(const std::string& name, const std::string& address) {
   give_back(names_, name);
   give_back(addresses_, network_of(address));
+}
+
+void SignInThrottle::was_right(const std::string& name, const std::string& address) {
+  give_back(name, address);
+  const std::string network = network_of(address);
+  std::erase(known_, network);
+  known_.push_back(network);
+  if (known_.size() > kMostKnown) known_.pop_front();
+}
+
+bool SignInThrottle::knows(const std::string& address) const {
+  return is_of_this_machine(address) || std::ranges::count(known_, network_of(address)) > 0;
 }
 
 }  // namespace veneer::daemon

@@ -1,6 +1,6 @@
 // How often a password may be tried: 3 times a minute, 5 in ten minutes, 10 an hour, for each name and for each address
 // (network.h) alike. A try counts from its beginning, so that many at once are no way round; one that was right is
-// given back.
+// given back, and its address known from then on.
 //
 // Bound to the reactor.
 #pragma once
@@ -27,6 +27,8 @@ class SignInThrottle {
   // Addresses that are remembered; beyond that the one that has been quiet for longest is forgotten. Names are those of
   // users, and few.
   static constexpr std::size_t kMostAddresses = 1024;
+  // Addresses that are known. Whoever makes one known has a password, so that strangers cannot make others forgotten.
+  static constexpr std::size_t kMostKnown = 64;
 
   // `clock` is real time and outlives this.
   explicit SignInThrottle(const Clock& clock) : clock_(clock) {}
@@ -34,8 +36,12 @@ class SignInThrottle {
   // nullopt: the try counts, and may go on. Else how long to wait; then it does not count. `name` is a user's; "" when
   // nobody has it, and only the address counts.
   std::optional<std::chrono::seconds> begin(const std::string& name, const std::string& address);
-  // The last one was right.
+  // The last one was not looked at.
   void give_back(const std::string& name, const std::string& address);
+  // The last one was right.
+  void was_right(const std::string& name, const std::string& address);
+  // Somebody has signed in from there since the daemon began, or it is this machine's own.
+  bool knows(const std::string& address) const;
 
  private:
   using Tries = std::deque<TimePoint>;  // oldest first
@@ -46,6 +52,7 @@ class SignInThrottle {
 
   const Clock& clock_;
   Book names_, addresses_;
+  std::deque<std::string> known_;  // networks; the one that was right last is the last
 };
 
 }  // namespace veneer::daemon

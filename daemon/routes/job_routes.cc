@@ -99,7 +99,7 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
       static_cast<void>(s.database.call([&](Repositories& r) { return r.request_keys.forget(*job.keyed); }));
     task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
   };
-  start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply, std::move(work));
+  start_task(s.tasks, s.planner, "plan", "waiting for the planner", reply, std::move(work), request.body.size());
 }
 
 // What refining gained, of what planning said; null when borders are straight.

@@ -15,14 +15,16 @@ namespace {
 
 using nlohmann::json;
 
-// `make` runs on the planner's worker.
+// `make` runs on the planner's worker, and holds a picture of so many bytes until then.
 template <class F>
-void plan_as_task(const JobServices& s, const Reply& reply, F make) {
+void plan_as_task(const JobServices& s, const Reply& reply, F make, std::size_t picture = 0) {
   start_task(
-      s.tasks, s.planner, "plan", "waiting for the planner", reply, [make = std::move(make)](const TaskReporter& task) {
+      s.tasks, s.planner, "plan", "waiting for the planner", reply,
+      [make = std::move(make)](const TaskReporter& task) {
         auto outcome = make([&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
         task.finish(outcome ? Result<json>(to_json(*outcome)) : Result<json>(outcome.error()));
-      });
+      },
+      picture);
 }
 
 void new_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
@@ -30,11 +32,13 @@ void new_plan(const JobServices& s, const ApiRequest& request, const Reply& repl
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   wanted->options.threads = s.planner_threads;
   wanted->keyed.reset();  // a plan takes no wood: to make it twice harms nobody
-  plan_as_task(s, reply,
-               [s, wanted = std::move(*wanted), who = request.caller.who](const TaskProgress& progress,
-                                                                          const std::stop_token& stop) {
-                 return s.plans.make_plan(wanted, who, progress, stop);
-               });
+  plan_as_task(
+      s, reply,
+      [s, wanted = std::move(*wanted), who = request.caller.who](const TaskProgress& progress,
+                                                                 const std::stop_token& stop) {
+        return s.plans.make_plan(wanted, who, progress, stop);
+      },
+      request.body.size());
 }
 
 json advice_json(const AdviceGiven& advice) {
@@ -60,12 +64,14 @@ void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& r
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
   wanted->options.threads = s.planner_threads;
-  start_task(s.tasks, s.planner, "advice", "waiting for the planner", reply,
-             [s, wanted = std::move(*wanted)](const TaskReporter& task) {
-               const auto given = s.plans.advise(
-                   wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
-               task.finish(given ? Result<json>(advice_json(*given)) : Result<json>(given.error()));
-             });
+  start_task(
+      s.tasks, s.planner, "advice", "waiting for the planner", reply,
+      [s, wanted = std::move(*wanted)](const TaskReporter& task) {
+        const auto given = s.plans.advise(
+            wanted, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
+        task.finish(given ? Result<json>(advice_json(*given)) : Result<json>(given.error()));
+      },
+      request.body.size());
 }
 
 // "A1-1,A2-3"

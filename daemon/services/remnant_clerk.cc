@@ -20,7 +20,7 @@ RemnantClerk::RemnantClerk(DatabaseThread& database, const PanelLibrary& library
 
 void RemnantClerk::look() {
   static_cast<void>(worker_.try_post(
-      1, [this] { book_due(); },
+      {1}, [this] { book_due(); },
       [log = log_](const Error& failed) { log->warn("remnants could not be booked: {}", failed.message); }));
 }
 

@@ -11,7 +11,7 @@
 namespace veneer::daemon {
 namespace {
 
-constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+constexpr WaitingRoom kNoLimit{std::numeric_limits<std::size_t>::max()};
 
 // Without memory even a sentence may not fit; then the code must do.
 Error sentence(ErrorCode code, const char* before, const char* what, const char* after) noexcept {
@@ -66,19 +66,25 @@ void Worker::post(std::function<void()> work, std::function<void(const Error&)> 
   static_cast<void>(try_post(kNoLimit, std::move(work), std::move(failed)));
 }
 
-bool Worker::try_post(std::size_t most, std::function<void()> work, std::function<void(const Error&)> failed) {
+bool Worker::fits(WaitingRoom room, std::size_t bytes) const {
+  return queue_.size() < room.works && waiting_bytes_ <= room.bytes && bytes <= room.bytes - waiting_bytes_;
+}
+
+bool Worker::try_post(WaitingRoom room, std::function<void()> work, std::function<void(const Error&)> failed,
+                      std::size_t bytes) {
   {
     const std::lock_guard lock(mutex_);
-    if (queue_.size() >= most) return false;
-    queue_.push_back({std::move(work), std::move(failed)});
+    if (!fits(room, bytes)) return false;
+    queue_.push_back({std::move(work), std::move(failed), bytes});
+    waiting_bytes_ += bytes;
   }
   wake_.notify_one();
   return true;
 }
 
-std::size_t Worker::waiting() const {
+bool Worker::has_room(WaitingRoom room, std::size_t bytes) const {
   const std::lock_guard lock(mutex_);
-  return queue_.size();
+  return fits(room, bytes);
 }
 
 void Worker::run(const std::string& name, int nice) {
@@ -93,6 +99,7 @@ void Worker::run(const std::string& name, int nice) {
       if (queue_.empty()) return;
       next = std::move(queue_.front());
       queue_.pop_front();
+      waiting_bytes_ -= next.bytes;
     }
     do_posted(next.work, next.failed);
   }

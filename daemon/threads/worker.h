@@ -11,6 +11,7 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <limits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -37,6 +38,12 @@ std::invoke_result_t<F> caught(F&& work) {
   }
 }
 
+// How much may be posted and not begun.
+struct WaitingRoom {
+  std::size_t works;
+  std::size_t bytes = std::numeric_limits<std::size_t>::max();
+};
+
 class Worker {
  public:
   // `nice` lowers the thread's priority (0 to 19). The name is what `top -H` shows, at most 15 characters.
@@ -48,12 +55,12 @@ class Worker {
   // `failed` is called on this thread with what `work` threw. Without it the exception is dropped, and whoever waits
   // learns of it by what `work` held being destroyed (TaskReporter).
   void post(std::function<void()> work, std::function<void(const Error&)> failed = {});
-  // The same unless `most` or more are waiting already: then false, and nothing is taken.
-  [[nodiscard]] bool try_post(std::size_t most, std::function<void()> work,
-                              std::function<void(const Error&)> failed = {});
-
-  // What is posted and not begun.
-  std::size_t waiting() const;
+  // The same when there is room, else false, and nothing is taken. `bytes` is the memory that `work` holds while it
+  // waits.
+  [[nodiscard]] bool try_post(WaitingRoom room, std::function<void()> work,
+                              std::function<void(const Error&)> failed = {}, std::size_t bytes = 0);
+  // Whether try_post() would take it now.
+  bool has_room(WaitingRoom room, std::size_t bytes = 0) const;
 
   // What `work` throws comes back as its error where its result can be one, else as the exception.
   template <class F>
@@ -79,13 +86,16 @@ class Worker {
   struct Posted {
     std::function<void()> work;
     std::function<void(const Error&)> failed;
+    std::size_t bytes = 0;
   };
+  bool fits(WaitingRoom room, std::size_t bytes) const;
   void run(const std::string& name, int nice);
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Posted> queue_;  // guarded by mutex_
-  bool stopping_ = false;     // guarded by mutex_
+  std::deque<Posted> queue_;       // guarded by mutex_
+  std::size_t waiting_bytes_ = 0;  // of queue_; guarded by mutex_
+  bool stopping_ = false;          // guarded by mutex_
   std::thread thread_;
 };
 

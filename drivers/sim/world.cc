@@ -352,12 +352,14 @@ std::vector<BurnSummary> World::burn_summary() const {
   std::vector<BurnSummary> out;
   for (const auto& [name, sheet] : sheets_) {
     BurnSummary one{name, 0, sheet->pieces.size(), 0, 0};
-    for (const TrueBurn& burn : sheet->burns) {
-      if (burn.by_hand) continue;
+    const auto count = [&one](const TrueBurn& burn) {
       ++one.strokes;
       double& sum = burn.depth == BurnDepth::kThrough ? one.through_mm : one.engraved_mm;
       for (std::size_t i = 1; i < burn.points.size(); ++i) sum += length(burn.points[i] - burn.points[i - 1]);
-    }
+    };
+    for (const TrueBurn& burn : sheet->burns)
+      if (!burn.by_hand) count(burn);
+    if (stroke_ && stroke_->sheet == sheet) count(stroke_->burn);
     out.push_back(one);
   }
   return out;

@@ -93,7 +93,7 @@ class World final : public BurnSink {
   const CellTruth& truth() const { return truth_; }
   MachineAxes axes() const;
   std::vector<SheetSummary> sheets() const;
-  std::vector<BurnSummary> burn_summary() const;
+  std::vector<BurnSummary> burn_summary() const;  // with the stroke that is being burnt, as far as it is
   std::optional<PlacedSheet> snapshot(Spot spot);
   Result<std::shared_ptr<const Sheet>> sheet(const std::string& name);
   // Distinct, growing; survive a restart. `kind` is "capture" or "camera".

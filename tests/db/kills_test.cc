@@ -39,7 +39,7 @@ class BusyProcess {
   }
 
  private:
-  unsigned below(unsigned limit) { return random_() % limit; }
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   static Status failed(const std::string& what) { return Error{ErrorCode::kStorage, what + " failed"}; }
 
   // One of the numbers that the query finds.
@@ -162,7 +162,7 @@ int acknowledged_before_its_death(const std::filesystem::path& file, std::uint32
   int said = 0;
   char byte = 0;
   while (said < wanted && ::read(ends[0], &byte, 1) == 1) ++said;
-  ::usleep(random() % (wanted == 0 ? 12'000 : 1'500));
+  ::usleep(static_cast<useconds_t>(random() % (wanted == 0 ? 12'000 : 1'500)));
   ::kill(pid, SIGKILL);
   int status = 0;
   ::waitpid(pid, &status, 0);

@@ -15,7 +15,7 @@ namespace {
 constexpr double kPxPerMm = 50;
 
 // A mark on pale ply, turned by `angle`, drawn with a line of 0.2 mm. A slash in the text begins a second line.
-cv::Mat engraved(const std::string& text, double height, double angle, bool mirrored, unsigned seed) {
+cv::Mat engraved(const std::string& text, double height, double angle, bool mirrored, std::mt19937::result_type seed) {
   const int side = static_cast<int>(16 * kPxPerMm);
   cv::Mat wood(side, side, CV_32F);
   cv::RNG random(seed);

@@ -61,6 +61,25 @@ TEST(World, CutsWithTheDefaultRecipeAndEngravesWithTheOther) {
   EXPECT_EQ(sheet->burns[1].depth, BurnDepth::kEngrave);
 }
 
+// Whoever asks at a job's end need not wait until the last stroke is on the disk.
+TEST(World, SumsUpTheStrokeThatIsBeingBurntToo) {
+  const testing::TempDirectory dir;
+  const auto world = world_in(dir.path());
+  ASSERT_TRUE(world->new_board("W", 200, 150).ok());
+  ASSERT_TRUE(world->place_at({"W", SheetFace::kBack, {0, true, {300, 100}}, 0}, Spot::kBed).ok());
+  BurnSegment segment;
+  segment.from = {150 - 520, 150 - 380}, segment.to = {170 - 520, 150 - 380};
+  segment.power_seconds = kCut * segment.length_mm();
+  segment.end = segment.start + std::chrono::milliseconds(500);
+  world->burn(segment);
+  const BurnSummary open = world->burn_summary().at(0);
+  EXPECT_EQ(open.strokes, 1U);
+  EXPECT_NEAR(open.through_mm, 20, 0.5);
+  world->flush_burns();
+  EXPECT_EQ(world->burn_summary().at(0).strokes, 1U);
+  EXPECT_EQ(world->burn_summary().at(0).through_mm, open.through_mm);
+}
+
 TEST(World, PutsBurnsWhereTheAxesTrulyGoAndTheSheetTrulyLies) {
   const testing::TempDirectory dir;
   const auto world = world_in(dir.path());

@@ -308,8 +308,9 @@ double cost_of_picture(const cv::Mat& preview, const Artwork& artwork, const std
     };
     double x = 0, y = 0;
     for (const int k : {-1, 0, 1}) {
-      x += (2 - std::abs(k)) * (at(row + k, column + 1) - at(row + k, column - 1));
-      y += (2 - std::abs(k)) * (at(row + 1, column + k) - at(row - 1, column + k));
+      const auto weight = static_cast<float>(2 - std::abs(k));
+      x += weight * (at(row + k, column + 1) - at(row + k, column - 1));
+      y += weight * (at(row + 1, column + k) - at(row - 1, column + k));
     }
     return 0.25 * std::hypot(x, y);
   };

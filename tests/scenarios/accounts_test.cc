@@ -1,10 +1,7 @@
 // Accounts at the real daemon: its first start, a console on this machine, programs and people on another one through
 // TLS, and all of it after the daemon was killed.
-#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +9,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/free_port.h"
 #include "tests/support/lone_daemon.h"
 #include "tests/support/throwaway_certificate.h"
 
@@ -29,19 +27,6 @@ fs::path bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().par
 std::string text_of(const fs::path& file) {
   std::ifstream in(file);
   return std::string(std::istreambuf_iterator<char>(in), {});
-}
-
-// One that nobody listens on at this moment, and that the daemon takes again after it was killed.
-int free_port() {
-  const int made = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  const bool bound = ::bind(made, reinterpret_cast<sockaddr*>(&address), size) == 0 &&
-                     ::getsockname(made, reinterpret_cast<sockaddr*>(&address), &size) == 0;
-  ::close(made);
-  return bound ? ntohs(address.sin_port) : 0;
 }
 
 class AccountsAtTheCell : public ::testing::Test {
@@ -84,7 +69,8 @@ class AccountsAtTheCell : public ::testing::Test {
 
   testing::TempDirectory folder_{testing::TempDirectory::Place::kDisk};
   testing::ThrowawayCertificate made_{folder_.path()};
-  const int plain_ = free_port(), tls_ = free_port();
+  // The daemon takes them again after it was killed.
+  const int plain_ = testing::free_port(), tls_ = testing::free_port();
   LoneDaemon daemon_;
 };
 

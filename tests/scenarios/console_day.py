@@ -67,6 +67,26 @@ class Day:
     def hands(self, *arguments):
         subprocess.run([os.environ["VENEERCTL"], "sim", *arguments], check=True, stdout=subprocess.DEVNULL)
 
+    def keep_back(self, part):
+        """What the page asks for at a path with this in it is answered only after let_go()."""
+        self.browser.execute_script("""
+            const fetch = window.fetch, part = arguments[0];
+            const gone = new Promise((go) => { window.letGo = () => { window.fetch = fetch; go(); }; });
+            window.fetch = async (path, ...more) => { if (String(path).includes(part)) await gone; return fetch(path, ...more); };""", part)
+
+    def let_go(self):
+        self.browser.execute_script("window.letGo()")
+
+    def lose_one(self, part):
+        """The next thing that the page asks for at a path with this in it is lost."""
+        self.browser.execute_script("""
+            const fetch = window.fetch, part = arguments[0];
+            window.fetch = (path, ...more) => {
+              if (!String(path).includes(part)) return fetch(path, ...more);
+              window.fetch = fetch;
+              return Promise.reject(new TypeError("lost"));
+            };""", part)
+
     # ---- what is looked at later
 
     def size(self, name):
@@ -117,7 +137,9 @@ class Day:
 
     def look_at_the_wood(self):
         self.go("panels")
+        self.lose_one("/panels/P-0001/ledger")
         self.press('.panel[href="#panels/P-0001"]')
+        self.until_says("main", "The cell does not answer")  # and is asked again
         self.until("the map", lambda: self.browser.execute_script(
             "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
         self.press("details[data-key=pieces] summary")
@@ -133,11 +155,15 @@ class Day:
         chosen = self.browser.execute_script(
             "return [...document.querySelectorAll('main section.card select')].map((one) => one.selectedOptions[0] && one.selectedOptions[0].text)")
         assert chosen == ["show face", "the cell finds out by its tags"], chosen
+        self.keep_back("/picture.png")
         self.press("#do-scan")
         self.until_says("main", "A NEW PANEL: SHALL IT ENTER STOCK?")
         self.until_says("#next", "What the scanner saw, proposal ")
+        self.until_says("main", "The picture is on its way.")
+        assert not self.find("[id^=accept-]").is_enabled(), "nobody has seen it"
+        self.let_go()
         self.until("its picture", lambda: self.browser.execute_script(
-            "const seen = document.querySelector('img[src*=\"/proposals/\"], img[alt^=\"What was seen\"]'); return seen && seen.naturalWidth > 0"))
+            "const seen = document.querySelector('img[alt^=\"What was seen\"]'); return seen && !seen.hidden && seen.naturalWidth > 0"))
         self.show("proposal")
         self.press("[id^=accept-]")
         self.until_says("main", "Panel P-0002, ")

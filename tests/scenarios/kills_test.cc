@@ -28,7 +28,7 @@ class Kills : public OperatedCell, public ::testing::WithParamInterface<std::uin
 
   double time_scale() const override { return 100; }
 
-  unsigned below(unsigned limit) { return random_() % limit; }
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   std::vector<std::string> marks_in(const std::string& state) {
     std::vector<std::string> out;
     const json pieces = get(fmt::format("/jobs/{}/pieces", kJob));

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tests/demo/figures.h"
@@ -58,17 +57,6 @@ class OperatedCell : public PreparedCell {
         if (sheet["sheet"] == "control")
           return {{"through_mm", sheet["through_mm"]}, {"engraved_mm", sheet["engraved_mm"]}};
     return {{"through_mm", 0.0}, {"engraved_mm", 0.0}};
-  }
-  // The twin's raster follows its controller a moment later: what is burnt once this much is, and no more comes.
-  nlohmann::json burnt_through(double at_least_mm) {
-    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    nlohmann::json now = burnt();
-    for (nlohmann::json before; std::chrono::steady_clock::now() < end; now = burnt()) {
-      if (now["through_mm"].get<double>() >= at_least_mm && now == before) break;
-      before = now;
-      std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    }
-    return now;
   }
   // What the twin's truth says of it all; scans the panel again first.
   std::vector<std::string> red() {

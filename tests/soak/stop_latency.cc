@@ -1,6 +1,7 @@
 // How long a STOP takes from the request to the reset byte on the wire: the real daemon streams a pattern to a
-// controller in real time while it is kept busy in one way after the other. Any client, nobody logged in, over TCP and
-// over the Unix socket; and veneerctl, a process of its own, which counts from its start.
+// controller in real time while it is kept busy in one way after the other. Any client, nobody logged in, over TCP,
+// over TLS with a handshake for each, and over the Unix socket; and veneerctl, a process of its own, which counts from
+// its start.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -9,10 +10,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "tests/soak/stop_loads.h"
 #include "tests/soak/stop_measure.h"
+#include "tests/support/free_port.h"
 #include "tests/support/temp_directory.h"
+#include "tests/support/throwaway_certificate.h"
 
 namespace {
 
@@ -34,6 +39,10 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
   options.listen = "127.0.0.1:0";
   options.data = data;
   options.tables = table_of_camera(data);
+  const veneer::testing::ThrowawayCertificate made(dir / "tls");
+  const int tls_port = veneer::testing::free_port();
+  options.api = fmt::format("listen_tls = \"127.0.0.1:{}\"\ntls_certificate = \"{}\"\ntls_key = \"{}\"\n", tls_port,
+                            made.certificate.string(), made.key.string());
   std::optional<FullPipe> full;
   if (kind.stalled_log) {
     options.log = dir / "log";
@@ -48,8 +57,11 @@ Result<Figures> measure(const StopLoadKind& kind, int stops, const fs::path& bin
   if (const Status started = c.kill_and_start_again(); !started) return started.error();
   const int port = c.tcp_port();
   const cli::ApiClient over_tcp(cli::ApiAddress{"", "127.0.0.1", port}, std::chrono::seconds(60));
+  const cli::ApiClient over_tls(cli::ApiAddress{"", "127.0.0.1", tls_port, true, made.certificate.string()},
+                                std::chrono::seconds(60));
   const cli::ApiClient over_unix(cli::ApiAddress{c.socket(), "", 0}, std::chrono::seconds(60));
   out.doors = {{"TCP", [&] { return over_tcp.post("/stop").ok(); }, {}},
+               {"TLS", [&] { return over_tls.post("/stop").ok(); }, {}},
                {"Unix socket", [&] { return over_unix.post("/stop").ok(); }, {}},
                {"veneerctl", [&] { return c.veneerctl({"stop"}).status == 0; }, {}}};
   std::mt19937 random(seed);
@@ -83,7 +95,9 @@ int main(int argc, char** argv) {
   std::string out, only;
   app.add_option("--stops", stops, "How many by each door under each load")->capture_default_str();
   app.add_option("--seed", seed, "Of the moments")->capture_default_str();
-  app.add_option("--load", only, "Only this one: quiet, log, events, ledger, planning, upload, json or hang-up");
+  std::vector<std::string> loads;
+  for (const StopLoadKind& kind : stop_loads()) loads.push_back(kind.name);
+  app.add_option("--load", only, "Only this one")->check(CLI::IsMember(loads));
   app.add_option("--limit-ms", limit_ms, "For the 99th percentile of each")->capture_default_str();
   app.add_option("--out", out, "Also write the figures as JSON");
   CLI11_PARSE(app, argc, argv);

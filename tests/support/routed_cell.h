@@ -49,8 +49,21 @@ class RoutedCell : public ::testing::Test {
   }
 
   daemon::ApiReply ask_raw(const std::string& method, const std::string& target, const std::string& body) {
+    const auto answer = begin_asking(method, target, body);
+    reactor.restart();
+    while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    }
+    return answer->value_or(daemon::ApiReply{});
+  }
+  // What comes of it while the reactor runs; nothing yet.
+  std::shared_ptr<std::optional<daemon::ApiReply>> begin_asking(const std::string& method, const std::string& target,
+                                                                const std::string& body = {}) {
+    const auto answer = std::make_shared<std::optional<daemon::ApiReply>>();
     const daemon::Router::Match match = router.match(method, target);
-    if (match.route == nullptr) return match.refusal;
+    if (match.route == nullptr) {
+      *answer = match.refusal;
+      return answer;
+    }
     daemon::ApiRequest request;
     request.method = method;
     request.path = target.substr(0, target.find('?'));
@@ -65,16 +78,12 @@ class RoutedCell : public ::testing::Test {
     while (waits_for_audit && !cell->may_be_noted(request.caller) &&
            reactor.run_one_for(std::chrono::seconds(10)) > 0) {
     }
-    const auto answer = std::make_shared<std::optional<daemon::ApiReply>>();
     match.route->handler(request, [this, answer](daemon::ApiReply reply) {
       boost::asio::post(reactor, [answer, reply = std::move(reply)]() mutable {
         if (!*answer) *answer = std::move(reply);
       });
     });
-    reactor.restart();
-    while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
-    }
-    return answer->value_or(daemon::ApiReply{});
+    return answer;
   }
   daemon::ApiReply ask(const std::string& method, const std::string& target,
                        const nlohmann::json& body = nlohmann::json::object()) {

@@ -342,8 +342,23 @@ TEST_F(ThrottleTest, CountsNamesAndAddressesEachForThemselves) {
 TEST_F(ThrottleTest, WhoKnowsThePasswordIsNotCounted) {
   for (int i = 0; i < 50; ++i) {
     EXPECT_EQ(tried("anna", "10.0.0.1"), 0) << i;
-    throttle.give_back("anna", "10.0.0.1");
+    throttle.was_right("anna", "10.0.0.1");
   }
+}
+
+TEST_F(ThrottleTest, KnowsThisMachineAndWhereSomebodyHasSignedIn) {
+  for (const char* own : {"", "127.0.0.1", "127.8.0.1", "::1", "::ffff:127.0.0.1"})
+    EXPECT_TRUE(throttle.knows(own)) << own;
+  EXPECT_FALSE(throttle.knows("10.0.0.1"));
+  EXPECT_EQ(tried("anna", "10.0.0.1"), 0);
+  EXPECT_FALSE(throttle.knows("10.0.0.1")) << "only tried";
+  throttle.was_right("anna", "10.0.0.1");
+  EXPECT_TRUE(throttle.knows("10.0.0.1"));
+  throttle.was_right("anna", "2001:db8:1:2::1");
+  EXPECT_TRUE(throttle.knows("2001:db8:1:2::9"));
+  for (std::size_t i = 0; i + 1 < SignInThrottle::kMostKnown; ++i) throttle.was_right("anna", "a" + std::to_string(i));
+  EXPECT_FALSE(throttle.knows("10.0.0.1")) << "the one that was right first is forgotten first";
+  EXPECT_TRUE(throttle.knows("2001:db8:1:2::1"));
 }
 
 // A /64 of IPv6 is one host's to choose from.

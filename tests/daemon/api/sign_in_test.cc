@@ -1,6 +1,7 @@
 // Signing in and out as a person does it, at the server: passwords, throttle, cookies, accounts and tokens.
 #include <gmock/gmock.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -99,21 +100,83 @@ TEST_F(SignIn, IsThrottledAndTheLinkOfThisMachineIsNot) {
   EXPECT_EQ(sign_in("anna", "walnut and maple").status, 200);
 }
 
-// With what it costs at a cell: 64 MB, twice over.
+// With what it costs at a cell: 64 MB each time.
 TEST(PasswordsTest, AreHashedOneAtATimeAndFewWait) {
   boost::asio::io_context reactor;
   Passwords passwords(reactor, PasswordCost::kInteractive, 1);
   std::vector<std::string> answers;
-  const auto note = [&answers](const Result<std::string>& hash) {
-    answers.push_back(hash ? hash->substr(0, 31) : hash.error().message);
-  };
-  for (int i = 0; i < 8; ++i) passwords.hash("walnut and maple", note);
+  for (int i = 0; i < 8; ++i)
+    passwords.verify("", "walnut and maple", Asker::kStranger, [&answers](const Result<bool>& right) {
+      answers.push_back(right ? "no" : right.error().message);
+    });
   // One is under way, perhaps not yet, and one waits. Nobody has waited for them.
   ASSERT_GE(answers.size(), 6U);
   for (const std::string& refused : answers) EXPECT_THAT(refused, HasSubstr("too many sign in at this moment"));
+  std::string hash;
+  passwords.hash("walnut and maple", [&hash](const Result<std::string>& made) { hash = made ? *made : ""; });
   const auto work = boost::asio::make_work_guard(reactor);
-  while (answers.size() < 8) reactor.run_one();
-  EXPECT_EQ(answers.back(), "$argon2id$v=19$m=65536,t=2,p=1$");
+  while (answers.size() < 8 || hash.empty()) reactor.run_one();
+  EXPECT_EQ(answers.back(), "no");
+  EXPECT_EQ(hash.substr(0, 31), "$argon2id$v=19$m=65536,t=2,p=1$");
+}
+
+// A crowd of addresses, each within its tries, takes the places of those whom nobody knows here, and no others. Here
+// they have none at all, as if the crowd never went.
+class SignInBesideACrowd : public ::testing::Test {
+ protected:
+  SignInBesideACrowd() {
+    bind_session_routes(router_, {accounts_, passwords_, throttle_, links_, [] { return ""; }, make_null_logger()});
+    std::string hash;
+    passwords_.hash("walnut and maple", [&](const Result<std::string>& made) { hash = made.ok() ? *made : ""; });
+    while (hash.empty()) reactor_.run_one();
+    accounts_.add_user("anna", Role::kOperator, hash, [](const Status&) {});
+  }
+  ApiReply sign_in_from(const std::string& address) {
+    ApiRequest request;
+    request.method = "POST";
+    request.path = "/api/v1/session";
+    request.body = R"({"user":"anna","password":"walnut and maple"})";
+    request.content_type = "application/json";
+    request.address = address;
+    std::optional<ApiReply> reply;
+    router_.match(request.method, request.path).route->handler(request, [&](ApiReply told) {
+      reply = std::move(told);
+    });
+    while (!reply) reactor_.run_one();
+    return *reply;
+  }
+
+  boost::asio::io_context reactor_;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{reactor_.get_executor()};
+  ManualClock clock_;
+  testing::AccountMemory memory_;
+  Accounts accounts_{[this](std::chrono::seconds ahead) { return testing::calendar_time(clock_.now(), ahead); },
+                     memory_};
+  Passwords passwords_{reactor_, PasswordCost::kForTests, 0};
+  SignInThrottle throttle_{clock_};
+  ConsoleLinks links_{clock_};
+  Router router_;
+};
+
+TEST_F(SignInBesideACrowd, ThisMachineAndWhoHasBeenHereBeforeComeIn) {
+  const ApiReply refused = sign_in_from("192.168.1.7");
+  EXPECT_EQ(refused.status, 503) << refused.body;
+  EXPECT_THAT(refused.body, HasSubstr("too many sign in at this moment"));
+  for (const char* own : {"", "127.0.0.1", "::1"}) EXPECT_EQ(sign_in_from(own).status, 200) << own;
+  throttle_.was_right("anna", "192.168.1.7");
+  EXPECT_EQ(sign_in_from("192.168.1.7").status, 200);
+  EXPECT_EQ(sign_in_from("192.168.1.8").status, 503);
+}
+
+// Of the kept places there are few too.
+TEST(PasswordsTest, KeepAFewPlacesForThoseWhoAreKnown) {
+  boost::asio::io_context reactor;
+  Passwords passwords(reactor, PasswordCost::kInteractive, 0);
+  std::size_t refused = 0;
+  const auto note = [&refused](const Result<bool>& right) { refused += right.ok() ? 0 : 1; };
+  for (std::size_t i = 0; i < 2 * Passwords::kKept; ++i) passwords.verify("", "walnut", Asker::kKnown, note);
+  EXPECT_GE(refused, Passwords::kKept - 1) << "one is under way, perhaps not yet";
+  EXPECT_LE(refused, Passwords::kKept);
 }
 
 TEST(PasswordsTest, AreRightOrNot) {
@@ -127,11 +190,11 @@ TEST(PasswordsTest, AreRightOrNot) {
   EXPECT_NE(first, second) << "each has salt of its own";
   std::vector<bool> right;
   const auto note = [&right](const Result<bool>& is) { right.push_back(is && *is); };
-  passwords.verify(first, "walnut and maple", note);
-  passwords.verify(second, "walnut and maple", note);
-  passwords.verify(first, "walnut and mable", note);
-  passwords.verify("", "walnut and maple", note);
-  passwords.verify("not a hash", "walnut and maple", note);
+  passwords.verify(first, "walnut and maple", Asker::kStranger, note);
+  passwords.verify(second, "walnut and maple", Asker::kStranger, note);
+  passwords.verify(first, "walnut and mable", Asker::kStranger, note);
+  passwords.verify("", "walnut and maple", Asker::kStranger, note);
+  passwords.verify("not a hash", "walnut and maple", Asker::kStranger, note);
   while (right.size() < 5) reactor.run_one();
   EXPECT_EQ(right, (std::vector<bool>{true, true, false, false, false}));
 }

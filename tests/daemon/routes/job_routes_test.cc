@@ -87,6 +87,29 @@ TEST_F(JobRoutes, WhatThePlannerHasNoRoomForIsRefusedAtOnce) {
   busy.set_value();
 }
 
+// Sixteen of the largest would be 1 GiB of the process that owns the laser.
+TEST_F(JobRoutes, PicturesThatWaitForThePlannerHaveABoundOfTheirOwn) {
+  std::promise<void> begun, busy;
+  cell->planner_worker->post([&begun, wait = busy.get_future().share()] {
+    begun.set_value();
+    wait.wait();
+  });
+  begun.get_future().wait();
+  const std::string large(kPictureBody / 4 * 3, 'x');
+  EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", large).status, 202);
+  EXPECT_EQ(ask_raw("POST", "/api/v1/plans", large).status, 202);
+  for (const char* route : {"/api/v1/jobs", "/api/v1/plans", "/api/v1/plans/advice"}) {
+    const ApiReply refused = ask_raw("POST", route, large);
+    EXPECT_EQ(refused.status, 503) << route;
+    EXPECT_EQ(body_of(refused)["error"]["sentence"],
+              "the pictures that wait already leave no room for one of 48.0 MiB");
+  }
+  EXPECT_EQ(cell->tasks.list().size(), 2U) << "no task is left of what was refused";
+  EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", "a small picture").status, 202);
+  EXPECT_EQ(ask_raw("POST", "/api/v1/jobs", R"({"plan":1})").status, 202);
+  busy.set_value();
+}
+
 // The route takes pictures of 64 MiB, which the reactor only hands on; JSON it reads itself.
 TEST_F(JobRoutes, AJobOfAPlanIsReadOnlyWhenItIsSmall) {
   const std::string padding(kSmallBody, ' ');

@@ -62,12 +62,34 @@ TEST(Worker, TakesNoMoreThanMayWait) {
   });
   begun.get_future().wait();
   int done = 0;
-  EXPECT_TRUE(worker.try_post(2, [&] { ++done; }));
-  EXPECT_TRUE(worker.try_post(2, [&] { ++done; }));
-  EXPECT_FALSE(worker.try_post(2, [&] { ++done; }));
+  EXPECT_TRUE(worker.try_post({2}, [&] { ++done; }));
+  EXPECT_TRUE(worker.try_post({2}, [&] { ++done; }));
+  EXPECT_FALSE(worker.try_post({2}, [&] { ++done; }));
   go.set_value();
   worker.call([] {});
   EXPECT_EQ(done, 2);
+}
+
+TEST(Worker, TakesNoMoreThanItsMemoryHolds) {
+  Worker worker("test");
+  std::promise<void> begun, go;
+  worker.post([&] {
+    begun.set_value();
+    go.get_future().wait();
+  });
+  begun.get_future().wait();
+  const WaitingRoom room{9, 100};
+  EXPECT_TRUE(worker.try_post(
+      room, [] {}, {}, 60));
+  EXPECT_FALSE(worker.has_room(room, 41));
+  EXPECT_FALSE(worker.try_post(
+      room, [] {}, {}, 41));
+  EXPECT_TRUE(worker.try_post(
+      room, [] {}, {}, 40));
+  EXPECT_TRUE(worker.try_post(room, [] {})) << "what holds nothing has room still";
+  go.set_value();
+  worker.call([] {});
+  EXPECT_TRUE(worker.has_room(room, 100)) << "what is done waits no more";
 }
 
 TEST(Worker, FailsTheTaskWhoseWorkThrew) {

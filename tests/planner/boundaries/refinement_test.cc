@@ -33,7 +33,7 @@ PlanOptions refined_options() {
   return options;
 }
 
-bool is_whole(Millimetres length) { return length.count() == std::llround(length.count() * 1000) / 1000.0; }
+bool is_whole(Millimetres length) { return length.count() == std::round(length.count() * 1000) / 1000; }
 
 // Faces cover the artwork without gaps and overlaps, share their edges and can be made.
 void assert_fabricable(const Plan& plan, const PlanOptions& options) {

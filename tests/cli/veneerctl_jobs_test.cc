@@ -1,0 +1,182 @@
+// veneerctl job: pictures, plans and leases.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/plan_options.h"
+#include "tests/support/temp_directory.h"
+#include "tests/support/veneerctl_run.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using testing::ApiServer;
+using testing::ask;
+using testing::Outcome;
+using testing::veneerctl;
+
+TEST(VeneerctlJobs, WhatIsNoPictureIsNamedAsItWasGiven) {
+  const testing::TempDirectory folder;
+  const std::string file = folder / "text.jpg";
+  std::ofstream(file) << "no picture";
+  ApiServer server({}, {}, [](Router& router) {
+    router.bind("newJob", [](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::error({ErrorCode::kInvalidArgument, "text is not a picture that can be read: save it as PNG"}));
+    });
+  });
+  EXPECT_EQ(ask(server, {"job", "new", file}).err,
+            "veneerctl: " + file + " is not a picture that can be read: save it as PNG\n");
+}
+
+TEST(VeneerctlJobs, ANewJobSendsThePictureAndShowsProgress) {
+  std::optional<TaskReporter> work;
+  std::map<std::string, std::string> query;
+  std::string body;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
+      query = request.query;
+      body = request.body.text();
+      work = running->tasks().start("plan", "matching patches");
+      work->done({{"job", 7}});
+      reply(ApiReply::task(work->id()));
+    });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "grace hopper.png").string();
+  std::ofstream(picture) << "a picture";
+  const Outcome outcome =
+      ask(server, {"job", "new", picture, "--size-mm", "120.5", "--rotations", "15", "--fine-rotation"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("veneerctl job start 7"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.err, "matching patches\n");
+  EXPECT_EQ(body, "a picture");
+  EXPECT_EQ(query["name"], "grace hopper");
+  EXPECT_EQ(query["size_mm"], "120.5");
+  EXPECT_EQ(query["rotations"], "15");
+  EXPECT_EQ(query["fine_rotation"], "1");
+}
+
+TEST(VeneerctlJobs, ANewJobPassesEveryOptionOn) {
+  std::map<std::string, std::string> query;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("newJob", [&](const ApiRequest& request, const Reply& reply) {
+      query = request.query;
+      const TaskReporter work = running->tasks().start("plan", "");
+      work.done({{"job", 7}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string();
+  std::ofstream(picture) << "a picture";
+  std::vector<std::string> arguments = {
+      "job",         "new",      picture,       "--panels",  "P-1,P-2", "--panels",           "P-3",   "--max-panels",
+      "2",           "--wood",   "oak",         "--wood",    "ash",     "--wood-weight",      "oak=2", "--forbid",
+      "P-1,1,2,3,4", "--forbid", "P-2,5,6,7,8", "--size-mm", "100",     "--no-remnants-first"};
+  std::map<std::string, std::string> expected = {
+      {"name", "p"},       {"panels", "P-1,P-2,P-3"}, {"max_panels", "2"},
+      {"wood", "oak,ash"}, {"wood_weight", "oak=2"},  {"forbid", "P-1,1,2,3,4;P-2,5,6,7,8"},
+      {"size_mm", "100"},  {"remnants_first", "0"}};
+  for (const planner::NamedOption& option : planner::kNamedOptions) {
+    std::string flag = "--" + std::string(option.name);
+    std::replace(flag.begin(), flag.end(), '_', '-');
+    arguments.push_back(flag);
+    if (option.kind != planner::OptionKind::kSwitch) arguments.emplace_back("1");
+    expected[std::string(option.name)] = "1";
+  }
+  const Outcome outcome = ask(server, arguments);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(query, expected);
+}
+
+TEST(VeneerctlJobs, APlanLeasesItsWoodAndGivesItBack) {
+  std::vector<std::string> asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"leasePlan", "releasePlan"})
+      router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.method + " " + request.path + " " + request.body.text());
+        json plan = {{"id", 5}, {"name", "darker"}, {"pieces", 4}, {"placed", 4}, {"lease", nullptr}};
+        if (request.method == "POST")
+          plan["lease"] = {{"who", "uid 1000"}, {"since", ""}, {"until", "2026-05-08T07:30:00.123Z"}};
+        reply(ApiReply::json(plan));
+      });
+  });
+  EXPECT_NE(ask(server, {"job", "lease", "5"}).out.find("kept until 2026-05-08 07:30:00 UTC for uid 1000"),
+            std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "14"}).status, 0);
+  EXPECT_EQ(ask(server, {"job", "release", "5"}).out.find("kept until"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "91"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "lease", "5", "--days", "0"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "release"}).status, 2);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{R"(POST /api/v1/plans/5/lease {"days":7})",
+                                      R"(POST /api/v1/plans/5/lease {"days":14})", "DELETE /api/v1/plans/5/lease "}));
+}
+
+TEST(VeneerctlJobs, APlanIsKeptChangedAndBecomesAJob) {
+  std::vector<std::string> asked;
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"newPlan", "changePlan", "newJob"})
+      router.bind(operation, [&asked, &running, operation](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.path + " " + request.body.text());
+        const TaskReporter work = running->tasks().start("plan", "");
+        work.done({{std::string(operation) == "newJob" ? "job" : "plan", 5}, {"pieces", 4}});
+        reply(ApiReply::task(work.id()));
+      });
+    const json plan = {{"id", 5},
+                       {"name", "darker"},
+                       {"parent", 3},
+                       {"pieces", 4},
+                       {"placed", 4},
+                       {"report", {{"cost_per_pixel", 0.0125}}},
+                       {"jobs", {7}},
+                       {"outdated_panels", {"P-0001"}},
+                       {"lease", {{"until", "2026-05-08T07:30:00.123Z"}}}};
+    router.bind("listPlans", [plan](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"plans", {plan}}, {"next", nullptr}}));
+    });
+    router.bind("getPlan", [plan](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(plan)); });
+    router.bind("getPlanPreview",
+                [](const ApiRequest&, const Reply& reply) { reply(ApiReply::bytes("a picture", "image/png")); });
+  });
+  running = &server;
+  const std::string picture = (server.folder() / "p.png").string(), preview = (server.folder() / "plan.png").string();
+  std::ofstream(picture) << "a picture";
+  EXPECT_NE(ask(server, {"job", "plan", picture}).out.find("`veneerctl job new --plan 5`"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "change", "5", "--swap", "A1-1,A1-2", "--take", "A2-1=2"}).status, 0);
+  EXPECT_NE(ask(server, {"job", "new", "--plan", "5"}).out.find("Job 5 (4 pieces)"), std::string::npos);
+  EXPECT_EQ(ask(server, {"job", "plans"}).out,
+            "PLAN  NAME    OF  PIECES  PLACED     COST  JOBS  LEASED UNTIL             CREATED\n"
+            "   5  darker   3       4       4  0.01250  7     2026-05-08 07:30:00 UTC\n");
+  const Outcome one = ask(server, {"job", "plans", "5", "--preview", preview});
+  EXPECT_NE(one.out.find("P-0001: scanned again since"), std::string::npos) << one.out;
+  EXPECT_TRUE(std::ifstream(preview).good());
+  EXPECT_EQ(ask(server, {"job", "plan"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "new", "--plan", "5", "--rotations", "3"}).status, 2);
+  EXPECT_EQ(ask(server, {"job", "plans", "--preview", preview}).status, 2);
+  EXPECT_EQ(server.on_reactor([&] { return asked; }),
+            (std::vector<std::string>{"/api/v1/plans a picture",
+                                      R"(/api/v1/plans/5/changes {"swap":["A1-1,A1-2"],"take":["A2-1=2"]})",
+                                      R"(/api/v1/jobs {"plan":5})"}));
+}
+
+TEST(VeneerctlJobs, AMissingPictureIsNamed) {
+  ApiServer server;
+  const Outcome outcome = ask(server, {"job", "new", "/nowhere/grace.jpg", "--json"});
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err, "veneerctl: there is no file /nowhere/grace.jpg\n");
+  EXPECT_EQ(json::parse(outcome.out)["error"]["code"], "not_found");
+}
+
+}  // namespace
+}  // namespace veneer::daemon

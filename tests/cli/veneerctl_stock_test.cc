@@ -1,0 +1,199 @@
+// veneerctl panel, scanner and db: what comes into stock, and what is kept of it.
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/veneerctl_run.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using testing::ApiServer;
+using testing::ask;
+using ::testing::HasSubstr;
+using testing::Outcome;
+using testing::veneerctl;
+
+TEST(VeneerctlStock, TheDatabaseIsCheckedOnDemand) {
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("checkIntegrity", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("integrity check", "");
+      work.done({{"file", "veneerd.db"}, {"seconds", 1.24}, {"sound", true}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const Outcome outcome = ask(server, {"db", "check"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "The database is as it was written; reading it took 1.2 s.\n");
+}
+
+json made_backup() {
+  return {{"name", "2026-05-01T07-30-00.000Z"},
+          {"folder", "/data/backups/2026-05-01T07-30-00.000Z"},
+          {"made_at", "2026-05-01T07:30:00.000Z"},
+          {"bytes", 12'345'678},
+          {"schema", 11},
+          {"panels", 2},
+          {"jobs", 1},
+          {"pieces", 16},
+          {"files", 7},
+          {"missing", json::array()},
+          {"removed", {"2026-04-17T07-30-00.000Z"}}};
+}
+
+Outcome ask_for_backup(const json& made) {
+  ApiServer* running = nullptr;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("makeBackup", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("backup", "");
+      work.done(made);
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  return ask(server, {"db", "backup"});
+}
+
+TEST(VeneerctlStock, ABackupIsToldWithWhatItHolds) {
+  const Outcome outcome = ask_for_backup(made_backup());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.out,
+            "The backup /data/backups/2026-05-01T07-30-00.000Z was made and checked: 12.3 MB, 2 panels, 1 jobs, 16 "
+            "pieces, 7 pictures.\n1 older one was removed.\n");
+}
+
+TEST(VeneerctlStock, ABackupThatLacksPicturesFailsSoThatSomebodyLooks) {
+  json made = made_backup();
+  made["missing"] = {"panels/P-0001/map-1.png", "scans/show-2.png"};
+  const Outcome outcome = ask_for_backup(made);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.out, HasSubstr("was made and checked"));
+  EXPECT_EQ(outcome.err,
+            "veneerctl: 2 pictures that the database names are missing or damaged in the data folder, the first is "
+            "panels/P-0001/map-1.png: put them back from an older backup; the newest that still has one of "
+            "them is kept until then\n");
+}
+
+TEST(VeneerctlStock, BackupsAreListed) {
+  json unreadable = {{"name", "2026-04-30T07-30-00.000Z"},
+                     {"folder", "/data/backups/2026-04-30T07-30-00.000Z"},
+                     {"fault", "its manifest is damaged"}};
+  json list = {{"folder", "/data/backups"}, {"backups", {made_backup(), unreadable}}};
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("listBackups", [&](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(list)); });
+  });
+  const Outcome outcome = ask(server, {"db", "backups"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out,
+              HasSubstr("2026-05-01T07:30:00.000Z  12.3 MB       2     1      16         7  /data/backups"));
+  EXPECT_THAT(outcome.out, HasSubstr("its manifest is damaged"));
+  list["backups"] = json::array();
+  EXPECT_EQ(ask(server, {"db", "backups"}).out, "No backups in /data/backups: veneerctl db backup makes one.\n");
+}
+
+// Scripts read the exit status: what waits is not in stock.
+TEST(VeneerctlStock, AScanThatWaitsThoughItWasToBeAcceptedFails) {
+  ApiServer* running = nullptr;
+  json asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("scan", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text());
+      const TaskReporter work = running->tasks().start("scan", "");
+      work.done({{"proposal", 3}, {"new", true}, {"warnings", {{{"name", "size"}, {"text", "not round"}}}}});
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const Outcome looked = ask(server, {"panel", "scan"});
+  EXPECT_EQ(looked.status, 0);
+  EXPECT_THAT(looked.out, HasSubstr("panel accept 3 --override size"));
+  EXPECT_FALSE(asked.contains("accept"));
+  const Outcome outcome = ask(server, {"panel", "scan", "--accept"});
+  EXPECT_EQ(asked["accept"], true);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("proposal 3 has warnings, and is not in stock"));
+  ask(server, {"panel", "scan", "--override", "size", "--override", "strip-1"});
+  EXPECT_EQ(asked["override"], json({"size", "strip-1"}));
+  EXPECT_EQ(ask(server, {"panel", "scan", "--accept", "--more"}).status, 2);
+}
+
+TEST(VeneerctlStock, PaintsOnMasks) {
+  std::vector<std::string> asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    for (const char* operation : {"editMask", "removeMaskEdit", "listMaskEdits", "mergePanels"})
+      router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
+        asked.push_back(request.method + " " + request.path + " " + request.body.text());
+        reply(ApiReply::json({{"panel", "P-0001"}, {"edits", json::array()}}));
+      });
+  });
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 30.5,2 30,40"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--withhold", "1,2 30,2 30,40", "--note", "a stain"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--list"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--remove", "2"}).status, 0);
+  EXPECT_EQ(ask(server, {"panel", "merge", "P-0001", "P-0002"}).status, 0);
+  EXPECT_THAT(asked, ::testing::ElementsAre(
+                         "POST /api/v1/panels/P-0001/mask-edits "
+                         R"({"kind":"give","outline_mm":[1.0,2.0,30.5,2.0,30.0,40.0]})",
+                         "POST /api/v1/panels/P-0001/mask-edits "
+                         R"({"kind":"withhold","note":"a stain","outline_mm":[1.0,2.0,30.0,2.0,30.0,40.0]})",
+                         "GET /api/v1/panels/P-0001/mask-edits ", "DELETE /api/v1/panels/P-0001/mask-edits/2 ",
+                         R"(POST /api/v1/panels/P-0001/merge {"merged":"P-0002"})"));
+  for (const char* bad : {"1,2 3,4", "1,2 3,4 5", "1;2 3;4 5;6", "a,b c,d e,f"})
+    EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", bad}).status, 2) << bad;
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 3,4 5,6", "--remove", "1"}).status, 2);
+}
+
+TEST(VeneerctlStock, ListsScannersWithWhatTheyTake) {
+  ApiServer* running = nullptr;
+  const json found = {
+      {"scanners",
+       {{{"name", "epson2:libusb:001:004"},
+         {"make", "EPSON Perfection V39"},
+         {"type", "flatbed scanner"},
+         {"problem", ""},
+         {"options",
+          {{{"name", "resolution"}, {"kind", "whole"}, {"unit", "dpi"}, {"value", "75"}, {"numbers", {75, 300, 600}}},
+           {{"name", "mode"}, {"kind", "text"}, {"value", "Gray"}, {"words", {"Gray", "Color"}}},
+           {{"name", "br-x"},
+            {"kind", "number"},
+            {"unit", "mm"},
+            {"range", {{"least", 0}, {"most", 215.9}, {"step", 0}}}},
+           {{"name", "lamp"}, {"kind", "yes_no"}, {"active", false}}}}},
+        {{"name", "net:x:y"},
+         {"make", "HP"},
+         {"type", "scanner"},
+         {"problem", "it is busy"},
+         {"options", json::array()}}}}};
+  json answer = found;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("findScanners", [&](const ApiRequest&, const Reply& reply) {
+      const TaskReporter work = running->tasks().start("find scanners", "");
+      work.done(answer);
+      reply(ApiReply::task(work.id()));
+    });
+  });
+  running = &server;
+  const std::string list = ask(server, {"scanner", "list"}).out;
+  EXPECT_EQ(list,
+            "epson2:libusb:001:004\n"
+            "  EPSON Perfection V39, flatbed scanner\n"
+            "  resolution         75, 300, 600 dpi [75]\n"
+            "  mode               \"Gray\", \"Color\" [Gray]\n"
+            "  br-x               0 to 215.9 mm\n"
+            "\n"
+            "net:x:y\n"
+            "  HP, scanner\n"
+            "  it is busy\n");
+  EXPECT_THAT(ask(server, {"scanner", "list", "--all"}).out,
+              HasSubstr("lamp               true, false, with another source or mode only\n"));
+  EXPECT_EQ(json::parse(ask(server, {"--json", "scanner", "list"}).out)["scanners"], found["scanners"]);
+  answer = {{"scanners", json::array()}};
+  EXPECT_THAT(ask(server, {"scanner", "list"}).out, HasSubstr("No scanner is found."));
+}
+
+}  // namespace
+}  // namespace veneer::daemon
