@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/journal.h"
 #include "daemon/services/cell_alarms.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
@@ -464,6 +465,10 @@ Status Cell::may_be_noted(const Caller& caller) const {
 
 void Cell::audit(const Router::Change& change) {
   if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
+  const LogAbout about({.who = change.caller.who});
+  if (change.caller.role >= Role::kOperator)
+    log->info("{}: {}{}{}{}", change.caller.who, change.operation, change.refused ? " was refused" : "",
+              change.detail.empty() ? "" : ", ", change.detail);
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));

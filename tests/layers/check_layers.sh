@@ -93,7 +93,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^sane/", "^drivers/sane/sane_library\\.cc$")
       door("^seccomp", "^(daemon/workers/confinement|tests/systemd/under_filter)\\.cc$")
       door("^sodium", "^daemon/api/passwords\\.cc$")
-      door("^spdlog/", "^(base/log\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
+      door("^spdlog/", "^(base/(log|journal)\\.(h|cc)|daemon/|cli/|drivers/|tests/)")
       door("^systemd/", "^daemon/")
       door("^tesseract/", "^drivers/sim/proof/")
       door("^tiffio", "^(planner/pictures/tiff_inks\\.cc|tests/planner/)")
