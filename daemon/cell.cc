@@ -6,6 +6,8 @@
 
 #include "base/journal.h"
 #include "daemon/services/cell_alarms.h"
+#include "daemon/services/kept_alarms.h"
+#include "daemon/services/kept_tasks.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 
@@ -164,8 +166,9 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
-              if (hub.clients() > 0) hub.broadcast_text(task_event(task));
+              tell_of(task);
               if (task_audit_) task_audit_->changed(task);
+              keep_task(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
               if (task.state == TaskState::kFailed) note_failure(task);
               if (runner && task.state != TaskState::kRunning) refresh_counts();
@@ -173,6 +176,9 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
       stock_memory(config.store.data_dir / "stock-memory.json"),
+      kept_alarms_(config.store.data_dir / "alarms.json", log),
+      kept_tasks_(config.store.data_dir / "tasks.json", log),
+      keeper_(std::make_unique<Worker>("keeper", 10)),
       look_timer_(io) {}
 
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
@@ -183,6 +189,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   cell->database = std::move(*database);
   cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   cell->task_audit_ = std::make_unique<TaskAudit>(cell->tasks, *cell->audit_log_);
+  cell->go_on_from_before();
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -263,6 +270,7 @@ Cell::~Cell() {
   remnant_clerk.reset();
   camera_worker.reset();
   runner.reset();
+  keeper_.reset();
 }
 
 void Cell::refresh_counts() {
@@ -295,6 +303,7 @@ void Cell::refresh_counts() {
         waiting_plan = std::move(counts.plan);
         suspects = std::move(counts.suspects);
         calibration = std::move(counts.calibration);
+        counted_ = true;
         remnant_clerk->look();
         broadcast_status();
       });
@@ -422,12 +431,44 @@ CellNeeds Cell::needs() const {
 
 NextStep Cell::next() const { return next_step(runner->view(), needs()); }
 
+void Cell::go_on_from_before() {
+  if (const json kept = kept_alarms_.read(); !kept.is_null())
+    if (auto book = book_from_json(kept)) alarms = std::move(*book);
+  const json kept = kept_tasks_.read();
+  auto before = kept.is_null() ? std::nullopt : tasks_from_json(kept);
+  if (!before) return;
+  tasks.go_on(before->last_id, std::move(before->tasks));
+  for (const TaskView& task : before->unfinished) {
+    log->warn("task {} ({}): {}", task.id, task.kind, task.error->message);
+    audit_log_->write({0, utc_timestamp(), "veneerd", "task.unfinished",
+                       fmt::format("task {}, {}: {}", task.id, task.kind, task.error->message)});
+    note_failure(task);
+    keep_task(task);
+  }
+}
+
+void Cell::keep_alarms() {
+  kept_alarms_.write(*keeper_, [book = alarms] { return book_to_json(book); });
+}
+
+// Its beginning and its end; how far it is may be lost.
+void Cell::keep_task(const TaskView& changed) {
+  if (!keeper_ || (changed.state == TaskState::kRunning && changed.id <= last_kept_)) return;
+  last_kept_ = std::max(last_kept_, changed.id);
+  std::vector<TaskView> views;
+  for (const TaskView* task : tasks.list()) views.push_back(*task);
+  kept_tasks_.write(*keeper_,
+                    [last = tasks.last_id(), views = std::move(views)] { return tasks_to_json(last, views); });
+}
+
 void Cell::alarms_changed() {
+  keep_alarms();
   hub.broadcast({{"type", "alarms"}});
   broadcast_status();
 }
 
 void Cell::look_for_alarms() {
+  if (!counted_) return;  // what is not known yet has not gone
   const auto changes = alarms.take(cell_alarms(runner->view(), devices.laser->status(), needs()), utc_timestamp());
   for (const Alarm& alarm : changes.begun)
     audit_log_->write({0, alarm.since, "veneerd", "alarm.new", alarm.what.sentence});
@@ -476,7 +517,12 @@ void Cell::audit(const Router::Change& change) {
 }
 
 void Cell::broadcast_status() {
-  if (runner) hub.broadcast({{"type", "status"}, {"status", status()}});
+  if (runner && hub.clients() > 0) hub.broadcast_passing(json{{"type", "status"}, {"status", status()}});
+}
+
+void Cell::tell_of(const TaskView& task) {
+  if (task.state != TaskState::kRunning) return hub.broadcast_text(task_event(task));
+  if (hub.clients() > 0) hub.broadcast_passing_text(task_event(task));
 }
 
 }  // namespace veneer::daemon

@@ -24,6 +24,7 @@
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
 #include "daemon/services/panel_figures.h"
@@ -126,7 +127,16 @@ class Cell {
   CellNeeds needs() const;
   NextStep next() const;
   void look_for_alarms();
+  void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
+  void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
+  void keep_alarms();
+  void keep_task(const TaskView& changed);
+
+  KeptFile kept_alarms_, kept_tasks_;
+  std::unique_ptr<Worker> keeper_;  // writes them
+  std::int64_t last_kept_ = 0;      // the newest task that is
+  bool counted_ = false;            // what the database knows of alarms is known here
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;

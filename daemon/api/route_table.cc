@@ -126,7 +126,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getBedToolpath", "GET", "/api/v1/bed/toolpath", Role::kViewer},
     ApiOperation{"newConsoleLink", "POST", "/api/v1/console-links", Role::kOperator, Takes::kJson},
     ApiOperation{"endConsoleLinks", "DELETE", "/api/v1/console-links", Role::kAdmin},
-    ApiOperation{"getEvents", "GET", "/api/v1/events", Role::kViewer},
+    ApiOperation{"getEvents", "GET", "/api/v1/events", Role::kViewer, Takes::kQuery},
 };
 
 }  // namespace
