@@ -217,6 +217,11 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
+  NotifierOptions notices;
+  notices.to = config.notify;
+  notices.data_dir = config.store.data_dir;
+  c.notifier_ = std::make_unique<Notifier>(std::move(notices), *c.work_runner, c.log,
+                                           [&c](const std::string& outcome) { c.metrics.notice_ended(outcome); });
   c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner,
                                           *c.proposals, c.config);
@@ -261,6 +266,7 @@ Cell::~Cell() {
   if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
+  notifier_.reset();
   backups.reset();
   if (bed) bed->stop();
   scanner_worker.reset();
@@ -315,6 +321,7 @@ void Cell::look_regularly() {
     if (cancelled) return;
     runner->look_again();
     look_for_alarms();
+    look_for_notices();
     end_leases();
     look_regularly();
   });
@@ -431,6 +438,25 @@ CellNeeds Cell::needs() const {
 
 NextStep Cell::next() const { return next_step(runner->view(), needs()); }
 
+void Cell::notify(Notice notice) {
+  if (notifier_) notifier_->tell(std::move(notice));
+}
+
+// What was aborted or held is an alarm.
+void Cell::look_for_notices() {
+  const CellView& view = runner->view();
+  if (std::exchange(noticed_, view.state) == view.state) return;
+  const auto job = view.job ? std::optional(view.job->id.value) : std::nullopt;
+  if (view.state == CellState::kComplete && view.job)
+    notify({Notice::What::kJobDone, false,
+            fmt::format("job {} ({}) is done: {} of {} pieces are cut{}", view.job->id.value, view.job->name,
+                        view.job->cut, view.job->pieces,
+                        view.job->suspect > 0 ? fmt::format(", {} suspect", view.job->suspect) : ""),
+            utc_timestamp(), job});
+  if (view.state == CellState::kSuspended)
+    notify({Notice::What::kOperatorNeeded, false, next().sentence, utc_timestamp(), job});
+}
+
 void Cell::go_on_from_before() {
   if (const json kept = kept_alarms_.read(); !kept.is_null())
     if (auto book = book_from_json(kept)) alarms = std::move(*book);
@@ -470,8 +496,10 @@ void Cell::alarms_changed() {
 void Cell::look_for_alarms() {
   if (!counted_) return;  // what is not known yet has not gone
   const auto changes = alarms.take(cell_alarms(runner->view(), devices.laser->status(), needs()), utc_timestamp());
-  for (const Alarm& alarm : changes.begun)
+  for (const Alarm& alarm : changes.begun) {
     audit_log_->write({0, alarm.since, "veneerd", "alarm.new", alarm.what.sentence});
+    notify({Notice::What::kAlarm, alarm.what.urgent, alarm.what.sentence, alarm.since});
+  }
   for (const Alarm& alarm : changes.ended)
     audit_log_->write({0, alarm.until, "veneerd", "alarm.returned", alarm.what.sentence});
   if (changes.any()) alarms_changed();
@@ -480,7 +508,9 @@ void Cell::look_for_alarms() {
 // Whoever asked for it may have gone.
 void Cell::note_failure(const TaskView& task) {
   const std::string why = task.error ? task.error->message : "nobody knows why";
-  alarms.happened({fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)}, utc_timestamp());
+  const Alarm alarm =
+      alarms.happened({fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)}, utc_timestamp());
+  notify({Notice::What::kAlarm, false, alarm.what.sentence, alarm.since});
   alarms_changed();
 }
 

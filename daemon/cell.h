@@ -27,6 +27,7 @@
 #include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
+#include "daemon/services/notifier.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
@@ -129,6 +130,8 @@ class Cell {
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
+  void notify(Notice notice);
+  void look_for_notices();
   void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
   void keep_alarms();
   void keep_task(const TaskView& changed);
@@ -141,6 +144,8 @@ class Cell {
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
+  std::unique_ptr<Notifier> notifier_;
+  CellState noticed_ = CellState::kStopped;     // the unit's state when it was looked whether somebody is to be told
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
   std::string lease_end_;                       // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;
