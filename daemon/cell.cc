@@ -442,6 +442,15 @@ void Cell::notify(Notice notice) {
   if (notifier_) notifier_->tell(std::move(notice));
 }
 
+Result<std::int64_t> Cell::try_notices() {
+  if (!notifier_->names_somebody())
+    return Error{ErrorCode::kConflict,
+                 "nobody is to be told: name a webhook or a broker under [notify] of veneerd.toml"};
+  TaskReporter reporter = tasks.start("notify", "telling whoever is to be told");
+  notifier_->try_all(reporter);
+  return reporter.id();
+}
+
 // What was aborted or held is an alarm.
 void Cell::look_for_notices() {
   const CellView& view = runner->view();

@@ -107,6 +107,8 @@ class Cell {
   std::vector<CellNeeds::Suspects> suspects;
   std::optional<Calibration> calibration;
   void refresh_counts();
+  // A notice that says that it is a try, to whoever is told of alarms: the task that sends it.
+  Result<std::int64_t> try_notices();
   // Somebody acknowledged some.
   void alarms_changed();
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.

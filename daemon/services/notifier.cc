@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <utility>
 
+#include "base/clock.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/notify_order.h"
 #include "daemon/workers/work_folder.h"
@@ -141,6 +142,27 @@ Notifier::Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
 }
 
 Notifier::~Notifier() { shared_->stop.request_stop(); }
+
+void Notifier::try_all(TaskReporter reporter) {
+  const bool taken = worker_->try_post(shared_->options.most_waiting, [shared = shared_, reporter] {
+    const NotifyConfig& to = shared->options.to;
+    const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",
+                        utc_timestamp()};
+    std::vector<std::string> told;
+    if (to.webhook) {
+      if (const Status sent = shared->try_once(webhook_of(to, notice), to.webhook_token_file.string()); !sent)
+        return reporter.fail(sent.error());
+      told.push_back(place_of("http", *to.webhook));
+    }
+    if (to.mqtt) {
+      if (const Status sent = shared->try_once(publication_of(to, notice), to.mqtt_password_file.string()); !sent)
+        return reporter.fail(sent.error());
+      told.push_back(place_of("mqtt", *to.mqtt));
+    }
+    reporter.done({{"told", told}});
+  });
+  if (!taken) reporter.fail({ErrorCode::kUnavailable, "many notices wait to be sent: try again in a minute"});
+}
 
 void Notifier::tell(Notice notice) {
   if (!worker_) return;

@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "base/log.h"
+#include "base/result.h"
+#include "daemon/api/tasks.h"
 #include "daemon/config.h"
 #include "daemon/threads/worker.h"
 #include "daemon/workers/work_runner.h"
@@ -50,6 +52,9 @@ class Notifier {
   Notifier& operator=(const Notifier&) = delete;
 
   void tell(Notice notice);
+  bool names_somebody() const { return worker_ != nullptr; }
+  // Sends one that says that it is a try, to all of them, once; the task is done when all have it.
+  void try_all(TaskReporter reporter);
 
  private:
   struct Shared;

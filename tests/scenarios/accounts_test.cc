@@ -150,6 +150,7 @@ TEST_F(AccountsAtTheCell, PeopleSignInElsewhereAndStaySoWhenTheDaemonIsKilled) {
   EXPECT_EQ(alarm().value("acknowledged_by", ""), "user anna");
   EXPECT_EQ(daemon_.api().get(fmt::format("/tasks/{}", task)).value()["state"], "done");
   EXPECT_EQ(shell("away db check").status, 0);
+  EXPECT_THAT(shell("veneerctl alarm try").output, HasSubstr("name a webhook or a broker under [notify]"));
   EXPECT_THAT(shell("away user list").output, HasSubstr("this needs the admin role: user anna is operator"));
   EXPECT_THAT(shell("veneerctl audit").output,
               AllOf(HasSubstr("user anna"), HasSubstr("checkIntegrity"), Not(HasSubstr("walnut"))));

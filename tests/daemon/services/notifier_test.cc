@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/threads/reactor_timer.h"
 #include "daemon/workers/worker_processes.h"
 #include "tests/support/temp_directory.h"
 
@@ -201,6 +202,25 @@ TEST_F(NotifierTest, ABrokerGetsItUnderTheTopicOfWhatHappened) {
   while (heard.topic.empty()) ASSERT_EQ(mosquitto_loop(listener.get(), 100, 1), MOSQ_ERR_SUCCESS);
   EXPECT_EQ(heard.topic, "workshop/laser/operator");
   EXPECT_EQ(json::parse(heard.message)["message"], "lay panel P-0001 on the bed");
+}
+
+TEST_F(NotifierTest, ATryTellsWhetherItCame) {
+  boost::asio::io_context reactor;
+  SteadyClock clock;
+  TaskRegistry tasks(reactor, clock, make_reactor_timer(reactor), {});
+  WebServer server;
+  options_.to.webhook = here(server.port());
+  auto one = notifier();
+  const auto task = tasks.start("notify", "");
+  one->try_all(task);
+  EXPECT_THAT(server.answer_one(http::status::ok).body(), HasSubstr("This is a try"));
+  const auto refused = tasks.start("notify", "");
+  one->try_all(refused);
+  server.answer_one(http::status::not_found);
+  one.reset();
+  reactor.poll();
+  EXPECT_EQ(tasks.find(task.id())->state, TaskState::kDone);
+  ASSERT_TRUE(tasks.find(refused.id())->error.has_value());
 }
 
 TEST_F(NotifierTest, WithoutAnAddressNothingIsBegun) {
