@@ -55,7 +55,8 @@ std::string first_line(const std::string& file) {
 
 Status call_webhook(const CallWebhook& order) {
   http::request<http::string_body> request{http::verb::post, order.path, 11};
-  request.set(http::field::host, fmt::format("{}:{}", order.host, order.port));
+  const std::string host = order.host.find(':') == std::string::npos ? order.host : "[" + order.host + "]";  // IPv6
+  request.set(http::field::host, fmt::format("{}:{}", host, order.port));
   request.set(http::field::user_agent, "veneerd");
   request.set(http::field::connection, "close");
   request.set(http::field::content_type, order.content_type);
