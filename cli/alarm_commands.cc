@@ -57,6 +57,16 @@ void add_alarm_commands(CLI::App& app, CommandContext& context) {
                    [all](const json& told) { return render_alarms(told, *all); });
   });
   add_acknowledge(*alarm, context);
+  CLI::App* attempt =
+      alarm->add_subcommand("try", "Send a try to the webhook and the broker of [notify], and say whether it came");
+  attempt->callback([&context] {
+    context.finish(context.run_task(context.client().post("/alarms/try")), [](const json& done) {
+      std::string out;
+      for (const json& place : member(done, "told"))
+        if (place.is_string()) out += fmt::format("{} has it.\n", place.get<std::string>());
+      return out;
+    });
+  });
 }
 
 }  // namespace veneer::cli

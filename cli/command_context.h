@@ -80,7 +80,7 @@ void add_stop_command(CLI::App& app, CommandContext& context);
 void add_cell_commands(CLI::App& app, CommandContext& context);     // status, stop, hold, ..., console
 void add_db_commands(CLI::App& app, CommandContext& context);       // db check|backup|backups
 void add_account_commands(CLI::App& app, CommandContext& context);  // user, token, login, logout, whoami
-void add_alarm_commands(CLI::App& app, CommandContext& context);    // alarm list|acknowledge
+void add_alarm_commands(CLI::App& app, CommandContext& context);    // alarm list|acknowledge|try
 void add_audit_command(CLI::App& app, CommandContext& context);
 void add_export_commands(CLI::App& app, CommandContext& context);      // export stock|history
 void add_panel_commands(CLI::App& app, CommandContext& context);       // panel list|show, calibrate, certificates

@@ -91,17 +91,22 @@ export async function askAll(path, list, most = Infinity) {
   return all;
 }
 
-// `take` gets each event, {type: "open"} when the stream has begun (anew: what came meanwhile is not known).
+// `take` gets each event, those that came while the stream was broken too; {type: "open"} when it has begun anew, and
+// what came meanwhile is not known.
+let life = "", seen = 0;
 export function listen(take) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   const session = sessionStorage.getItem(kSession);
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
-  const socket = new WebSocket(`${scheme}://${location.host}` + "/api/v1/events", protocols);
-  socket.onopen = () => take({type: "open"});
+  const place = life ? `?life=${encodeURIComponent(life)}&since=${seen}` : "";
+  const socket = new WebSocket(`${scheme}://${location.host}/api/v1/events${place}`, protocols);
   socket.onmessage = (message) => {
     let event;
     try { event = JSON.parse(message.data); } catch (fault) { return; }
-    take(event);
+    if (event.seq !== undefined) seen = event.seq;
+    if (event.type !== "hello") return take(event);
+    life = event.life;
+    if (!event.resumed) take({type: "open"});
   };
   socket.onclose = () => setTimeout(() => listen(take), kPollMs);
 }

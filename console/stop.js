@@ -5,15 +5,18 @@ import {ask, pause, stopAsking} from "./link.js";
 // Its own words, so that a catalogue that did not come keeps nobody from hearing of it.
 const german = (localStorage.getItem("veneer_language") || navigator.language).startsWith("de");
 const kSaid = german ? {
+  button: "Strahl sofort aus",
   pressed: (at) => `STOP um ${at} gedrückt, noch nicht bestätigt.`,
   confirmed: (at) => `STOP um ${at} bestätigt: Strahl aus, die Zelle bricht ab.`,
   not: (why) => `STOP ist NICHT bestätigt (${why}). Drücken Sie den Not-Halt an der Maschine.`,
 } : {
+  button: "beam off at once",
   pressed: (at) => `STOP pressed at ${at}, not confirmed yet.`,
   confirmed: (at) => `STOP confirmed at ${at}: beam off, the cell is aborting.`,
   not: (why) => `STOP is NOT confirmed (${why}). Use the emergency stop on the machine.`,
 };
 
+document.querySelector("#stop small").textContent = kSaid.button;
 const note = document.getElementById("stop-note");
 let told = "";  // "" none, "told" what became of the last STOP, "aborting" and the status says so too
 

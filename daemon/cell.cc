@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "daemon/services/cell_alarms.h"
+#include "base/journal.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 
@@ -163,8 +163,9 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       hub({}, log),
       tasks(io, real_clock, make_reactor_timer(io),
             [this](const TaskView& task) {
-              if (hub.clients() > 0) hub.broadcast_text(task_event(task));
+              tell_of(task);
               if (task_audit_) task_audit_->changed(task);
+              keep_task(task);
               if (task.state != TaskState::kRunning) metrics.task_ended(task.kind, to_string(task.state));
               if (task.state == TaskState::kFailed) note_failure(task);
               if (runner && task.state != TaskState::kRunning) refresh_counts();
@@ -172,6 +173,9 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
       stock_memory(config.store.data_dir / "stock-memory.json"),
+      kept_alarms_(config.store.data_dir / "alarms.json", log),
+      kept_tasks_(config.store.data_dir / "tasks.json", log),
+      keeper_(std::make_unique<Worker>("keeper", 10)),
       look_timer_(io) {}
 
 Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const Config& config, Devices devices,
@@ -182,6 +186,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   cell->database = std::move(*database);
   cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   cell->task_audit_ = std::make_unique<TaskAudit>(cell->tasks, *cell->audit_log_);
+  cell->go_on_from_before();
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -209,6 +214,11 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
+  NotifierOptions notices;
+  notices.to = config.notify;
+  notices.data_dir = config.store.data_dir;
+  c.notifier_ = std::make_unique<Notifier>(std::move(notices), *c.work_runner, c.log,
+                                           [&c](const std::string& outcome) { c.metrics.notice_ended(outcome); });
   c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner,
                                           *c.proposals, c.config);
@@ -253,6 +263,7 @@ Cell::~Cell() {
   if (integrity) integrity->cancel();
   // Work that is still going on ends first; what it posts to the reactor is never run.
   for (const auto* task : tasks.running()) static_cast<void>(tasks.cancel(task->id));
+  notifier_.reset();
   backups.reset();
   if (bed) bed->stop();
   scanner_worker.reset();
@@ -262,6 +273,7 @@ Cell::~Cell() {
   remnant_clerk.reset();
   camera_worker.reset();
   runner.reset();
+  keeper_.reset();
 }
 
 void Cell::refresh_counts() {
@@ -294,6 +306,7 @@ void Cell::refresh_counts() {
         waiting_plan = std::move(counts.plan);
         suspects = std::move(counts.suspects);
         calibration = std::move(counts.calibration);
+        counted_ = true;
         remnant_clerk->look();
         broadcast_status();
       });
@@ -305,6 +318,7 @@ void Cell::look_regularly() {
     if (cancelled) return;
     runner->look_again();
     look_for_alarms();
+    look_for_notices();
     end_leases();
     look_regularly();
   });
@@ -421,27 +435,6 @@ CellNeeds Cell::needs() const {
 
 NextStep Cell::next() const { return next_step(runner->view(), needs()); }
 
-void Cell::alarms_changed() {
-  hub.broadcast({{"type", "alarms"}});
-  broadcast_status();
-}
-
-void Cell::look_for_alarms() {
-  const auto changes = alarms.take(cell_alarms(runner->view(), devices.laser->status(), needs()), utc_timestamp());
-  for (const Alarm& alarm : changes.begun)
-    audit_log_->write({0, alarm.since, "veneerd", "alarm.new", alarm.what.sentence});
-  for (const Alarm& alarm : changes.ended)
-    audit_log_->write({0, alarm.until, "veneerd", "alarm.returned", alarm.what.sentence});
-  if (changes.any()) alarms_changed();
-}
-
-// Whoever asked for it may have gone.
-void Cell::note_failure(const TaskView& task) {
-  const std::string why = task.error ? task.error->message : "nobody knows why";
-  alarms.happened({fmt::format("task {}", task.id), false, fmt::format("{}: {}", task.kind, why)}, utc_timestamp());
-  alarms_changed();
-}
-
 // What waits to be cut is another thing after a run.
 void Cell::follow_state() {
   if (!runner || runner->view().state == counted_in_) return;
@@ -464,6 +457,10 @@ Status Cell::may_be_noted(const Caller& caller) const {
 
 void Cell::audit(const Router::Change& change) {
   if (change.task) return task_audit_->began(*change.task, change.caller.who, std::string(change.operation));
+  const LogAbout about({.who = change.caller.who});
+  if (change.caller.role >= Role::kOperator)
+    log->info("{}: {}{}{}{}", change.caller.who, change.operation, change.refused ? " was refused" : "",
+              change.detail.empty() ? "" : ", ", change.detail);
   db::AuditEntry entry{0, utc_timestamp(), change.caller.who,
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
@@ -471,7 +468,7 @@ void Cell::audit(const Router::Change& change) {
 }
 
 void Cell::broadcast_status() {
-  if (runner) hub.broadcast({{"type", "status"}, {"status", status()}});
+  if (runner && hub.clients() > 0) hub.broadcast_passing(json{{"type", "status"}, {"status", status()}});
 }
 
 }  // namespace veneer::daemon

@@ -24,8 +24,10 @@
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
+#include "daemon/services/notifier.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/plan_service.h"
@@ -105,6 +107,8 @@ class Cell {
   std::vector<CellNeeds::Suspects> suspects;
   std::optional<Calibration> calibration;
   void refresh_counts();
+  // A notice that says that it is a try, to whoever is told of alarms: the task that sends it.
+  Result<std::int64_t> try_notices();
   // Somebody acknowledged some.
   void alarms_changed();
   // A lease was made or ended, and wood of these panels is somebody else's, or nobody's.
@@ -126,11 +130,24 @@ class Cell {
   CellNeeds needs() const;
   NextStep next() const;
   void look_for_alarms();
+  void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
+  void notify(Notice notice);
+  void look_for_notices();
+  void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
+  void keep_alarms();
+  void keep_task(const TaskView& changed);
+
+  KeptFile kept_alarms_, kept_tasks_;
+  std::unique_ptr<Worker> keeper_;  // writes them
+  std::int64_t last_kept_ = 0;      // the newest task that is
+  bool counted_ = false;            // what the database knows of alarms is known here
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;
   std::string laser_identity_;
+  std::unique_ptr<Notifier> notifier_;
+  CellState noticed_ = CellState::kStopped;     // the unit's state when it was looked whether somebody is to be told
   CellState counted_in_ = CellState::kStopped;  // the unit's state when the counts were refreshed last
   std::string lease_end_;                       // of the lease that ends next; "" when none is known
   boost::asio::steady_timer look_timer_;

@@ -4,6 +4,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -212,6 +213,63 @@ void read_devices(const toml::table& root, const std::string& file, Config& conf
   sim.refuse_unread();
 }
 
+// "https://host:8443/path"; an IPv6 address stands in brackets. nullopt of anything else.
+std::optional<NetworkAddress> network_address(std::string_view text, std::string_view scheme, int usual_port,
+                                              int usual_tls_port) {
+  NetworkAddress out;
+  if (!text.starts_with(scheme)) return std::nullopt;
+  text.remove_prefix(scheme.size());
+  out.tls = text.starts_with("s://");
+  if (!out.tls && !text.starts_with("://")) return std::nullopt;
+  text.remove_prefix(out.tls ? 4 : 3);
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  out.path = slash < text.size() ? text.substr(slash) : "/";
+  text = text.substr(0, slash);
+  const std::size_t bracket = text.starts_with('[') ? text.find(']') : 0;
+  if (bracket == std::string_view::npos) return std::nullopt;
+  const std::size_t colon = text.find(':', bracket);
+  out.host = text.substr(0, colon);
+  if (bracket > 0) out.host = out.host.substr(1, bracket - 1);
+  out.port = out.tls ? usual_tls_port : usual_port;
+  if (colon != std::string_view::npos) {
+    const std::string_view port = text.substr(colon + 1);
+    const auto read = std::from_chars(port.data(), port.data() + port.size(), out.port);
+    if (read.ec != std::errc() || read.ptr != port.data() + port.size()) return std::nullopt;
+  }
+  const auto is_visible = [](char c) { return c > ' ' && c < 0x7f; };
+  const bool good = !out.host.empty() && out.port > 0 && out.port < 65536 && out.host.find('@') == std::string::npos &&
+                    std::ranges::all_of(out.host, is_visible) && std::ranges::all_of(out.path, is_visible);
+  return good ? std::optional(std::move(out)) : std::nullopt;
+}
+
+void read_notify(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
+  Section notify(root, file, "notify", errors);
+  NotifyConfig& out = config.notify;
+  std::string webhook, mqtt;
+  notify.text("webhook", webhook);
+  notify.word("webhook_format", out.webhook_format, {"json", "text"});
+  notify.path("webhook_token_file", out.webhook_token_file);
+  notify.text("mqtt", mqtt);
+  notify.text("mqtt_topic", out.mqtt_topic);
+  notify.text("mqtt_user", out.mqtt_user);
+  notify.path("mqtt_password_file", out.mqtt_password_file);
+  notify.refuse_unread();
+  out.webhook = network_address(webhook, "http", 80, 443);
+  if (!webhook.empty() && !out.webhook)
+    errors.push_back(fmt::format(
+        "{}: notify.webhook = \"{}\" is no address: write it as in \"http://192.168.1.7:8123/api/webhook/cell\"", file,
+        webhook));
+  out.mqtt = network_address(mqtt, "mqtt", 1883, 8883);
+  if ((!mqtt.empty() && !out.mqtt) || (out.mqtt && out.mqtt->path != "/"))
+    errors.push_back(fmt::format(
+        "{}: notify.mqtt = \"{}\" is no broker's address: write it as in \"mqtt://192.168.1.7:1883\"", file, mqtt));
+  if (out.mqtt_topic.empty() || out.mqtt_topic.find_first_of("+#") != std::string::npos ||
+      out.mqtt_topic.ends_with('/'))
+    errors.push_back(
+        fmt::format("{}: notify.mqtt_topic = \"{}\" is no topic to publish to: write it as in \"workshop/laser\"", file,
+                    out.mqtt_topic));
+}
+
 void read_keep_out(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
   const toml::node* node = root.get("keep_out");
   if (node == nullptr) return;
@@ -285,6 +343,7 @@ void read_work(const toml::table& root, const std::string& file, Config& config,
   panel.integer("calibration_days", config.panel.calibration_days, 1, 3650);
   panel.refuse_unread();
   read_before_motion(root, file, config, errors);
+  read_notify(root, file, config, errors);
   Section log(root, file, "log", errors);
   log.word("level", config.log_level, {"error", "warn", "info", "debug"});
   log.refuse_unread();
@@ -339,9 +398,9 @@ Result<Config> load_config(const std::filesystem::path& file) {
   }
   Config config;
   std::vector<std::string> errors;
-  static constexpr std::string_view kSections[] = {"laser",   "scanner",       "camera",  "sim",     "api",
-                                                   "store",   "recipe",        "panel",   "log",     "planner",
-                                                   "workers", "before_motion", "framing", "keep_out"};
+  static constexpr std::string_view kSections[] = {"laser",   "scanner",       "camera",  "sim",      "api",
+                                                   "store",   "recipe",        "panel",   "log",      "planner",
+                                                   "workers", "before_motion", "framing", "keep_out", "notify"};
   for (auto&& [key, node] : root)
     if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
       errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", file.string(),

@@ -131,6 +131,25 @@ struct KeepOutConfig {
   Box<MachineFrame> area;
 };
 
+// Where a notice goes: "https://host:port/path".
+struct NetworkAddress {
+  bool tls = false;
+  std::string host;
+  int port = 0;
+  std::string path;  // from its "/" on
+};
+
+// Who is told, away from the cell, that a job is done, what is wrong, or that an operator is needed.
+struct NotifyConfig {
+  std::optional<NetworkAddress> webhook;     // http:// or https://
+  std::string webhook_format = "json";       // json | text (the sentence alone, as ntfy takes it)
+  std::filesystem::path webhook_token_file;  // sent as a bearer's; "" = none
+  std::optional<NetworkAddress> mqtt;        // mqtt:// or mqtts://
+  std::string mqtt_topic = "veneerd";        // before "/job", "/alarm", "/operator"
+  std::string mqtt_user;
+  std::filesystem::path mqtt_password_file;
+};
+
 struct Config {
   LaserConfig laser;
   ScannerConfig scanner;
@@ -142,6 +161,7 @@ struct Config {
   RecipeConfig recipe;
   PanelConfig panel;
   BeforeMotionConfig before_motion;
+  NotifyConfig notify;
   FramingConfig framing;
   std::vector<KeepOutConfig> keep_out;
   std::string log_level = "info";

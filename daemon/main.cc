@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/journal.h"
 #include "daemon/api/account_routes.h"
 #include "daemon/api/console_routes.h"
 #include "daemon/api/http_server.h"
@@ -212,8 +213,8 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
 }
 
 int run(const Config& config, const std::string& guardian_socket) {
-  const Logger log =
-      make_stderr_logger("veneerd", getenv("JOURNAL_STREAM") != nullptr);  // NOLINT(concurrency-mt-unsafe)
+  const bool under_systemd = getenv("JOURNAL_STREAM") != nullptr;  // NOLINT(concurrency-mt-unsafe)
+  const Logger log = under_systemd ? make_journal_logger("veneerd") : make_stderr_logger("veneerd", false);
   log->set_level(spdlog::level::from_str(config.log_level));
   leave_no_core();
   give_memory_back();

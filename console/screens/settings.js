@@ -107,9 +107,9 @@ function overridesCard() {
     const off = !operates() || isStale();
     return h("li", {"data-key": what}, h("div", {}, h("b", {}, t(`override.${what}`)), h("div", {}, `${value === 100 ? "" : "▲ "}${value} %`)),
       h("span.choices", {},
-        button("−10", () => set(what, Math.max(least, value - 10)), {disabled: off || value <= least, "aria-label": t("override.less", {what: t(`override.${what}`)})}),
-        button("100 %", () => set(what, 100), {disabled: off || value === 100}),
-        button("+10", () => set(what, Math.min(most, value + 10)), {disabled: off || value >= most, "aria-label": t("override.more", {what: t(`override.${what}`)})})));
+        button("−10", () => set(what, Math.max(least, value - 10)), {disabled: off || value <= least, "aria-label": `−10, ${t("override.less", {what: t(`override.${what}`)})}`}),
+        button("100 %", () => set(what, 100), {disabled: off || value === 100, "aria-label": `100 %, ${t(`override.${what}`)}`}),
+        button("+10", () => set(what, Math.min(most, value + 10)), {disabled: off || value >= most, "aria-label": `+10, ${t("override.more", {what: t(`override.${what}`)})}`})));
   })));
 }
 

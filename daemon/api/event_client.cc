@@ -18,7 +18,7 @@ EventClient::EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger 
       close_time_(hub.options().close_seconds),
       log_(std::move(log)) {}
 
-void EventClient::accept(Upgrade upgrade) {
+void EventClient::accept(Upgrade upgrade, const std::optional<EventPlace>& seen) {
   // From here the WebSocket's own timeouts count: a handshake or close that hangs, and silence.
   socket_.next_layer().expires_never();
   websocket::stream_base::timeout timeout{};
@@ -35,7 +35,7 @@ void EventClient::accept(Upgrade upgrade) {
     socket_.set_option(websocket::stream_base::decorator([kProtocol](websocket::response_type& response) {
       response.set(boost::beast::http::field::sec_websocket_protocol, kProtocol);
     }));
-  hub_->join(shared_from_this());
+  hub_->join(shared_from_this(), seen);
   auto request = std::make_shared<Upgrade>(std::move(upgrade));
   socket_.async_accept(*request, [self = shared_from_this(), request](error_code fault) {
     if (fault) return self->leave();

@@ -8,6 +8,7 @@
 #include <boost/beast/websocket/stream.hpp>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "daemon/api/api_stream.h"
@@ -23,8 +24,8 @@ class EventClient : public std::enable_shared_from_this<EventClient> {
   // `hub` outlives the client's membership: it says goodbye to its members before it goes.
   EventClient(ApiStream stream, EventHub& hub, Caller caller, Logger log);
 
-  // Answers the upgrade and joins the hub.
-  void accept(Upgrade upgrade);
+  // Answers the upgrade and joins the hub, where `seen` ended.
+  void accept(Upgrade upgrade, const std::optional<EventPlace>& seen = {});
   void send(Message message);
   const Caller& caller() const { return caller_; }
   // Leaves the hub at once; the reason goes out behind what is being written, and after close_seconds the link is cut.

@@ -3,7 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/clock.h"
 #include "daemon/api/event_client.h"
+#include "daemon/api/random_token.h"
 
 namespace veneer::daemon {
 namespace {
@@ -12,20 +14,54 @@ std::string event_text(const nlohmann::json& event) {
   return event.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+// No secret: it only has to be another one each time.
+std::string name_of_life() {
+  const auto token = random_token();
+  return token ? token->substr(0, 12) : utc_timestamp();
+}
+
 }  // namespace
 
-EventHub::EventHub(EventHubOptions options, Logger log) : options_(options), log_(std::move(log)) {}
+EventHub::EventHub(EventHubOptions options, Logger log)
+    : options_(options), log_(std::move(log)), life_(name_of_life()) {}
 
 EventHub::~EventHub() { close(); }
 
-void EventHub::broadcast(const nlohmann::json& event) {
-  if (!clients_.empty()) broadcast_text(event_text(event));
-}
+void EventHub::broadcast(const nlohmann::json& event) { broadcast_text(event_text(event)); }
 
 void EventHub::broadcast_text(std::string event) {
-  const auto message = std::make_shared<const std::string>(std::move(event));
+  const auto message = numbered(std::move(event));
+  keep(message);
+  send_all(message);
+}
+
+void EventHub::broadcast_passing(const nlohmann::json& event) { broadcast_passing_text(event_text(event)); }
+
+void EventHub::broadcast_passing_text(std::string event) { send_all(numbered(std::move(event))); }
+
+// An event is an object with a type, so there is a property for the comma to part it from.
+std::shared_ptr<const std::string> EventHub::numbered(std::string event) {
+  event.insert(1, "\"seq\":" + std::to_string(++last_seq_) + ",");
+  return std::make_shared<const std::string>(std::move(event));
+}
+
+void EventHub::send_all(const std::shared_ptr<const std::string>& message) {
   const auto everyone = clients_;  // a slow one leaves while we speak
   for (const auto& client : everyone) client->send(message);
+}
+
+void EventHub::keep(std::shared_ptr<const std::string> message) {
+  kept_bytes_ += message->size();
+  kept_.push_back({last_seq_, std::move(message)});
+  while (kept_.size() > options_.max_kept_events || kept_bytes_ > options_.max_kept_bytes) {
+    forgotten_ = kept_.front().seq;
+    kept_bytes_ -= kept_.front().message->size();
+    kept_.pop_front();
+  }
+}
+
+bool EventHub::is_kept_since(const EventPlace& seen) const {
+  return seen.life == life_ && seen.seq >= forgotten_ && seen.seq <= last_seq_;
 }
 
 EventHub::Room EventHub::room_for(const Caller& caller) const {
@@ -39,9 +75,14 @@ EventHub::Room EventHub::room_for(const Caller& caller) const {
   return caller.role >= Role::kOperator || viewers < options_.max_viewers ? Room::kFree : Room::kFull;
 }
 
-void EventHub::join(const std::shared_ptr<EventClient>& client) {
+void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optional<EventPlace>& seen) {
   clients_.insert(client);
-  client->send(std::make_shared<const std::string>(event_text({{"type", "hello"}, {"schema_version", 1}})));
+  const bool resumed = seen && is_kept_since(*seen);
+  const std::int64_t from = resumed ? seen->seq : last_seq_;
+  client->send(std::make_shared<const std::string>(
+      event_text({{"type", "hello"}, {"schema_version", 1}, {"life", life_}, {"seq", from}, {"resumed", resumed}})));
+  for (const Kept& event : kept_)
+    if (event.seq > from) client->send(event.message);
 }
 
 void EventHub::drop_unless(const std::function<bool(const Caller&)>& holds) {

@@ -15,6 +15,8 @@
 
 #include "daemon/api/console_routes.h"
 #include "daemon/api/event_client.h"
+#include "daemon/api/request_reader.h"
+#include "daemon/api/url.h"
 #include "daemon/threads/worker.h"
 
 namespace veneer::daemon {
@@ -35,6 +37,23 @@ constexpr std::chrono::milliseconds kDepartureCheck{250};
 constexpr std::size_t kMostReadAhead = 128 * 1024;
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
+
+// What a client that comes back to the event stream has seen; none of a new one.
+Result<std::optional<EventPlace>> seen_in(std::string_view target) {
+  auto parsed = parse_target(target);
+  if (!parsed) return Error{ErrorCode::kInvalidArgument, "this is no path of the API"};
+  ApiRequest asked;
+  asked.query = std::move(parsed->query);
+  asked.repeated_query = std::move(parsed->repeated);
+  auto query = RequestReader::query_of(asked);
+  const auto life = query.text("life");
+  const auto since = query.whole("since", {0, 9e15});
+  if (life.has_value() != since.has_value())
+    query.refuse({ErrorCode::kInvalidArgument, "life and since go together: send both, or neither"});
+  if (Status read = query.end(); !read) return read.error();
+  if (!life || !since) return std::optional<EventPlace>();
+  return std::optional<EventPlace>({*life, *since});
+}
 
 // "Authorization: Bearer SECRET"; a page cannot give a WebSocket headers, so there it is the protocol "bearer.SECRET".
 template <class Fields>
@@ -261,6 +280,8 @@ void HttpConnection::upgrade() {
   if (!boost::beast::websocket::is_upgrade(parser_->get())) {
     return answer(ApiReply::error(400, "invalid_argument", "this is the event stream: open it as a WebSocket"), true);
   }
+  const auto seen = seen_in(std::string_view(parser_->get().target()));
+  if (!seen) return answer(ApiReply::error(seen.error()), true);
   switch (shared_->hub.room_for(caller_)) {
     case EventHub::Room::kTooManyOfThisIdentity:
       return answer(ApiReply::too_many("too many of you listen to the event stream already"), true);
@@ -270,7 +291,7 @@ void HttpConnection::upgrade() {
       break;
   }
   const auto client = std::make_shared<EventClient>(std::move(stream_), shared_->hub, caller_, shared_->log);
-  client->accept(parser_->release());
+  client->accept(parser_->release(), *seen);
   if (shared_->on_gone) shared_->on_gone(*this);
 }
 

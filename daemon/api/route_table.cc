@@ -118,6 +118,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getMetrics", "GET", "/metrics", Role::kViewer},
     ApiOperation{"listAlarms", "GET", "/api/v1/alarms", Role::kViewer, Takes::kQuery},
     ApiOperation{"acknowledgeAlarm", "POST", "/api/v1/alarms/{id}/acknowledge", Role::kOperator},
+    ApiOperation{"tryNotices", "POST", "/api/v1/alarms/try", Role::kMaintainer},
     ApiOperation{"acknowledgeAlarms", "POST", "/api/v1/alarms/acknowledge-all", Role::kOperator, Takes::kJson},
     ApiOperation{"listTasks", "GET", "/api/v1/tasks", Role::kViewer},
     ApiOperation{"getTask", "GET", "/api/v1/tasks/{id}", Role::kViewer},
@@ -126,7 +127,7 @@ constexpr std::array kOperations = {
     ApiOperation{"getBedToolpath", "GET", "/api/v1/bed/toolpath", Role::kViewer},
     ApiOperation{"newConsoleLink", "POST", "/api/v1/console-links", Role::kOperator, Takes::kJson},
     ApiOperation{"endConsoleLinks", "DELETE", "/api/v1/console-links", Role::kAdmin},
-    ApiOperation{"getEvents", "GET", "/api/v1/events", Role::kViewer},
+    ApiOperation{"getEvents", "GET", "/api/v1/events", Role::kViewer, Takes::kQuery},
 };
 
 }  // namespace

@@ -66,6 +66,7 @@ nlohmann::json to_list_json(const TaskView& task) {
                          {"state", to_string(task.state)},
                          {"progress", task.progress},
                          {"text", task.text}};
+  if (task.shortened) json["shortened"] = true;
   if (task.error) json["error"] = error_json(to_string(task.error->code), task.error->message);
   return json;
 }
@@ -194,6 +195,17 @@ TaskRegistry::~TaskRegistry() {
   for (const auto& entry : entries_) {
     if (entry->view.state == TaskState::kRunning) entry->stop.request_stop();
   }
+}
+
+void TaskRegistry::go_on(std::int64_t last_id, std::vector<TaskView> before) {
+  for (TaskView& view : before) {
+    last_id = std::max(last_id, view.id);
+    auto entry = std::make_unique<Entry>();
+    entry->view = std::move(view);
+    entries_.push_back(std::move(entry));
+  }
+  last_id_ = last_id + kSkipped;
+  prune();
 }
 
 TaskReporter TaskRegistry::start(std::string kind, std::string text) {

@@ -40,9 +40,11 @@ struct TaskView {
   std::string text;                          // what is going on, for a person
   std::shared_ptr<const TaskResult> result;  // of a done task
   std::optional<Error> error;                // of a failed or cancelled one
+  bool shortened = false;                    // of `result` only what is short outlived the daemon that made it
 };
 
-// {"id", "kind", "state", "progress", "text", "error": error_json()}: without the result, as it stands in a list.
+// {"id", "kind", "state", "progress", "text", "error": error_json(), "shortened": true}: without the result, as it
+// stands in a list.
 nlohmann::json to_list_json(const TaskView& task);
 // An event of the stream, as text: {"type": "task", "task": ...} as in a list; a done one has "summary" besides,
 // TaskResult::brief. Each listener gets it, so it stays small; whoever wants the result asks for the task.
@@ -84,6 +86,12 @@ class TaskRegistry {
   ~TaskRegistry();  // asks every running task to stop; does not wait
   TaskRegistry(const TaskRegistry&) = delete;
   TaskRegistry& operator=(const TaskRegistry&) = delete;
+
+  // What a registry before this one left, none of it running. Numbers go on kSkipped after its last: whoever waits for
+  // a task that was begun too late to be left here must not be told of another one. Before anything is started.
+  void go_on(std::int64_t last_id, std::vector<TaskView> before);
+  static constexpr std::int64_t kSkipped = 10;
+  std::int64_t last_id() const { return last_id_; }
 
   TaskReporter start(std::string kind, std::string text);
   const TaskView* find(std::int64_t id) const;

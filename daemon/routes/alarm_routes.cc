@@ -78,6 +78,10 @@ void bind_alarm_routes(Router& router, const AlarmServices& s) {
   router.bind("listAlarms", [s](const ApiRequest& request, const Reply& reply) { list_alarms(s, request, reply); });
   router.bind("acknowledgeAlarm",
               [s](const ApiRequest& request, const Reply& reply) { acknowledge(s, request, reply); });
+  router.bind("tryNotices", [s](const ApiRequest&, const Reply& reply) {
+    const auto task = s.try_notices();
+    reply(task ? ApiReply::task(*task) : ApiReply::error(task.error()));
+  });
   router.bind("acknowledgeAlarms",
               [s](const ApiRequest& request, const Reply& reply) { acknowledge_alarms(s, request, reply); });
 }

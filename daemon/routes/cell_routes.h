@@ -124,6 +124,7 @@ void bind_metrics_routes(Router& router, const MetricsServices& services);
 struct AlarmServices {
   AlarmBook& book;
   std::function<void()> on_changed;
+  std::function<Result<std::int64_t>()> try_notices;  // the task that sends one
 };
 void bind_alarm_routes(Router& router, const AlarmServices& services);
 

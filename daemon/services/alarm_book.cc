@@ -52,6 +52,13 @@ std::string_view to_string(AlarmState state) {
   return "over";
 }
 
+AlarmBook::AlarmBook(std::int64_t last_id, std::deque<Alarm> alarms) : last_id_(last_id), alarms_(std::move(alarms)) {
+  for (Alarm& alarm : alarms_) {
+    last_id_ = std::max(last_id_, alarm.id);
+    alarm.state = state_of(alarm);
+  }
+}
+
 Alarm& AlarmBook::add(AlarmCondition what, const std::string& now) {
   if (alarms_.size() >= kKept) {
     auto gone = alarms_.end();

@@ -1,7 +1,7 @@
 // What needs somebody, from when to when, and who has seen it: new until it is acknowledged; returned when it went by
 // itself before anybody saw it, and kept in sight until somebody has; over once it is both gone and seen. Pure.
 //
-// It is of this life of the daemon: what still holds after a restart is new again. The audit log keeps all of it.
+// It outlives the daemon (kept_alarms.h): what still holds after a restart is the same alarm, seen by whom it was.
 #pragma once
 
 #include <cstdint>
@@ -41,6 +41,10 @@ class AlarmBook {
   static constexpr std::size_t kKept = 500;
   static constexpr std::size_t kLongestSentence = 300;  // in bytes; never within a character
 
+  AlarmBook() = default;
+  // As another one was left, oldest first.
+  AlarmBook(std::int64_t last_id, std::deque<Alarm> alarms);
+
   struct Changes {
     std::vector<Alarm> begun, ended;
     bool any() const { return !begun.empty() || !ended.empty(); }
@@ -57,6 +61,7 @@ class AlarmBook {
                       std::int64_t up_to = std::numeric_limits<std::int64_t>::max());
 
   const std::deque<Alarm>& alarms() const { return alarms_; }  // oldest first
+  std::int64_t last_id() const { return last_id_; }
   int count(AlarmState state) const;
 
  private:

@@ -57,6 +57,10 @@ struct Metrics::Figures {
                               .Name("veneerd_jobs_total")
                               .Help("Times that the cutting of a job ended, by how")
                               .Register(registry);
+  Family<Counter>& notices = prometheus::BuildCounter()
+                                 .Name("veneerd_notifications_total")
+                                 .Help("Notices to webhook and MQTT broker, by what became of them")
+                                 .Register(registry);
   Family<Counter>& pieces = prometheus::BuildCounter()
                                 .Name("veneerd_pieces_total")
                                 .Help("Pieces of the job under way that became cut or suspect")
@@ -115,6 +119,10 @@ void Metrics::follow(const CellView& view, bool laser_connected) {
 
 void Metrics::task_ended(std::string_view kind, std::string_view outcome) {
   figures_->tasks.Add({{"kind", std::string(kind)}, {"outcome", std::string(outcome)}}).Increment();
+}
+
+void Metrics::notice_ended(std::string_view outcome) {
+  figures_->notices.Add({{"outcome", std::string(outcome)}}).Increment();
 }
 
 void Metrics::stop_taken(Duration to_the_wire) {

@@ -25,6 +25,8 @@ class Metrics {
   void follow(const CellView& view, bool laser_connected);
   // `outcome`: done, failed or cancelled.
   void task_ended(std::string_view kind, std::string_view outcome);
+  // `outcome`: delivered, failed or dropped.
+  void notice_ended(std::string_view outcome);
   // From STOP's having been read to its byte's having been given to the wire.
   void stop_taken(Duration to_the_wire);
 

@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/journal.h"
 #include "base/json_depth.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/orders/plan_work.h"
@@ -332,6 +333,7 @@ Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskPr
   if (!id) return id.error();
   JobOutcome& outcome = made->outcome;
   outcome.job = *id;
+  const LogAbout about({.job = std::to_string(id->value)});
   log_->info("job {} ({}): {} pieces reserved", id->value, request.name, outcome.pieces);
   if (outcome.without_lead > 0)
     log_->info("{} of them lie too close to others for a lead-in: their cuts begin on their edges",
@@ -396,9 +398,11 @@ Result<JobOutcome> PlanService::redo(const Redo& wanted, const std::string& who,
   });
   if (!plan) return plan.error();
   made->outcome.job = wanted.job;
-  for (const RedonePiece& piece : made->outcome.redone)
+  for (const RedonePiece& piece : made->outcome.redone) {
+    const LogAbout about({.job = std::to_string(wanted.job.value), .piece = piece.mark});
     log_->info("job {}: piece {} is made again, cost per pixel {:.6f} after {}", wanted.job.value, piece.mark,
                piece.cost, piece.cost_before ? fmt::format("{:.6f}", *piece.cost_before) : "none");
+  }
   return std::move(made->outcome);
 }
 

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/journal.h"
 #include "calib/part_relation.h"
 #include "daemon/orders/packed_lattice.h"
 #include "daemon/services/mask_painter.h"
@@ -360,6 +361,7 @@ Result<ScanOutcome> ScanProposals::enter_new(const SeenSheet& seen, const PanelI
   outcome.panel = id;
   outcome.carried = carried;
   outcome.zones = zones.size();
+  const LogAbout about({.panel = id.value});
   log_->info("panel {} entered stock: {:.0f} x {:.0f} mm, {} zones", id.value, panel.width.count(),
              panel.height.count(), outcome.zones);
   if (*part)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "base/journal.h"
 #include "daemon/store/calibration.h"
 #include "daemon/unit/confirmations.h"
 #include "daemon/unit/frame_trace.h"
@@ -60,6 +61,9 @@ void JobRunner::begin(const db::Recovery& recovery) {
 }
 
 void JobRunner::enter(CellState state, std::string reason) {
+  const std::string piece = view_.job ? view_.job->current_piece : "";
+  const LogAbout about(
+      {view_.job ? std::to_string(view_.job->id.value) : "", view_.load ? view_.load->panel.value : "", piece, ""});
   log_->info("{} -> {}{}{}", to_string(view_.state), to_string(state), reason.empty() ? "" : ": ", reason);
   ++states_entered_;
   view_.state = state;

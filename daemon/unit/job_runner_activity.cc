@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "base/journal.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/unit/preflight.h"
 
@@ -97,6 +98,8 @@ void JobRunner::piece_booked(const PieceBurn& burn) {
   wait_.piece_done(burn.piece);
   show_cuts();
   ++view_.job->cut;
+  const LogAbout about({.job = std::to_string(view_.job->id.value), .piece = burn.mark});
+  log_->info("piece {} of job {} is cut", burn.mark, view_.job->id.value);
   view_.job->current_piece.clear();
   on_change_();
 }

@@ -95,6 +95,31 @@ TEST_F(ConfigTest, NamesWhatIsWrongWithAScanner) {
   EXPECT_THAT(why(sane + "resolution = 300"), HasSubstr("scanner.resolution is not a setting"));
 }
 
+TEST_F(ConfigTest, ReadsWhoIsToldWhatHappens) {
+  const auto config = parse(R"(
+[notify]
+webhook = "https://[2001:db8::7]/api/webhook/cell?key=1"
+webhook_format = "text"
+mqtt = "mqtt://broker.example:1884"
+mqtt_topic = "workshop/laser"
+)");
+  ASSERT_TRUE(config.ok()) << config.error().message;
+  ASSERT_TRUE(config->notify.webhook && config->notify.mqtt);
+  EXPECT_TRUE(config->notify.webhook->tls);
+  EXPECT_EQ(config->notify.webhook->host, "2001:db8::7");
+  EXPECT_EQ(config->notify.webhook->port, 443);
+  EXPECT_EQ(config->notify.webhook->path, "/api/webhook/cell?key=1");
+  EXPECT_EQ(config->notify.mqtt->host, "broker.example");
+  EXPECT_EQ(config->notify.mqtt->port, 1884);
+  EXPECT_FALSE(config->notify.mqtt->tls);
+  EXPECT_FALSE(parse("")->notify.webhook);
+  for (const char* wrong :
+       {"webhook = \"ftp://host/\"", "webhook = \"http://\"", "webhook = \"http://host:x/\"",
+        "webhook = \"http://me:secret@host/\"", "webhook = \"http://host/a b\"", "webhook = \"http://host:70000/\"",
+        "webhook_format = \"xml\"", "mqtt = \"http://host\"", "mqtt = \"mqtt://host/topic\"", "mqtt_topic = \"all/#\""})
+    EXPECT_FALSE(parse(std::string("[notify]\n") + wrong + "\n").ok()) << wrong;
+}
+
 TEST_F(ConfigTest, ReadsWhatWorkersMayTake) {
   const auto config =
       parse("[workers]\nmemory_mb = 2000\nplanning_limit_s = 60\nscan_limit_s = 30\nlook_limit_s = 5\n");

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -112,10 +113,30 @@ TEST_F(AccountsAtTheCell, PeopleSignInElsewhereAndStaySoWhenTheDaemonIsKilled) {
   struct stat kept {};
   ASSERT_EQ(::stat((folder_ / "config" / "veneerctl" / "sign-ins.json").c_str(), &kept), 0);
   EXPECT_EQ(kept.st_mode & 0777U, 0600U);
+  // What she saw and had done.
+  const auto alarm = [&] {
+    const json all = daemon_.api().get("/alarms").value().at("alarms");
+    const auto found = std::ranges::find_if(all, [](const json& one) { return one["about"] == "aborted"; });
+    return found == all.end() ? json::object() : *found;
+  };
+  ASSERT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "new"; }));
+  EXPECT_EQ(shell("away alarm acknowledge --all").status, 0);
+  const auto check = daemon_.api().post("/integrity-check");
+  ASSERT_TRUE(check.ok()) << check.error().message;
+  const int task = check->at("task");
+  ASSERT_TRUE(daemon_.api().wait_task(task).ok());
+  ASSERT_TRUE(daemon_.wait_for([&] {
+    return text_of(daemon_.data() / "alarms.json").find("user anna") != std::string::npos &&
+           text_of(daemon_.data() / "tasks.json").find("\"done\"") != std::string::npos;
+  }));
 
   ASSERT_TRUE(daemon_.kill_and_start_again().ok());
   EXPECT_THAT(shell("away whoami").output, HasSubstr("You are user anna, and may do what an operator may"));
+  EXPECT_TRUE(daemon_.wait_for([&] { return alarm().value("state", "") == "over"; })) << "it is not aborted any more";
+  EXPECT_EQ(alarm().value("acknowledged_by", ""), "user anna");
+  EXPECT_EQ(daemon_.api().get(fmt::format("/tasks/{}", task)).value()["state"], "done");
   EXPECT_EQ(shell("away db check").status, 0);
+  EXPECT_THAT(shell("veneerctl alarm try").output, HasSubstr("name a webhook or a broker under [notify]"));
   EXPECT_THAT(shell("away user list").output, HasSubstr("this needs the admin role: user anna is operator"));
   EXPECT_THAT(shell("veneerctl audit").output,
               AllOf(HasSubstr("user anna"), HasSubstr("checkIntegrity"), Not(HasSubstr("walnut"))));

@@ -15,7 +15,9 @@ namespace veneer::testing {
 class EventListener {
  public:
   // `receive_buffer` 0: as large as the kernel likes.
-  explicit EventListener(int port, const std::string& session = "", int receive_buffer = 0) : socket_(loop_) {
+  explicit EventListener(int port, const std::string& session = "", int receive_buffer = 0,
+                         const std::string& query = "")
+      : socket_(loop_) {
     namespace websocket = boost::beast::websocket;
     const Tcp::endpoint door(boost::asio::ip::address_v4::loopback(), static_cast<unsigned short>(port));
     socket_.next_layer().open(door.protocol());
@@ -26,7 +28,7 @@ class EventListener {
       socket_.set_option(websocket::stream_base::decorator([session](websocket::request_type& request) {
         request.set(boost::beast::http::field::sec_websocket_protocol, "veneer.events, bearer." + session);
       }));
-    socket_.handshake("127.0.0.1:" + std::to_string(port), "/api/v1/events");
+    socket_.handshake("127.0.0.1:" + std::to_string(port), "/api/v1/events" + query);
   }
   // Null when the stream has ended; reason() then says why.
   nlohmann::json next() {

@@ -11,7 +11,8 @@ for file in lib/systemd/system/veneerd.service lib/systemd/system/veneer-guardia
   lib/systemd/system/veneerd-backup.service lib/systemd/system/veneerd-backup.timer \
   lib/systemd/system/veneer-twin.service lib/systemd/system/veneer-demo.target lib/sysusers.d/veneerd.conf \
   lib/udev/rules.d/70-veneerd.rules etc/veneerd/veneerd.toml share/doc/veneerd/LICENSE \
-  share/doc/veneerd/network-devices.conf share/doc/veneerd/other-machines.conf share/doc/veneerd/usb-scanner.conf; do
+  share/doc/veneerd/network-devices.conf share/doc/veneerd/notifications.conf share/doc/veneerd/other-machines.conf \
+  share/doc/veneerd/usb-scanner.conf; do
   [[ -f $prefix/$file ]] || fail "$file is missing"
 done
 [[ ! -x $prefix/bin/veneerctl || -x $prefix/bin/veneerctl-plan ]] || fail "veneerctl came without its planner"

@@ -18,8 +18,8 @@ using testing::HttpProbe;
 
 class Listener : public testing::EventListener {
  public:
-  explicit Listener(const ApiServer& server, int receive_buffer = 0)
-      : EventListener(server.port(), "", receive_buffer) {}
+  explicit Listener(const ApiServer& server, int receive_buffer = 0, const std::string& query = "")
+      : EventListener(server.port(), "", receive_buffer, query) {}
 };
 
 TEST(EventHub, EveryClientGetsEveryEventInOrder) {
@@ -57,6 +57,57 @@ TEST(EventHub, AClientThatDoesNotReadIsDroppedWithAReasonAndDelaysNobody) {
   while (!slow.next().is_null()) ++received;
   EXPECT_LT(received, sent);
   EXPECT_NE(slow.reason().find("too slowly"), std::string::npos) << slow.reason();
+}
+
+std::string comes_back(const nlohmann::json& hello, std::int64_t seen) {
+  return "?life=" + hello["life"].get<std::string>() + "&since=" + std::to_string(seen);
+}
+
+TEST(EventHub, WhoComesBackIsSentWhatHeMissedAndNoStatusThatIsVoid) {
+  ApiServer server;
+  nlohmann::json hello;
+  std::int64_t seen = 0;
+  {
+    Listener first(server);
+    hello = first.next();
+    EXPECT_EQ(hello["resumed"], false) << hello;
+    server.on_reactor([&] { server.hub().broadcast({{"type", "job"}, {"job", 1}}); });
+    seen = first.next()["seq"];
+    EXPECT_EQ(seen, hello["seq"].get<std::int64_t>() + 1);
+    first.go_away();
+  }
+  while (server.on_reactor([&] { return server.hub().clients(); }) > 0) {
+  }
+  server.on_reactor([&] {
+    server.hub().broadcast({{"type", "job"}, {"job", 2}});
+    server.hub().broadcast_passing({{"type", "status"}});
+    server.hub().broadcast({{"type", "panel"}, {"panel", "P-0001"}});
+  });
+  Listener again(server, 0, comes_back(hello, seen));
+  const nlohmann::json welcome = again.next();
+  EXPECT_EQ(welcome["resumed"], true) << welcome;
+  EXPECT_EQ(welcome["seq"], seen);
+  EXPECT_EQ(again.next()["job"], 2);
+  const nlohmann::json last = again.next();
+  EXPECT_EQ(last["panel"], "P-0001") << "what the next status makes void is not sent again";
+  EXPECT_EQ(last["seq"], seen + 3);
+}
+
+TEST(EventHub, WhoMissedMoreThanIsKeptIsToldSo) {
+  EventHubOptions options;
+  options.max_kept_events = 3;
+  ApiServer server({}, options);
+  Listener first(server);
+  const nlohmann::json hello = first.next();
+  const std::int64_t begun = hello["seq"];
+  server.on_reactor([&] {
+    for (int i = 0; i < 4; ++i) server.hub().broadcast({{"type", "bed"}});
+  });
+  EXPECT_EQ(Listener(server, 0, comes_back(hello, begun)).next()["resumed"], false) << "one of four is forgotten";
+  EXPECT_EQ(Listener(server, 0, comes_back(hello, begun + 1)).next()["resumed"], true);
+  EXPECT_EQ(Listener(server, 0, comes_back(hello, begun + 5)).next()["resumed"], false) << "there is none yet";
+  EXPECT_EQ(Listener(server, 0, "?life=another&since=" + std::to_string(begun + 1)).next()["resumed"], false);
+  EXPECT_THROW(Listener(server, 0, "?since=1"), boost::system::system_error) << "a number of no life";
 }
 
 TEST(EventHub, OneLargeEventReachesEverybody) {

@@ -1,0 +1,22 @@
+// What a worker process does to tell others (notify_order.h). It needs the network (WorkOrder::devices), and no device.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "daemon/orders/notify_order.h"
+
+namespace veneer::daemon {
+
+// Both wait for the other side as long as it takes: the work's deadline ends them.
+// Of the answer nothing is read but its header, 8 KiB at most; kRefused when it is no 2xx.
+Status call_webhook(const CallWebhook& order);
+// QoS 1: until the broker has said that it has it.
+Status publish_by_mqtt(const PublishByMqtt& order);
+
+// None: this kind of work is another's.
+std::optional<Result<nlohmann::json>> do_notify_work(const std::string& kind, const nlohmann::json& request);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,15 @@
+// The book of alarms as JSON, for the file that lets it outlive the daemon. Pure.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "daemon/services/alarm_book.h"
+
+namespace veneer::daemon {
+
+nlohmann::json book_to_json(const AlarmBook& book);
+// None of what no such book was written to.
+std::optional<AlarmBook> book_from_json(const nlohmann::json& json);
+
+}  // namespace veneer::daemon

@@ -1,0 +1,65 @@
+// Tells people who are not at the cell: by a webhook, by MQTT. A thread of its own has it done by worker processes
+// (daemon/orders/notify_order.h), one after the other, so that a host that hangs costs a few of these notices and
+// nothing else: so many wait, what finds no room is dropped and counted, and what could not be delivered is tried twice
+// again.
+//
+// Bound to the reactor.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/result.h"
+#include "daemon/api/tasks.h"
+#include "daemon/config.h"
+#include "daemon/threads/worker.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::daemon {
+
+struct Notice {
+  enum class What { kJobDone, kAlarm, kOperatorNeeded };
+  What what = What::kAlarm;
+  bool urgent = false;
+  std::string sentence;  // for a person
+  std::string at;        // UTC
+  std::optional<std::int64_t> job = {};
+};
+
+struct NotifierOptions {
+  NotifyConfig to;
+  std::filesystem::path data_dir;              // for the workers' folders
+  std::size_t most_waiting = 32;               // notices
+  std::chrono::milliseconds deadline{10'000};  // of one try
+  std::vector<std::chrono::milliseconds> pauses = {std::chrono::seconds(5),
+                                                   std::chrono::seconds(30)};  // before it is tried again
+};
+
+class Notifier {
+ public:
+  // `on_outcome` gets "delivered", "failed" or "dropped" for each notice and each place, from any thread.
+  Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
+           std::function<void(const std::string& outcome)> on_outcome);
+  ~Notifier();  // gives up what is under way
+  Notifier(const Notifier&) = delete;
+  Notifier& operator=(const Notifier&) = delete;
+
+  void tell(Notice notice);
+  bool names_somebody() const { return worker_ != nullptr; }
+  // Sends one that says that it is a try, to all of them, once; the task is done when all have it.
+  void try_all(TaskReporter reporter);
+
+ private:
+  struct Shared;
+  std::shared_ptr<Shared> shared_;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace veneer::daemon
