@@ -62,7 +62,8 @@ class RoutedCell : public ::testing::Test {
     request.idempotency_key = idempotency_key;
     request.caller = {daemon::Role::kAdmin, "uid 1000", daemon::TransportKind::kUnix};
     reactor.restart();
-    while (waits_for_audit && !cell->may_be_noted(request.caller) && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    while (waits_for_audit && !cell->may_be_noted(request.caller) &&
+           reactor.run_one_for(std::chrono::seconds(10)) > 0) {
     }
     const auto answer = std::make_shared<std::optional<daemon::ApiReply>>();
     match.route->handler(request, [this, answer](daemon::ApiReply reply) {
