@@ -116,7 +116,8 @@ void add_panel_label(CLI::App& panel, CommandContext& context) {
     std::string id, out;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* label = panel.add_subcommand("label", "A label to print: QR code, wood, free area, and what is left of it");
+  CLI::App* label =
+      panel.add_subcommand("label", "A label to print: QR code, AprilTag, wood, free area, and what is left of it");
   label->add_option("PANEL", options->id, "Its name, as in P-0001")->required();
   label->add_option("--out", options->out, "The file: .pdf, .svg or .png")->required();
   label->callback([options, &context] {

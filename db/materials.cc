@@ -43,16 +43,21 @@ std::optional<Operation> operation_of(const std::string& name) {
 Status Materials::set_recipe(const RecipeRecord& recipe) {
   if (Status good = check(recipe); !good) return good;
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    SQLite::Statement write(connection,
-                            "INSERT OR REPLACE INTO recipes (material, operation, speed_mm_s, power, passes, air, "
-                            "changed_at, kerf_back_um, kerf_show_um) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
-    SQLite::bind(write, recipe.material, to_string(recipe.operation), recipe.speed.count(), recipe.power.count(),
-                 recipe.passes, recipe.air ? 1 : 0, recipe.changed_at);
-    if (recipe.kerf) {
-      write.bind(8, to_um(recipe.kerf->back));
-      write.bind(9, to_um(recipe.kerf->show));
+    // Edited, or entered: a row never takes the place of another.
+    for (const char* statement :
+         {"UPDATE recipes SET speed_mm_s = ?3, power = ?4, passes = ?5, air = ?6, changed_at = ?7, kerf_back_um = ?8, "
+          "kerf_show_um = ?9 WHERE material = ?1 AND operation = ?2",
+          "INSERT INTO recipes (material, operation, speed_mm_s, power, passes, air, changed_at, kerf_back_um, "
+          "kerf_show_um) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)"}) {
+      SQLite::Statement write(connection, statement);
+      SQLite::bind(write, recipe.material, to_string(recipe.operation), recipe.speed.count(), recipe.power.count(),
+                   recipe.passes, recipe.air ? 1 : 0, recipe.changed_at);
+      if (recipe.kerf) {
+        write.bind(8, to_um(recipe.kerf->back));
+        write.bind(9, to_um(recipe.kerf->show));
+      }
+      if (write.exec() == 1) break;
     }
-    write.exec();
     return Ok();
   });
 }

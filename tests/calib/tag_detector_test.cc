@@ -4,6 +4,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "calib/tag_pattern.h"
+#include "tests/support/label_reader.h"
 #include "tests/support/rendered_panel.h"
 
 namespace veneer {
@@ -119,6 +121,30 @@ TEST(TagDetector, TakesGreyAndRefusesOtherPictures) {
   grey.convertTo(deep, CV_16U);
   EXPECT_TRUE(detect_tags<ScanFrame>(deep).empty());
   EXPECT_TRUE(detect_tags<ScanFrame>(cv::Mat()).empty());
+}
+
+// A label may lie on the glass or on the bed, or be stuck on a panel.
+TEST(TagDetector, TakesNoTagOfALabelForAFiducial) {
+  constexpr int kCells = calib::LabelTagPattern::kCells, kCell = 6, kPitch = (kCells + 1) * kCell, kAcross = 46;
+  cv::Mat sheet(kAcross * kPitch, kAcross * kPitch, CV_8UC1, cv::Scalar(235));
+  std::vector<int> all;
+  for (int id = 0; id < calib::kLabelTagIds; ++id) {
+    const auto tag = calib::label_tag_pattern(id);
+    ASSERT_TRUE(tag.ok());
+    const cv::Point corner(id % kAcross * kPitch + kCell / 2, id / kAcross * kPitch + kCell / 2);
+    for (int row = 0; row < kCells; ++row)
+      for (int column = 0; column < kCells; ++column)
+        if (tag->black[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)])
+          sheet(cv::Rect(corner.x + column * kCell, corner.y + row * kCell, kCell, kCell)) = 25;
+    all.push_back(id);
+  }
+  EXPECT_FALSE(calib::label_tag_pattern(calib::kLabelTagIds).ok());
+  EXPECT_EQ(tests::label_tags_on(sheet), all) << "as others read them";
+  for (const double decimate : {1.0, 2.0}) EXPECT_TRUE(detect_tags<ScanFrame>(sheet, {decimate}).empty());
+  EXPECT_TRUE(detect_tags<ScanFrame>(255 - sheet).empty()) << "in a negative";
+  cv::Mat mirrored;
+  cv::flip(sheet, mirrored, 1);
+  EXPECT_TRUE(detect_tags<CameraFrame>(mirrored).empty());
 }
 
 }  // namespace

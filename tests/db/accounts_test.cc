@@ -113,8 +113,23 @@ TEST_F(AccountsStore, NoRowTakesThePlaceOfAnotherBehindTheStoresBack) {
     EXPECT_NE(stray(cell.file(), statement), "") << "from the shell: " << statement;
     EXPECT_THROW(cell.database().connection().exec(statement), SQLite::Exception) << "outside a store: " << statement;
   }
-  // Within a store's transaction too, a token is never edited.
-  EXPECT_FALSE(execute(cell.database(), "UPDATE OR REPLACE credentials SET role = 'admin'").ok());
+  // Within a store's transaction too, whichever key the row would take: the number, the secret, the token's name.
+  VENEER_ASSERT_OK(accounts.add([] {
+    UserRecord berta = anna();
+    berta.name = "berta", berta.role = "viewer";
+    return berta;
+  }()));
+  const std::string columns =
+      "INSERT OR REPLACE INTO credentials (secret, kind, user, name, role, made_at, expires_at) ";
+  for (const std::string& statement :
+       {user, token, columns + "SELECT secret, 'session', user, '', 'admin', made_at, expires_at FROM credentials",
+        columns + "SELECT replace(secret, 'a', 'c'), kind, user, name, 'admin', made_at, expires_at FROM credentials",
+        std::string("UPDATE OR REPLACE credentials SET role = 'admin'"),
+        std::string("UPDATE OR REPLACE users SET name = 'anna' WHERE name = 'berta'")}) {
+    const Status done = execute(cell.database(), statement);
+    ASSERT_FALSE(done.ok()) << statement;
+    EXPECT_EQ(done.error().code, ErrorCode::kConflict) << done.error().message;
+  }
   EXPECT_EQ(must(accounts.users()).at(0).role, "operator");
   EXPECT_EQ(must(accounts.credentials()).at(0).role, "operator");
   VENEER_EXPECT_OK(cell.database().check_integrity());

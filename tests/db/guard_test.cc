@@ -35,14 +35,15 @@ class GuardTest : public ::testing::Test {
     return table == "recipes" || table == "request_keys" || table == "kept_cuts" || table == "users" ||
            table == "credentials";
   }
-  // A row in the place of one that is there, the same but for a text.
-  std::string replacement(const std::string& table) {
+  // A row in the place of the one that is there.
+  std::string replacement(const std::string& table, int row = 0) {
     std::string names, values;
     for (const auto& column : columns(table)) {
       names += (names.empty() ? "" : ", ") + column;
       values += (values.empty() ? "" : ", ") + column;
     }
-    return fmt::format("INSERT OR REPLACE INTO {0} ({1}) SELECT {2} FROM {0} LIMIT 1", table, names, values);
+    return fmt::format("INSERT OR REPLACE INTO {0} ({1}) SELECT {2} FROM {0} LIMIT 1 OFFSET {3}", table, names, values,
+                       row);
   }
 
   CellDatabase cell;
@@ -63,14 +64,31 @@ TEST_F(GuardTest, NothingThatCountsIsDeleted) {
   }
 }
 
+// Not even one that may be deleted: whoever deletes says so.
 TEST_F(GuardTest, NoRowTakesThePlaceOfAnother) {
-  for (const auto& table : tables()) {
-    if (may_go(table)) continue;
-    const Status replaced = execute(cell.database(), replacement(table));
-    EXPECT_FALSE(replaced.ok()) << table;
-  }
+  for (const auto& table : tables())
+    for (int row = 0; row < rows(table); ++row)
+      EXPECT_FALSE(execute(cell.database(), replacement(table, row)).ok()) << table << ", row " << row;
   // By an update too: piece 2's allocation would push out piece 1's.
   EXPECT_FALSE(execute(cell.database(), "UPDATE OR REPLACE allocations SET id = 1 WHERE id = 2").ok());
+  VENEER_EXPECT_OK(cell.database().check_integrity());
+}
+
+// Each by one of the keys that only one row may have, and by no other.
+TEST_F(GuardTest, NoRowTakesThePlaceOfAnotherByASecondKey) {
+  for (const char* statement :
+       {"INSERT OR REPLACE INTO patches (plan, ordinal, mark, artwork_outline_um) "
+        "SELECT plan, ordinal, 'other', artwork_outline_um FROM patches WHERE plan = 4 LIMIT 1",
+        "INSERT OR REPLACE INTO patches (plan, ordinal, mark, artwork_outline_um) "
+        "SELECT plan, 999, mark, artwork_outline_um FROM patches WHERE plan = 4 LIMIT 1",
+        "INSERT OR REPLACE INTO placements (plan, patch, panel, panel_outline_um, area_um, angle_rad, shift_x_mm, "
+        "shift_y_mm, improper, lead_in_um) SELECT plan, patch, panel, panel_outline_um, area_um, angle_rad, "
+        "shift_x_mm, shift_y_mm, improper, lead_in_um FROM placements WHERE plan = 4 LIMIT 1",
+        "UPDATE OR REPLACE request_keys SET key = 'other'", "UPDATE OR REPLACE recipes SET material = 'other'"}) {
+    const Status done = execute(cell.database(), statement);
+    ASSERT_FALSE(done.ok()) << statement;
+    EXPECT_EQ(done.error().code, ErrorCode::kConflict) << done.error().message;
+  }
 }
 
 // A row has a checksum that only this program computes. The schema and the index of wood are another matter, below.

@@ -16,8 +16,9 @@
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
 #                transaction, 4000 single bits flipped and 1000 files and 1000 logs damaged, 100000 writes of 16 programs,
-#                60 panels used up by 2000 jobs, 1000 sequences of the area book, the daemon killed 1000 times in a
-#                simulated job (some hours)
+#                60 panels used up by 2000 jobs, in the stores alone and by the whole daemon on the twin with its memory
+#                told every 100 jobs (cell-life, also as cell-life.json), 1000 sequences of the area book, the daemon
+#                killed 1000 times in a simulated job (some hours)
 #   eyes         200 panels of every board and wood, their masks held against what truly lies there; also as eyes.json.
 #                Fails still, by single strips on birch plywood, strips that lose a few hundredths to knots and figure, cracks
 #                in near-black wood at 150 dpi, and white sheets whose border cannot be told from the lid
@@ -107,6 +108,9 @@ campaign "ledger/raw-writers" "$seed" env VENEER_SEED="$seed" VENEER_WRITES=1000
 seed=$(fresh_seed)
 show_table=1 campaign "ledger/stock-life" "$seed" env VENEER_SEED="$seed" VENEER_STOCK_PANELS=60 VENEER_STOCK_JOBS=2000 \
   "$build/tests/daemon_services_tests" daemon/services/stock_life_test.cc
+seed=$(fresh_seed)
+show_table=1 campaign "ledger/cell-life" "$seed" "$build/bin/veneer-soak-life" --seed "$seed" \
+  --dir "$(dirname "$out")/soak-life" --out "$(dirname "$out")/cell-life.json"
 seed=$(fresh_seed)
 campaign "ledger/area-life" "$seed" env RC_PARAMS="seed=$seed max_success=1000" \
   "$build/tests/daemon_services_tests" daemon/services/area_life_test.cc

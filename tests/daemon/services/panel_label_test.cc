@@ -1,16 +1,22 @@
 #include "daemon/services/panel_label.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <zbar.h>
 
 #include <opencv2/imgproc.hpp>
 
+#include "calib/tag_detector.h"
 #include "planner/pictures/pictures.h"
+#include "tests/support/label_reader.h"
+#include "tests/support/rendered_panel.h"
 
 namespace veneer::daemon {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 PanelLabel label() {
@@ -49,6 +55,59 @@ TEST(PanelLabel, ItsCodeIsReadBackAsThePanelsName) {
   cv::resize(*picture, photograph, {}, 0.3, 0.3, cv::INTER_AREA);
   cv::GaussianBlur(photograph, photograph, {0, 0}, 0.8);
   EXPECT_EQ(code_on(photograph), "P-0017") << "as a telephone sees it";
+}
+
+cv::Mat grey_label(const std::string& panel) {
+  PanelLabel of = label();
+  of.panel = panel;
+  const auto picture = planner::decode_picture(*draw_label(of, planner::PageFormat::kPng), "label");
+  cv::Mat grey;
+  cv::cvtColor(*picture, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+TEST(PanelLabel, ItsTagHasThePanelsNumber) {
+  cv::Mat photograph = grey_label("P-0017");
+  EXPECT_THAT(tests::label_tags_on(photograph), ElementsAre(17));
+  // By a camera for which the code is too small: 4.5 pixels for a cell of the tag, 1.7 for one of the code.
+  cv::resize(photograph, photograph, {}, 0.15, 0.15, cv::INTER_AREA);
+  cv::GaussianBlur(photograph, photograph, {0, 0}, 0.8);
+  EXPECT_THAT(tests::label_tags_on(photograph), ElementsAre(17));
+  cv::cvtColor(photograph, photograph, cv::COLOR_GRAY2BGR);
+  EXPECT_EQ(code_on(photograph), "");
+  EXPECT_THAT(tests::label_tags_on(grey_label("P-2114")), ElementsAre(2114));
+  EXPECT_THAT(tests::label_tags_on(grey_label("P-2115")), IsEmpty()) << "the family has no such number";
+}
+
+// Beside the panel on the scanner's glass, on the panel, and as a camera sees it aslant over the bed.
+TEST(PanelLabel, IsNoFiducialToScannerOrCamera) {
+  const rendered::Panel panel = rendered::sample_panel();
+  const cv::Mat bare = rendered::scan_panel(panel, Face::kShow, rendered::lay(75, 55, 80, 60, 0, Face::kShow), {});
+  const auto ids = [](const auto& tags) {
+    std::vector<int> out;
+    for (const auto& tag : tags) out.push_back(tag.id);
+    return out;
+  };
+  const std::vector<int> fiducials = ids(calib::detect_tags<ScanFrame>(bare));
+  ASSERT_GE(fiducials.size(), 5U);
+  // Fiducials and label in one picture, whole, the label's number one that a fiducial has.
+  const cv::Mat printed = grey_label(fmt::format("P-{:04d}", fiducials.front()));
+  cv::Mat grey;
+  cv::cvtColor(bare, grey, cv::COLOR_BGR2GRAY);
+  cv::Mat scan(grey.rows + printed.rows + 60, std::max(grey.cols, printed.cols + 60), CV_8UC1, cv::Scalar(244));
+  grey.copyTo(scan(cv::Rect(0, 0, grey.cols, grey.rows)));
+  printed.copyTo(scan(cv::Rect(30, grey.rows + 30, printed.cols, printed.rows)));
+  EXPECT_THAT(tests::label_tags_on(scan), ElementsAre(fiducials.front()));
+  EXPECT_EQ(ids(calib::detect_tags<ScanFrame>(scan)), fiducials);
+  // 45 % of the size, seen from one side.
+  const auto w = static_cast<float>(scan.cols), h = static_cast<float>(scan.rows);
+  const std::vector<cv::Point2f> from = {{0, 0}, {w, 0}, {w, h}, {0, h}},
+                                 to = {{60, 20}, {0.45F * w, 0}, {0.47F * w, 0.45F * h}, {0, 0.42F * h}};
+  cv::Mat photograph;
+  cv::warpPerspective(scan, photograph, cv::getPerspectiveTransform(from, to),
+                      cv::Size(static_cast<int>(w / 2), static_cast<int>(h / 2)), cv::INTER_AREA);
+  EXPECT_THAT(tests::label_tags_on(photograph), ElementsAre(fiducials.front()));
+  EXPECT_EQ(ids(calib::detect_tags<CameraFrame>(photograph)), fiducials);
 }
 
 TEST(PanelLabel, ShowsThePictureAndWritesTheLines) {

@@ -1,0 +1,283 @@
+// A cell's life in short: panels are scanned, and jobs planned from them, cut and compared, one after the other, until
+// the wood is used up; some are cancelled, some pieces are lost and made again. All of it by the real daemon and its
+// workers on the twin, through the API, as an operator and a viewer would. Tells how much memory the daemon has, and
+// whether each panel's area book adds up.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <random>
+
+#include "tests/demo/story.h"
+
+namespace {
+
+using namespace veneer;
+using namespace veneer::tests;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class Quiet final : public Narrator {
+ public:
+  void progress(const std::string&, double, const std::string&) override {}
+  void done(const std::string&, const std::string&, double) override {}
+};
+
+struct Memory {
+  double all_mb = 0, own_mb = 0;  // what is there, and what of it is no file's
+};
+Memory memory_of(pid_t pid) {
+  std::ifstream status(fmt::format("/proc/{}/status", pid));
+  Memory out;
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmRSS:")) out.all_mb = std::stod(line.substr(6)) * 1024 / 1e6;
+    if (line.starts_with("RssAnon:")) out.own_mb = std::stod(line.substr(8)) * 1024 / 1e6;
+  }
+  return out;
+}
+
+// Of the least-squares line through the samples.
+double slope(const std::vector<std::pair<double, double>>& samples) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (const auto& [at, value] : samples) n += 1, x += at, y += value, xx += at * at, xy += at * value;
+  const double spread = n * xx - x * x;
+  return spread > 0 ? (n * xy - x * y) / spread : 0;
+}
+
+struct Plan {
+  int panels = 60, jobs = 2000, every = 100;
+  unsigned seed = 7;
+  std::string dir = "out/soak-life", out;
+};
+
+class CellLife {
+ public:
+  CellLife(SimulatedCell& cell, const Plan& plan)
+      : cell_(cell), plan_(plan), random_(plan.seed), jobs_(cell, plan.dir, quiet_) {}
+
+  Status stock_up() {
+    Story scanning(cell_, plan_.dir, quiet_);
+    if (Status calibrated = scanning.calibrate(); !calibrated) return calibrated;
+    std::map<std::string, StoryPanel> stock;
+    for (int i = 0; i < plan_.panels; ++i) {
+      const StoryPanel sheet{fmt::format("sheet-{}", i + 1), 200, 140};
+      if (const Status scanned = scanning.scan_panel(sheet); !scanned)
+        fmt::print(stderr, "{} stays out of it: {}\n", sheet.sheet, scanned.error().message);
+      forget_captures();
+    }
+    for (const auto& [id, sheet] : scanning.panels()) {
+      stock[id] = {sheet, 200, 140};
+      panels_.push_back(id);
+    }
+    if (panels_.empty()) return Error{ErrorCode::kNotFound, "no panel could be scanned"};
+    jobs_.resume(stock, {1});
+    fmt::print("{} panels\n{:>6} {:>8} {:>8} {:>8}  MB\n", panels_.size(), "jobs", "resident", "own", "free cm2");
+    return Ok();
+  }
+
+  // Until all jobs are done, or no place is left for one piece.
+  Status live() {
+    if (Status told = tell(); !told) return told;
+    for (; done_ < plan_.jobs; ++done_) {
+      const auto job = plan_one();
+      if (!job) return job.error();
+      if (!*job) break;
+      if (Status lived = live(**job); !lived) return lived;
+      if ((done_ + 1) % plan_.every == 0)
+        if (Status told = tell(); !told) return told;
+    }
+    return Ok();
+  }
+
+  json figures() const {
+    // The first quarter is when what is known of each panel for the first time is kept.
+    std::vector<std::pair<double, double>> later;
+    for (const auto& sample : samples_)
+      if (sample.first >= done_ / 4.0) later.push_back(sample);
+    return {{"schema_version", 1},    {"panels", panels_.size()},
+            {"jobs", done_},          {"pieces_cut", cut_},
+            {"refused", refused_},    {"cancelled", cancelled_},
+            {"made_again", again_},   {"scans", scans_},
+            {"samples_mb", samples_}, {"own_mb_per_100_jobs", 100 * slope(later)}};
+  }
+  // 30 MB are what a life as long as the soak's may gain.
+  bool level() const {
+    if (samples_.size() < 5) return true;
+    const double young = samples_[samples_.size() / 4].second;
+    return samples_.back().second < young + 30;
+  }
+
+ private:
+  unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
+  void forget_captures() const {
+    for (const auto& capture : fs::directory_iterator(cell_.twin_dir() / "captures")) fs::remove(capture);
+  }
+
+  // Another picture each time.
+  std::string picture() {
+    cv::Mat drawn(120, 120, CV_8UC3, cv::Scalar(below(256), below(256), below(256)));
+    cv::circle(drawn, cv::Point(static_cast<int>(below(120)), static_cast<int>(below(120))),
+               20 + static_cast<int>(below(60)), cv::Scalar(below(256), below(256), below(256)), cv::FILLED,
+               cv::LINE_AA);
+    std::vector<unsigned char> png;
+    cv::imencode(".png", drawn, png);
+    return {png.begin(), png.end()};
+  }
+  Result<std::int64_t> plan_of(double size_mm, const std::vector<std::string>& panels) {
+    std::string from;
+    for (const auto& panel : panels) from += (from.empty() ? "" : ",") + panel;
+    const auto started =
+        cell_.api().request("POST", fmt::format("/jobs?name=life&size_mm={}&patch_mm=12&panels={}", size_mm, from),
+                            picture(), "application/octet-stream");
+    if (!started) return started.error();
+    const auto planned = cell_.api().wait_task((*started)["task"], [](const json&) { return true; });
+    if (!planned) return planned.error();
+    return (*planned)["job"].get<std::int64_t>();
+  }
+  // Of some panels, four pieces or one; where these have no wood, one of any; nothing once none has.
+  Result<std::optional<std::int64_t>> plan_one() {
+    std::vector<std::string> some = panels_;
+    std::shuffle(some.begin(), some.end(), random_);
+    some.resize(std::min<std::size_t>(some.size(), 3));
+    for (const auto& [size, panels] :
+         {std::pair(below(3) == 0 ? 12.0 : 24.0, some), std::pair(12.0, some), std::pair(12.0, panels_)}) {
+      const auto job = plan_of(size, panels);
+      if (job) return std::optional(*job);
+      if (job.error().message.find("wood") == std::string::npos) return job.error();
+      ++refused_;
+    }
+    return std::optional<std::int64_t>();
+  }
+
+  Status live(std::int64_t job) {
+    const std::string target = fmt::format("/jobs/{}", job);
+    if (Status looked = look_around(target); !looked) return looked;
+    if (below(12) == 0) {
+      ++cancelled_;
+      const auto cancelled = cell_.api().post(target + "/cancel");
+      return cancelled ? Ok() : Status(cancelled.error());
+    }
+    if (Status cut = jobs_.cut(job); !cut) return cut;
+    if (below(15) == 0)
+      if (Status redone = lose_and_redo(job); !redone) return redone;
+    if (below(8) == 0) {
+      ++scans_;
+      if (Status compared = jobs_.reconcile(job); !compared) return compared;
+      forget_captures();
+    }
+    if (below(50) == 0)
+      if (const auto archived = cell_.api().post("/jobs/archive-done"); !archived) return archived.error();
+    return check_areas(target);
+  }
+  // The first piece; refused where no wood is left for it.
+  Status lose_and_redo(std::int64_t job) {
+    const auto pieces = cell_.api().get(fmt::format("/jobs/{}/pieces", job));
+    if (!pieces) return pieces.error();
+    const auto redone = cell_.api().post_and_wait(fmt::format("/jobs/{}/redo", job),
+                                                  {{"pieces", json::array({(*pieces)["pieces"][0]["mark"]})}});
+    if (!redone) {
+      ++refused_;
+      return Ok();
+    }
+    ++again_;
+    return jobs_.cut(job);
+  }
+  // What a page and a shelf's keeper ask for.
+  Status look_around(const std::string& job) {
+    const std::string panel = "/panels/" + panels_[below(static_cast<unsigned>(panels_.size()))];
+    for (const std::string& target :
+         {job + "/preview.png", panel + "/stock.png?width=1600", panel + "/map.png?width=640",
+          panel + "/label?format=png", std::string("/panels?limit=100"),
+          fmt::format("/panels?limit=100&tone=dark&patch_mm={}", 5 + below(20)), std::string("/jobs?limit=50"),
+          panel + "/ledger?limit=100"})
+      if (const auto bytes = cell_.api().get_bytes(target); !bytes) return bytes.error();
+    return Ok();
+  }
+  Status check_areas(const std::string& job) {
+    const auto record = cell_.api().get(job);
+    if (!record) return record.error();
+    for (const auto& used : (*record)["panels"]) {
+      const auto panel = cell_.api().get("/panels/" + used["panel"].get<std::string>());
+      if (!panel) return panel.error();
+      const json& book = (*panel)["area_book_mm2"];
+      double sum = 0;
+      for (const char* part : {"free", "reserved", "cut", "kerf", "suspect", "scrap", "unusable"})
+        sum += book[part].get<double>();
+      if (!(std::abs(sum - book["panel"].get<double>()) <= 1e-6))
+        return Error{ErrorCode::kInternal,
+                     fmt::format("the area book of {} does not add up: {}", used.dump(), book.dump())};
+    }
+    const auto pieces = cell_.api().get_all(job + "/pieces", "pieces");
+    if (!pieces) return pieces.error();
+    for (const auto& piece : (*pieces)["pieces"]) cut_ += piece["state"] == "cut" ? 1 : 0;
+    return Ok();
+  }
+  Status tell() {
+    const auto panels = cell_.api().get_all("/panels", "panels");
+    if (!panels) return panels.error();
+    double free = 0;
+    for (const auto& panel : (*panels)["panels"]) free += panel.value("free_mm2", 0.0);
+    const Memory memory = memory_of(cell_.daemon_pid());
+    const int jobs = samples_.empty() ? 0 : done_ + 1;
+    samples_.emplace_back(jobs, memory.own_mb);
+    fmt::print("{:>6} {:>8.1f} {:>8.1f} {:>8.0f}\n", jobs, memory.all_mb, memory.own_mb, free / 100);
+    std::fflush(stdout);
+    return Ok();
+  }
+
+  SimulatedCell& cell_;
+  const Plan& plan_;
+  std::mt19937 random_;
+  Quiet quiet_;
+  Story jobs_;
+  std::vector<std::string> panels_;
+  std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB
+  int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Jobs on the simulated cell until its wood is used up, and the daemon's memory", "veneer-soak-life"};
+  Plan plan;
+  app.add_option("--panels", plan.panels, "Panels of 200 x 140 mm")->capture_default_str();
+  app.add_option("--jobs", plan.jobs, "The most jobs, of one to four pieces")->capture_default_str();
+  app.add_option("--every", plan.every, "Jobs between two looks at the memory")->capture_default_str();
+  app.add_option("--seed", plan.seed, "Of the wood, the pictures and what happens")->capture_default_str();
+  app.add_option("--dir", plan.dir, "Where the cell lives; made anew")->capture_default_str();
+  app.add_option("--out", plan.out, "Also write the figures as JSON");
+  CLI11_PARSE(app, argc, argv);
+  fs::remove_all(plan.dir);
+  fs::create_directories(plan.dir);
+  auto cell = SimulatedCell::start({.dir = fs::absolute(plan.dir) / "cell",
+                                    .bin_dir = fs::read_symlink("/proc/self/exe").parent_path(),
+                                    .seed = plan.seed,
+                                    .time_scale = 100});
+  if (!cell) {
+    fmt::print(stderr, "{}\n", cell.error().message);
+    return 1;
+  }
+  CellLife life(**cell, plan);
+  Status lived = life.stock_up();
+  if (lived) lived = life.live();
+  const json figures = life.figures();
+  if (!plan.out.empty()) std::ofstream(plan.out) << figures.dump(2);
+  fmt::print(
+      "{} jobs, {} pieces cut, {} cancelled, {} plans refused, {} pieces made again, {} scans; {:+.2f} MB in 100 "
+      "jobs\n",
+      figures["jobs"].get<int>(), figures["pieces_cut"].get<int>(), figures["cancelled"].get<int>(),
+      figures["refused"].get<int>(), figures["made_again"].get<int>(), figures["scans"].get<int>(),
+      figures["own_mb_per_100_jobs"].get<double>());
+  if (!lived) fmt::print(stderr, "{}\n", lived.error().message);
+  if (!life.level()) fmt::print(stderr, "the daemon's memory grew\n");
+  return lived && life.level() ? 0 : 1;
+}
