@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "planner/cancelled.h"
@@ -13,20 +14,35 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kSketchPatchPixels = 9;
+// How finely wood is looked at: pixels of a patch's side, and rotations. The finest that is quick enough.
+struct SketchEffort {
+  double patch_pixels;
+  int rotations;
+};
+constexpr std::array kSketchEfforts{SketchEffort{9, 4}, SketchEffort{9, 2}, SketchEffort{7, 2}, SketchEffort{6, 1}};
+constexpr double kMostLooks = 2e8;                    // places times patches, some nanosecond each
 constexpr double kCoarsestDpi = 10, kFinestDpi = 75;  // that wood is chosen at; make_plan takes no coarser
-constexpr int kSketchRotations = 4;
 constexpr double kSketchThoroughness = 1.0 / 12;
 constexpr double kMostPatches = 1200;
 constexpr double kLongestSide = 960;  // pixels of a preview
 
-PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork) {
+SketchEffort affordable(std::span<const StockPanel> stock, double patches, Millimetres patch) {
+  double wood = 0;  // in patches
+  for (const StockPanel& panel : stock)
+    wood += panel.picture.width().count() * panel.picture.height().count() / (patch.count() * patch.count());
+  for (const SketchEffort& it : kSketchEfforts)
+    if (wood * it.patch_pixels * it.patch_pixels * it.rotations * patches <= kMostLooks) return it;
+  return kSketchEfforts.back();
+}
+
+PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, std::span<const StockPanel> stock) {
   PlanOptions out = wanted;
   const double area = artwork.width.count() * artwork.height.count();
   out.patch = std::max(wanted.patch, Millimetres(std::sqrt(area / kMostPatches)));
-  out.dpi = std::clamp(ScanResolution{kSketchPatchPixels / out.patch.count()}.dpi(), kCoarsestDpi, kFinestDpi);
+  const SketchEffort effort = affordable(stock, area / (out.patch.count() * out.patch.count()), out.patch);
+  out.dpi = std::clamp(ScanResolution{effort.patch_pixels / out.patch.count()}.dpi(), kCoarsestDpi, kFinestDpi);
   out.layout = LayoutKind::kGrid;  // others take longer to lay out and to match than a sketch may
-  out.rotations = std::min(wanted.rotations, kSketchRotations);
+  out.rotations = std::min(wanted.rotations, effort.rotations);
   out.thoroughness = kSketchThoroughness;
   out.exact = false, out.fine_rotation = false, out.optimize = Optimize::kGreedy;
   out.refine = Refine::kNone, out.rematch = 0, out.adaptive_levels = 0, out.alternatives = 0;
@@ -38,7 +54,7 @@ PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork) {
 
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
                                      const PlanOptions& wanted, const std::stop_token& stop) {
-  const PlanOptions options = sketch_options(wanted, artwork);
+  const PlanOptions options = sketch_options(wanted, artwork, stock);
   Result<Plan> plan = make_plan({&artwork, 1}, stock, options, {}, stop);
   if (!plan.ok()) return plan.error();
   const double longer = std::max(artwork.width, artwork.height).count();

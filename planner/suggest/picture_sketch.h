@@ -31,8 +31,8 @@ struct PictureSketch {
   std::vector<std::string> remarks;
 };
 
-// `options` are those of the plan to come; layout (squares), resolution, rotations, borders and how wood is chosen are the sketch's own.
-// kInvalidArgument: as make_plan. kCancelled: a stop was requested. Deterministic.
+// `options` are those of the plan to come; layout (squares), resolution, rotations, borders and how wood is chosen are
+// the sketch's own. kInvalidArgument: as make_plan. kCancelled: a stop was requested. Deterministic.
 Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
                                      const PlanOptions& options, const std::stop_token& stop = {});
 
