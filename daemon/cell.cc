@@ -17,6 +17,9 @@ namespace {
 // Of panels that wait for a scan: a status is sent again and again.
 constexpr std::size_t kWaitingNamed = 20;
 
+// Sketches beyond the one that is being drawn; each page asks for one at a time.
+constexpr std::size_t kSketchesWaiting = 2;
+
 RunnerOptions runner_options(const Config& config) {
   RunnerOptions options;
   options.confirm = config.before_motion.confirm;
@@ -204,7 +207,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   c.camera_worker = std::make_unique<Worker>("camera");
   c.planner_worker = std::make_unique<Worker>("planner", 10);
   for (auto& [pool, options] : {std::pair(&c.queries, QueryPool::Options{"queries", 2, 3}),
-                                std::pair(&c.pictures, QueryPool::Options{"pictures", 1, 5})}) {
+                                std::pair(&c.pictures, QueryPool::Options{"pictures", 1, 5}),
+                                std::pair(&c.sketches, QueryPool::Options{"sketches", 1, 5, kSketchesWaiting})}) {
     QueryPool::Options on_these_devices = options;
     on_these_devices.devices = named;
     auto opened = QueryPool::open(config.store.data_dir / "veneerd.db", std::move(on_these_devices));
@@ -270,6 +274,7 @@ Cell::~Cell() {
   planner_worker.reset();
   queries.reset();
   pictures.reset();
+  sketches.reset();
   remnant_clerk.reset();
   camera_worker.reset();
   runner.reset();

@@ -116,7 +116,7 @@ class Cell {
 
   // Last, so that they finish their work before what it uses is gone.
   std::unique_ptr<Worker> scanner_worker, camera_worker, planner_worker;
-  std::unique_ptr<QueryPool> queries, pictures;  // what clients ask; pictures take longer
+  std::unique_ptr<QueryPool> queries, pictures, sketches;  // what clients ask; pictures take longer
   std::unique_ptr<RemnantClerk> remnant_clerk;
 
  private:

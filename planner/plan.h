@@ -116,6 +116,9 @@ struct PlanOptions {
   // first artworks' backgrounds do not use up the rare wood that the last ones' faces need.
   double reserve = 0;
   bool exact = false;  // choose the cheapest place by proof, several times slower
+  // Without `exact`: how long the lists of places are that are looked at, as a share of the usual; in (0, 1]. Shorter
+  // ones are quicker and miss more: for sketches.
+  double thoroughness = 1;
   // At last turn and shift each new piece continuously (fine_rotation.h): rotations are then no multiples of
   // 360 / n_rot degrees any more. Kept pieces stay as they are.
   bool fine_rotation = false;

@@ -50,7 +50,7 @@ std::unique_ptr<Matcher> make_matcher(Problem& problem, const PlanOptions& optio
     return std::make_unique<CertifiedMatcher>(std::move(problem.panels), turns(options.rotations), problem.classes,
                                               problem.entries_per_unit);
   return std::make_unique<ShortlistMatcher>(std::move(problem.panels), turns(options.rotations), problem.classes,
-                                            largest_response(options));
+                                            largest_response(options), options.thoroughness);
 }
 
 // The matcher, when its index is to be kept on disk; the certified one's is not.

@@ -1,15 +1,17 @@
 // A picture becomes a plan, plans are compared, and one of them becomes a job. Planning reserves no wood.
 import {h} from "../dom.js";
 import {t} from "../words.js";
-import {changed, mayChange, model} from "../model.js";
+import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {get} from "../link.js";
+import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
   file: null, url: "", name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
-  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false, crop: "",
+  closer: 0, across: .5, down: .5,  // which part of the picture
+  w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false,
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
 let woods = [];     // materials of zones in stock
@@ -22,9 +24,12 @@ export async function enter() {
 }
 
 export function draw() {
-  return h("div.columns.picture", {},
-    h("div.column", {}, formCard(), tasksCard()),
-    h("div.column.wide", {}, adviceCard(), ...plansCards()));
+  if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf());
+  const sketch = operates() && sketchCard(wanted.file, wanted.layout, Number(wanted.patch_mm)), rest = [adviceCard(), ...plansCards()];
+  // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
+  return [
+    h("div.columns.picture", {}, h("div.column", {}, formCard(), tasksCard()), h("div.column.wide", {}, sketch || rest)),
+    sketch && h("div.column", {}, rest)];
 }
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
@@ -34,8 +39,8 @@ function take(name, value) { wanted[name] = value; changed(); }
 const number = (name, label, min, more = {}) => h("label", {}, label,
   h("input", {type: "number", inputmode: "decimal", min, step: "any", value: wanted[name], oninput: (event) => take(name, event.target.value), ...more}));
 
-const slider = (name, label) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * wanted[name])} %`),
-  h("input", {type: "range", min: 0, max: 1, step: .05, value: String(wanted[name]), "aria-label": label, oninput: (event) => take(name, Number(event.target.value))}));
+const slider = (name, label, max = 1) => h("label.slider", {}, h("span", {}, `${label} ${Math.round(100 * wanted[name])} %`),
+  h("input", {type: "range", min: 0, max, step: .05, value: String(wanted[name]), "aria-label": label, id: `slide-${name}`, oninput: (event) => take(name, Number(event.target.value))}));
 
 const select = (name, label, options) => h("label", {}, label,
   h("select", {value: wanted[name], onchange: (event) => take(name, event.target.value)}, ...options.map(([value, text]) => h("option", {value}, text))));
@@ -45,10 +50,40 @@ function takeFile(event) {
   if (wanted.url) URL.revokeObjectURL(wanted.url);
   wanted.file = file || null;
   wanted.url = file ? URL.createObjectURL(file) : "";
-  wanted.crop = "";
+  takeWhole();
   advice = 0;
+  openPicture(wanted.file);
   if (file) wanted.name = file.name.replace(/\.[^.]*$/, "");
   changed();
+}
+
+// ---- which part of it -----------------------------------------------------------------------------------------------
+
+const kClosest = .7;  // of the picture's sides, left away at most
+
+function takeWhole() { Object.assign(wanted, {closer: 0, across: .5, down: .5}); changed(); }
+
+// In pixels of the picture; null: all of it, or nobody knows how large it is.
+function cropOf() {
+  const whole = pictureSize(wanted.file);
+  if (!whole || !(wanted.closer > 0)) return null;
+  const width = Math.max(1, Math.round(whole.width * (1 - wanted.closer))), height = Math.max(1, Math.round(whole.height * (1 - wanted.closer)));
+  return {x: Math.round((whole.width - width) * wanted.across), y: Math.round((whole.height - height) * wanted.down), width, height};
+}
+
+function takeCrop(text) {
+  const whole = pictureSize(wanted.file);
+  if (!text || !whole) return takeWhole();
+  const [x, y, width, height] = text.split(",").map(Number);
+  const share = (at, of) => (of > 0 ? Math.min(1, at / of) : .5);
+  Object.assign(wanted, {closer: 1 - Math.max(width / whole.width, height / whole.height), across: share(x, whole.width - width), down: share(y, whole.height - height)});
+}
+
+function partControls() {
+  if (!pictureSize(wanted.file)) return null;
+  return h("details", {id: "part"}, h("summary", {}, t("picture.part")),
+    slider("closer", t("part.closer"), kClosest), slider("across", t("part.across")), slider("down", t("part.down")),
+    wanted.closer > 0 && button(t("picture.whole"), takeWhole, {id: "take-whole"}));
 }
 
 function formCard() {
@@ -56,6 +91,7 @@ function formCard() {
     h("form.form", {onsubmit: plan},
       h("label.file", {}, t("picture.file"), h("input", {type: "file", id: "picture-file", accept: "image/*", onchange: takeFile})),
       wanted.url && h("img.target", {src: wanted.url, alt: wanted.name}),
+      partControls(),
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
@@ -68,7 +104,6 @@ function formCard() {
         h("div.chips", {}, ...woods.map((wood) => h("label", {"data-key": wood}, h("input", {type: "checkbox", checked: wanted.wood.has(wood),
           onchange: (event) => { if (event.target.checked) wanted.wood.add(wood); else wanted.wood.delete(wood); changed(); }}), wood))),
         number("max_panels", t("picture.panels"), 1)),
-      wanted.crop && h("p.dim", {}, t("picture.crop", {crop: wanted.crop}), " ", button(t("picture.whole"), () => take("crop", ""))),
       h("div.commands", {}, button(t("picture.advise"), advise, {disabled: !mayChange() || !wanted.file, wide: true, id: "do-advise"}),
         h("button.wide", {type: "submit", id: "do-plan", disabled: !mayChange() || !wanted.file, class: wanted.file ? "next" : ""}, t("picture.plan"), lacking("operator"))),
       h("p.dim", {}, t(wanted.file ? "picture.reserve" : "picture.need"))));
@@ -77,17 +112,27 @@ function formCard() {
 function asked() {
   const query = new URLSearchParams({name: wanted.name || "picture", size_mm: wanted.size_mm});
   for (const weight of kWeights) query.set(`w_${weight}`, String(wanted[`w_${weight}`]));
-  if (wanted.crop) query.set("crop", wanted.crop);
   if (wanted.wood.size) query.set("wood", [...wanted.wood].join(","));
   if (wanted.max_panels) query.set("max_panels", wanted.max_panels);
   return query;
 }
+
+// As a sketch wants it: what it does not look at would only ask for the same one again.
+function sketchQuery() {
+  const query = asked();
+  query.delete("name");
+  for (const choice of ["patch_mm", "layout"]) query.set(choice, wanted[choice]);
+  return query;
+}
+
+const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, crop.width, crop.height].join(",") : ""; };
 
 async function plan(event) {
   event.preventDefault();
   if (!wanted.file) return showRefusal(t("picture.need"));
   const query = asked();
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
+  if (cropText()) query.set("crop", cropText());
   if (wanted.refine) query.set("refine", "dp");
   const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(started.task);
@@ -97,7 +142,7 @@ async function plan(event) {
 // ---- advice ---------------------------------------------------------------------------------------------------------
 
 async function advise() {
-  wanted.crop = "";
+  takeWhole();
   const started = await command(`/plans/advice?${asked()}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(advice = started.task);
   changed();
@@ -118,7 +163,8 @@ function adviceCard() {
 }
 
 function takeAdvice(one) {
-  Object.assign(wanted, {crop: one.crop || "", layout: one.layout, size_mm: one.size_mm.toFixed(1), patch_mm: one.patch_mm.toFixed(2)});
+  takeCrop(one.crop);
+  Object.assign(wanted, {layout: one.layout, size_mm: one.size_mm.toFixed(1), patch_mm: one.patch_mm.toFixed(2)});
   changed();
 }
 

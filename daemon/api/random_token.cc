@@ -1,11 +1,13 @@
 #include "daemon/api/random_token.h"
 
 #include <openssl/crypto.h>
-#include <openssl/evp.h>
 #include <openssl/rand.h>
 
 #include <algorithm>
 #include <array>
+#include <string_view>
+
+#include "base/base64.h"
 
 namespace veneer::daemon {
 
@@ -14,9 +16,8 @@ Result<std::string> random_token() {
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
     return Error{ErrorCode::kInternal, "the system has no random numbers to give: try again"};
   }
-  std::array<unsigned char, 45> encoded{};  // with one '=' and a zero at the end
-  EVP_EncodeBlock(encoded.data(), bytes.data(), static_cast<int>(bytes.size()));
-  std::string token(encoded.begin(), encoded.begin() + 43);
+  std::string token = base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  token.resize(43);  // without the '=' at its end
   // OpenSSL has no base64 for URLs (RFC 4648, section 5).
   std::ranges::replace(token, '+', '-');
   std::ranges::replace(token, '/', '_');

@@ -45,6 +45,7 @@ struct ApiOperation {
   std::string_view pattern;  // "/api/v1/jobs/{id}/start"
   Role role = Role::kAdmin;
   Takes takes = Takes::kNothing;
+  bool asks = false;  // changes nothing, although it is no GET: noted nowhere, and may be repeated
 };
 
 std::span<const ApiOperation> api_operations();

@@ -124,7 +124,7 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
 void Router::bind(std::string_view operation_id, Handler handler) {
   const ApiOperation* operation = find_operation(operation_id);
   if (!operation) std::abort();
-  if (operation->method != "GET") handler = noted(*operation, changes_, std::move(handler));
+  if (operation->method != "GET" && !operation->asks) handler = noted(*operation, changes_, std::move(handler));
   add(operation->method, operation->pattern, operation->role, strict(*operation, std::move(handler)),
       max_body(operation->takes));
 }

@@ -9,6 +9,7 @@
 #include "daemon/orders/calibration_work.h"
 #include "daemon/orders/plan_work.h"
 #include "daemon/orders/scan_work.h"
+#include "daemon/orders/sketch_work.h"
 
 namespace veneer::daemon {
 namespace {
@@ -37,6 +38,7 @@ struct Kind {
 constexpr std::array kKinds{
     Kind{MakePlan::kKind, run<make_plan>},
     Kind{GiveAdvice::kKind, run<give_advice>},
+    Kind{DrawSketch::kKind, run<draw_sketch>},
     Kind{ViewScan::kKind, run<view_scan>},
     Kind{RegisterScans::kKind, run<register_scans>},
     Kind{LookAtBed::kKind, run<look_at_bed>},

@@ -102,16 +102,29 @@ void drop_index(const std::string& index_dir, const PanelId& panel) {
 
 }  // namespace
 
+WoodPictures stored_wood() {
+  return {[](const HeldPanel& panel) { return read_stored_raster(panel.map); },
+          [](const HeldPanel& panel, Millimetres margin) -> Result<Raster<PanelFrame>> {
+            const auto mask = read_stored_raster(panel.mask);
+            if (!mask) return mask.error();
+            // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
+            return free_wood(*mask, panel.live, margin);
+          }};
+}
+
 Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture) {
+  return load_job_wood(wood, picture, stored_wood());
+}
+
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture,
+                                                       const WoodPictures& pictures) {
   if (const Status known = check_woods(wood.panels, wood.woods); !known) return known.error();
   std::vector<planner::StockPanel> stock;  // without pictures until it is known which panels are used
   for (const HeldPanel& h : wood.panels) {
-    const auto mask = read_stored_raster(h.mask);
-    if (!mask) return mask.error();
-    // What was allocated is grown by its kerf already; a new run finds the panel a little elsewhere.
-    const Raster<PanelFrame> free = free_wood(*mask, h.live, wood.margin);
-    if (cv::countNonZero(free.pixels) == 0 && !wood.index_dir.empty()) drop_index(wood.index_dir, h.id);
-    stock.push_back({h.id, {}, only_zones(free, h.zones, wood.woods), {}, species_of(h.zones, wood.woods)});
+    const auto free = pictures.free(h, wood.margin);
+    if (!free) return free.error();
+    if (cv::countNonZero(free->pixels) == 0 && !wood.index_dir.empty()) drop_index(wood.index_dir, h.id);
+    stock.push_back({h.id, {}, only_zones(*free, h.zones, wood.woods), {}, species_of(h.zones, wood.woods)});
   }
   for (const auto& [panel, region] : wood.forbidden)
     if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();
@@ -125,7 +138,7 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
   for (planner::StockPanel& panel : stock) {
     const auto of =
         std::find_if(wood.panels.begin(), wood.panels.end(), [&](const HeldPanel& h) { return h.id == panel.id; });
-    auto map = read_stored_raster(of->map);
+    auto map = pictures.map(*of);
     if (!map) return map.error();
     panel.picture = std::move(*map);
   }

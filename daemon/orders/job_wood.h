@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,6 +61,17 @@ struct JobWood {
 // Blocks on files. kNotFound: wood is forbidden on a panel that is not among these. kInvalidArgument: no panel has a
 // wood that is asked for or weighed; forbidden wood lies beside its panel. kStorage: a panel's pictures cannot be read.
 Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture);
+
+// Where the panels' pictures come from: the map, and the mask minus live allocations grown by a margin.
+struct WoodPictures {
+  std::function<Result<Raster<PanelFrame>>(const HeldPanel&)> map;
+  std::function<Result<Raster<PanelFrame>>(const HeldPanel&, Millimetres margin)> free;
+};
+// The files themselves, in full.
+WoodPictures stored_wood();
+// The same with pictures from elsewhere, of panels without `mask_now`.
+Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture,
+                                                       const WoodPictures& pictures);
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed, remnant)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, remnants_first,

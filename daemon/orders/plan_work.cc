@@ -1,22 +1,19 @@
 #include "daemon/orders/plan_work.h"
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
+#include "daemon/orders/artwork_file.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
 #include "daemon/orders/wood_recipes.h"
 #include "planner/cutting/lead_choice.h"
 #include "planner/files/plan_files.h"
 #include "planner/files/preview.h"
-#include "planner/pictures/pictures.h"
 #include "planner/problem/shortage.h"
-#include "planner/suggest/crops.h"
 
 namespace veneer::daemon {
 namespace {
@@ -120,30 +117,17 @@ void report_redone(const planner::Plan& before, const planner::Plan& plan, const
 }  // namespace
 
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
-  std::ifstream file(order.picture, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(file), {});
-  auto picture = planner::decode_picture(bytes, order.name);
-  if (!picture) return picture.error();
-  if (!order.crop.empty()) {
-    const auto crop = planner::crop_of(order.crop, picture->size(), order.name);
-    if (!crop) return crop.error();
-    *picture = (*picture)(*crop).clone();
-  }
+  auto read = read_artwork(order.picture, order.name, order.crop, order.size);
+  if (!read) return read.error();
+  const planner::Artwork artwork = std::move(*read);
   progress(0.02, "reading the stock");
-  const auto size = planner::artwork_size(*picture, order.size);
-  const auto stock = load_job_wood(order.wood, size.width * size.height);
+  const auto stock = load_job_wood(order.wood, artwork.width * artwork.height);
   if (!stock) return stock.error();
   const auto earlier = earlier_of(order);
   if (!earlier) return earlier.error();
   const auto options = options_of(order, *earlier, *stock);
   if (!options) return options.error();
 
-  planner::Artwork artwork;
-  artwork.name = order.name;
-  artwork.letter = planner::artwork_letter(0);
-  artwork.picture = std::move(*picture);
-  artwork.width = size.width;
-  artwork.height = size.height;
   const auto plan = planner::make_plan({&artwork, 1}, *stock, *options, [&](double f, std::string_view text) {
     progress(0.05 + 0.83 * f, std::string(text));
   });

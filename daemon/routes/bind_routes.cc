@@ -48,6 +48,7 @@ void bind_routes(Router& router, Cell& cell) {
       *c.database,
       *c.queries,
       *c.pictures,
+      *c.sketches,
       c.panel_library,
       [&c, on_reactor](JobId job) {
         on_reactor([&c, job] {

@@ -137,6 +137,7 @@ struct JobServices {
   DatabaseThread& database;
   QueryPool& queries;
   QueryPool& pictures;
+  QueryPool& sketches;  // one at a time, beside the planner
   const PanelLibrary& panel_library;
   std::function<void(JobId)> on_job_changed;
   std::function<void(const std::vector<PanelId>& panels)> on_leases_changed;  // and whose wood with them

@@ -74,6 +74,25 @@ void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& r
       request.body.size());
 }
 
+json sketch_json(const SketchDrawn& sketch) {
+  return {{"layout", sketch.layout},       {"width_mm", sketch.width_mm},
+          {"height_mm", sketch.height_mm}, {"patch_mm", sketch.patch_mm},
+          {"pieces", sketch.pieces},       {"unfilled", sketch.unfilled},
+          {"likeness", sketch.likeness},   {"cutting_s", sketch.cutting_s ? json(*sketch.cutting_s) : json()},
+          {"remarks", sketch.remarks},     {"left_out", sketch.left_out},
+          {"preview_jpeg", sketch.preview}};
+}
+
+// Whoever asks for another meanwhile waits, or is told to come again; whoever hangs up ends his.
+void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
+  auto wanted = read_job_request(request);
+  if (!wanted) return reply(ApiReply::error(wanted.error()));
+  s.sketches.ask(request, reply, [s, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
+    const auto drawn = s.plans.sketch(wanted, r, gone);
+    return drawn ? ApiReply::json(sketch_json(*drawn)) : ApiReply::error(drawn.error());
+  });
+}
+
 // "A1-1,A2-3"
 Result<std::pair<std::string, std::string>> swap_of(const std::string& text) {
   const std::size_t comma = text.find(',');
@@ -213,6 +232,7 @@ void lease_plan(const JobServices& s, const ApiRequest& request, const Reply& re
 void bind_plan_routes(Router& router, const JobServices& s) {
   router.bind("newPlan", [s](const ApiRequest& request, const Reply& reply) { new_plan(s, request, reply); });
   router.bind("advisePlan", [s](const ApiRequest& request, const Reply& reply) { advise_plan(s, request, reply); });
+  router.bind("sketchPlan", [s](const ApiRequest& request, const Reply& reply) { sketch_plan(s, request, reply); });
   router.bind("changePlan", [s](const ApiRequest& request, const Reply& reply) { change_plan(s, request, reply); });
   router.bind("listPlans", [s](const ApiRequest& request, const Reply& reply) {
     auto query = RequestReader::query_of(request);

@@ -320,6 +320,42 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
   return given;
 }
 
+Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories& repositories,
+                                        const std::stop_token& stop) {
+  constexpr std::chrono::seconds kSketchLimit{30};  // the first one decodes all panels
+  auto today = stock_today(database_, repositories, library_, request, {}, *log_);
+  if (!today) return today.error();
+  library_.keep_index_only(today->stock.in_stock);
+  auto folder = WorkFolder::make(library_.data_dir());
+  if (!folder) return folder.error();
+  std::error_code there_already;
+  std::filesystem::create_directories(library_.index_dir(), there_already);
+  WorkOrder order;
+  order.kind = DrawSketch::kKind;
+  order.what = "drawing a sketch";
+  order.folder = folder->path();
+  order.writable = {library_.index_dir()};
+  order.deadline = kSketchLimit;
+  order.nice = 10;
+  for (const HeldPanel& panel : today->stock.held) order.readable.insert(order.readable.end(), {panel.map, panel.mask});
+  DrawSketch wanted{request.name,
+                    (folder->path() / "picture").string(),
+                    request.crop,
+                    request.size,
+                    option_texts(request.options),
+                    today->kerf,
+                    wood_of(request, today->stock, config_, library_),
+                    std::move(today->stock.recipes),
+                    library_.index_dir().string()};
+  wanted.wood.index_dir.clear();  // what is kept of used-up wood spares decoding its mask
+  const auto bytes = std::as_bytes(std::span(request.picture.text()));
+  if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  auto drawn = have_done<SketchDrawn>(
+      workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
+  if (drawn) drawn->left_out = left_out(today->stock);
+  return drawn;
+}
+
 Result<JobOutcome> PlanService::make_job(const JobRequest& request, const TaskProgress& progress,
                                          const std::stop_token& stop) {
   auto made = make(request, {}, progress, stop);

@@ -1,8 +1,8 @@
 // From a picture to a job: free wood of the chosen panels, a plan, its preview, and the reservation of all its wood in
 // one transaction. The picture is looked at, and the plan made, by a worker process (daemon/orders/plan_work.h).
 //
-// Threading: all of it blocks and is called on the planner's worker only. What it reads of the database it reads
-// itself; the thread that writes is asked for what is written alone.
+// Threading: all of it blocks and, but for sketch(), is called on the planner's worker only. What it reads of the
+// database it reads itself; the thread that writes is asked for what is written alone.
 #pragma once
 
 #include <optional>
@@ -15,6 +15,7 @@
 #include "daemon/config.h"
 #include "daemon/orders/advice_work.h"
 #include "daemon/orders/plan_work.h"
+#include "daemon/orders/sketch_work.h"
 #include "daemon/services/job_request.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/services/scan_service.h"
@@ -59,6 +60,10 @@ class PlanService {
   // At which crop, size, patches and layout the picture reads in the free wood, at most as large as asked for; nothing
   // is stored.
   Result<AdviceGiven> advise(const JobRequest& request, const TaskProgress& progress, const std::stop_token& stop);
+  // How the picture would about look in the free wood, drawn small and fast; nothing is stored but what the next sketch
+  // needs of the wood. On any thread but the reactor, with that thread's connection; kCancelled once `stop` is
+  // requested.
+  Result<SketchDrawn> sketch(const JobRequest& request, Repositories& repositories, const std::stop_token& stop);
   // The plan again with what is asked of it; `forbidden` and `name` are added to what it was asked for, if given. The
   // wood that the plan leases is free for the other, which gets it once that lease is released.
   // kNotFound: there is no such plan, or no such piece in it.

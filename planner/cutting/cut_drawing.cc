@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "planner/cutting/toolpath.h"
 
@@ -27,6 +29,21 @@ ToolpathPiece toolpath_piece(const Piece& piece, std::size_t number,
   return out;
 }
 
+std::vector<ToolpathPiece> pieces_on(const PlanPanel& panel, const Plan& plan) {
+  const auto bed_from_panel = back_view(panel);
+  std::vector<ToolpathPiece> out;
+  for (std::size_t i = 0; i < plan.pieces.size(); ++i)
+    if (plan.pieces[i].placement && plan.pieces[i].placement->panel == panel.id)
+      out.push_back(toolpath_piece(plan.pieces[i], i, bed_from_panel));
+  return out;
+}
+
+ToolpathOptions cut_options(const Plan& plan) {
+  ToolpathOptions out;
+  out.recipe.kerf_back = out.recipe.kerf_show = plan.kerf;
+  return out;
+}
+
 }  // namespace
 
 std::vector<PathSegment> DrawnPath::segments() const {
@@ -37,15 +54,9 @@ std::vector<PathSegment> DrawnPath::segments() const {
 }
 
 Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetres fit_clearance) {
-  const auto bed_from_panel = back_view(panel);
-  std::vector<ToolpathPiece> pieces;
-  for (std::size_t i = 0; i < plan.pieces.size(); ++i)
-    if (plan.pieces[i].placement && plan.pieces[i].placement->panel == panel.id)
-      pieces.push_back(toolpath_piece(plan.pieces[i], i, bed_from_panel));
-  ToolpathOptions options;
+  ToolpathOptions options = cut_options(plan);
   options.fit_clearance = fit_clearance;
-  options.recipe.kerf_back = options.recipe.kerf_show = plan.kerf;
-  Result<Toolpath> toolpath = make_toolpath(pieces, options);
+  Result<Toolpath> toolpath = make_toolpath(pieces_on(panel, plan), options);
   if (!toolpath.ok()) return toolpath.error();
 
   CutDrawing drawing{fmt::format("Panel {}, seen from its back", panel.id.value),
@@ -62,6 +73,27 @@ Result<CutDrawing> draw_cuts(const Plan& plan, const PlanPanel& panel, Millimetr
     drawing.layers[cut ? 1 : 0].strokes.push_back({piece.mark, std::move(stroke.path), closed, cut});
   }
   return drawing;
+}
+
+Result<std::chrono::duration<double>> quick_estimate(const Plan& plan, const PlanPanel& panel) {
+  std::vector<ToolpathPiece> pieces = pieces_on(panel, plan);
+  if (pieces.empty()) return std::chrono::duration<double>(0);
+  // Two pieces high: of those in a row each then lies near the one before it.
+  const Box<BedFrame> first = bounds(pieces.front().outline);
+  const Millimetres row_height = std::max(first.height() * 2, Millimetres(1));
+  const auto place = [&](const ToolpathPiece& piece) {
+    const Point<BedFrame> corner = bounds(piece.outline).min;
+    const double row = std::floor(corner.y / row_height);
+    const bool back = std::fmod(row, 2) != 0;
+    return std::tuple(row, back ? -corner.x.count() : corner.x.count(), piece.piece.value);
+  };
+  std::sort(pieces.begin(), pieces.end(),
+            [&](const ToolpathPiece& a, const ToolpathPiece& b) { return place(a) < place(b); });
+  ToolpathOptions options = cut_options(plan);
+  options.assembly_order = true;
+  const Result<Toolpath> toolpath = make_toolpath(pieces, options);
+  if (!toolpath.ok()) return toolpath.error();
+  return toolpath->estimate;
 }
 
 }  // namespace veneer::planner

@@ -77,8 +77,9 @@ std::string text_of(const PlanOptions& options) {
   // A new option does not compile until it is named here.
   const auto& [layout, patch, rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_range, w_detail, w_gamut,
                w_grain, edge, dpi, kerf, position_margin, web, adaptive_levels, adaptive_factor, priority, interleave,
-               reserve, exact, fine_rotation, refine, curves, overlap, min_width, rematch, optimize, optimize_seconds,
-               optimize_iterations, index_cache, kept, kept_layouts, alternatives, seed, threads] = options;
+               reserve, exact, thoroughness, fine_rotation, refine, curves, overlap, min_width, rematch, optimize,
+               optimize_seconds, optimize_iterations, index_cache, kept, kept_layouts, alternatives, seed, threads] =
+      options;
   static_cast<void>(threads), static_cast<void>(index_cache), static_cast<void>(kept_layouts);  // change no choice
   std::string stays;
   for (const KeptPiece& piece : kept) {
@@ -89,9 +90,9 @@ std::string text_of(const PlanOptions& options) {
     stays += fmt::format(" \"{}\" {} {} {}", piece.placement->panel.value, map.angle().count(), map.shift().x.count(),
                          map.shift().y.count());
   }
-  const std::string borders =
-      fmt::format("{} {} {} {} {} {} {} {} {}", static_cast<int>(layout), web.count(), static_cast<int>(refine),
-                  static_cast<int>(curves), overlap.count(), min_width.count(), rematch, w_range, w_detail);
+  const std::string borders = fmt::format("{} {} {} {} {} {} {} {} {} {}", static_cast<int>(layout), web.count(),
+                                          static_cast<int>(refine), static_cast<int>(curves), overlap.count(),
+                                          min_width.count(), rematch, w_range, w_detail, thoroughness);
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}{}", patch.count(),
                      rotations, w_intensity, w_edge, w_hist, w_colour, w_texture, w_gamut, w_grain, edge.count(), dpi,
                      kerf.count(), position_margin.count(), adaptive_levels, adaptive_factor,

@@ -12,8 +12,9 @@
 namespace veneer::planner {
 
 ShortlistMatcher::ShortlistMatcher(std::vector<MatchPanel> all_panels, std::vector<Radians> turns,
-                                   const std::vector<WindowClass>& classes, double largest_response)
-    : Matcher(std::move(all_panels), std::move(turns)) {
+                                   const std::vector<WindowClass>& classes, double largest_response,
+                                   double thoroughness)
+    : Matcher(std::move(all_panels), std::move(turns)), thoroughness_(thoroughness) {
   entries_per_unit_ = largest_score_entry(panels().front().features.pixels.channels()) / largest_response;
   for (const WindowClass& windows : classes) classes_.push_back({windows, cell_grid(windows)});
 }

@@ -21,9 +21,9 @@ namespace veneer::planner {
 
 class ShortlistMatcher final : public Matcher {
  public:
-  // `largest_response` bounds the absolute value of all features.
+  // `largest_response` bounds the absolute value of all features; `thoroughness` is PlanOptions'.
   ShortlistMatcher(std::vector<MatchPanel> panels, std::vector<Radians> turns, const std::vector<WindowClass>& classes,
-                   double largest_response);
+                   double largest_response, double thoroughness = 1);
 
   // To be called before build_index(): what is measured of panels is read from `cache` where it was kept, and kept
   // there. `names` tells the panels apart, across plans.
@@ -69,7 +69,7 @@ class ShortlistMatcher final : public Matcher {
     std::vector<std::string> names, hashes;  // per panel; of its entries
   };
 
-  double entries_per_unit_;
+  double entries_per_unit_, thoroughness_;
   std::optional<Kept> kept_;
   std::mutex not_kept_mutex_;
   std::optional<Error> not_kept_;

@@ -12,7 +12,7 @@ namespace {
 
 // Cells are listed by their estimate, looked at on a sample of pixels, and the best again on more pixels; then all
 // places of the last are looked at on all pixels. Lists get longer when a look costs less.
-constexpr std::size_t kListed = 1536;
+constexpr double kListed = 1536, kFewestListed = 64;
 constexpr int kFewestSamples = 16;  // pixels of the first look, along the shorter side of a window
 constexpr int kMoreSamples = 32;    // and of the second, at most
 constexpr int kLargestBlock = 5;    // places along a side; larger cells are cut into smaller blocks after a first look
@@ -75,7 +75,8 @@ Result<std::vector<LatticeCandidate>> ShortlistSearch::run(std::size_t count) {
   const double cheapness = std::max(1.0, kFewestSamples * kFewestSamples / samples);
   // Shares of blocks make coarser estimates, large cells too.
   const int coarseness = (class_.windows.filled ? 1 : kCoarserEstimates) * (cut_ ? 2 : 1);
-  const auto usual = static_cast<std::size_t>(kListed * cheapness * coarseness);
+  const auto usual =
+      static_cast<std::size_t>(std::max(kFewestListed, kListed * cheapness * coarseness * matcher_.thoroughness_));
   // Longer lists when too few of the listed places are free after all.
   for (std::size_t times = count == 1 ? 1 : 4;; times *= 8) {
     complete_ = true;

@@ -25,7 +25,8 @@ bool same(const MatchPanel& a, const MatchPanel& b) {
 }  // namespace
 
 SharedWork::Made SharedWork::made_for(const Problem& problem, const PlanOptions& options) {
-  return {options.exact, options.rotations, problem.entries_per_unit, largest_response(options), problem.classes};
+  return {options.exact,        options.rotations, problem.entries_per_unit, largest_response(options),
+          options.thoroughness, problem.classes};
 }
 
 Result<std::unique_ptr<Matcher>> SharedWork::matcher_for(Problem& problem, const PlanOptions& options, int threads,

@@ -32,7 +32,7 @@ class SharedWork {
   struct Made {
     bool exact = false;
     int rotations = 0;
-    double entries_per_unit = 0, largest_response = 0;
+    double entries_per_unit = 0, largest_response = 0, thoroughness = 1;
     std::vector<WindowClass> classes;
     friend bool operator==(const Made&, const Made&) = default;
   };

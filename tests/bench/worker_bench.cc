@@ -2,6 +2,9 @@
 // process, by turns on the same wood. Counters are medians, in seconds: of the clock, and of processors, whoever used
 // them, which says the same beside other programs.
 //
+// What a sketch costs while a hand is on a slider, beside it: of processors, the first one that reads the wood and
+// those that follow it. Target of these: 0.3 s.
+//
 // The worker gives way to all that runs beside it, so that this process does as well: else the two are not served
 // alike. Target: 0.1 s. Fails when the two do not plan the same.
 #include <benchmark/benchmark.h>
@@ -11,6 +14,7 @@
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -46,10 +50,10 @@ cv::Mat random_wood(int side) {
   return wood;
 }
 
-// A cell's store with one panel of 150 mm, free and known on both faces.
+// A cell's store with one square panel, free and known on both faces.
 class Cell {
  public:
-  Cell() {
+  explicit Cell(int side_px) {
     config.store.data_dir = folder_.path();
     db::CertificateRecord certificate;
     certificate.kind = db::CertificateKind::kKerf;
@@ -59,7 +63,7 @@ class Cell {
     kerf.mean = Millimetres(0.1);
     certificate.payload = to_payload(kerf).dump();
     sure(database->call([&](Repositories& r) { return r.certificates.issue(certificate); }));
-    const cv::Mat wood = random_wood(1800);
+    const cv::Mat wood = random_wood(side_px);
     const auto map = sure(library.store_picture(wood, "panels/P-0001", "map"));
     const auto mask =
         sure(library.store_picture(cv::Mat(wood.size(), CV_8UC1, cv::Scalar(255)), "panels/P-0001", "mask"));
@@ -90,6 +94,17 @@ class Cell {
     const JobOutcome made = sure(service.make_plan(request, "bench", [](double, const std::string&) {}, {}));
     cost = made.cost_per_pixel;
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  }
+
+  SketchDrawn sketch(WorkRunner& workers, Millimetres size, Millimetres patch, double w_edge) {
+    JobRequest request;
+    request.name = "bench";
+    request.picture = picture_;
+    request.size = size;
+    request.options.patch = patch, request.options.w_edge = w_edge;
+    PlanService service(*database, library, workers, config, make_null_logger());
+    auto reader = sure(database->open_reader());
+    return sure(service.sketch(request, reader->repositories(), {}));
   }
 
   static constexpr const char* kThen = "2026-01-01T00:00:00.000Z";
@@ -125,7 +140,7 @@ double median(std::vector<double> values) {
 void worker_overhead(benchmark::State& state) {
   constexpr int kNiceOfAPlan = 10;  // WorkOrder::nice, as the service asks for
   ::setpriority(PRIO_PROCESS, 0, kNiceOfAPlan);
-  Cell cell;
+  Cell cell(1800);  // 150 mm
   WorkerProcesses processes({VENEER_WORKER, usual_worker_memory(), {}}, make_null_logger());
   testing::WorkHere here;
   std::vector<double> by_worker, at_once, more, more_of_processors;
@@ -146,6 +161,28 @@ void worker_overhead(benchmark::State& state) {
   state.counters["overhead_most_s"] = *std::ranges::max_element(more);
   state.counters["overhead_processor_s"] = median(more_of_processors);
 }
+// 300 patches of 14 mm on a panel of 400 mm; each time another weight, as a slider gives them.
+void worker_sketch(benchmark::State& state) {
+  Cell cell(4725);
+  WorkerProcesses processes({VENEER_WORKER, usual_worker_memory(), {}}, make_null_logger());
+  const auto one = [&](double w_edge) {
+    const double began = processor_time();
+    const SketchDrawn drawn = cell.sketch(processes, Millimetres(17.3 * 14), Millimetres(14), w_edge);
+    state.counters["pieces"] = static_cast<double>(drawn.pieces);
+    return processor_time() - began;
+  };
+  state.counters["cold_processor_s"] = one(0.5);
+  std::vector<double> warm;
+  double w_edge = 0;
+  for (auto unused : state) {
+    warm.push_back(one(w_edge));
+    w_edge = std::fmod(w_edge + 0.05, 1);
+  }
+  state.counters["warm_processor_s"] = median(warm);
+  state.counters["warm_most_s"] = *std::ranges::max_element(warm);
+}
+BENCHMARK(worker_sketch)->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 BENCHMARK(worker_overhead)->Iterations(21)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace

@@ -85,7 +85,7 @@ includes "${rooms[@]}" | LC_ALL=C sort |
       door("^mosquitto\\.h$", "^(daemon/orders/mqtt\\.cc|tests/daemon/services/notifier_test\\.cc)$")
       door("^nlohmann/", "^(daemon/|cli/|planner/|drivers/sim/|tests/)")
       door("^opencv2/", "^(base/raster\\.h|calib/|planner/|daemon/(orders|routes|services)/|cli/|drivers/sim/|tests/)")
-      door("^openssl/", "^(base/hash\\.cc|daemon/)")
+      door("^openssl/", "^(base/(base64|hash)\\.cc|daemon/)")
       door("^png\\.h", "^(planner/pictures/png_codec\\.cc|tests/planner/)")
       door("^polyclipping/", "^base/polygon_ops\\.cc$")
       door("^pugixml", "^(cli/svg_drawing\\.cc|planner/cutting/|tests/)")

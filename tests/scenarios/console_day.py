@@ -169,6 +169,27 @@ class Day:
         self.until_says("main", "Panel P-0002, ")
         self.until("nothing waits any more", lambda: "SHALL IT ENTER STOCK" not in self.text("main"))
 
+    def sketch(self):
+        """Its pixels, once they are of what is wanted now."""
+        return self.browser.execute_script("""
+            const card = document.querySelector('.sketch'), image = document.querySelector('#sketch-picture');
+            if (!card || card.getAttribute('aria-busy') !== 'false' || !image || !image.complete || !image.naturalWidth) return null;
+            const canvas = document.createElement('canvas');
+            [canvas.width, canvas.height] = [image.naturalWidth, image.naturalHeight];
+            canvas.getContext('2d').drawImage(image, 0, 0);
+            return canvas.toDataURL();""")
+
+    def follow_a_slider(self):
+        self.until("a sketch", self.sketch)
+        first = self.sketch()
+        self.press("#part summary")
+        self.find("#slide-closer").send_keys(Keys.END)
+        self.until("a sketch of the closer picture", lambda: self.sketch() not in (None, first))
+        self.show("sketch")
+        self.press("#take-whole")
+        self.until("the first sketch again", lambda: self.sketch() == first)
+        self.press("#part summary")
+
     def plan_a_picture(self):
         self.go("new")
         self.find("#picture-file").send_keys(os.environ["PICTURE"])
@@ -176,6 +197,7 @@ class Day:
             # As a hand does: clear() tells the page of nothing, which then draws the old value again.
             self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
+        self.follow_a_slider()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
         self.press("#do-plan")

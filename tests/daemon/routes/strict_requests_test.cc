@@ -28,7 +28,8 @@ struct Operation {
 };
 
 bool takes_a_picture(const Operation& operation) {
-  return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan";
+  return operation.id == "newJob" || operation.id == "newPlan" || operation.id == "advisePlan" ||
+         operation.id == "sketchPlan";
 }
 
 class StrictRequests : public testing::RoutedCell {
@@ -207,6 +208,21 @@ TEST_F(StrictRequests, AMisspeltDryDoesNotBurn) {
   EXPECT_TRUE(cell->tasks.list().empty());
   EXPECT_EQ(cell->runner->view().state, CellState::kStopped);
   EXPECT_FALSE(std::filesystem::exists(directory / "wire.bin"));
+}
+
+// While a hand is on a slider there are several a second, and nothing comes of them.
+TEST_F(StrictRequests, ASketchIsNoChange) {
+  const auto noted = [&] {
+    std::size_t count = 0;
+    for (const auto& entry : *cell->database->call([](Repositories& r) { return r.audit.latest(1000); }))
+      count += entry.detail.find("/api/v1/plans/") != std::string::npos ? 1U : 0U;
+    return count;
+  };
+  EXPECT_EQ(ask_raw("POST", "/api/v1/plans/sketch?size_mm=50", "no picture").status, 422) << "the kerf is not known";
+  EXPECT_EQ(noted(), 0U);
+  EXPECT_TRUE(cell->tasks.list().empty());
+  EXPECT_EQ(ask_raw("POST", "/api/v1/plans/advice?size_mm=50", "no picture").status, 202);
+  EXPECT_EQ(noted(), 1U);
 }
 
 TEST_F(StrictRequests, ASearchForAPanelIsNoPattern) {

@@ -29,6 +29,34 @@ TEST_F(PlanServiceTest, RemovesTheIndexesOfPanelsThatAreUsedUpOrGone) {
   EXPECT_TRUE(std::filesystem::exists(library_.index_dir() / "P-0002-0-1.index")) << "what this plan measured";
 }
 
+TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
+  add_panel("P-0001", 255);
+  const auto sketched = [&] {
+    auto reader = database_->open_reader();
+    return service().sketch(small_job(), (*reader)->repositories(), {});
+  };
+  const auto first = sketched();
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  EXPECT_EQ(first->pieces, 4U);
+  EXPECT_EQ(first->unfilled, 0U);
+  EXPECT_EQ(first->layout, "grid");
+  EXPECT_TRUE(first->preview.starts_with("/9j/")) << "a JPEG file in base64";
+  EXPECT_TRUE(first->remarks.empty());
+  EXPECT_TRUE(database_->call([](Repositories& r) { return r.plans.list({}, 10, false); })->empty());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "targets"));
+  EXPECT_FALSE(std::filesystem::is_empty(library_.index_dir())) << "what the next one needs of the wood";
+  const auto again = sketched();
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->preview, first->preview);
+
+  JobRequest large = small_job();
+  large.size = Millimetres(12);
+  ASSERT_TRUE(plan(large).ok());
+  const auto after = sketched();
+  ASSERT_TRUE(after.ok()) << after.error().message;
+  EXPECT_NE(after->preview, first->preview) << "other wood";
+}
+
 // One of a finished picture's pieces is lost; the panel was scanned since, and is full of holes.
 TEST_F(PlanServiceTest, MakesALostPieceAgainFromWhatIsLeft) {
   add_panel("P-0001", 255);

@@ -1,0 +1,107 @@
+// The sketch that follows a form: how the picture would about look in the wood. One is drawn at a time, of what is
+// wanted by then; the last one stays until the next is there, and none comes after one that was asked for later.
+import {h} from "./dom.js";
+import {asSentence, t} from "./words.js";
+import {ask} from "./link.js";
+import {changed} from "./model.js";
+import {button} from "./parts.js";
+
+const kSettleMs = 120;      // a hand on a slider says many things a second
+const kPatienceMs = 40000;  // the first sketch after wood has changed reads that wood whole
+const kSentSide = 640;      // pixels: a picture is sent as small as a sketch looks at it
+
+let picture = null;   // {file, bitmap: null where the browser cannot read it}
+let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key}
+let shown = null;     // {file, key, url, sketch}
+let refused = null;   // {key, sentence}
+let drawing = false, timer = 0;
+
+// The picture's size in pixels, once it is known; null where the browser cannot read it.
+export const pictureSize = (file) => (picture && picture.file === file && picture.bitmap ? {width: picture.bitmap.width, height: picture.bitmap.height} : null);
+
+export async function openPicture(file) {
+  if (picture && picture.bitmap) picture.bitmap.close();
+  picture = null;
+  if (!file) return;
+  const bitmap = await createImageBitmap(file).catch(() => null);
+  picture = {file, bitmap};
+  changed();
+}
+
+// What is wanted now; cheap, so that a screen says it whenever it is drawn.
+export function wantSketch(file, query, crop) {
+  if (!file || !picture || picture.file !== file) return;
+  const key = `${query} ${crop ? Object.values(crop) : ""}`;
+  if (wanted && wanted.file === file && wanted.key === key) return;
+  wanted = {file, query, crop, key};
+  clearTimeout(timer);
+  timer = setTimeout(drawNext, kSettleMs);
+}
+
+const isDone = (of) => [shown, refused].some((one) => one && one.file === of.file && one.key === of.key);
+
+async function drawNext() {
+  if (drawing || !wanted || isDone(wanted)) return;
+  const asked = wanted;
+  drawing = true;
+  changed();
+  try {
+    const body = await smallPicture(asked);
+    // What is sent is cropped already, unless the browser could not.
+    const query = asked.crop && body === asked.file ? `${asked.query}&crop=${[asked.crop.x, asked.crop.y, asked.crop.width, asked.crop.height]}` : asked.query;
+    const sketch = await ask("POST", `/api/v1/plans/sketch?${query}`, {body, timeoutMs: kPatienceMs});
+    if (asked.file === wanted.file) show(asked, sketch);
+  } catch (fault) {
+    refused = {file: asked.file, key: asked.key, sentence: fault.message};
+  }
+  drawing = false;
+  changed();
+  drawNext();
+}
+
+function show(asked, sketch) {
+  const bytes = Uint8Array.from(atob(sketch.preview_jpeg), (one) => one.charCodeAt(0));
+  const before = shown;
+  shown = {file: asked.file, key: asked.key, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""}};
+  refused = null;
+  if (before) setTimeout(() => URL.revokeObjectURL(before.url), 1000);  // once the page shows the other
+}
+
+async function smallPicture({file, crop}) {
+  if (!picture || picture.file !== file || !picture.bitmap) return file;
+  const {bitmap} = picture;
+  const part = crop || {x: 0, y: 0, width: bitmap.width, height: bitmap.height};
+  const scale = Math.min(1, kSentSide / Math.max(part.width, part.height));
+  const canvas = document.createElement("canvas");
+  canvas.width = Math.max(1, Math.round(part.width * scale));
+  canvas.height = Math.max(1, Math.round(part.height * scale));
+  const context = canvas.getContext("2d");
+  context.imageSmoothingQuality = "high";
+  context.drawImage(bitmap, part.x, part.y, part.width, part.height, 0, 0, canvas.width, canvas.height);
+  return (await new Promise((done) => canvas.toBlob(done, "image/jpeg", .92))) || file;
+}
+
+// ---- what is seen of it ---------------------------------------------------------------------------------------------
+
+// `layout`, `patch_mm`: that were asked for.
+export function sketchCard(file, layout, patch_mm) {
+  if (!file) return null;
+  const mine = shown && shown.file === file ? shown : null;
+  const fault = refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
+  const coming = drawing || (wanted && !isDone(wanted));
+  return h("section.card.sketch", {"aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
+    h("div.sketch-place", {},
+      mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
+      h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
+    fault && h("p.fault", {}, `▲ ${asSentence(fault)} `, button(t("sketch.again"), () => { refused = null; drawNext(); })),
+    mine && figures(mine.sketch, layout, patch_mm),
+    h("p.dim", {}, t("sketch.rough")));
+}
+
+const figures = (sketch, layout, patch_mm) => h("div.sketch-figures", {},
+  h("p", {}, [`${Math.round(sketch.width_mm)} × ${Math.round(sketch.height_mm)} mm`, t("pieces", {n: sketch.pieces}), t("sketch.likeness", {likeness: sketch.likeness.toFixed(2)}),
+              sketch.cutting_s ? t("sketch.minutes", {minutes: Math.max(1, Math.round(sketch.cutting_s / 60))}) : ""].filter(Boolean).join(", ")),
+  sketch.layout !== layout && h("p.dim", {}, t("sketch.in_squares")),
+  sketch.unfilled > 0 && h("p", {}, `▲ ${t("sketch.short", {n: sketch.unfilled})}`),
+  sketch.patch_mm > 1.001 * patch_mm && h("p.dim", {}, t("sketch.larger", {patch: sketch.patch_mm.toFixed(1)})),
+  ...sketch.left_out.map((sentence) => h("p.dim", {}, asSentence(sentence))));

@@ -1,0 +1,31 @@
+#include "daemon/orders/artwork_file.h"
+
+#include <fstream>
+#include <iterator>
+
+#include "planner/pictures/pictures.h"
+#include "planner/suggest/crops.h"
+
+namespace veneer::daemon {
+
+Result<planner::Artwork> read_artwork(const std::string& file, const std::string& name, const std::string& crop,
+                                      Millimetres size) {
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(in), {});
+  auto picture = planner::decode_picture(bytes, name);
+  if (!picture) return picture.error();
+  planner::Artwork out;
+  out.name = name;
+  out.letter = planner::artwork_letter(0);
+  out.picture = std::move(*picture);
+  if (!crop.empty()) {
+    const auto part = planner::crop_of(crop, out.picture.size(), name);
+    if (!part) return part.error();
+    planner::crop_pictures(out, *part);
+  }
+  const planner::ArtworkSize whole = planner::artwork_size(out.picture, size);
+  out.width = whole.width, out.height = whole.height;
+  return out;
+}
+
+}  // namespace veneer::daemon

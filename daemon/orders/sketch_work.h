@@ -1,0 +1,51 @@
+// What a worker process does to show how a picture would about look in the wood, while somebody moves a slider
+// (planner/suggest/picture_sketch.h). Writes nothing but what it keeps of the wood (kept_wood.h).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "daemon/orders/job_wood.h"
+#include "daemon/orders/records_json.h"
+#include "daemon/orders/shapes_json.h"
+#include "daemon/workers/work_runner.h"
+
+namespace veneer::daemon {
+
+struct DrawSketch {
+  static constexpr const char* kKind = "draw_sketch";
+  std::string name;
+  std::string picture;                         // file
+  std::string crop;                            // as planner::crop_of() reads it; "": all of it
+  Millimetres size{0};                         // shorter side
+  std::map<std::string, std::string> options;  // planner::kNamedOptions
+  Millimetres kerf{0};                         // the certificate's
+  JobWood wood;
+  std::vector<db::RecipeRecord> recipes;
+  std::string kept_dir;  // where the wood is kept for the next sketch
+};
+
+struct SketchDrawn {
+  std::string layout;
+  double width_mm = 0, height_mm = 0, patch_mm = 0;
+  std::size_t pieces = 0, unfilled = 0;
+  double likeness = 0;
+  std::optional<double> cutting_s;
+  std::vector<std::string> remarks;
+  std::string preview;                // a JPEG file, in base64
+  std::vector<std::string> left_out;  // panels whose wood may not be used, and why; said by whoever chose them
+};
+// As planner::sketch_picture() and load_job_wood() say; kInvalidArgument also: the crop does not lie within the
+// picture.
+Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path& folder,
+                                const TaskProgress& progress);
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, kerf, wood, recipes, kept_dir)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SketchDrawn, layout, width_mm, height_mm, patch_mm, pieces, unfilled, likeness,
+                                   cutting_s, remarks, preview, left_out)
+
+}  // namespace veneer::daemon

@@ -1,0 +1,39 @@
+// How a picture would about look in the wood that there is, quickly enough to follow a slider.
+//
+// Wood is chosen as a plan chooses it, but at a resolution at which a patch is some ten pixels wide, among few places
+// and rotations; the picture is drawn from the panels' pictures with what was chosen. No wood is used twice.
+#pragma once
+
+#include <chrono>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "planner/plan.h"
+
+namespace veneer::planner {
+
+// The resolution of the panels' pictures from which a sketch chooses and draws; finer ones only take longer.
+inline constexpr double kSketchDpi = 75;
+
+struct PictureSketch {
+  Plan plan;                              // straight borders; its resolution is the sketch's own
+  LayoutKind layout = LayoutKind::kGrid;  // that it was drawn in
+  Millimetres patch;                      // that it was drawn with: larger than asked for where there would be too many
+  double likeness = 0;                    // as Suggestion::likeness
+  // Estimated, with the recipe of cut files; none of larger patches than asked for, which are quicker to cut.
+  std::optional<std::chrono::duration<double>> cutting;
+  cv::Mat preview;  // CV_8UC3, at kSketchDpi or coarser; unfilled patches are magenta
+  // Sentences that a person should hear: that the wood is short, that patches are drawn larger.
+  std::vector<std::string> remarks;
+};
+
+// `options` are those of the plan to come; layout (squares), resolution, rotations, borders and how wood is chosen are
+// the sketch's own. kInvalidArgument: as make_plan. kCancelled: a stop was requested. Deterministic.
+Result<PictureSketch> sketch_picture(const Artwork& artwork, std::span<const StockPanel> stock,
+                                     const PlanOptions& options, const std::stop_token& stop = {});
+
+}  // namespace veneer::planner
