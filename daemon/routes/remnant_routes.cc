@@ -95,7 +95,8 @@ struct Leftover {
   cv::Mat picture;
 };
 
-Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId& id, int width) {
+Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId& id, int width,
+                         Beside beside = Beside::kPale) {
   auto panel = r.panels.find(id);
   if (!panel) return panel.error();
   const auto allocations = r.ledger.live_allocations(id);
@@ -105,7 +106,7 @@ Result<Leftover> look_at(Repositories& r, const StockServices& s, const PanelId&
   if (!*remnant)
     return Error{ErrorCode::kStorage,
                  fmt::format("the mask of panel {} cannot be read: restore it from a backup", id.value)};
-  auto picture = picture_of_remnant(s.panel_library, *panel, *allocations, **remnant, width);
+  auto picture = picture_of_remnant(s.panel_library, *panel, *allocations, **remnant, width, beside);
   if (!picture) return picture.error();
   return Leftover{std::move(*panel), std::move(**remnant), std::move(*picture)};
 }
@@ -157,7 +158,7 @@ void reply_remnant(const StockServices& s, const ApiRequest& request, const Repl
 std::string square_cm(double mm2) { return fmt::format("{:.0f} cm2", mm2 / 100); }
 
 Result<PanelLabel> label_of(Repositories& r, const StockServices& s, const PanelId& id) {
-  auto left = look_at(r, s, id, kLabelPicture);
+  auto left = look_at(r, s, id, kLabelPicture, Beside::kBlank);
   if (!left) return left.error();
   const auto figures = s.figures.of(r, left->panel);
   if (!figures) return figures.error();

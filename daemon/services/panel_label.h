@@ -3,9 +3,9 @@
 // of 62 mm.
 //
 // The tag is read by a camera that is too far away for the QR code. It is of another family than the fiducials
-// (calib/tag_pattern.h), so that no label is taken for one by the scanner or the camera over the bed. The numbers of
-// the panel's own tags are written out. Panels from 2115 on have none: the family has no such numbers. Pure;
-// thread-safe.
+// (calib/tag_pattern.h), and the picture shows none (Beside::kBlank), so that no label is taken for its panel by the
+// scanner or the camera over the bed. The numbers of the panel's own tags are written out. Panels from 2115 on have no
+// tag: the family has no such numbers. Pure; thread-safe.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -20,7 +20,7 @@ namespace veneer::daemon {
 struct PanelLabel {
   std::string panel;               // "P-0001": the heading, what the QR code says, the tag's number
   std::vector<std::string> lines;  // in UTF-8; what is too wide is set smaller
-  cv::Mat picture;                 // CV_8UC3
+  cv::Mat picture;                 // CV_8UC3; of the free wood alone
 };
 
 // The file's bytes. kInternal: it could not be drawn.

@@ -260,8 +260,8 @@ Result<int> Remnants::count_for_searches(Repositories& r, const db::PanelRecord&
 }
 
 Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelRecord& panel,
-                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant,
-                                   int width_px) {
+                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant, int width_px,
+                                   Beside beside) {
   const auto map = library.load_small(panel.map_file, width_px);
   if (!map) return map.error();
   const auto mask = library.load_small(panel.mask_file, width_px);
@@ -270,18 +270,22 @@ Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelR
   areas.reserve(live.size());
   for (const auto& allocation : live) areas.push_back(allocation.area);
   const Raster<PanelFrame> wood{map->pixels, {kMapResolution.px_per_mm * map->scale}, {}};
-  return draw_remnant(wood, mask->pixels, areas, remnant);
+  return draw_remnant(wood, mask->pixels, areas, remnant, beside);
 }
 
 cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,
-                     const Remnant& remnant) {
+                     const Remnant& remnant, Beside beside) {
   const Raster<PanelFrame> usable{mask >= 128, map.resolution, map.origin};
   const auto free = free_wood(usable, live, Millimetres(0));
   cv::Mat colours = map.pixels, out;
   if (colours.channels() == 1) cv::cvtColor(map.pixels, colours, cv::COLOR_GRAY2BGR);
-  cv::cvtColor(colours, out, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(out, out, cv::COLOR_GRAY2BGR);
-  cv::addWeighted(out, 0.25, cv::Mat(out.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.75, 0, out);
+  if (beside == Beside::kBlank) {
+    out = cv::Mat(colours.size(), CV_8UC3, cv::Scalar(225, 225, 225));
+  } else {
+    cv::cvtColor(colours, out, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(out, out, cv::COLOR_GRAY2BGR);
+    cv::addWeighted(out, 0.25, cv::Mat(out.size(), CV_8UC3, cv::Scalar(235, 235, 235)), 0.75, 0, out);
+  }
   colours.copyTo(out, free.pixels);
   // White with a dark rim is seen on any wood.
   const auto pixel_of = [&](const Point<PanelFrame>& p) {

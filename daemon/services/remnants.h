@@ -88,12 +88,16 @@ class Remnants {
   std::map<PanelId, Counted> kept_;  // guarded by mutex_
 };
 
+// What a picture of a remnant shows beside the free wood. On paper nothing: of the panel's tags, small as they are, the
+// scanner and the camera would read the numbers, and take the picture for the panel.
+enum class Beside { kPale, kBlank };
 // draw_remnant() of the library's small copies, at most `width_px` wide.
 Result<cv::Mat> picture_of_remnant(const PanelLibrary& library, const db::PanelRecord& panel,
-                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant, int width_px);
-// The veneer map in its colours where wood is free and pale elsewhere, with the largest square and circle drawn in.
+                                   const std::vector<db::AllocationRecord>& live, const Remnant& remnant, int width_px,
+                                   Beside beside = Beside::kPale);
+// The veneer map in its colours where wood is free, with the largest square and circle drawn in.
 // `mask`: of the map's size, 128 and more = usable.
 cv::Mat draw_remnant(const Raster<PanelFrame>& map, const cv::Mat& mask, const std::vector<Region<PanelFrame>>& live,
-                     const Remnant& remnant);
+                     const Remnant& remnant, Beside beside = Beside::kPale);
 
 }  // namespace veneer::daemon

@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/tag_detector.h"
+#include "daemon/services/remnants.h"
 #include "planner/pictures/pictures.h"
 #include "tests/support/label_reader.h"
 #include "tests/support/rendered_panel.h"
@@ -57,13 +58,16 @@ TEST(PanelLabel, ItsCodeIsReadBackAsThePanelsName) {
   EXPECT_EQ(code_on(photograph), "P-0017") << "as a telephone sees it";
 }
 
+cv::Mat read_back(const PanelLabel& of) {
+  const auto picture = planner::decode_picture(*draw_label(of, planner::PageFormat::kPng), "label");
+  cv::Mat out;
+  cv::cvtColor(*picture, out, cv::COLOR_BGR2GRAY);
+  return out;
+}
 cv::Mat grey_label(const std::string& panel) {
   PanelLabel of = label();
   of.panel = panel;
-  const auto picture = planner::decode_picture(*draw_label(of, planner::PageFormat::kPng), "label");
-  cv::Mat grey;
-  cv::cvtColor(*picture, grey, cv::COLOR_BGR2GRAY);
-  return grey;
+  return read_back(of);
 }
 
 TEST(PanelLabel, ItsTagHasThePanelsNumber) {
@@ -108,6 +112,25 @@ TEST(PanelLabel, IsNoFiducialToScannerOrCamera) {
                       cv::Size(static_cast<int>(w / 2), static_cast<int>(h / 2)), cv::INTER_AREA);
   EXPECT_THAT(tests::label_tags_on(photograph), ElementsAre(fiducials.front()));
   EXPECT_EQ(ids(calib::detect_tags<CameraFrame>(photograph)), fiducials);
+}
+
+// Small as they are there, its tags would be read.
+TEST(PanelLabel, ItsPictureOfThePanelShowsNoFiducial) {
+  const rendered::Panel panel = rendered::sample_panel();
+  const cv::Mat scan = rendered::scan_panel(panel, Face::kShow, rendered::lay(75, 55, 80, 60, 0, Face::kShow), {});
+  const Raster<PanelFrame> map{scan, {300 / 25.4}, {}};
+  const cv::Rect wood(scan.cols / 4, scan.rows / 4, scan.cols / 2, scan.rows / 2);
+  cv::Mat mask(scan.size(), CV_8UC1, cv::Scalar(0));
+  mask(wood) = 255;
+  for (const Beside beside : {Beside::kPale, Beside::kBlank}) {
+    PanelLabel of = label();
+    of.picture = draw_remnant(map, mask, {}, {}, beside);
+    // As printed, and as a finer scanner reads the paper.
+    cv::Mat printed = read_back(of), finer;
+    cv::resize(printed, finer, {}, 2, 2, cv::INTER_CUBIC);
+    for (const cv::Mat& seen : {printed, finer})
+      EXPECT_EQ(calib::detect_tags<ScanFrame>(seen, {1}).empty(), beside == Beside::kBlank);
+  }
 }
 
 TEST(PanelLabel, ShowsThePictureAndWritesTheLines) {
