@@ -144,7 +144,7 @@ Notifier::Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
 Notifier::~Notifier() { shared_->stop.request_stop(); }
 
 void Notifier::try_all(TaskReporter reporter) {
-  const bool taken = worker_->try_post(shared_->options.most_waiting, [shared = shared_, reporter] {
+  const bool taken = worker_->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, reporter] {
     const NotifyConfig& to = shared->options.to;
     const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",
                         utc_timestamp()};
@@ -166,9 +166,10 @@ void Notifier::try_all(TaskReporter reporter) {
 
 void Notifier::tell(Notice notice) {
   if (!worker_) return;
-  const bool taken = worker_->try_post(shared_->options.most_waiting, [shared = shared_, notice = std::move(notice)] {
-    if (!shared->stop.stop_requested()) shared->deliver(notice);
-  });
+  const bool taken =
+      worker_->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, notice = std::move(notice)] {
+        if (!shared->stop.stop_requested()) shared->deliver(notice);
+      });
   if (!taken) shared_->on_outcome("dropped");
 }
 

@@ -214,8 +214,8 @@ TEST_F(StrictRequests, AMisspeltDryDoesNotBurn) {
 TEST_F(StrictRequests, ASketchIsNoChange) {
   const auto noted = [&] {
     std::size_t count = 0;
-    for (const auto& entry : *cell->database->call([](Repositories& r) { return r.audit.latest(1000); }))
-      count += entry.detail.find("/api/v1/plans/") != std::string::npos ? 1U : 0U;
+    const auto entries = cell->database->call([](Repositories& r) { return r.audit.latest(1000); });
+    for (const auto& entry : *entries) count += entry.detail.find("/api/v1/plans/") != std::string::npos ? 1U : 0U;
     return count;
   };
   EXPECT_EQ(ask_raw("POST", "/api/v1/plans/sketch?size_mm=50", "no picture").status, 422) << "the kerf is not known";
