@@ -99,7 +99,7 @@ export function listen(take) {
   const session = sessionStorage.getItem(kSession);
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
   const place = life ? `?life=${encodeURIComponent(life)}&since=${seen}` : "";
-  const socket = new WebSocket(`${scheme}://${location.host}/api/v1/events${place}`, protocols);
+  const socket = new WebSocket(`${scheme}://${location.host}` + "/api/v1/events" + place, protocols);
   socket.onmessage = (message) => {
     let event;
     try { event = JSON.parse(message.data); } catch (fault) { return; }

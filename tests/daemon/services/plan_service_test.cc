@@ -50,8 +50,9 @@ TEST_F(PlanServiceTest, ASketchStoresNothingAndSeesWhatIsBookedSince) {
   EXPECT_EQ(again->preview, first->preview);
 
   JobRequest large = small_job();
-  large.size = Millimetres(12);
-  ASSERT_TRUE(plan(large).ok());
+  large.size = Millimetres(9);
+  const auto booked = plan(large);
+  ASSERT_TRUE(booked.ok()) << booked.error().message;
   const auto after = sketched();
   ASSERT_TRUE(after.ok()) << after.error().message;
   EXPECT_NE(after->preview, first->preview) << "other wood";
