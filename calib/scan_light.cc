@@ -82,9 +82,16 @@ std::optional<SeenEdge> edge_at(const cv::Mat& scan, ScanResolution resolution, 
   SeenEdge edge;
   edge.samples = sample_edge(scan, resolution, straightened(rough, resolution, at, off), 0.1, 0.9);
   if (edge.samples.size() < 12) return std::nullopt;
-  edge.place = place_of(edge.samples, usual);
+  // Judged by the blur that fits it best: a step that is softer or sharper than usual is a clean one too.
+  LineSpread own = usual;
+  for (int round = 0; round < 2; ++round) {
+    edge.place = place_of(edge.samples, own);
+    own.sigma = golden_section_minimum(0.01, 0.2, 1e-3, [&](double s) {
+      return edge_misfit(edge.samples, edge.place, {s, 0});
+    });
+  }
   edge.step = std::abs(edge.samples.front().second - edge.samples.back().second);
-  const double rms = std::sqrt(edge_misfit(edge.samples, edge.place, usual) / static_cast<double>(edge.samples.size()));
+  const double rms = std::sqrt(edge_misfit(edge.samples, edge.place, own) / static_cast<double>(edge.samples.size()));
   if (edge.step < 30 || rms > 0.05 * edge.step) return std::nullopt;
   return edge;
 }
@@ -101,7 +108,7 @@ LineSpread spread_of(std::vector<SeenEdge>& edges, double usual) {
   };
   const auto with_part = [&](double part) {
     const auto of_sigma = [&](double sigma) { return misfit({sigma, part}); };
-    return LineSpread{golden_section_minimum(0.3 * usual, 2 * usual, 5e-4, of_sigma), part};
+    return LineSpread{golden_section_minimum(0.2 * usual, 3 * usual, 5e-4, of_sigma), part};
   };
   double bins = 0;
   for (const SeenEdge& e : edges) bins += static_cast<double>(e.samples.size());

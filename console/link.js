@@ -68,7 +68,7 @@ export async function ask(method, path, {body = null, timeoutMs = 5000} = {}) {
     const told = await reply.json().catch(() => ({}));
     if (reply.ok) return told;
     const sentence = told.error && told.error.message ? told.error.message : `the cell answered ${reply.status}`;
-    throw Object.assign(new Error(sentence), {answered: true});
+    throw Object.assign(new Error(sentence), {answered: true, status: reply.status});
   } catch (fault) {
     if (fault.answered) throw fault;
     if (path !== kStop && stopped.aborted) throw new Error("Given up for STOP: look whether the cell has done it.");
@@ -93,6 +93,7 @@ export async function askAll(path, list, most = Infinity) {
 
 // `take` gets each event, those that came while the stream was broken too; {type: "open"} when it has begun anew, and
 // what came meanwhile is not known.
+// Of those that it missed each says so, `missed`: they are of an earlier time.
 let life = "", seen = 0;
 export function listen(take) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
@@ -100,12 +101,14 @@ export function listen(take) {
   const protocols = ["veneer.events"].concat(session ? [`bearer.${session}`] : []);  // a WebSocket has no other headers
   const place = life ? `?life=${encodeURIComponent(life)}&since=${seen}` : "";
   const socket = new WebSocket(`${scheme}://${location.host}` + "/api/v1/events" + place, protocols);
+  let newest = 0;
   socket.onmessage = (message) => {
     let event;
     try { event = JSON.parse(message.data); } catch (fault) { return; }
     if (event.seq !== undefined) seen = event.seq;
-    if (event.type !== "hello") return take(event);
+    if (event.type !== "hello") return take({...event, missed: event.seq <= newest});
     life = event.life;
+    newest = event.newest;
     if (!event.resumed) take({type: "open"});
   };
   socket.onclose = () => setTimeout(() => listen(take), kPollMs);

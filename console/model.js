@@ -1,5 +1,5 @@
 // What the page knows of the cell, and how old that is. Screens read it and are told when it changes.
-import {ask, askAll, get, kPollMs, listen} from "./link.js";
+import {ask, askAll, get, kAgainMs, kPollMs, listen} from "./link.js";
 import {followStop} from "./stop.js";
 
 export const model = {
@@ -71,8 +71,8 @@ function takeStatus(fresh) {
 
 // An event tells that a task is done; what came of it is asked for.
 async function takeTask(told) {
-  const done = told.state === "done" ? await get(`/tasks/${told.id}`).catch(() => null) : null;
-  const task = done || told;
+  let task = told;
+  try { if (told.state === "done") task = await get(`/tasks/${told.id}`); } catch (fault) { if (fault.status !== 404) setTimeout(() => takeTask(told), kAgainMs); }
   model.tasks.set(task.id, task);
   if (task.state !== "running") {
     if (model.cell) model.cell.tasks = (model.cell.tasks || []).filter((known) => known.id !== task.id);
@@ -87,16 +87,16 @@ function take(event) {
   if (event.type === "task" && event.task) takeTask(event.task);
   if (event.type === "job") { loadJobs(); renewPieces(event.job); }
   if (event.type === "panel") { loadPanels(); loadPlans(); for (const job of model.pieces.keys()) renewPieces(job); }
-  if (event.type === "bed") { ++model.bedLooks; model.bedAt = performance.now(); changed(); }
+  if (event.type === "bed") { ++model.bedLooks; model.bedAt = event.missed ? 0 : performance.now(); changed(); }
 }
 
-// One look at a time; whoever asks meanwhile gets another one after it.
+// One look at a time; whoever asks meanwhile gets another one after it. What was not answered is asked again.
 function loader(load) {
   let underWay = false, again = false;
   return async function run() {
     if (underWay) { again = true; return; }
     underWay = true;
-    try { await load(); changed(); } catch (fault) { /* the age of the data tells */ }
+    try { await load(); changed(); } catch (fault) { if (mayDo("viewer")) setTimeout(run, kAgainMs); }
     underWay = false;
     if (again) { again = false; run(); }
   };

@@ -11,8 +11,9 @@ const kPatienceMs = 40000;  // the first sketch after wood has changed reads tha
 const kSentSide = 640;      // pixels: a picture is sent as small as a sketch looks at it
 
 let picture = null;   // {file, bitmap: null where the browser cannot read it}
+let chosen = null;    // the file that was opened last: a large one may be read after a small one that came later
 let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key}
-let shown = null;     // {file, key, url, sketch}
+let shown = null;     // {file, key, url, sketch, layout, patch_mm: as they were asked for}
 let refused = null;   // {key, sentence}
 let drawing = false, timer = 0;
 
@@ -22,16 +23,21 @@ export const pictureSize = (file) => (picture && picture.file === file && pictur
 export async function openPicture(file) {
   if (picture && picture.bitmap) picture.bitmap.close();
   picture = null;
+  chosen = file;
   if (!file) return;
   const bitmap = await createImageBitmap(file).catch(() => null);
+  if (chosen !== file) {
+    if (bitmap) bitmap.close();
+    return;
+  }
   picture = {file, bitmap};
   changed();
 }
 
-// What is wanted now; cheap, so that a screen says it whenever it is drawn.
-export function wantSketch(file, query, crop) {
+// What is wanted now, of the wood that there is; cheap, so that a screen says it whenever it is drawn.
+export function wantSketch(file, query, crop, wood) {
   if (!file || !picture || picture.file !== file) return;
-  const key = `${query} ${crop ? Object.values(crop) : ""}`;
+  const key = `${query} ${crop ? Object.values(crop) : ""} ${wood}`;
   if (wanted && wanted.file === file && wanted.key === key) return;
   wanted = {file, query, crop, key};
   clearTimeout(timer);
@@ -62,7 +68,8 @@ async function drawNext() {
 function show(asked, sketch) {
   const bytes = Uint8Array.from(atob(sketch.preview_jpeg), (one) => one.charCodeAt(0));
   const before = shown;
-  shown = {file: asked.file, key: asked.key, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""}};
+  shown = {file: asked.file, key: asked.key, url: URL.createObjectURL(new Blob([bytes], {type: "image/jpeg"})), sketch: {...sketch, preview_jpeg: ""},
+           layout: asked.query.get("layout"), patch_mm: Number(asked.query.get("patch_mm"))};
   refused = null;
   if (before) setTimeout(() => URL.revokeObjectURL(before.url), 1000);  // once the page shows the other
 }
@@ -77,14 +84,15 @@ async function smallPicture({file, crop}) {
   canvas.height = Math.max(1, Math.round(part.height * scale));
   const context = canvas.getContext("2d");
   context.imageSmoothingQuality = "high";
+  context.fillStyle = "#fff";  // what is transparent is white to the planner too
+  context.fillRect(0, 0, canvas.width, canvas.height);
   context.drawImage(bitmap, part.x, part.y, part.width, part.height, 0, 0, canvas.width, canvas.height);
   return (await new Promise((done) => canvas.toBlob(done, "image/jpeg", .92))) || file;
 }
 
 // ---- what is seen of it ---------------------------------------------------------------------------------------------
 
-// `layout`, `patch_mm`: that were asked for.
-export function sketchCard(file, layout, patch_mm) {
+export function sketchCard(file) {
   if (!file) return null;
   const mine = shown && shown.file === file ? shown : null;
   const fault = refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
@@ -94,11 +102,11 @@ export function sketchCard(file, layout, patch_mm) {
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
       h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
     fault && h("p.fault", {}, `▲ ${asSentence(fault)} `, button(t("sketch.again"), () => { refused = null; drawNext(); })),
-    mine && figures(mine.sketch, layout, patch_mm),
+    mine && figures(mine),
     h("p.dim", {}, t("sketch.rough")));
 }
 
-const figures = (sketch, layout, patch_mm) => h("div.sketch-figures", {},
+const figures = ({sketch, layout, patch_mm}) => h("div.sketch-figures", {},
   h("p", {}, [`${Math.round(sketch.width_mm)} × ${Math.round(sketch.height_mm)} mm`, t("pieces", {n: sketch.pieces}), t("sketch.likeness", {likeness: sketch.likeness.toFixed(2)}),
               sketch.cutting_s ? t("sketch.minutes", {minutes: Math.max(1, Math.round(sketch.cutting_s / 60))}) : ""].filter(Boolean).join(", ")),
   sketch.layout !== layout && h("p.dim", {}, t("sketch.in_squares")),

@@ -189,7 +189,6 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   cell->database = std::move(*database);
   cell->audit_log_ = std::make_unique<AuditLog>(*cell->database, cell->log);
   cell->task_audit_ = std::make_unique<TaskAudit>(cell->tasks, *cell->audit_log_);
-  cell->go_on_from_before();
   const CellDevices named = cell_devices(*cell->devices.scanner, *cell->devices.camera, config);
   cell->database->set_devices(named);
 
@@ -223,6 +222,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
   notices.data_dir = config.store.data_dir;
   c.notifier_ = std::make_unique<Notifier>(std::move(notices), *c.work_runner, c.log,
                                            [&c](const std::string& outcome) { c.metrics.notice_ended(outcome); });
+  c.go_on_from_before();
   c.proposals = std::make_unique<ScanProposals>(*c.database, c.panel_library, c.log);
   c.scans = std::make_unique<ScanService>(*c.devices.scanner, *c.database, c.panel_library, *c.work_runner,
                                           *c.proposals, c.config);

@@ -86,7 +86,8 @@ void Cell::look_for_alarms() {
   }
   for (const Alarm& alarm : changes.ended)
     audit_log_->write({0, alarm.until, "veneerd", "alarm.returned", alarm.what.sentence});
-  if (changes.any()) alarms_changed();
+  if (changes.any()) return alarms_changed();
+  if (changes.eased) keep_alarms();  // or what gets worse after a restart would be held against what it was
 }
 
 // Whoever asked for it may have gone.

@@ -4,7 +4,7 @@ import {dayTime, t} from "../words.js";
 import {changed, mayDo, model} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, empty, fact, facts, hint} from "../parts.js";
-import {get, signIn, signOut} from "../link.js";
+import {get, kAgainMs, signIn, signOut} from "../link.js";
 
 const kRoles = ["viewer", "operator", "maintainer", "admin"];
 let users = [], tokens = [], loaded = false;
@@ -24,7 +24,10 @@ async function load() {
   try {
     users = (await get("/users")).users;
     tokens = (await get("/tokens")).tokens;
-  } catch (fault) { showRefusal(fault.message); }
+  } catch (fault) {
+    showRefusal(fault.message);
+    setTimeout(() => { loaded = false; changed(); }, kAgainMs);
+  }
   changed();
 }
 

@@ -24,7 +24,7 @@ function followToolpath() {
                    : kPanelStates.includes(state) && !toolpath ? "under way" : toolpathOf;
   if (!key || key === toolpathOf) return;
   toolpathOf = key;
-  get("/bed/toolpath").then((drawn) => { toolpath = drawn; changed(); }, () => setTimeout(() => { if (toolpathOf === key) toolpathOf = ""; }, kAgainMs));
+  get("/bed/toolpath").then((drawn) => { if (toolpathOf === key) { toolpath = drawn; changed(); } }, () => setTimeout(() => { if (toolpathOf === key) toolpathOf = ""; }, kAgainMs));
 }
 
 const path = (kind, lines, closed, more = {}) => svg("path", {class: kind, ...more, d: lines.map((points) => `M${points.map(([x, y]) => `${x} ${y}`).join("L")}${closed ? "Z" : ""}`).join("")});

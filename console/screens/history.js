@@ -28,7 +28,8 @@ function load(id) {
   const wanted = `${id} ${known ? JSON.stringify([known.state, known.cut, known.suspect, known.missing, known.archived]) : ""}`;
   if (version === wanted) return;
   version = wanted;
-  get(`/jobs/${id}`).then((job) => { told = job; changed(); }, (fault) => {
+  get(`/jobs/${id}`).then((job) => { if (version === wanted) { told = job; changed(); } }, (fault) => {
+    if (version !== wanted) return;
     showRefusal(fault.message);
     setTimeout(() => { if (version === wanted) { version = ""; changed(); } }, kAgainMs);
   });

@@ -1,7 +1,7 @@
 // Who did what, newest first.
 import {h} from "../dom.js";
 import {dayTime, t} from "../words.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {changed} from "../model.js";
 import {button, empty} from "../parts.js";
 
@@ -13,7 +13,10 @@ async function load(cursor) {
     entries = cursor ? [...entries, ...page.entries] : page.entries;
     next = page.next;
     fault = "";
-  } catch (error) { fault = error.message; }
+  } catch (error) {
+    fault = error.message;
+    if (!cursor) setTimeout(() => { if (fault) load(null); }, kAgainMs);
+  }
   changed();
 }
 

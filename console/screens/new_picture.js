@@ -5,12 +5,13 @@ import {changed, mayChange, model, operates} from "../model.js";
 import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
-import {get} from "../link.js";
+import {get, kAgainMs} from "../link.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
   file: null, url: "", name: "", size_mm: "190", patch_mm: "14", layout: "grid", wood: new Set(), max_panels: "",
   closer: 0, across: .5, down: .5,  // which part of the picture
+  crop: "",                         // the same as a suggestion says it, where the browser cannot read the picture
   w_intensity: .5, w_edge: .5, w_colour: 0, w_texture: 0, w_hist: .5, w_range: 0, w_detail: 0, w_gamut: 0, optimize: "greedy", refine: false,
 };
 const kWeights = ["intensity", "edge", "colour", "texture", "hist", "range", "detail", "gamut"];
@@ -19,13 +20,16 @@ const begun = [];   // tasks of this tab, the newest first
 let advice = 0;     // the task that looks for advice, or found it
 
 export async function enter() {
-  try { woods = (await get("/materials")).materials.map((one) => one.material || one.name).filter(Boolean); } catch (fault) { woods = []; }
+  try { woods = (await get("/materials")).materials.map((one) => one.material || one.name).filter(Boolean); } catch (fault) { setTimeout(enter, kAgainMs); }
   changed();
 }
 
+// Another panel, or another job's pieces: a sketch of before may promise what is gone.
+const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => `${panel.id} ${panel.free_mm2}`).join();
+
 export function draw() {
-  if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf());
-  const sketch = operates() && sketchCard(wanted.file, wanted.layout, Number(wanted.patch_mm)), rest = [adviceCard(), ...plansCards()];
+  if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
+  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards()];
   // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
   return [
     h("div.columns.picture", {}, h("div.column", {}, formCard(), tasksCard()), h("div.column.wide", {}, sketch || rest)),
@@ -61,7 +65,7 @@ function takeFile(event) {
 
 const kClosest = .7;  // of the picture's sides, left away at most
 
-function takeWhole() { Object.assign(wanted, {closer: 0, across: .5, down: .5}); changed(); }
+function takeWhole() { Object.assign(wanted, {closer: 0, across: .5, down: .5, crop: ""}); changed(); }
 
 // In pixels of the picture; null: all of it, or nobody knows how large it is.
 function cropOf() {
@@ -73,13 +77,16 @@ function cropOf() {
 
 function takeCrop(text) {
   const whole = pictureSize(wanted.file);
-  if (!text || !whole) return takeWhole();
+  takeWhole();
+  if (!text) return;
+  if (!whole) { wanted.crop = text; return; }
   const [x, y, width, height] = text.split(",").map(Number);
   const share = (at, of) => (of > 0 ? Math.min(1, at / of) : .5);
   Object.assign(wanted, {closer: 1 - Math.max(width / whole.width, height / whole.height), across: share(x, whole.width - width), down: share(y, whole.height - height)});
 }
 
 function partControls() {
+  if (wanted.crop) return h("p", {}, `${t("picture.part")}: ${wanted.crop} `, button(t("picture.whole"), takeWhole, {id: "take-whole"}));
   if (!pictureSize(wanted.file)) return null;
   return h("details", {id: "part"}, h("summary", {}, t("picture.part")),
     slider("closer", t("part.closer"), kClosest), slider("across", t("part.across")), slider("down", t("part.down")),
@@ -122,10 +129,11 @@ function sketchQuery() {
   const query = asked();
   query.delete("name");
   for (const choice of ["patch_mm", "layout"]) query.set(choice, wanted[choice]);
+  if (wanted.crop) query.set("crop", wanted.crop);
   return query;
 }
 
-const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, crop.width, crop.height].join(",") : ""; };
+const cropText = () => { const crop = cropOf(); return crop ? [crop.x, crop.y, crop.width, crop.height].join(",") : wanted.crop; };
 
 async function plan(event) {
   event.preventDefault();

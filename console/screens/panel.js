@@ -30,12 +30,12 @@ async function load() {
   shown.version = version;
   try {
     const [panel, allocations, differences] = await Promise.all([get(`/panels/${code(id)}`), askAll(`/panels/${code(id)}/ledger`, "allocations"), askAll(`/panels/${code(id)}/differences`, "differences")]);
-    if (shown.id !== id) return;
+    if (shown.id !== id || shown.version !== version) return;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
     if (shown.piece) look(shown.piece);
   } catch (fault) {
-    if (shown.id !== id) return;
+    if (shown.id !== id || shown.version !== version) return;
     shown.fault = fault.message;
     setTimeout(() => { if (shown.id === id && shown.version === version) { shown.version = ""; changed(); } }, kAgainMs);
   }

@@ -62,7 +62,7 @@ function followWaiting(task) {
   const now = `${task ? task.id + task.state : ""} ${model.cell && model.cell.next_step ? model.cell.next_step.command : ""}`;
   if (now === waitingFor) return;
   waitingFor = now;
-  get("/proposals").then(({proposals}) => { waiting = proposals; changed(); }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
+  get("/proposals").then(({proposals}) => { if (waitingFor === now) { waiting = proposals; changed(); } }, () => setTimeout(() => { if (waitingFor === now) { waitingFor = null; changed(); } }, kAgainMs));
 }
 
 // Its warnings stand beside the button that overrules them, each by its name.

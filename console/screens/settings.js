@@ -13,7 +13,7 @@ let recipes = null, woods = [];
 
 export async function enter() {
   try {
-    [recipes, woods] = await Promise.all([get("/recipes"), get("/materials").then(({materials}) => materials.map((one) => one.material || one.name).filter(Boolean), () => [])]);
+    [recipes, woods] = await Promise.all([get("/recipes"), get("/materials").then(({materials}) => materials.map((one) => one.material || one.name).filter(Boolean))]);
   } catch (fault) {
     recipes = null;
     setTimeout(() => { if (!recipes) enter(); }, kAgainMs);

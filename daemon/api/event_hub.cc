@@ -79,8 +79,12 @@ void EventHub::join(const std::shared_ptr<EventClient>& client, const std::optio
   clients_.insert(client);
   const bool resumed = seen && is_kept_since(*seen);
   const std::int64_t from = resumed ? seen->seq : last_seq_;
-  client->send(std::make_shared<const std::string>(
-      event_text({{"type", "hello"}, {"schema_version", 1}, {"life", life_}, {"seq", from}, {"resumed", resumed}})));
+  client->send(std::make_shared<const std::string>(event_text({{"type", "hello"},
+                                                               {"schema_version", 1},
+                                                               {"life", life_},
+                                                               {"seq", from},
+                                                               {"newest", last_seq_},
+                                                               {"resumed", resumed}})));
   for (const Kept& event : kept_)
     if (event.seq > from) client->send(event.message);
 }

@@ -364,7 +364,7 @@ void HttpConnection::handle() {
     self->gone_.request_stop();  // what waits for it is in vain now
     self->take_reply(number, ApiReply::error(Error{ErrorCode::kTimeout, "the daemon has no answer yet: ask again"}));
   });
-  if (message.method() == http::verb::get) notice_departure();
+  if (!match_.route->changes) notice_departure();
   run_handler(request);
 }
 
@@ -372,13 +372,14 @@ void HttpConnection::handle() {
 void HttpConnection::run_handler(const ApiRequest& request) {
   // Copied: the handler may bind further routes.
   const Handler handler = match_.route->handler;
+  const bool changes = match_.route->changes;
   const auto slot = std::make_shared<ReplySlot>(weak_from_this(), stream_.get_executor(), request_number_);
   try {
     handler(request, [slot](ApiReply reply) { slot->send(std::move(reply)); });
   } catch (...) {
     const Error thrown = error_of_exception();
     shared_->log->error("{} {} of {}: {}", request.method, request.path, request.caller.who, thrown.message);
-    if (request.method != "GET" && shared_->options.on_broken_change)
+    if (changes && shared_->options.on_broken_change)
       shared_->options.on_broken_change(request.method + " " + request.path + ": " + thrown.message);
     slot->send(ApiReply::error(thrown));
   }

@@ -124,17 +124,19 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
 void Router::bind(std::string_view operation_id, Handler handler) {
   const ApiOperation* operation = find_operation(operation_id);
   if (!operation) std::abort();
-  if (operation->method != "GET" && !operation->asks) handler = noted(*operation, changes_, std::move(handler));
+  const bool changes = operation->method != "GET" && !operation->asks;
+  if (changes) handler = noted(*operation, changes_, std::move(handler));
   add(operation->method, operation->pattern, operation->role, strict(*operation, std::move(handler)),
       max_body(operation->takes));
+  routes_.back().changes = changes;
 }
 
 void Router::add(std::string_view method, std::string_view pattern, Role role, Handler handler, std::size_t max_body) {
   const bool taken = std::ranges::any_of(
       routes_, [&](const Route& route) { return route.method == method && route.pattern == pattern; });
   if (taken || !handler) std::abort();
-  routes_.push_back(
-      {std::string(method), std::string(pattern), split_pattern(pattern), role, max_body, std::move(handler)});
+  routes_.push_back({std::string(method), std::string(pattern), split_pattern(pattern), role, max_body,
+                     std::move(handler), method != "GET"});
 }
 
 Router::Match Router::match(std::string_view method, std::string_view target) const {

@@ -23,6 +23,7 @@ class Router {
     Role role = Role::kAdmin;
     std::size_t max_body = kNoBody;
     Handler handler;
+    bool changes = true;  // false: it only asks, whatever its method
   };
   struct Match {
     const Route* route = nullptr;  // nullptr: see `refusal`

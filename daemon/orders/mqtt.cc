@@ -38,10 +38,15 @@ Status publish_by_mqtt(const PublishByMqtt& order) {
             ErrorCode::kInvalidArgument,
             fmt::format("{} has no password in its first line, or veneerd may not read it", order.password_file)};
     }
-    mosquitto_username_pw_set(client.get(), order.user.c_str(),
-                              order.password_file.empty() ? nullptr : password.c_str());
+    const int named = mosquitto_username_pw_set(client.get(), order.user.c_str(),
+                                                order.password_file.empty() ? nullptr : password.c_str());
+    if (named != MOSQ_ERR_SUCCESS) return mqtt_error(order, mosquitto_strerror(named));
   }
-  if (order.tls) mosquitto_tls_set(client.get(), nullptr, "/etc/ssl/certs", nullptr, nullptr, nullptr);
+  // Without it a password would go in the clear.
+  if (order.tls)
+    if (const int safe = mosquitto_tls_set(client.get(), nullptr, "/etc/ssl/certs", nullptr, nullptr, nullptr);
+        safe != MOSQ_ERR_SUCCESS)
+      return mqtt_error(order, mosquitto_strerror(safe));
   mosquitto_connect_callback_set(client.get(),
                                  [](mosquitto*, void* told, int answer) { static_cast<Said*>(told)->answer = answer; });
   mosquitto_publish_callback_set(client.get(),

@@ -78,6 +78,7 @@ AlarmBook::Changes AlarmBook::take(const std::vector<AlarmCondition>& conditions
     const auto still = std::ranges::find(conditions, alarm.what.key, &AlarmCondition::key);
     const bool is_there = still != conditions.end();
     if (is_there && !is_worse(*still, alarm.what)) {
+      changes.eased = changes.eased || is_worse(alarm.what, *still);
       alarm.what = shortened(*still);
       continue;
     }

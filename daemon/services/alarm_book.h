@@ -47,6 +47,7 @@ class AlarmBook {
 
   struct Changes {
     std::vector<Alarm> begun, ended;
+    bool eased = false;  // one that goes on is of fewer things, or no longer urgent
     bool any() const { return !begun.empty() || !ended.empty(); }
   };
   // All that holds at `now`. What was told of before is the same alarm while its key is there; its sentence may change.

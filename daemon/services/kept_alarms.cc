@@ -49,7 +49,7 @@ std::optional<AlarmBook> book_from_json(const json& kept) {
     if (kept.at("format") != kBookFormat) return std::nullopt;
     std::deque<Alarm> alarms;
     for (const json& one : kept.at("alarms")) alarms.push_back(alarm_from_json(one));
-    return AlarmBook(kept.at("last_id"), std::move(alarms));
+    return AlarmBook(kept.at("last_id").get<std::int64_t>() + kAlarmsSkipped, std::move(alarms));
   } catch (const json::exception&) {
     return std::nullopt;
   }

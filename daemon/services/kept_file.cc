@@ -29,7 +29,13 @@ struct KeptFile::State {
     if (!written && !std::exchange(failed, true))
       log->warn("{} is not written, and what it keeps is lost with the daemon's end: {}", file.filename().string(),
                 written.error().message);
-    if (written) failed = false;
+    if (written) {
+      failed = false;
+    } else {
+      // What it was some time ago would be believed after a restart: better nothing.
+      std::error_code gone;
+      std::filesystem::remove(file, gone);
+    }
   }
 };
 

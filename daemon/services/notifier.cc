@@ -101,7 +101,10 @@ struct Notifier::Shared {
     work.devices.emplace();  // the network, and no device
     work.deadline = options.deadline;
     const auto done = have_done<Delivered>(workers, std::move(work), order, {}, stop.get_token());
-    return done ? Ok() : Status(done.error());
+    if (done) return Ok();
+    if (done.error().code != ErrorCode::kTimeout) return done.error();
+    return Error{ErrorCode::kUnavailable, fmt::format("no answer within {} s: look whether it runs",
+                                                      std::chrono::duration<double>(options.deadline).count())};
   }
 
   // False when it is to be given up: the daemon ends.
@@ -166,10 +169,12 @@ void Notifier::try_all(TaskReporter reporter) {
 
 void Notifier::tell(Notice notice) {
   if (!worker_) return;
-  const bool taken =
-      worker_->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, notice = std::move(notice)] {
-        if (!shared->stop.stop_requested()) shared->deliver(notice);
-      });
+  const NotifierOptions& options = shared_->options;
+  const bool needs_somebody = notice.urgent || notice.what == Notice::What::kOperatorNeeded;
+  const WaitingRoom room{options.most_waiting + (needs_somebody ? options.more_for_urgent : 0)};
+  const bool taken = worker_->try_post(room, [shared = shared_, notice = std::move(notice)] {
+    if (!shared->stop.stop_requested()) shared->deliver(notice);
+  });
   if (!taken) shared_->on_outcome("dropped");
 }
 

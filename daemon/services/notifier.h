@@ -37,6 +37,7 @@ struct NotifierOptions {
   NotifyConfig to;
   std::filesystem::path data_dir;              // for the workers' folders
   std::size_t most_waiting = 32;               // notices
+  std::size_t more_for_urgent = 8;             // of them, and of those that need an operator
   std::chrono::milliseconds deadline{10'000};  // of one try
   std::vector<std::chrono::milliseconds> pauses = {std::chrono::seconds(5),
                                                    std::chrono::seconds(30)};  // before it is tried again

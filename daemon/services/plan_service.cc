@@ -348,11 +348,18 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                     std::move(today->stock.recipes),
                     library_.index_dir().string()};
   wanted.wood.index_dir.clear();  // what is kept of used-up wood spares decoding its mask
-  const auto bytes = std::as_bytes(std::span(request.picture.text()));
-  if (const Status written = write_whole(wanted.picture, bytes); !written) return written.error();
+  // Not write_whole(): several come a second, and none is worth a sync of the disk that the ledger needs.
+  const std::string_view bytes = request.picture.text();
+  std::ofstream picture(wanted.picture, std::ios::binary);
+  if (!picture.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+    return Error{ErrorCode::kStorage, "a sketch's picture cannot be kept: make room on the disk"};
   auto drawn = have_done<SketchDrawn>(
       workers_, std::move(order), wanted, [](double, const std::string&) {}, stop);
   if (drawn) drawn->left_out = left_out(today->stock);
+  if (!drawn && drawn.error().code == ErrorCode::kTimeout)
+    return Error{ErrorCode::kTimeout, fmt::format("the sketch took longer than {} s: ask again, since what was read of "
+                                                  "the wood is kept",
+                                                  kSketchLimit.count())};
   return drawn;
 }
 

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kFormat = "veneer shortlist index 1";
 constexpr const char* kSuffix = ".index";
+constexpr std::chrono::hours kLongestWrite{1};
 constexpr std::size_t kAtOnce = 4 << 20;  // bytes read or written between looks for a stop
 
 // The first line of a file: everything that must be as expected before its bytes are believed.
@@ -131,8 +132,13 @@ void IndexCache::remove_entries(const std::function<bool(const std::string& pane
     // Only what entry_name() made, and nothing else that may lie here.
     const std::string file = it->path().filename().string();
     std::smatch parts;
-    static const std::regex kEntry("(.*)-[0-9]+-[0-9]+\\.index");
-    if (std::regex_match(file, parts, kEntry) && unwanted(parts[1])) gone.push_back(it->path());
+    static const std::regex kEntry("(.*)-[0-9]+-[0-9]+\\.index(\\.[0-9]+)?");
+    if (!std::regex_match(file, parts, kEntry)) continue;
+    std::error_code unknown;
+    // Whoever began to write it was killed, or it would have its name by now.
+    const bool left =
+        parts[2].matched && fs::file_time_type::clock::now() - fs::last_write_time(it->path(), unknown) > kLongestWrite;
+    if (left || (!parts[2].matched && unwanted(parts[1]))) gone.push_back(it->path());
   }
   for (const fs::path& file : gone) fs::remove(file, failed);
 }

@@ -160,6 +160,21 @@ TEST(KerfMeter, MeasuresThroughOpticsThatAreDrawnFinerThanThePixels) {
   std::cout << "finer optics: " << kerf->mean.count() << " +- " << kerf->spread.count() << "\n";
 }
 
+// At the edges the blur is seen, be it half of what is usual or twice as much.
+TEST(KerfMeter, MeasuresOnSharperAndSofterScannersThanUsual) {
+  ScanScene fine;
+  fine.dpi = 600, fine.glass_from_machine = turned(1.7, false), fine.kerf = 0.28;
+  const auto sharp = measure_kerf(scan_of(fine), ScanResolution::from_dpi(600), kerf_lines());
+  ASSERT_TRUE(sharp.ok()) << sharp.error().message;
+  EXPECT_NEAR(sharp->mean.count(), 0.28, 0.004);
+  ScanScene dull;
+  dull.psf_px = 1.1, dull.glass_from_machine = turned(1.7, false), dull.kerf = 0.28;
+  const auto soft = measure_kerf(scan_of(dull), ScanResolution::from_dpi(300), kerf_lines());
+  ASSERT_TRUE(soft.ok()) << soft.error().message;
+  EXPECT_NEAR(soft->mean.count(), 0.28, 0.015);
+  std::cout << "600 dpi: " << sharp->mean.count() << ", soft: " << soft->mean.count() << "\n";
+}
+
 TEST(KerfMeter, DoesNotMistakeADimLidOrABrownRimForWidth) {
   for (const bool harsh : {false, true}) {
     ScanScene scene;

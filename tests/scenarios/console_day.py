@@ -77,15 +77,12 @@ class Day:
     def let_go(self):
         self.browser.execute_script("window.letGo()")
 
-    def lose_one(self, part):
-        """The next thing that the page asks for at a path with this in it is lost."""
+    def lose(self, part):
+        """What the page asks for at a path with this in it is lost until let_go()."""
         self.browser.execute_script("""
             const fetch = window.fetch, part = arguments[0];
-            window.fetch = (path, ...more) => {
-              if (!String(path).includes(part)) return fetch(path, ...more);
-              window.fetch = fetch;
-              return Promise.reject(new TypeError("lost"));
-            };""", part)
+            window.letGo = () => { window.fetch = fetch; };
+            window.fetch = (path, ...more) => String(path).includes(part) ? Promise.reject(new TypeError("lost")) : fetch(path, ...more);""", part)
 
     # ---- what is looked at later
 
@@ -137,9 +134,10 @@ class Day:
 
     def look_at_the_wood(self):
         self.go("panels")
-        self.lose_one("/panels/P-0001/ledger")
+        self.lose("/panels/P-0001/ledger")
         self.press('.panel[href="#panels/P-0001"]')
-        self.until_says("main", "The cell does not answer")  # and is asked again
+        self.until_says("main", "The cell does not answer")
+        self.let_go()  # it is asked again
         self.until("the map", lambda: self.browser.execute_script(
             "const scan = document.querySelector('.map img.leaflet-image-layer'); return scan && scan.naturalWidth > 0"))
         self.press("details[data-key=pieces] summary")

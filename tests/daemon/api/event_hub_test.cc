@@ -87,9 +87,10 @@ TEST(EventHub, WhoComesBackIsSentWhatHeMissedAndNoStatusThatIsVoid) {
   const nlohmann::json welcome = again.next();
   EXPECT_EQ(welcome["resumed"], true) << welcome;
   EXPECT_EQ(welcome["seq"], seen);
+  EXPECT_EQ(welcome["newest"], seen + 3) << "so that the page knows what is of an earlier time";
   EXPECT_EQ(again.next()["job"], 2);
   const nlohmann::json last = again.next();
-  EXPECT_EQ(last["panel"], "P-0001") << "what the next status makes void is not sent again";
+  EXPECT_EQ(last["panel"], "P-0001") << "statuses are not sent again: whoever comes back asks for it";
   EXPECT_EQ(last["seq"], seen + 3);
 }
 

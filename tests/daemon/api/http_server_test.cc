@@ -223,9 +223,11 @@ TEST(HttpServer, AHandlerThatThrowsCostsItsRequestAndAChangeThatDidIsToldOf) {
   ApiServer server(options, {}, [](Router& router) {
     router.bind("scan", [](const ApiRequest&, const Reply&) { throw std::runtime_error("a bug"); });
     router.bind("listPanels", [](const ApiRequest&, const Reply&) { throw std::bad_alloc(); });
+    router.bind("sketchPlan", [](const ApiRequest&, const Reply&) { throw std::runtime_error("a bug"); });
   });
   auto probe = HttpProbe::over_unix(server.socket());
   EXPECT_EQ(probe.ask("GET /api/v1/panels HTTP/1.1\r\nHost: x\r\n\r\n").status, 503) << "there may be memory later";
+  EXPECT_EQ(probe.ask(post("/api/v1/plans/sketch?size_mm=50", "a picture")).status, 500);
   EXPECT_EQ(server.on_reactor([&] { return broken.size(); }), 0U) << "who only asks breaks nothing";
   const auto answer = probe.ask(post("/api/v1/scans", ""));
   EXPECT_EQ(answer.status, 500);

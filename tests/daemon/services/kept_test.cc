@@ -38,7 +38,20 @@ TEST(KeptAlarms, AreTheSameAfterARestartAndSeenByWhomTheyWere) {
   const auto changes = after->take({{"suspect 3", false, "3 pieces", 3}}, kAfter);
   EXPECT_THAT(changes.ended, SizeIs(2)) << "the abort is over, and two suspects are three";
   ASSERT_THAT(changes.begun, SizeIs(1));
-  EXPECT_EQ(changes.begun[0].id, 4) << "numbers go on";
+  EXPECT_EQ(changes.begun[0].id, 4 + kAlarmsSkipped) << "no number is given twice, of one that was not written either";
+}
+
+// Of 12 pieces 10 were settled and 3 more became suspect while nobody looked: that is worse than what was left.
+TEST(KeptAlarms, WhatEasedIsToBeWrittenToo) {
+  AlarmBook book;
+  book.take({{"suspect 3", false, "12 pieces", 12}}, kBefore);
+  ASSERT_TRUE(book.acknowledge(1, "user anna", kBefore).ok());
+  EXPECT_FALSE(book.take({{"suspect 3", false, "12 pieces", 12}}, kBefore).eased);
+  const auto changes = book.take({{"suspect 3", false, "2 pieces", 2}}, kBefore);
+  EXPECT_TRUE(changes.eased);
+  EXPECT_FALSE(changes.any()) << "nobody has to look again";
+  auto after = book_from_json(book_to_json(book));
+  EXPECT_THAT(after->take({{"suspect 3", false, "5 pieces", 5}}, kAfter).begun, SizeIs(1));
 }
 
 TEST(KeptAlarms, OfAnotherFormatAreNone) {
@@ -92,7 +105,8 @@ TEST_F(KeptTasksTest, WhatCameOfThemIsToldAfterARestart) {
   EXPECT_EQ(after->find(other.id())->error->code, ErrorCode::kRefused);
   EXPECT_TRUE(after->find(long_one.id())->shortened);
   EXPECT_EQ(json::parse(after->find(long_one.id())->result->json), json({{"best", "crop 2"}}));
-  EXPECT_GT(after->start("scan", "").id(), long_one.id()) << "nobody waits for a task and is told of another one";
+  EXPECT_EQ(after->start("scan", "").id(), kept->last_id + TaskRegistry::kSkipped + 1)
+      << "nobody waits for a task and is told of another one";
 }
 
 TEST(KeptFile, HoldsTheNewestAndAnUnreadableOneIsNone) {
@@ -106,6 +120,25 @@ TEST(KeptFile, HoldsTheNewestAndAnUnreadableOneIsNone) {
   EXPECT_EQ(file.read(), json({{"number", 99}}));
   std::ofstream(folder.path() / "kept.json") << "{\"num";
   EXPECT_TRUE(file.read().is_null());
+}
+
+// What it was some days ago says nothing of today.
+TEST(KeptFile, IsGoneWhenTheNewestCouldNotBeWritten) {
+  testing::TempDirectory folder;
+  const auto place = folder.path() / "kept.json";
+  KeptFile file(place, make_null_logger());
+  {
+    Worker worker("keeper");
+    file.write(worker, [] { return json{{"number", 1}}; });
+  }
+  EXPECT_FALSE(file.read().is_null());
+  std::filesystem::remove(place);
+  std::filesystem::create_directory(place);  // nothing can be written over a folder
+  {
+    Worker worker("keeper");
+    file.write(worker, [] { return json{{"number", 2}}; });
+  }
+  EXPECT_FALSE(std::filesystem::exists(place));
 }
 
 }  // namespace

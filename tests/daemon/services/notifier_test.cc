@@ -224,7 +224,9 @@ TEST_F(NotifierTest, ATryTellsWhetherItCame) {
 }
 
 TEST_F(NotifierTest, WithoutAnAddressNothingIsBegun) {
-  notifier()->tell(job_done());
+  const auto none = notifier();
+  EXPECT_FALSE(none->names_somebody());
+  none->tell(job_done());
   EXPECT_TRUE(outcomes_.empty());
 }
 

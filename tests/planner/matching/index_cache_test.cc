@@ -100,6 +100,9 @@ TEST_F(IndexCacheTest, DropsThePanelsThatAreGoneAndNothingElse) {
     for (int rotation : {0, 11})
       ASSERT_TRUE(cache->store(IndexCache::entry_name(panel, 0, rotation), "key", stored.parts()).ok());
   std::ofstream(directory / "cache" / "notes-1-2.txt") << "not an entry";
+  const auto left = directory / "cache" / "P-1-2-0-0.index.77", fresh = directory / "cache" / "P-1-2-0-0.index.78";
+  for (const auto& file : {left, fresh}) std::ofstream(file) << "half of it";
+  fs::last_write_time(left, fs::file_time_type::clock::now() - std::chrono::hours(2));
   const auto is_kept = [&](const char* panel) {
     const bool first = *cache->load(IndexCache::entry_name(panel, 0, 0), "key", loaded.parts());
     EXPECT_EQ(*cache->load(IndexCache::entry_name(panel, 0, 11), "key", loaded.parts()), first);
@@ -112,6 +115,8 @@ TEST_F(IndexCacheTest, DropsThePanelsThatAreGoneAndNothingElse) {
   EXPECT_FALSE(is_kept("P-12"));
   EXPECT_TRUE(is_kept("P-1-2") && is_kept("Q/3"));
   EXPECT_TRUE(fs::exists(directory / "cache" / "notes-1-2.txt"));
+  EXPECT_FALSE(fs::exists(left)) << "of somebody who was killed";
+  EXPECT_TRUE(fs::exists(fresh)) << "somebody may be writing it";
   EXPECT_TRUE(*cache->load("a panel/1", "key", loaded.parts())) << "not named like the entry of a panel";
 }
 
