@@ -32,6 +32,8 @@ constexpr double kUnbroken = 0.5;         // of a hair's length, where its middl
 constexpr std::size_t kFew = 3;           // lines of a strip that may be hairs; more of them are figure
 constexpr double kLonger = 2;             // times the figure's lines
 constexpr double kHairBlur = 0.3;         // mm beside a hair's middle that show it
+constexpr double kBeside = 0.5;           // mm from a hair's middle to wood that it does not reach
+constexpr double kOneSided = 1;           // times a line's depth, by which the wood on both sides of a hair may differ
 
 // Lines by the second derivatives across them (Steger 1998), averaged along each line: what a hair shows all its length
 // grain and noise show here and there. Only on the lines' middles, where the derivative is greatest across them.
@@ -161,10 +163,10 @@ cv::Mat strength_around(const Ridges& ridges, const cv::Mat& wood, double px) {
 }
 
 // What is followed of lines across the grain that stand out: 1 is the threshold; CV_32FC1, 0 elsewhere.
-cv::Mat bold_lines(const BoardView& view, const Ridges& ridges, const cv::Mat& strips, const cv::Mat& wood) {
+cv::Mat bold_lines(const BoardView& view, const Ridges& ridges, const std::array<double, 256>& grain,
+                   const cv::Mat& strips, const cv::Mat& wood) {
   const Usual usual = usual_strengths(ridges, strips, wood);
   const cv::Mat around = strength_around(ridges, wood, view.px_per_mm);
-  const std::array<double, 256> grain = grain_directions(view.planes[0], strips, wood);
   cv::Mat bold = cv::Mat::zeros(wood.size(), CV_32FC1);
   for (int r = 0; r < wood.rows; ++r)
     for (int c = 0; c < wood.cols; ++c) {
@@ -180,13 +182,33 @@ cv::Mat bold_lines(const BoardView& view, const Ridges& ridges, const cv::Mat& s
   return bold;
 }
 
+// The wood beside a place of a line, on the side that lies along the grain and on the other; the line itself.
+struct Profile {
+  double here, ahead, behind;
+};
+
+Profile profile_at(const cv::Mat& plane, cv::Point at, double direction, double grain, double px) {
+  cv::Point2d across(-std::sin(direction), std::cos(direction));
+  // The same side all along a line, however it bends: it never runs along the grain.
+  if (across.dot(cv::Point2d(std::cos(grain), std::sin(grain))) < 0) across = -across;
+  const auto tone = [&](double mm) {
+    const int x = std::clamp(cvRound(at.x + mm * px * across.x), 0, plane.cols - 1);
+    const int y = std::clamp(cvRound(at.y + mm * px * across.y), 0, plane.rows - 1);
+    return static_cast<double>(plane.at<float>(y, x));
+  };
+  return {tone(0), tone(kBeside), tone(-kBeside)};
+}
+
 struct Line {
   int places = 0, clear = 0, at_side = 0;
+  double one_sided = 0, depth = 0;  // sums over its places
   std::uint8_t strip = 0;
   cv::Point low{1 << 30, 1 << 30}, high{-1, -1};
 
   double reach() const { return places > 0 ? std::hypot(high.x - low.x, high.y - low.y) : 0; }
   bool is_clear() const { return places > kUnbroken * reach() && clear > kClearShare * places && 2 * at_side < places; }
+  // The rim of something wide, an arch of the figure: a hair has the same wood on both sides.
+  bool is_step() const { return std::abs(one_sided) > kOneSided * std::abs(depth); }
 };
 
 // How long a line of each strip must be, px: much longer than what the strip's figure shows many times.
@@ -211,7 +233,9 @@ GlassDust find_glass_dust(const BoardView& view, const cv::Mat& strips, const cv
   out.mask = cv::Mat::zeros(strips.size(), CV_8UC1);
   cv::Mat wood = (strips > 0) & ~known, joined, labels, from_side;
   cv::erode(wood, wood, round_kernel(kBesideRims * px));
-  const cv::Mat bold = bold_lines(view, find_ridges(view.planes[0], px), strips, wood);
+  const Ridges ridges = find_ridges(view.planes[0], px);
+  const std::array<double, 256> grain = grain_directions(view.planes[0], strips, wood);
+  const cv::Mat bold = bold_lines(view, ridges, grain, strips, wood);
   cv::dilate(bold > 0, joined, round_kernel(kBroken * px));
   cv::distanceTransform(strips, from_side, cv::DIST_L2, 3);
   std::vector<Line> lines(static_cast<std::size_t>(cv::connectedComponents(joined, labels, 8)));
@@ -224,6 +248,8 @@ GlassDust find_glass_dust(const BoardView& view, const cv::Mat& strips, const cv
       // Along a strip's side lie the side itself, where it was found wrongly, and its shade.
       line.at_side += from_side.at<float>(r, c) < kSideReach * px ? 1 : 0;
       line.strip = strips.at<std::uint8_t>(r, c);
+      const Profile seen = profile_at(view.planes[0], {c, r}, ridges.direction.at<float>(r, c), grain[line.strip], px);
+      line.one_sided += seen.ahead - seen.behind, line.depth += seen.here - (seen.ahead + seen.behind) / 2;
       line.low.x = std::min(line.low.x, c), line.low.y = std::min(line.low.y, r);
       line.high.x = std::max(line.high.x, c), line.high.y = std::max(line.high.y, r);
     }
@@ -231,7 +257,7 @@ GlassDust find_glass_dust(const BoardView& view, const cv::Mat& strips, const cv
   std::vector<std::uint8_t> is_hair(lines.size(), 0);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const Line& line = lines[i];
-    if (line.reach() < least[line.strip] || !line.is_clear()) continue;
+    if (line.reach() < least[line.strip] || !line.is_clear() || line.is_step()) continue;
     is_hair[i] = 255;
     out.hairs.push_back({cv::Point2d(line.low + line.high) * 0.5 + cv::Point2d(0.5, 0.5), line.reach()});
   }

@@ -71,6 +71,22 @@ TEST_F(GlassDust, TakesNoCrackAlongTheGrainForAHair) {
   EXPECT_TRUE(look().hairs.empty());
 }
 
+// The wood of a plain-sawn log shows arches: sharp on their outer side, and fading into the wood on the inner one.
+TEST_F(GlassDust, TakesNoPeakOfAFigureForAHair) {
+  lay(drawn::kOak, 0.05);
+  const double px = drawn::kPxPerMm;
+  for (int r = 0; r < map_.bgr.rows; ++r)
+    for (int c = 0; c < map_.bgr.cols; ++c) {
+      const double x = c / px - 45, y = r / px - 25;  // mm from the arch's top; grain runs along the longer side, x
+      const double inside = x - 0.12 * y * y;         // mm from its outer side
+      if (std::abs(y) > 12 || inside < 0 || x > 25) continue;
+      const double dark = 0.75 * std::exp(-inside / 3);
+      auto& pixel = map_.bgr.at<cv::Vec3b>(r, c);
+      pixel = pixel * (1 - dark);
+    }
+  EXPECT_TRUE(look().hairs.empty());
+}
+
 TEST_F(GlassDust, LeavesTheRimsOfWhatIsKnownAlone) {
   lay(drawn::kOak, 0.05);
   put_disc(map_, {45, 30}, 7, {17, 17, 17});
