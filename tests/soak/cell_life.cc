@@ -78,7 +78,9 @@ class CellLife {
       stock[id] = {sheet, 200, 140};
       panels_.push_back(id);
     }
-    if (panels_.empty()) return Error{ErrorCode::kNotFound, "no panel could be scanned"};
+    if (10 * static_cast<int>(panels_.size()) < 9 * plan_.panels)
+      return Error{ErrorCode::kNotFound,
+                   fmt::format("only {} of {} panels could be scanned", panels_.size(), plan_.panels)};
     jobs_.resume(stock, {1});
     fmt::print("{} panels\n{:>6} {:>8} {:>8} {:>8}  MB\n", panels_.size(), "jobs", "resident", "own", "free cm2");
     return Ok();
@@ -109,14 +111,24 @@ class CellLife {
             {"made_again", again_},   {"scans", scans_},
             {"samples_mb", samples_}, {"own_mb_per_100_jobs", 100 * slope(later)}};
   }
-  // 30 MB are what a life as long as the soak's may gain.
-  bool level() const {
-    if (samples_.size() < 5) return true;
-    const double young = samples_[samples_.size() / 4].second;
-    return samples_.back().second < young + 30;
+  // What was lived is enough to be judged, and the memory was level. 30 MB are what a life as long as the soak's may
+  // gain.
+  Status judged() const {
+    if (samples_.size() < 5)
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{} looks at the memory in {} jobs are too few: choose more jobs, or a smaller --every",
+                               samples_.size(), done_)};
+    if (done_ < plan_.jobs && free_ > kUsedUp * free_at_first_)
+      return Error{ErrorCode::kInternal,
+                   fmt::format("no plan was to be had although {:.0f} of {:.0f} mm2 are free", free_, free_at_first_)};
+    const double young = samples_[samples_.size() / 4].second, old = samples_.back().second;
+    if (old < young + 30) return Ok();
+    return Error{ErrorCode::kInternal, fmt::format("the daemon's memory grew from {:.0f} to {:.0f} MB", young, old)};
   }
 
  private:
+  static constexpr double kUsedUp = 0.35;  // of the wood: squares of 12 mm leave the rest between them
+
   unsigned below(unsigned limit) { return static_cast<unsigned>(random_() % limit); }
   void forget_captures() const {
     for (const auto& capture : fs::directory_iterator(cell_.twin_dir() / "captures")) fs::remove(capture);
@@ -152,7 +164,7 @@ class CellLife {
          {std::pair(below(3) == 0 ? 12.0 : 24.0, some), std::pair(12.0, some), std::pair(12.0, panels_)}) {
       const auto job = plan_of(size, panels);
       if (job) return std::optional(*job);
-      if (job.error().message.find("wood") == std::string::npos) return job.error();
+      if (job.error().code != ErrorCode::kRefused) return job.error();
       ++refused_;
     }
     return std::optional<std::int64_t>();
@@ -185,6 +197,7 @@ class CellLife {
     const auto redone = cell_.api().post_and_wait(fmt::format("/jobs/{}/redo", job),
                                                   {{"pieces", json::array({(*pieces)["pieces"][0]["mark"]})}});
     if (!redone) {
+      if (redone.error().code != ErrorCode::kRefused) return redone.error();
       ++refused_;
       return Ok();
     }
@@ -226,6 +239,8 @@ class CellLife {
     if (!panels) return panels.error();
     double free = 0;
     for (const auto& panel : (*panels)["panels"]) free += panel.value("free_mm2", 0.0);
+    free_ = free;
+    if (samples_.empty()) free_at_first_ = free;
     const Memory memory = memory_of(cell_.daemon_pid());
     const int jobs = samples_.empty() ? 0 : done_ + 1;
     samples_.emplace_back(jobs, memory.own_mb);
@@ -241,6 +256,7 @@ class CellLife {
   Story jobs_;
   std::vector<std::string> panels_;
   std::vector<std::pair<double, double>> samples_;  // jobs, own memory in MB
+  double free_ = 0, free_at_first_ = 0;             // mm2 of all panels
   int done_ = 0, cut_ = 0, refused_ = 0, cancelled_ = 0, again_ = 0, scans_ = 0;
 };
 
@@ -277,7 +293,7 @@ int main(int argc, char** argv) {
       figures["jobs"].get<int>(), figures["pieces_cut"].get<int>(), figures["cancelled"].get<int>(),
       figures["refused"].get<int>(), figures["made_again"].get<int>(), figures["scans"].get<int>(),
       figures["own_mb_per_100_jobs"].get<double>());
+  if (lived) lived = life.judged();
   if (!lived) fmt::print(stderr, "{}\n", lived.error().message);
-  if (!life.level()) fmt::print(stderr, "the daemon's memory grew\n");
-  return lived && life.level() ? 0 : 1;
+  return lived ? 0 : 1;
 }
