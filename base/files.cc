@@ -66,6 +66,27 @@ int pour(int in, int out) {
 
 }  // namespace
 
+std::optional<std::string> read_whole(const fs::path& file) {
+  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return std::nullopt;
+  // A pipe has no size, and a file may grow meanwhile: the size only says how much room to make at first.
+  constexpr std::size_t kLeastRoom = 4096;
+  struct stat what {};
+  const bool sized = ::fstat(fd, &what) == 0 && S_ISREG(what.st_mode) && what.st_size > 0;
+  std::string bytes(sized ? static_cast<std::size_t>(what.st_size) + 1 : kLeastRoom, '\0');
+  std::size_t filled = 0;
+  ssize_t n = 0;
+  do {
+    if (filled == bytes.size()) bytes.resize(2 * bytes.size());
+    n = ::read(fd, bytes.data() + filled, bytes.size() - filled);
+    if (n > 0) filled += static_cast<std::size_t>(n);
+  } while (n > 0 || (n < 0 && errno == EINTR));
+  ::close(fd);
+  if (n < 0) return std::nullopt;
+  bytes.resize(filled);
+  return bytes;
+}
+
 std::optional<Error> disk_refuses(const fs::path& file) {
   constexpr std::uint64_t kNothingLeft = 64 << 10;  // what an allocation unit or a journal may still leave free
   fs::path at = file;

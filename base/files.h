@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "base/result.h"
 
@@ -15,6 +16,10 @@ namespace veneer {
 std::optional<Error> disk_refuses(const std::filesystem::path& file);
 // kStorage: what its disk tells, or else that room or access is lacking.
 Error cannot_write(const std::filesystem::path& file);
+
+// All bytes of a file or pipe; empty if it has none. nullopt when it is not there, is a folder, or cannot be read to
+// its end: what that means, and what to do, only the caller can say.
+std::optional<std::string> read_whole(const std::filesystem::path& file);
 
 // Writes a temporary file beside `file`, syncs it, renames it and syncs the folders that name it: when this returns
 // Ok(), the file survives a power cut; until then an earlier one of that name stays. Makes missing folders.

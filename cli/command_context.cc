@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <utility>
 
+#include "base/files.h"
 #include "cli/json_read.h"
 #include "cli/progress.h"
 #include "cli/sign_ins.h"
@@ -100,15 +100,14 @@ Result<std::string> read_file(const std::string& path) {
   if (std::filesystem::is_directory(path, fault)) {
     return Error{ErrorCode::kInvalidArgument, path + " is a folder: give a file"};
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
+  auto bytes = read_whole(path);
+  if (!bytes) {
     const bool there = std::filesystem::exists(path, fault);
     return Error{there ? ErrorCode::kInvalidArgument : ErrorCode::kNotFound,
                  there ? path + " cannot be read: check its permissions" : "there is no file " + path};
   }
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (bytes.empty()) return Error{ErrorCode::kInvalidArgument, path + " is empty"};
-  return bytes;
+  if (bytes->empty()) return Error{ErrorCode::kInvalidArgument, path + " is empty"};
+  return *std::move(bytes);
 }
 
 Status write_file(const std::string& path, const std::string& bytes) {

@@ -47,7 +47,7 @@ Result<std::string> ask_password(const std::string& prompt) {
 }
 
 Result<std::string> ask_new_password(const std::string& of) {
-  const auto password = ask_password("New password of " + of);
+  auto password = ask_password("New password of " + of);
   if (!password || ::isatty(STDIN_FILENO) == 0) return password;
   const auto again = ask_password("Once more");
   if (again && *again == *password) return password;

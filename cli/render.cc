@@ -104,7 +104,7 @@ std::string lid_words(const std::string& lid, bool connected) {
 // "12 panels, of which 2 wait for a scan: P-0001, P-0002".
 std::string stock_words(const json& status) {
   const auto panels = whole_or(status, "panels", 0);
-  const std::string text = fmt::format("{} panel{}", panels, panels == 1 ? "" : "s");
+  std::string text = fmt::format("{} panel{}", panels, panels == 1 ? "" : "s");
   const json& waiting = member(status, "panels_to_scan");
   const auto count = whole_or(waiting, "count", 0);
   if (count == 0) return text;

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
 #include <span>
 #include <system_error>
 
@@ -53,11 +51,10 @@ Result<std::string> read_plan_file(const fs::path& database, const PlanFile& fil
   std::error_code none;
   if (fs::symlink_status(place, none).type() != fs::file_type::regular) return lost("is missing");
   if (fs::file_size(place, none) != static_cast<std::uintmax_t>(file.bytes)) return lost("is not what was written");
-  std::ifstream in(place, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(in), {});
-  if (!in) return lost("cannot be read");
-  if (sha256_hex(std::as_bytes(std::span(text))) != file.sha256) return lost("is not what was written");
-  return text;
+  auto text = read_whole(place);
+  if (!text) return lost("cannot be read");
+  if (sha256_hex(std::as_bytes(std::span(*text))) != file.sha256) return lost("is not what was written");
+  return *std::move(text);
 }
 
 Status remove_plan_file(const fs::path& database, const std::string& sha256) {

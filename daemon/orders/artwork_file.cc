@@ -1,8 +1,6 @@
 #include "daemon/orders/artwork_file.h"
 
-#include <fstream>
-#include <iterator>
-
+#include "base/files.h"
 #include "planner/pictures/pictures.h"
 #include "planner/suggest/crops.h"
 
@@ -10,9 +8,7 @@ namespace veneer::daemon {
 
 Result<planner::Artwork> read_artwork(const std::string& file, const std::string& name, const std::string& crop,
                                       Millimetres size) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(in), {});
-  auto picture = planner::decode_picture(bytes, name);
+  auto picture = planner::decode_picture(read_whole(file).value_or(""), name);
   if (!picture) return picture.error();
   planner::Artwork out;
   out.name = name;

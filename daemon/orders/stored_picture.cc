@@ -3,21 +3,16 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <iterator>
 #include <string>
 
+#include "base/files.h"
 #include "planner/pictures/png_codec.h"
 
 namespace veneer::daemon {
 
 Result<cv::Mat> read_stored_picture(const std::filesystem::path& file) {
-  std::error_code failed;
-  if (std::filesystem::is_regular_file(file, failed)) {  // reading a folder throws
-    std::ifstream in(file, std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(in), {});
-    if (in)
-      if (auto picture = planner::decode_png(bytes)) return *picture;
-  }
+  if (const auto bytes = read_whole(file))
+    if (auto picture = planner::decode_png(*bytes)) return *picture;
   return Error{ErrorCode::kStorage,
                fmt::format("cannot read {}: restore it from a backup or scan the panel again", file.string())};
 }

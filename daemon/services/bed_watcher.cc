@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
 
 #include "base/clock.h"
+#include "base/files.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/store/calibration.h"
@@ -220,8 +219,7 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
   std::error_code unknown;
   constexpr std::uintmax_t kMostBytes = 16 << 20;
   if (std::filesystem::file_size(made, unknown) <= kMostBytes) {
-    std::ifstream shown(made, std::ios::binary);
-    std::string bytes(std::istreambuf_iterator<char>(shown), {});
+    auto bytes = read_whole(made).value_or("");
     const std::lock_guard lock(picture_mutex_);
     picture_ = std::move(bytes);
   }

@@ -102,11 +102,9 @@ Result<PanelLibrary::Stored> PanelLibrary::store_bytes(const std::string& bytes,
 Result<cv::Mat> PanelLibrary::load_picture(const std::string& file) const { return read_stored_picture(path_of(file)); }
 
 Result<std::string> PanelLibrary::load_bytes(const std::string& file) const {
-  std::ifstream in(data_dir_ / file, std::ios::binary);
-  if (!in)
-    return Error{ErrorCode::kStorage,
-                 fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  if (auto bytes = read_whole(data_dir_ / file)) return *std::move(bytes);
+  return Error{ErrorCode::kStorage,
+               fmt::format("cannot read {}: restore it from a backup", (data_dir_ / file).string())};
 }
 
 // Of all files that begin so.

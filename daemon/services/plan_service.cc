@@ -101,12 +101,11 @@ Result<std::string> read_made(const std::filesystem::path& file, std::uintmax_t 
   if (std::filesystem::symlink_status(file, failed).type() != std::filesystem::file_type::regular ||
       std::filesystem::file_size(file, failed) > most)
     return Error{ErrorCode::kInternal, "the plan came back unreadable: plan again, and report it when it comes back"};
-  std::ifstream in(file, std::ios::binary);
-  std::string out(std::istreambuf_iterator<char>(in), {});
-  if (!in || out.empty())
+  auto out = read_whole(file);
+  if (!out || out->empty())
     return Error{ErrorCode::kStorage,
                  fmt::format("cannot read {}: make room on the disk, then plan again", file.string())};
-  return out;
+  return *std::move(out);
 }
 
 constexpr std::size_t kMostPieces = 200'000;

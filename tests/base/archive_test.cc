@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 
+#include "base/files.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer {
@@ -22,10 +23,7 @@ void write_text(const fs::path& file, const std::string& bytes) {
   fs::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
 }
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string read_text(const fs::path& file) { return read_whole(file).value_or(""); }
 std::map<std::string, std::string> files_of(const fs::path& folder) {
   std::map<std::string, std::string> out;
   if (fs::exists(folder))

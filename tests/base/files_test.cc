@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/temp_directory.h"
@@ -86,6 +87,29 @@ TEST_F(Files, TakeThePlaceOfAnEarlierOneWhole) {
   ASSERT_TRUE(write_whole(directory_ / "a", bytes_of("a longer text")).ok());
   ASSERT_TRUE(write_whole(directory_ / "a", bytes_of("short")).ok());
   EXPECT_EQ(read(directory_ / "a"), "short");
+}
+
+TEST_F(Files, AreReadToTheirLastByteWhateverTheyHold) {
+  for (const std::size_t size : {0, 1, 4095, 4096, 4097, 100'000}) {
+    std::string bytes(size, '\0');
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i * 7);
+    std::ofstream(directory_ / "a", std::ios::binary | std::ios::trunc) << bytes;
+    EXPECT_EQ(read_whole(directory_ / "a"), bytes);
+  }
+}
+
+TEST_F(Files, ArePipesToo) {
+  ASSERT_EQ(::mkfifo((directory_ / "pipe").c_str(), 0600), 0);
+  const std::string bytes(50'000, 'w');
+  std::thread writer([&] { std::ofstream(directory_ / "pipe", std::ios::binary) << bytes; });
+  EXPECT_EQ(read_whole(directory_ / "pipe"), bytes);
+  writer.join();
+}
+
+TEST_F(Files, ThatCannotBeReadAreNotTakenForEmptyOnes) {
+  EXPECT_EQ(read_whole(directory_ / "nowhere"), std::nullopt);
+  EXPECT_EQ(read_whole(directory_.path()), std::nullopt) << "a folder";
+  EXPECT_EQ(read_whole("/proc/self/mem"), std::nullopt) << "opens, and gives nothing at its beginning";
 }
 
 TEST_F(Files, AreRemovedFromTheDiskToo) {

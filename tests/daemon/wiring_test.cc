@@ -4,9 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
-
+#include "base/files.h"
 #include "tests/support/temp_directory.h"
 
 namespace veneer::daemon {
@@ -50,8 +48,7 @@ TEST_F(WiringTest, ALihuiyuBoardOnAFileRecordsTheWire) {
   ASSERT_NE(connected, nullptr);
   EXPECT_DOUBLE_EQ(connected->limits.travel.width().count(), 320);
   EXPECT_DOUBLE_EQ(connected->limits.travel.height().count(), 220);
-  std::ifstream in(file, std::ios::binary);
-  const std::string wire((std::istreambuf_iterator<char>(in)), {});
+  const std::string wire = read_whole(file).value_or("");
   // One packet: reset, and nothing that moves.
   ASSERT_EQ(wire.size(), 34U);
   EXPECT_EQ(wire.substr(2, 30), "I" + std::string(29, 'F'));

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <utility>
 
+#include "base/files.h"
 #include "cli/api_client.h"
 
 namespace veneer::tests {
@@ -29,9 +30,8 @@ constexpr double kGridThickness = 0, kBoardThickness = 2.1;
 constexpr double kBoardWidth = 490, kBoardHeight = 290;
 
 Result<std::string> read_file(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: check the path", file.string())};
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  if (auto bytes = read_whole(file)) return *std::move(bytes);
+  return Error{ErrorCode::kNotFound, fmt::format("cannot read the picture {}: check the path", file.string())};
 }
 
 Status write_file(const fs::path& file, const std::string& bytes) {

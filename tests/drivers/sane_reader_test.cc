@@ -1,12 +1,11 @@
 // A picture is whole or it is an error in words, whatever a scanner delivers.
+#include "base/files.h"
 #include "drivers/sane/scan_reader.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -284,10 +283,7 @@ TEST(SaneStatus, EveryOneIsADifferentSentenceWithARemedy) {
   EXPECT_EQ(std::ranges::adjacent_find(sentences), sentences.end());
 }
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string bytes_of(const std::filesystem::path& file) { return read_whole(file).value_or(""); }
 
 TEST(SanePnmFile, HasTheHighByteFirstAndSaysSoWhenTheDiskIsNotThere) {
   const testing::TempDirectory directory;

@@ -6,8 +6,8 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
-#include <fstream>
 
+#include "base/files.h"
 #include "drivers/lihuiyu/lihuiyu_laser.h"
 #include "drivers/lihuiyu/packet.h"
 #include "drivers/transport/make_usb_transport.h"
@@ -197,8 +197,7 @@ TEST(UsbFile, RecordsAWholeJob) {
   io.run_for(std::chrono::seconds(60));
   EXPECT_TRUE(done);
   EXPECT_EQ(verified, 3U);
-  std::ifstream file(path, std::ios::binary);
-  const std::string wire((std::istreambuf_iterator<char>(file)), {});
+  const std::string wire = read_whole(path).value_or("");
   ASSERT_GT(wire.size(), 5 * 34U);
   EXPECT_EQ(wire.size() % 34, 0U);
   for (std::size_t at = 0; at < wire.size(); at += 34)

@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
 #include <string>
 
+#include "base/files.h"
 #include "tests/support/free_port.h"
 #include "tests/support/lone_daemon.h"
 #include "tests/support/throwaway_certificate.h"
@@ -25,10 +25,7 @@ namespace fs = std::filesystem;
 
 fs::path bin_dir() { return fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin"; }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file);
-  return std::string(std::istreambuf_iterator<char>(in), {});
-}
+std::string text_of(const fs::path& file) { return read_whole(file).value_or(""); }
 
 class AccountsAtTheCell : public ::testing::Test {
  protected:

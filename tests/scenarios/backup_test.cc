@@ -4,6 +4,7 @@
 #include <fstream>
 #include <map>
 
+#include "base/files.h"
 #include "tests/scenarios/operated_cell.h"
 #include "tests/support/lone_daemon.h"
 
@@ -134,7 +135,7 @@ TEST_F(BackedUp, AndADamagedDatabaseIsReplacedAndTheCellGoesOn) {
   {
     // A row that counts, as a dying disk loses it.
     std::fstream raw(cell_->database_file(), std::ios::in | std::ios::out | std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(raw), {}};
+    const std::string bytes = read_whole(cell_->database_file()).value_or("");
     const auto row = bytes.find("A2-3");
     ASSERT_NE(row, std::string::npos);
     raw.clear();

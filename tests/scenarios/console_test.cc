@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "base/files.h"
 #include "tests/scenarios/operated_cell.h"
 
 namespace veneer::tests {
@@ -37,8 +38,7 @@ TEST_F(Console, AnOperatorsShortDay) {
                                   {"PICTURE", (dir_ / "second.png").string()}});
   ASSERT_TRUE(day.ok()) << day.error().message;
   const int status = day->wait();
-  std::ifstream log(dir_ / "day.log");
-  EXPECT_EQ(status, 0) << std::string(std::istreambuf_iterator<char>(log), {});
+  EXPECT_EQ(status, 0) << read_whole(dir_ / "day.log").value_or("no log");
   // STOP was the last of it.
   EXPECT_EQ(get("/status")["state"], "Aborted");
   const nlohmann::json second = get("/jobs/2");
@@ -62,8 +62,7 @@ TEST(FirstDay, FromTheUnpackedMachineToTheFirstCutPiece) {
       {"/usr/bin/python3", VENEER_SETUP_DAY, (*link)["url"].get<std::string>(), pictures.string()}, dir / "day.log");
   ASSERT_TRUE(day.ok()) << day.error().message;
   const int status = day->wait();
-  std::ifstream log(dir / "day.log");
-  EXPECT_EQ(status, 0) << std::string(std::istreambuf_iterator<char>(log), {});
+  EXPECT_EQ(status, 0) << read_whole(dir / "day.log").value_or("no log");
   const auto job = (*cell)->api().get("/jobs/1");
   ASSERT_TRUE(job.ok()) << job.error().message;
   EXPECT_GT((*job)["cut"], 0);

@@ -2,8 +2,7 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <fstream>
-
+#include "base/files.h"
 #include "tests/scenarios/operated_cell.h"
 
 namespace veneer::tests {
@@ -41,10 +40,7 @@ class Curved : public OperatedCell {
   }
 
   // The whole of it, with what is wrong where.
-  std::string proof() const {
-    std::ifstream file(dir_ / "proof.json");
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string proof() const { return read_whole(dir_ / "proof.json").value_or("there is none"); }
 
   std::int64_t job_ = 0;
 };

@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "base/files.h"
 #include "db/sql.h"
 
 namespace veneer::tests {
@@ -84,10 +85,7 @@ void PreparedCell::prepare(const fs::path& base) {
   for (const auto& capture : fs::directory_iterator(base / "base" / "twin" / "captures")) fs::remove(capture);
 }
 
-std::string PreparedCell::target() {
-  std::ifstream file(base_ / "target.png", std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+std::string PreparedCell::target() { return read_whole(base_ / "target.png").value_or(""); }
 
 void PreparedCell::SetUpTestSuite() {
   // Before there is another thread, which would inherit it open.

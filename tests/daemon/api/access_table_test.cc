@@ -96,7 +96,7 @@ class Table : public ::testing::Test {
       out.push_back({std::string("user, ") + to_string(role),
                      [this, origin, role] { return bearer(server_.user_session(role)) + origin; }, role});
       out.push_back({std::string("token, ") + to_string(role),
-                     [this, token = server_.user_token(role, "press")] { return bearer(token); }, role});
+                     [token = server_.user_token(role, "press")] { return bearer(token); }, role});
     }
     out.push_back(
         {"console link", [this, origin] { return bearer(server_.console_session()) + origin; }, Role::kOperator});

@@ -163,7 +163,7 @@ TEST_F(AccountsTest, AHigherRoleWaitsForTheStoreAndALowerOneDoesNot) {
   store.disk_is_full = true;
   bool holds = true;
   Status done = Ok();
-  const auto note = [&](const Outcome& told) { done = told, holds = told.holds; };
+  const auto note = [&](const Outcome& told) { done = static_cast<const Status&>(told), holds = told.holds; };
   accounts.set_role("anna", Role::kAdmin, note);
   EXPECT_EQ(done.error().code, ErrorCode::kStorage);
   EXPECT_FALSE(holds);

@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include "base/files.h"
 #include "daemon/store/backup.h"
 #include "db/audit.h"
 #include "tests/support/json_schema.h"
@@ -96,7 +97,7 @@ TEST_F(BackupRoutes, ADamagedDatabaseGetsNoBackupAndIsFoundOut) {
   const auto file = config.store.data_dir / kDatabaseName;
   {
     std::fstream raw(file, std::ios::in | std::ios::out | std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(raw)), {});
+    const std::string bytes = read_whole(file).value_or("");
     const auto at = bytes.find(kRow);
     ASSERT_NE(at, std::string::npos);
     raw.seekp(static_cast<std::streamoff>(at));

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <future>
 
+#include "base/files.h"
 #include "db/audit.h"
 #include "db/database.h"
 #include "tests/db/stray_sql.h"
@@ -38,7 +39,7 @@ void leave_uncleanly(const std::filesystem::path& data_dir) {
 // One byte of one row, as a disk loses it.
 void damage(const std::filesystem::path& file) {
   std::fstream raw(file, std::ios::in | std::ios::out | std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(raw)), {});
+  const std::string bytes = read_whole(file).value_or("");
   const auto at = bytes.find("what the disk will change 150");
   if (at == std::string::npos) throw std::runtime_error("the row is not in the file");
   raw.seekp(static_cast<std::streamoff>(at));

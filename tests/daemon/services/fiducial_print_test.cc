@@ -52,7 +52,7 @@ TEST(FiducialPrint, TheGridIsReadAsTheScannersCalibrationReadsIt) {
   const auto sheet = calib::grid_sheet();
   const cv::Mat picture = *planner::decode_picture(*print_sheets({sheet}, planner::PageFormat::kPng), "grid");
   expect_tags(picture, sheet, 0.03);
-  EXPECT_EQ(calib::grid_scan(picture, ScanResolution(300)).tags.size(), sheet.tags.size());
+  EXPECT_EQ(calib::grid_scan(picture, ScanResolution::from_dpi(300)).tags.size(), sheet.tags.size());
 }
 
 // As another program draws the PDF, and all of its pages.

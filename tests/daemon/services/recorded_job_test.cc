@@ -6,9 +6,9 @@
 
 #include <boost/asio/executor_work_guard.hpp>
 #include <cmath>
-#include <fstream>
 #include <optional>
 
+#include "base/files.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/unit/job_runner.h"
 #include "daemon/wiring.h"
@@ -81,10 +81,7 @@ class RecordedJob : public ::testing::Test {
     const auto pieces = database_->call([](Repositories& r) { return r.jobs.pieces(JobId{1}); });
     for (const auto& piece : *pieces) EXPECT_EQ(piece.state, db::PieceState::kReserved) << "nothing is cut";
   }
-  std::string recorded() const {
-    std::ifstream file(wire(), std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
+  std::string recorded() const { return read_whole(wire()).value_or(""); }
   // To be compared with all that was burnt, whatever piece it is of.
   static LaserJob as_one_piece(LaserJob job) {
     for (Stroke& stroke : job.strokes) stroke.piece = PieceId{1};

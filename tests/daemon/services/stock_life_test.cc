@@ -33,8 +33,10 @@ struct Place {
   std::size_t panel = 0;
   int number = 0;
 
-  double x() const { return kPlace * (number % kAcross); }
-  double y() const { return kPlace * (number / kAcross); }
+  int column() const { return number % kAcross; }
+  int row() const { return number / kAcross; }
+  double x() const { return kPlace * column(); }
+  double y() const { return kPlace * row(); }
 };
 
 // What the test knows of a panel.

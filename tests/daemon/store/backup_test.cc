@@ -16,6 +16,7 @@
 #include <span>
 
 #include "base/archive.h"
+#include "base/files.h"
 #include "base/hash.h"
 #include "daemon/store/restore.h"
 #include "db/accounts.h"
@@ -34,10 +35,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+std::string bytes_of(const fs::path& file) { return read_whole(file).value_or(""); }
 void write(const fs::path& file, const std::string& bytes) {
   fs::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <optional>
 
+#include "base/files.h"
 #include "planner/files/plan_files.h"
 #include "planner/plan.h"
 #include "tests/support/synthetic_wood.h"
@@ -75,11 +76,7 @@ TEST_F(IndexCacheTest, ReplacesAnOutdatedEntry) {
 
 TEST_F(IndexCacheTest, SeesEveryChangedByteAndEveryCut) {
   const fs::path file = files_in(directory / "cache").front();
-  std::string whole;
-  {
-    std::ifstream in(file, std::ios::binary);
-    whole.assign(std::istreambuf_iterator<char>(in), {});
-  }
+  const std::string whole = read_whole(file).value_or("");
   const auto write = [&](const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; };
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string damaged = whole;

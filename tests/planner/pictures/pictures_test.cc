@@ -19,6 +19,8 @@
 #include <tiffio.h>
 #include <zlib.h>
 
+#include "base/files.h"
+
 namespace veneer::planner {
 namespace {
 
@@ -432,8 +434,7 @@ TEST_F(Pictures, SurviveDamagedFiles) {
       with_chunk(encoded(".png", noise), png_chunk("iCCP", std::string("p\0\0", 3) + deflated(profile)));
   const auto inks = tiff("inks.tif", cv::Mat(6, 6, CV_8UC4, cv::Scalar(1, 2, 3, 4)),
                          [](TIFF* out) { TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_SEPARATED); });
-  std::ifstream stream(inks, std::ios::binary);
-  const std::string tiff_bytes(std::istreambuf_iterator<char>(stream), {});
+  const std::string tiff_bytes = read_whole(inks).value_or("");
   TIFFSetErrorHandler(nullptr);
   TIFFSetWarningHandler(nullptr);
   cv::RNG random(5);
