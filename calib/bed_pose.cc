@@ -247,13 +247,13 @@ std::string moved_tags_text(const BedPose& pose) {
   std::string tags;
   for (const FiducialOffset& tag : pose.moved)
     tags += fmt::format("{}{} ({:.2f} mm off)", tags.empty() ? "" : " and ", name_of(tag), tag.off.count());
-  const std::string unsure = !pose.disagreement
-                                 ? ""
-                                 : fmt::format(
-                                       "panel {}'s tags {} do not lie as they were scanned, by up to {:.2f} mm, and "
-                                       "nobody can tell which one has moved: press the panel flat, and clear what "
-                                       "covers its other tags",
-                                       pose.panel.value, list(pose.tags), pose.disagreement->count());
+  std::string unsure = !pose.disagreement
+                           ? ""
+                           : fmt::format(
+                                 "panel {}'s tags {} do not lie as they were scanned, by up to {:.2f} mm, and "
+                                 "nobody can tell which one has moved: press the panel flat, and clear what "
+                                 "covers its other tags",
+                                 pose.panel.value, list(pose.tags), pose.disagreement->count());
   if (tags.empty()) return unsure;
   const bool one = pose.moved.size() == 1;
   return (unsure.empty() ? unsure : unsure + "; and ") +

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <vector>
@@ -147,6 +148,14 @@ std::optional<FoundLine> straight_chord(const std::vector<cv::Point>& contour, s
 
 double LineSpread::below(double x, double roughness) const {
   const auto gaussian = [&](double s) { return 0.5 * (1 + std::erf(x / (std::hypot(s, roughness) * std::sqrt(2.0)))); };
+  return (1 - wide_part) * gaussian(sigma) + wide_part * gaussian(kWider * sigma);
+}
+
+double LineSpread::sum_below(double x, double roughness) const {
+  const auto gaussian = [&](double s) {
+    const double wide = std::hypot(s, roughness), t = x / wide;
+    return x * 0.5 * (1 + std::erf(t / std::sqrt(2.0))) + wide * std::exp(-t * t / 2) / std::sqrt(2 * std::numbers::pi);
+  };
   return (1 - wide_part) * gaussian(sigma) + wide_part * gaussian(kWider * sigma);
 }
 

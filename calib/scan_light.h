@@ -22,6 +22,8 @@ struct LineSpread {
   // The part of the light of a line at 0 that falls below x (mm), when what is seen is itself rough: `roughness` (mm,
   // sigma) is added to both.
   double below(double x, double roughness = 0) const;
+  // Its integral (mm): what of the light that falls evenly on all from 0 on falls below x.
+  double sum_below(double x, double roughness = 0) const;
 };
 
 struct ScanBlur {

@@ -9,56 +9,18 @@
 namespace veneer::calib {
 namespace {
 
-constexpr double kGrid = 0.01;  // mm, of the model before blurring
 // How much rougher a burnt slit's walls are than a sawn edge (mm, sigma), and how many independent readings a profile
 // is worth: few, since grain and dust are no noise.
 constexpr double kSlitRoughness = 0.02, kRoughest = 0.06, kIndependent = 3;
-constexpr int kMargin = 40;  // grid steps beyond the profile, for the blur
 
-using Basis = Eigen::Matrix<double, SlitProfile::kBins, 4>;
+// What a channel's colours are made of: wood, slope of the light, browned rim, slit. Blurred, at the places where the
+// pixels are, and weighted.
+enum Part { kWood, kSlope, kRim, kSlit, kParts };
+using Basis = Eigen::Matrix<double, SlitProfile::kBins, kParts>;
 using Colours = Eigen::Matrix<double, SlitProfile::kBins, 3>;
 
-// Wood, slope of the light, browned rim, slit; blurred, at the places where the pixels are.
-Basis basis_of(const Eigen::Matrix<double, SlitProfile::kBins, 1>& places, double width, double middle,
-               const SlitShape& shape) {
-  constexpr int kCells = 280;
-  static_assert((kCells - 2 * kMargin) * kGrid - 2 * SlitProfile::kReach < 1e-9 &&
-                2 * SlitProfile::kReach - (kCells - 2 * kMargin) * kGrid < 1e-9);
-  Eigen::Matrix<double, kCells, 2> sharp;
-  const double half = width / 2;
-  for (int i = 0; i < kCells; ++i) {
-    const double d = (i + 0.5 - kMargin) * kGrid - SlitProfile::kReach - middle;
-    // The part of this cell that lies in the slit.
-    const double slit = std::clamp((half - std::abs(d)) / kGrid + 0.5, 0.0, 1.0);
-    const double rim = std::clamp(1 - (std::abs(d) - half) / shape.rim, 0.0, 1.0) * (1 - slit);
-    sharp.row(i) << rim, slit;
-  }
-  const double widest =
-      std::hypot((shape.spread.wide_part == 0 ? 1 : LineSpread::kWider) * shape.spread.sigma, shape.roughness);
-  const int taps = std::min(kMargin - 2, static_cast<int>(std::ceil(4 * widest / kGrid)));
-  Eigen::VectorXd kernel(2 * taps + 1);
-  for (int k = -taps; k <= taps; ++k)
-    kernel[k + taps] =
-        shape.spread.below((k + 0.5) * kGrid, shape.roughness) - shape.spread.below((k - 0.5) * kGrid, shape.roughness);
-  kernel /= kernel.sum();
-  Basis basis;
-  for (int b = 0; b < SlitProfile::kBins; ++b) {
-    const double place = places[b];
-    // It lies between two cells.
-    const double cell = (place + SlitProfile::kReach) / kGrid - 0.5 + kMargin;
-    const int low = static_cast<int>(std::floor(cell));
-    const double part = cell - low;
-    Eigen::RowVector2d blurred = Eigen::RowVector2d::Zero();
-    for (int k = -taps; k <= taps; ++k) {
-      blurred += kernel[k + taps] * ((1 - part) * sharp.row(low + k) + part * sharp.row(low + k + 1));
-    }
-    basis.row(b) << 1 - blurred[1], place * (1 - blurred[1]), blurred[0], blurred[1];
-  }
-  return basis;
-}
-
 struct Weighted {
-  Colours colour;
+  Colours colour;                                             // weighted
   Eigen::Matrix<double, SlitProfile::kBins, 1> root, places;  // root of the weight
   double total = 0;
   std::array<double, 3> lid{};
@@ -72,9 +34,29 @@ Weighted weighted(const SlitProfile& profile) {
     out.root[b] = std::sqrt(std::min(profile.weight[i], 60.0));
     out.places[b] = profile.place[i];
     out.total += out.root[b] * out.root[b];
-    for (int k = 0; k < 3; ++k) out.colour(b, k) = profile.colour[i][static_cast<std::size_t>(k)];
+    for (int k = 0; k < 3; ++k) out.colour(b, k) = out.root[b] * profile.colour[i][static_cast<std::size_t>(k)];
   }
   return out;
+}
+
+// A slit of even light between two rims that fade evenly into the wood: what of both reaches a place, in closed form.
+Basis basis_of(const Weighted& seen, double width, double middle, const SlitShape& shape) {
+  // The pixels of a bin lie all over it.
+  const double half = width / 2, roughness = std::hypot(shape.roughness, SlitProfile::kBin / std::sqrt(12.0));
+  const auto below = [&](double x) { return shape.spread.below(x, roughness); };
+  // A rim's mean between where it begins and where it has faded.
+  const auto fading = [&](double x) {
+    return (shape.spread.sum_below(x, roughness) - shape.spread.sum_below(x - shape.rim, roughness)) / shape.rim;
+  };
+  Basis basis;
+  for (int b = 0; b < SlitProfile::kBins; ++b) {
+    const double place = seen.places[b], d = place - middle;
+    const double right = below(d - half), left = below(-d - half);
+    const double slit = 1 - right - left, rim = right - fading(d - half) + left - fading(-d - half);
+    basis.row(b) << 1 - slit, place * (1 - slit), rim, slit;
+    basis.row(b) *= seen.root[b];
+  }
+  return basis;
 }
 
 // Levels of a slit: per channel wood, slope of the light and rim; for all channels how bright the lid looks through it.
@@ -85,22 +67,24 @@ struct Levels {
 
 // Sum of weighted squares left over when the levels are best; the levels on demand.
 double misfit(const Weighted& seen, double width, double middle, const SlitShape& shape, Levels* levels = nullptr) {
-  const Basis basis = seen.root.asDiagonal() * basis_of(seen.places, width, middle, shape);
-  const auto own = basis.leftCols<3>();
-  const auto slit = basis.col(3);
-  Eigen::Matrix3d normal = own.transpose() * own;
+  // Levels and what is left over ask for sums of products of parts and colours, and for nothing else.
+  Eigen::Matrix<double, SlitProfile::kBins, kParts + 3> columns;
+  columns << basis_of(seen, width, middle, shape), seen.colour;
+  const Eigen::Matrix<double, kParts + 3, kParts + 3> products = columns.transpose() * columns;
+  Eigen::Matrix3d normal = products.topLeftCorner<3, 3>();
   normal.diagonal().array() += 1e-6 * seen.total;  // a rim too thin to be seen has no level
   const auto solver = normal.ldlt();
   // Each channel's own levels are linear in the lid's fraction: colour - lid * slit, projected.
-  const Eigen::Vector3d slit_levels = solver.solve(own.transpose() * slit);
-  const Eigen::Matrix<double, SlitProfile::kBins, 1> slit_rest = slit - own * slit_levels;
+  const Eigen::Vector3d own_slit = products.block<3, 1>(0, kSlit);
+  const Eigen::Vector3d slit_levels = solver.solve(own_slit);
+  const double slit_rest = products(kSlit, kSlit) - slit_levels.dot(own_slit);
   double up = 0, down = 0;
   std::array<Eigen::Vector3d, 3> colour_levels;
   for (int k = 0; k < 3; ++k) {
-    const Eigen::Matrix<double, SlitProfile::kBins, 1> colour = seen.root.cwiseProduct(seen.colour.col(k));
+    const Eigen::Vector3d own_colour = products.block<3, 1>(0, kParts + k);
     const double lid = seen.lid[static_cast<std::size_t>(k)];
-    colour_levels[static_cast<std::size_t>(k)] = solver.solve(own.transpose() * colour);
-    up += lid * slit_rest.dot(colour), down += lid * lid * slit_rest.dot(slit);
+    colour_levels[static_cast<std::size_t>(k)] = solver.solve(own_colour);
+    up += lid * (products(kSlit, kParts + k) - slit_levels.dot(own_colour)), down += lid * lid * slit_rest;
   }
   // Dimmer than beside the sheet, but not by half, and never brighter.
   const double fraction = std::clamp(down > 0 ? up / down : 1.0, 0.6, 1.02);
@@ -110,9 +94,10 @@ double misfit(const Weighted& seen, double width, double middle, const SlitShape
     const double lid = fraction * seen.lid[i];
     Eigen::Vector3d best = colour_levels[i] - lid * slit_levels;
     // Browned wood is darker than wood and lighter than nothing; the slope of the light is not asked again.
-    best[2] = std::clamp(best[2], -0.95 * std::max(0.0, best[0]), 0.0);
-    const Eigen::Matrix<double, SlitProfile::kBins, 1> colour = seen.root.cwiseProduct(seen.colour.col(k));
-    sum += (own * best + lid * slit - colour).squaredNorm();
+    best[kRim] = std::clamp(best[kRim], -0.95 * std::max(0.0, best[kWood]), 0.0);
+    Eigen::Matrix<double, kParts + 3, 1> shares = Eigen::Matrix<double, kParts + 3, 1>::Zero();
+    shares.head<3>() = best, shares[kSlit] = lid, shares[kParts + k] = -1;
+    sum += std::max(0.0, shares.dot(products * shares));
     if (levels != nullptr) levels->channel[i] = best;
   }
   if (levels != nullptr) levels->lid = fraction;

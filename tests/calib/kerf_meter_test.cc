@@ -52,12 +52,18 @@ double square_to_ring_middle(double x, double y) {
   return (x - rx) * (x - rx) + (y - ry) * (y - ry);
 }
 
-cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& lines, double x, double y) {
-  const cv::Vec3f lid(234, 237, 238);
-  // The board's corner is in the picture.
-  if (x < 188 || y < 24) return lid;
+bool is_lid(double x, double y) { return x < 188 || y < 24; }  // the board's corner is in the picture
+
+cv::Vec3f plain_wood(double x, double y) {
   const auto grain = static_cast<float>(6 * std::sin(y * 2.3 + 2 * std::sin(x * 0.05)) + 4 * std::sin(y * 0.5));
-  cv::Vec3f wood = cv::Vec3f(150, 185, 206) + cv::Vec3f(grain, grain, grain);
+  return cv::Vec3f(150, 185, 206) + cv::Vec3f(grain, grain, grain);
+}
+
+const cv::Vec3f kLid(234, 237, 238);
+
+cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& lines, double x, double y) {
+  if (is_lid(x, y)) return kLid;
+  cv::Vec3f wood = plain_wood(x, y);
   // Rings of the same pattern, engraved.
   const double from_middle = square_to_ring_middle(x, y);
   if (from_middle > 1.9 * 1.9 && from_middle < 2.1 * 2.1) wood *= 0.4F;
@@ -66,16 +72,27 @@ cv::Vec3f scene_colour(const ScanScene& scene, const std::vector<KerfLine>& line
   for (const auto& line : lines) nearest = std::min(nearest, square_to_line(line, x, y));
   // A burnt wall is rough: 0.02 mm, quickly along the line.
   nearest = std::sqrt(nearest) + 0.02 * (std::sin(31 * x + 17 * y) + std::sin(23 * x - 41 * y));
-  if (nearest < scene.kerf / 2) return lid * static_cast<float>(scene.lid_in_slit);
+  if (nearest < scene.kerf / 2) return kLid * static_cast<float>(scene.lid_in_slit);
   const double browned = std::clamp(1 - (nearest - scene.kerf / 2) / scene.rim, 0.0, 1.0);
   return wood * static_cast<float>(1 - scene.rim_dark * browned);
 }
 
-bool is_plain(const std::vector<KerfLine>& lines, double x, double y) {
-  if (std::abs(x - 188) < 0.3 || std::abs(y - 24) < 0.3) return false;
-  if (square_to_ring_middle(x, y) < 2.5 * 2.5) return false;
-  return std::all_of(lines.begin(), lines.end(),
-                     [&](const KerfLine& line) { return square_to_line(line, x, y) > 0.6 * 0.6; });
+// Where the picture is more than even wood or lid: within 0.6 mm of the lines, on the rings, at the board's sides.
+cv::Mat busy_part(const ScanScene& scene, const std::vector<KerfLine>& lines, cv::Size size, double px_per_mm) {
+  cv::Mat busy(size, CV_8U, cv::Scalar(0));
+  const auto at = [&](double machine_x, double machine_y) {
+    const auto p = scene.glass_from_machine.bed_of(machine_x, machine_y);
+    return cv::Point(static_cast<int>(p[0] * px_per_mm), static_cast<int>(size.height - p[1] * px_per_mm));
+  };
+  const auto wide = [&](double mm) { return static_cast<int>(std::ceil(mm * px_per_mm)) + 2; };
+  for (const auto& line : lines)
+    cv::line(busy, at(line.from.x.count(), line.from.y.count()), at(line.to.x.count(), line.to.y.count()), 255,
+             wide(2 * 0.6));
+  for (const double x : {200, 240, 280})
+    for (const double y : {40, 80}) cv::circle(busy, at(x, y), wide(2.5), 255, cv::FILLED);
+  cv::line(busy, at(188, -200), at(188, 300), 255, wide(2 * 0.3));
+  cv::line(busy, at(0, 24), at(500, 24), 255, wide(2 * 0.3));
+  return busy;
 }
 
 cv::Mat scan_of(const ScanScene& scene) {
@@ -83,22 +100,26 @@ cv::Mat scan_of(const ScanScene& scene) {
   const auto lines = kerf_lines();
   cv::Mat picture(static_cast<int>(scene.height_mm * px_per_mm), static_cast<int>(scene.width_mm * px_per_mm),
                   CV_32FC3);
+  const cv::Mat busy = busy_part(scene, lines, picture.size(), px_per_mm);
   cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
     for (int r = rows.start; r < rows.end; ++r) {
       for (int c = 0; c < picture.cols; ++c) {
-        // Even wood is sampled once, the rest finely.
-        const auto middle =
-            scene.glass_from_machine.sheet_of((c + 0.5) / px_per_mm, (picture.rows - r - 0.5) / px_per_mm);
-        const int samples = is_plain(lines, middle[0], middle[1]) ? 1 : 4;
+        if (busy.at<std::uint8_t>(r, c) == 0) {
+          const auto middle =
+              scene.glass_from_machine.sheet_of((c + 0.5) / px_per_mm, (picture.rows - r - 0.5) / px_per_mm);
+          picture.at<cv::Vec3f>(r, c) = is_lid(middle[0], middle[1]) ? kLid : plain_wood(middle[0], middle[1]);
+          continue;
+        }
+        constexpr int kSamples = 4;
         cv::Vec3f sum(0, 0, 0);
-        for (int i = 0; i < samples * samples; ++i) {
-          const int across = i % samples, down = i / samples;
-          const double x = (c + (across + 0.5) / samples) / px_per_mm;
-          const double y = (picture.rows - r - (down + 0.5) / samples) / px_per_mm;
+        for (int i = 0; i < kSamples * kSamples; ++i) {
+          const int across = i % kSamples, down = i / kSamples;
+          const double x = (c + (across + 0.5) / kSamples) / px_per_mm;
+          const double y = (picture.rows - r - (down + 0.5) / kSamples) / px_per_mm;
           const auto machine = scene.glass_from_machine.sheet_of(x, y);
           sum += scene_colour(scene, lines, machine[0], machine[1]);
         }
-        picture.at<cv::Vec3f>(r, c) = sum / (samples * samples);
+        picture.at<cv::Vec3f>(r, c) = sum / (kSamples * kSamples);
       }
     }
   });
