@@ -69,9 +69,11 @@ void leave_no_core() {
 // A map that was looked at leaves memory when nobody looks any more. Left to itself the C library takes ever larger
 // blocks, up to 32 MB, from its own heaps, one for each thread, and keeps twice as much of each.
 void give_memory_back() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): no other thread has begun
   mallopt(M_ARENA_MAX, 4);
   mallopt(M_MMAP_THRESHOLD, 256 << 10);
   mallopt(M_TRIM_THRESHOLD, 1 << 20);
+  // NOLINTEND(concurrency-mt-unsafe)
 }
 
 GuardianOptions guardian_options(const Config& config, const std::string& socket) {

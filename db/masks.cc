@@ -100,7 +100,7 @@ void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskR
 Result<int> Panels::add_mask(const PanelId& panel, const MaskRecord& mask, int after,
                              const std::optional<Acceptance>& of) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<int> {
-    const auto version = enter_version(connection, panel, mask, after);
+    auto version = enter_version(connection, panel, mask, after);
     if (!version.ok() || !of) return version;
     if (Status accepted = accept(connection, *of, panel, *version, mask.made_at); !accepted.ok())
       return accepted.error();

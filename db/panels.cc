@@ -129,7 +129,7 @@ Status enter_panel(SQLite::Database& connection, const PanelRecord& panel, const
     if (scan.panel != panel.id)
       return Error{ErrorCode::kInvalidArgument,
                    fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.id.value)};
-  if (const Status unique = check_tags_are_new(connection, fiducials); !unique) return unique;
+  if (Status unique = check_tags_are_new(connection, fiducials); !unique) return unique;
   SQLite::Statement insert(connection,
                            "INSERT INTO panels (number, id, name, width_um, height_um, created_at, parent, root) "
                            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
@@ -307,7 +307,7 @@ Status Panels::add_scans(const PanelId& panel, const std::vector<ScanRecord>& sc
         return Error{ErrorCode::kInvalidArgument,
                      fmt::format("a scan of panel {} came with panel {}", scan.panel.value, panel.value)};
     insert_scans(connection, scans);
-    if (const Status unique = check_tags_are_new(connection, new_tags); !unique) return unique;
+    if (Status unique = check_tags_are_new(connection, new_tags); !unique) return unique;
     insert_fiducials(connection, panel, new_tags);
     return freeze_fiducials(connection, panel, fiducials);
   });

@@ -188,7 +188,7 @@ void forget_refused(Database& database, const NewPlan& plan, const Error& refuse
 
 Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, const std::string& at) {
   if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
-  const auto id = insert_row(connection, plan, at);
+  auto id = insert_row(connection, plan, at);
   if (!id.ok()) return id;
   insert_patches(connection, *id, plan.pieces);
   return id;
@@ -196,7 +196,7 @@ Result<PlanId> insert_plan(SQLite::Database& connection, const NewPlan& plan, co
 
 Result<PlanId> insert_redo(SQLite::Database& connection, JobId job, const NewPlan& plan, const std::string& at) {
   if (Status sensible = check(plan); !sensible.ok()) return sensible.error();
-  const auto id = insert_row(connection, plan, at);
+  auto id = insert_row(connection, plan, at);
   if (!id.ok()) return id;
   SQLite::Statement patch_row(connection,
                               "SELECT t.id, t.artwork_outline_um FROM pieces AS p JOIN patches AS t ON t.id = p.patch "

@@ -65,7 +65,7 @@ ProposalRecord read(SQLite::Database& connection, SQLite::Statement& row) {
   out.lost = from_um2(row.getColumn(14).getInt64()), out.gained = from_um2(row.getColumn(15).getInt64());
   out.warnings_json = text(row.getColumn(16));
   if (row.getColumn(17).isNull()) return out;
-  auto& decision = out.decision.emplace();
+  auto& decision = out.decision.emplace(ProposalRecord::Decision{});
   decision.verdict = verdict_of(text(row.getColumn(17)));
   decision.overruled = texts_in(connection, text(row.getColumn(18)));
   if (const auto panel = text_or_null(row.getColumn(19))) decision.panel = PanelId{*panel};

@@ -191,14 +191,14 @@ void Accounts::raise_role(const std::string& name, Role role, const Then& then) 
 }
 
 void Accounts::set_role(const std::string& name, Role role, Then then) {
-  if (const User* of = user(name); of && role > of->role) return raise_role(name, role, then);
+  if (const User* of = user(name); of && role > of->role) return raise_role(name, role, std::move(then));
   change(
-      name, [role](User& user) { user.role = role; }, then);
+      name, [role](User& user) { user.role = role; }, std::move(then));
 }
 
 void Accounts::set_password(const std::string& name, std::string password, Then then) {
   change(
-      name, [&](User& user) { user.password = std::move(password); }, then);
+      name, [&](User& user) { user.password = std::move(password); }, std::move(then));
 }
 
 void Accounts::change_password(const std::string& name, const std::string& verified, std::string password, Then then) {

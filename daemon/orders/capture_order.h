@@ -20,7 +20,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanSettings::Area, x, y, width, height)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanSettings, device, dpi, depth, mode, source, area, options)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannedPicture, scanner, make, dpi, width, height, channels, bits)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FoundScanner, name, vendor, model, type)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannerOption::Range, least, most, step)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(OptionRange, least, most, step)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScannerOption, name, title, unit, kind, active, settable, range, numbers, words,
                                    value)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedScanner, found, options, problem)

@@ -89,6 +89,7 @@ void judge_gaps(std::vector<Span> strips, const char* from_where, std::vector<Sc
   constexpr double kNarrowest = 12, kAsAStrip = 0.6;  // mm; of the middle one's width
   if (strips.size() < 2) return;
   std::vector<double> widths;
+  widths.reserve(strips.size());
   for (const auto& [from, to] : strips) widths.push_back(to - from);
   std::ranges::nth_element(widths, widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2));
   const double least = std::max(kNarrowest, kAsAStrip * widths[widths.size() / 2]);

@@ -72,7 +72,7 @@ void new_job_of_plan(const JobServices& s, const ApiRequest& request, const Repl
           s.on_leases_changed({});
           s.on_job_changed(JobId{(*made)["job"].get<std::int64_t>()});
         }
-        task.finish(std::move(made));
+        task.finish(made);
       });
 }
 
@@ -91,7 +91,7 @@ void new_job(const JobServices& s, const ApiRequest& request, const Reply& reply
   job->options.threads = s.planner_threads;
   auto work = [s, job = std::move(*job)](const TaskReporter& task) {
     auto before = s.database.call([&](Repositories& r) { return made_before(r, job.keyed); });
-    if (!before || !before->is_null()) return task.finish(std::move(before));
+    if (!before || !before->is_null()) return task.finish(before);
     auto outcome = s.plans.make_job(
         job, [&](double f, const std::string& text) { task.progress(f, text); }, task.stop_token());
     if (outcome) s.on_job_changed(outcome->job);

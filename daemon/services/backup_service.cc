@@ -44,7 +44,7 @@ void BackupService::end(const TaskReporter& task, const Result<MadeBackup>& made
                manifest.missing.size(), manifest.missing.front());
   nlohmann::json result = to_backup_json(made->folder, manifest);
   result["removed"] = made->removed;
-  task.done(std::move(result));
+  task.done(result);
 }
 
 nlohmann::json to_backup_json(const std::filesystem::path& folder, const BackupManifest& manifest) {

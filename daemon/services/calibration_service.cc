@@ -203,7 +203,7 @@ Status CalibrationService::ready_for_pattern(const TaskProgress& progress, const
   progress(0.02, "looking at the bed");
   const auto calibration = database_.call([](Repositories& r) { return load_calibration(r, utc_timestamp()); });
   if (!calibration) return calibration.error();
-  if (const Status able = require_camera(*calibration); !able) return able;
+  if (Status able = require_camera(*calibration); !able) return able;
   const auto picture = camera_.capture();
   if (!picture) return picture.error();
   LookAtBed look;

@@ -14,7 +14,7 @@ class SheetDrawing {
 
   Status draw() const {
     for (const auto& tag : sheet_.tags)
-      if (const Status drawn = draw(tag); !drawn) return drawn;
+      if (Status drawn = draw(tag); !drawn) return drawn;
     for (const auto& line : sheet_.lines) draw(line);
     for (const auto& circle : sheet_.circles) {
       cairo_set_line_width(context_, 0.2);

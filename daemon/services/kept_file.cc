@@ -11,6 +11,8 @@
 namespace veneer::daemon {
 
 struct KeptFile::State {
+  State(std::filesystem::path its_file, Logger its_log) : file(std::move(its_file)), log(std::move(its_log)) {}
+
   const std::filesystem::path file;
   const Logger log;
   bool failed = false;  // the worker's: told once, until it is written again

@@ -79,6 +79,13 @@ std::string place_of(const char* scheme, const NetworkAddress& at) {
 }  // namespace
 
 struct Notifier::Shared {
+  Shared(NotifierOptions its_options, WorkRunner& its_workers, Logger its_log,
+         std::function<void(const std::string&)> when_told)
+      : options(std::move(its_options)),
+        workers(its_workers),
+        log(std::move(its_log)),
+        on_outcome(std::move(when_told)) {}
+
   NotifierOptions options;
   WorkRunner& workers;
   Logger log;
@@ -146,7 +153,7 @@ Notifier::Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
 
 Notifier::~Notifier() { shared_->stop.request_stop(); }
 
-void Notifier::try_all(TaskReporter reporter) {
+void Notifier::try_all(const TaskReporter& reporter) {
   const bool taken = worker_->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, reporter] {
     const NotifyConfig& to = shared->options.to;
     const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",

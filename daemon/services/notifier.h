@@ -55,7 +55,7 @@ class Notifier {
   void tell(Notice notice);
   bool names_somebody() const { return worker_ != nullptr; }
   // Sends one that says that it is a try, to all of them, once; the task is done when all have it.
-  void try_all(TaskReporter reporter);
+  void try_all(const TaskReporter& reporter);
 
  private:
   struct Shared;

@@ -286,7 +286,7 @@ Result<ScanOutcome> ScanProposals::accept(db::ProposalId proposal, const std::ve
 }
 
 Status ScanProposals::refuse(db::ProposalId proposal, const std::string& note, const std::string& who) {
-  const Status refused =
+  Status refused =
       database_.call([&](Repositories& r) { return r.proposals.refuse(proposal, who, note, utc_timestamp()); });
   if (refused) remove_spent();
   return refused;
@@ -308,7 +308,7 @@ Status ScanProposals::move_pictures(SeenSheet& seen, const PanelId& panel) const
         fmt::format("panels/{}/{}", panel.value, std::filesystem::path(*file).filename().string());
     std::error_code none;
     if (!std::filesystem::exists(library_.path_of(there), none))
-      if (const Status linked = link_into(library_.path_of(*file), library_.path_of(there)); !linked) return linked;
+      if (Status linked = link_into(library_.path_of(*file), library_.path_of(there)); !linked) return linked;
     *file = there;
   }
   return sync_folders(library_.path_of("panels/" + panel.value));
@@ -398,7 +398,7 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
     }
     // Before anything of the scan is written: another panel may have got one of them while this one waited.
     const auto new_tags = new_tag_records(seen.read, Face::kShow);
-    if (const Status free = r.panels.check_new_tags(new_tags); !free) return free;
+    if (Status free = r.panels.check_new_tags(new_tags); !free) return free;
     const auto version = r.panels.add_mask(panel, made, seen.after, of);
     if (!version) return version.error();
     // A panel from before zones were kept gets them now.

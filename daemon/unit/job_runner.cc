@@ -394,7 +394,7 @@ void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> c
             "cutting again what was not through", std::move(reply));
 }
 
-void JobRunner::frame(PowerFraction power, const std::string& who, Reply reply,
+void JobRunner::frame(PowerFraction power, const std::string& who, const Reply& reply,
                       const std::vector<std::string>& confirmed) {
   if (view_.state != CellState::kSuspended)
     return reply(Error{ErrorCode::kConflict,

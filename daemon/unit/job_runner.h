@@ -65,7 +65,8 @@ class JobRunner : private ActivityHost {
   // Traces the hull of what is about to be cut; only while Suspended with the panel found. Dark when `power` is 0; else
   // the wood under it is written off. The reply comes when it is traced. Nothing is proven by it: Unsuspend looks
   // again.
-  void frame(PowerFraction power, const std::string& who, Reply reply, const std::vector<std::string>& confirmed = {});
+  void frame(PowerFraction power, const std::string& who, const Reply& reply,
+             const std::vector<std::string>& confirmed = {});
   // Cuts these pieces again (marks of view().recut_job), their cut strokes only, after proving that the panel has not
   // moved since they were cut; engraving and the ledger stay as they are. The reply comes when the beam begins.
   void recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who, Reply reply);

@@ -134,7 +134,7 @@ std::string next_words(const CellView& view, const JobRest& rest, bool begun) {
 }
 
 std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan) {
-  const std::string job = view.rest ? next_words(view, *view.rest, true) : "";
+  std::string job = view.rest ? next_words(view, *view.rest, true) : "";
   if (to_scan.empty()) return job;
   return scan_words(to_scan) + (job.empty() ? "" : ". " + job);
 }

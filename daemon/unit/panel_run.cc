@@ -212,7 +212,7 @@ void PanelRun::end() {
   const bool goes_on = afterwards == Afterwards::kNextPanel;
   const auto write = [run = *run_, goes_on, doubted = doubted_](Repositories& r) -> Status {
     const std::string at = utc_timestamp();
-    if (const Status told = doubted.empty() ? Ok() : r.jobs.make_suspect(doubted, at); !told) return told;
+    if (Status told = doubted.empty() ? Ok() : r.jobs.make_suspect(doubted, at); !told) return told;
     return r.jobs.finish_run(run, goes_on, at);
   };
   host_.commit(write, [this, afterwards](const Status& finished) {

@@ -190,6 +190,7 @@ Status apply(Setting& setting, const ScanSettings& wanted) {
 
 std::string names_of(const std::vector<FoundScanner>& scanners) {
   std::vector<std::string> names;
+  names.reserve(scanners.size());
   for (const auto& scanner : scanners) names.push_back(fmt::format("\"{}\" ({})", scanner.name, scanner.make()));
   return fmt::format("{}", fmt::join(names, ", "));
 }

@@ -12,18 +12,20 @@
 
 namespace veneer::sane {
 
+// Of an option's numbers.
+struct OptionRange {
+  double least = 0, most = 0, step = 0;  // step 0: any
+};
+
 struct ScannerOption {
   enum class Kind { kYesNo, kWhole, kNumber, kText, kOther };  // kOther: buttons, tables
-  struct Range {
-    double least = 0, most = 0, step = 0;  // step 0: any
-  };
-  std::string name;   // "resolution"
-  std::string title;  // for people
-  std::string unit;   // "dpi", "mm", "px", "bit", "%", "us" or ""
+  std::string name;                                            // "resolution"
+  std::string title;                                           // for people
+  std::string unit;                                            // "dpi", "mm", "px", "bit", "%", "us" or ""
   Kind kind = Kind::kOther;
   bool active = false;    // it counts as the others are set now
   bool settable = false;  // by a program
-  std::optional<Range> range;
+  std::optional<OptionRange> range;
   std::vector<double> numbers;     // nothing else is taken, unless empty
   std::vector<std::string> words;  // the same for texts
   std::string value;               // now; "" where it cannot be read

@@ -60,6 +60,7 @@ std::vector<Carriage::Place> Carriage::follow(const MachineAxes& axes, Vec2 from
     return Vec2{one(lag_.x, way.x * share), one(lag_.y, way.y * share)};
   };
   std::vector<Place> out;
+  out.reserve(shares.size());
   for (const double share : shares) out.push_back({place(axes, from + way * share - lag_at(share)), share});
   lag_ = lag_at(1);
   return out;

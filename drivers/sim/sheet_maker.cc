@@ -76,7 +76,7 @@ cv::Mat primed_board(cv::Size size, double px_per_mm, Random& random) {
 // A panel is veneered on whatever board was there.
 cv::Mat board_under_veneer(const Sheet& sheet, const PanelOrder& order, Random& random) {
   Random choice(order.seed, "kind of board");
-  const cv::Mat grey = primed_board(sheet.material.size(), sheet.px_per_mm, random);
+  cv::Mat grey = primed_board(sheet.material.size(), sheet.px_per_mm, random);
   if (choice.uniform() >= order.rough.other_boards) return grey;
   // As the primed one, of another colour: raw MDF, dark and red-brown film, black primer.
   constexpr std::array<std::array<double, 3>, 4> kColours = {

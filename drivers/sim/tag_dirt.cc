@@ -32,7 +32,8 @@ void lay_over(Sheet& sheet, SheetFace face, Vec2 centre, double reach_mm, cv::Ve
 }
 
 // A blot with a wavy rim.
-void blot(Sheet& sheet, SheetFace face, Vec2 at, double radius, cv::Vec3f colour, double opaque, Random& random) {
+void blot(Sheet& sheet, SheetFace face, Vec2 at, double radius, const cv::Vec3f& colour, double opaque,
+          Random& random) {
   const double lobes = 3 + random.below(4), phase = random.uniform(0, 2 * kPi);
   lay_over(sheet, face, at, radius * 1.4, colour, [=](Vec2 d) {
     const double rim = radius * (1 + 0.25 * std::sin(lobes * std::atan2(d.y, d.x) + phase));

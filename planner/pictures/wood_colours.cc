@@ -145,8 +145,8 @@ int ColourCounts::tone_of(float grey) {
 }
 
 cv::Vec2f ColourCounts::colour_of(int cell) {
-  return {kLeastA + kCellUnits * (static_cast<float>(cell / kSide) + 0.5F),
-          kLeastB + kCellUnits * (static_cast<float>(cell % kSide) + 0.5F)};
+  const auto a = cell / kSide, b = cell % kSide;
+  return {kLeastA + kCellUnits * (static_cast<float>(a) + 0.5F), kLeastB + kCellUnits * (static_cast<float>(b) + 0.5F)};
 }
 
 double ColourCounts::total() const { return std::accumulate(counts_.begin(), counts_.end(), 0.0); }

@@ -58,7 +58,7 @@ Result<cv::Rect> crop_of(const std::string& text) {
 }
 
 Result<cv::Rect> crop_of(const std::string& text, const cv::Size& picture, const std::string& name) {
-  const Result<cv::Rect> crop = crop_of(text);
+  Result<cv::Rect> crop = crop_of(text);
   if (!crop.ok()) return crop;
   if (crop->x < 0 || crop->y < 0 || crop->width < 1 || crop->height < 1 || crop->width > picture.width - crop->x ||
       crop->height > picture.height - crop->y)

@@ -198,8 +198,9 @@ double bytes_a_piece(const std::function<Ring<PanelFrame>(double x, double y)>& 
   const PanelId panel = cell.new_panel();
   std::vector<PlannedPatch> patches;
   for (int i = 0; i < kPieces; ++i) {
-    PlannedPatch piece = square_piece(fmt::format("A{}-{}", i / kColumns, i % kColumns), panel, 0, 0, 9);
-    piece.panel_outline = outline(10.123 * (i % kColumns), 10.057 * (i / kColumns));
+    const int row = i / kColumns, column = i % kColumns;
+    PlannedPatch piece = square_piece(fmt::format("A{}-{}", row, column), panel, 0, 0, 9);
+    piece.panel_outline = outline(10.123 * column, 10.057 * row);
     piece.artwork_outline.clear();
     for (const auto& p : piece.panel_outline)
       piece.artwork_outline.push_back(point<ArtworkFrame>(p.y.count(), -p.x.count()));

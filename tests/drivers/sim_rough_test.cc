@@ -170,7 +170,8 @@ TEST(RoughPanel, HasDirtyTagsOtherBoardsAndWoods) {
     cv::findNonZero(changed.reshape(1) > 0, where);
     ASSERT_FALSE(where.empty());
     for (const cv::Point& p : where) {
-      const Vec2 at = dirty->mm({p.x / 3 + 0.5, p.y + 0.5});
+      const int column = p.x / 3;
+      const Vec2 at = dirty->mm({column + 0.5, p.y + 0.5});
       double nearest = 1e9;
       for (const TrueTag& tag : dirty->tags)
         if (tag.face == face) nearest = std::min(nearest, length(at - (tag.corners[0] + tag.corners[2]) * 0.5));
