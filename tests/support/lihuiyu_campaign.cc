@@ -83,7 +83,8 @@ class FaultedRun {
       for (const MmLeg& leg : planned_legs(job_, piece)) told.push_back(leg);
     const auto burns = std::span(cell_.burns).subspan(counted_);
     for (const MmLeg& burnt : burnt_legs(burns)) {
-      for (const auto& [x, y] : {std::pair(burnt.ax, burnt.ay), std::pair(burnt.bx, burnt.by)}) {
+      for (const auto& end : {std::pair(burnt.ax, burnt.ay), std::pair(burnt.bx, burnt.by)}) {
+        const double x = end.first, y = end.second;
         const bool along =
             std::ranges::any_of(told, [&](const MmLeg& leg) { return distance_to(leg, x, y) <= kBurnTolerance; });
         const bool reached = std::ranges::any_of(aborted.stray_path, [&](const auto& p) {

@@ -251,7 +251,8 @@ cv::Mat render(int columns, int rows, const Optics& optics, const std::function<
         const double shift_x = 0.5 + 0.5 * hash_noise(c, r, 77), shift_y = 0.5 + 0.5 * hash_noise(c, r, 78);
         Colour sum{0, 0, 0};
         for (int i = 0; i < n * n; ++i) {
-          const double x = (i + shift_x) / (n * n), y = (i % n * n + i / n + shift_y) / (n * n);
+          const int row = i % n * n + i / n;
+          const double x = (i + shift_x) / (n * n), y = (row + shift_y) / (n * n);
           sum += colour_at(c + x, r + y);
         }
         sharp.at<Colour>(r, c) = sum * (1.0F / static_cast<float>(n * n));
