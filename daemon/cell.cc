@@ -1,4 +1,5 @@
 #include "daemon/cell.h"
+#include "daemon/store/backup.h"
 
 #include <fmt/format.h>
 
@@ -176,8 +177,8 @@ Cell::Cell(boost::asio::io_context& io, const Config& configuration, Devices par
       devices(std::move(parts)),
       panel_library(config.store.data_dir),
       stock_memory(config.store.data_dir / "stock-memory.json"),
-      kept_alarms_(config.store.data_dir / "alarms.json", log),
-      kept_tasks_(config.store.data_dir / "tasks.json", log),
+      kept_alarms_(config.store.data_dir / kAlarmsName, log),
+      kept_tasks_(config.store.data_dir / kTasksName, log),
       keeper_(std::make_unique<Worker>("keeper", 10)),
       look_timer_(io) {}
 

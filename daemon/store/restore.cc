@@ -69,6 +69,15 @@ class Restoration {
     });
   }
 
+  // Alarms and tasks are those of the database that was there: they would be told of jobs that are others now.
+  Status put_news_aside() {
+    for (const char* name : {kAlarmsName, kTasksName}) {
+      if (Status kept = keep(name); !kept) return kept;
+      if (Status removed = remove_durably(data_dir_ / name); !removed) return removed;
+    }
+    return Ok();
+  }
+
   Status sync() const { return sync_folders(data_dir_); }
   fs::path aside() const { return kept_ ? aside_ : fs::path(); }
   std::size_t placed() const { return placed_; }
@@ -222,6 +231,7 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
     return read_certificates(database, order.at, certificates);
   });
   if (!placed) return placed.error();
+  if (Status told = work.put_news_aside(); !told) return told.error();
   lock->note_made();
   return Restored{given,
                   data_dir,

@@ -438,12 +438,15 @@ TEST_F(Backup, TakesThePlaceOfADatabaseThatIsKept) {
   database.reset();
   flip(data / kDatabaseName);
   flip(data / first_map);
+  write(data / kAlarmsName, "[{}]");
   const std::string damaged_database = bytes_of(data / kDatabaseName), damaged_map = bytes_of(data / first_map);
   const Restored restored = must(restore(backup, data));
   EXPECT_EQ(restored.placed, 1U);
   EXPECT_EQ(bytes_of(restored.aside / kDatabaseName), damaged_database);
   EXPECT_EQ(bytes_of(restored.aside / first_map), damaged_map);
   EXPECT_EQ(bytes_of(data / first_map), bytes_of(backup / first_map));
+  EXPECT_EQ(bytes_of(restored.aside / kAlarmsName), "[{}]");
+  EXPECT_FALSE(fs::exists(data / kAlarmsName)) << "its alarms are not of the jobs that are there now";
   EXPECT_TRUE(fs::exists(data / last_map)) << "a picture that the backup does not know stays";
   EXPECT_EQ(panels_in(data / kDatabaseName), 1U);
 }
