@@ -132,7 +132,7 @@ class Cell {
   void look_for_alarms();
   void tell_of(const TaskView& task);
   void note_failure(const TaskView& task);
-  void notify(Notice notice);
+  void notify(const Notice& notice);
   void look_for_notices();
   void go_on_from_before();  // alarms and tasks, as the daemon before this one left them
   void keep_alarms();

@@ -13,8 +13,8 @@ namespace veneer::daemon {
 
 using nlohmann::json;
 
-void Cell::notify(Notice notice) {
-  if (notifier_) notifier_->tell(std::move(notice));
+void Cell::notify(const Notice& notice) {
+  if (notifier_) notifier_->tell(notice);
 }
 
 Result<std::int64_t> Cell::try_notices() {

@@ -78,6 +78,7 @@ std::string place_of(const char* scheme, const NetworkAddress& at) {
 
 }  // namespace
 
+// What the lines have in common.
 struct Notifier::Shared {
   Shared(NotifierOptions its_options, WorkRunner& its_workers, Logger its_log,
          std::function<void(const std::string&)> when_told)
@@ -86,15 +87,13 @@ struct Notifier::Shared {
         log(std::move(its_log)),
         on_outcome(std::move(when_told)) {}
 
-  NotifierOptions options;
+  const NotifierOptions options;
   WorkRunner& workers;
-  Logger log;
-  std::function<void(const std::string&)> on_outcome;
+  const Logger log;
+  const std::function<void(const std::string&)> on_outcome;
   std::stop_source stop;
   std::mutex mutex;
   std::condition_variable_any pause;
-  // The worker's: told once, until it works again.
-  bool webhook_failed = false, mqtt_failed = false;
 
   template <class Order>
   Status try_once(const Order& order, const std::string& secret) {
@@ -120,69 +119,74 @@ struct Notifier::Shared {
     pause.wait_for(lock, stop.get_token(), time, [] { return false; });
     return !stop.stop_requested();
   }
+};
 
-  template <class Order>
-  void deliver(const Order& order, const std::string& secret, const std::string& place, bool& failed) {
-    Status told = try_once(order, secret);
+// To one place, from a thread of its own.
+struct Notifier::Line {
+  std::string place;  // for people
+  std::function<Status(Shared&, const Notice&)> try_once;
+  bool failed = false;  // told once, until it works again
+
+  void deliver(Shared& shared, const Notice& notice) {
+    Status told = try_once(shared, notice);
     // What is known not to answer is asked once for each notice, not three times.
-    for (std::size_t i = 0; !told && !failed && i < options.pauses.size(); ++i) {
-      if (!wait(options.pauses[i])) return;
-      told = try_once(order, secret);
+    for (std::size_t i = 0; !told && !failed && i < shared.options.pauses.size(); ++i) {
+      if (!shared.wait(shared.options.pauses[i])) return;
+      told = try_once(shared, notice);
     }
-    if (stop.stop_requested()) return;
+    if (shared.stop.stop_requested()) return;
     if (!told && !std::exchange(failed, true))
-      log->warn("{} could not be told what happens here: {}", place, told.error().message);
-    if (told && std::exchange(failed, false)) log->info("{} is told again what happens here", place);
-    on_outcome(told ? "delivered" : "failed");
-  }
-
-  void deliver(const Notice& notice) {
-    const NotifyConfig& to = options.to;
-    if (to.webhook)
-      deliver(webhook_of(to, notice), to.webhook_token_file.string(), place_of("http", *to.webhook), webhook_failed);
-    if (to.mqtt)
-      deliver(publication_of(to, notice), to.mqtt_password_file.string(), place_of("mqtt", *to.mqtt), mqtt_failed);
+      shared.log->warn("{} could not be told what happens here: {}", place, told.error().message);
+    if (told && std::exchange(failed, false)) shared.log->info("{} is told again what happens here", place);
+    shared.on_outcome(told ? "delivered" : "failed");
   }
 };
 
 Notifier::Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
                    std::function<void(const std::string&)> on_outcome)
     : shared_(std::make_shared<Shared>(std::move(options), workers, std::move(log), std::move(on_outcome))) {
-  if (shared_->options.to.webhook || shared_->options.to.mqtt) worker_ = std::make_unique<Worker>("notifier", 10);
+  const NotifyConfig& to = shared_->options.to;
+  const auto open = [&](const char* name, std::string place, auto order_of, std::string secret) {
+    auto line = std::make_shared<Line>();
+    line->place = std::move(place);
+    line->try_once = [order_of, secret = std::move(secret)](Shared& shared, const Notice& notice) {
+      return shared.try_once(order_of(shared.options.to, notice), secret);
+    };
+    lines_.push_back({std::move(line), std::make_unique<Worker>(name, 10)});
+  };
+  if (to.webhook) open("webhook", place_of("http", *to.webhook), webhook_of, to.webhook_token_file.string());
+  if (to.mqtt) open("mqtt", place_of("mqtt", *to.mqtt), publication_of, to.mqtt_password_file.string());
 }
 
 Notifier::~Notifier() { shared_->stop.request_stop(); }
 
 void Notifier::try_all(const TaskReporter& reporter) {
-  const bool taken = worker_->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, reporter] {
-    const NotifyConfig& to = shared->options.to;
+  std::vector<std::shared_ptr<Line>> all;
+  for (const OpenLine& open : lines_) all.push_back(open.line);
+  const auto try_them = [shared = shared_, all, reporter] {
     const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",
                         utc_timestamp()};
     std::vector<std::string> told;
-    if (to.webhook) {
-      if (const Status sent = shared->try_once(webhook_of(to, notice), to.webhook_token_file.string()); !sent)
-        return reporter.fail(sent.error());
-      told.push_back(place_of("http", *to.webhook));
-    }
-    if (to.mqtt) {
-      if (const Status sent = shared->try_once(publication_of(to, notice), to.mqtt_password_file.string()); !sent)
-        return reporter.fail(sent.error());
-      told.push_back(place_of("mqtt", *to.mqtt));
+    for (const auto& line : all) {
+      if (const Status sent = line->try_once(*shared, notice); !sent) return reporter.fail(sent.error());
+      told.push_back(line->place);
     }
     reporter.done({{"told", told}});
-  });
-  if (!taken) reporter.fail({ErrorCode::kUnavailable, "many notices wait to be sent: try again in a minute"});
+  };
+  if (!lines_.front().worker->try_post(WaitingRoom{shared_->options.most_waiting}, try_them))
+    reporter.fail({ErrorCode::kUnavailable, "many notices wait to be sent: try again in a minute"});
 }
 
-void Notifier::tell(Notice notice) {
-  if (!worker_) return;
+void Notifier::tell(const Notice& notice) {
   const NotifierOptions& options = shared_->options;
   const bool needs_somebody = notice.urgent || notice.what == Notice::What::kOperatorNeeded;
   const WaitingRoom room{options.most_waiting + (needs_somebody ? options.more_for_urgent : 0)};
-  const bool taken = worker_->try_post(room, [shared = shared_, notice = std::move(notice)] {
-    if (!shared->stop.stop_requested()) shared->deliver(notice);
-  });
-  if (!taken) shared_->on_outcome("dropped");
+  for (const OpenLine& open : lines_) {
+    const bool taken = open.worker->try_post(room, [shared = shared_, line = open.line, notice] {
+      if (!shared->stop.stop_requested()) line->deliver(*shared, notice);
+    });
+    if (!taken) shared_->on_outcome("dropped");
+  }
 }
 
 }  // namespace veneer::daemon

@@ -1,7 +1,7 @@
-// Tells people who are not at the cell: by a webhook, by MQTT. A thread of its own has it done by worker processes
-// (daemon/orders/notify_order.h), one after the other, so that a host that hangs costs a few of these notices and
-// nothing else: so many wait, what finds no room is dropped and counted, and what could not be delivered is tried twice
-// again.
+// Tells people who are not at the cell: by a webhook, by MQTT. Each place has a line of its own: a thread that has it
+// done by worker processes (daemon/orders/notify_order.h), one notice after the other, so that a host that hangs costs
+// a few of its own notices and nothing else: so many wait, what finds no room is dropped and counted, and what could
+// not be delivered is tried twice again.
 //
 // Bound to the reactor.
 #pragma once
@@ -36,7 +36,7 @@ struct Notice {
 struct NotifierOptions {
   NotifyConfig to;
   std::filesystem::path data_dir;              // for the workers' folders
-  std::size_t most_waiting = 32;               // notices
+  std::size_t most_waiting = 32;               // notices, in each line
   std::size_t more_for_urgent = 8;             // of them, and of those that need an operator
   std::chrono::milliseconds deadline{10'000};  // of one try
   std::vector<std::chrono::milliseconds> pauses = {std::chrono::seconds(5),
@@ -52,15 +52,20 @@ class Notifier {
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
-  void tell(Notice notice);
-  bool names_somebody() const { return worker_ != nullptr; }
-  // Sends one that says that it is a try, to all of them, once; the task is done when all have it.
+  void tell(const Notice& notice);
+  bool names_somebody() const { return !lines_.empty(); }
+  // Sends one that says that it is a try, to all of them, once; the task is done when all have it. There is somebody.
   void try_all(const TaskReporter& reporter);
 
  private:
   struct Shared;
+  struct Line;
+  struct OpenLine {
+    std::shared_ptr<Line> line;
+    std::unique_ptr<Worker> worker;
+  };
   std::shared_ptr<Shared> shared_;
-  std::unique_ptr<Worker> worker_;
+  std::vector<OpenLine> lines_;
 };
 
 }  // namespace veneer::daemon

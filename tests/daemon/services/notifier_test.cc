@@ -136,6 +136,22 @@ TEST_F(NotifierTest, AHostThatHangsCostsItsNoticesAndNothingElse) {
   // Ended with a try under way, which nobody waits for.
 }
 
+// Were one place to wait for another, this test would never end.
+TEST_F(NotifierTest, APlaceThatHangsKeepsNoOtherWaiting) {
+  boost::asio::io_context io;
+  tcp::acceptor deaf(io, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0));
+  options_.to.webhook = here(deaf.local_endpoint().port());
+  {
+    tcp::acceptor closed(io, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0));
+    options_.to.mqtt = here(closed.local_endpoint().port());
+  }
+  options_.pauses.clear();
+  options_.deadline = std::chrono::minutes(10);
+  const auto one = notifier();
+  one->tell(job_done());
+  EXPECT_EQ(outcome(), "failed") << "the broker, where nobody listens; the webhook still hangs";
+}
+
 // Debian's mosquitto, at a port of this machine.
 class Broker {
  public:
