@@ -122,7 +122,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   Cell& c = **cell;
   // Most databases are checked in milliseconds after an unclean end: then the first answer says how things stand. A
   // check that takes longer goes on behind open doors.
-  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   while (c.integrity->state() == DatabaseCheck::State::kChecking && std::chrono::steady_clock::now() < patience)
     reactor.run_one_until(patience);
   reactor.restart();
