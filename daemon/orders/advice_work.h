@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "daemon/orders/job_wood.h"
-#include "daemon/orders/records_json.h"
 #include "daemon/workers/work_runner.h"
+#include "db/materials.h"
 
 namespace veneer::daemon {
 
@@ -44,10 +45,5 @@ struct AdviceGiven {
 // As planner::advise() and load_job_wood() say; kInvalidArgument also: the crop does not lie within the picture.
 Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::path& folder,
                                 const TaskProgress& progress);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, threads, kerf, wood, recipes)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdvisedPicture, crop, layout, size_mm, width_mm, height_mm, patch_mm, pieces,
-                                   unfilled, likeness, cutting_s, preview)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdviceGiven, suggestions, suggested, remarks)
 
 }  // namespace veneer::daemon

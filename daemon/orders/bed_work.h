@@ -6,9 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "base/face.h"
+#include "base/frames.h"
+#include "base/geometry.h"
+#include "base/ids.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "calib/bed_pose.h"
-#include "daemon/orders/shapes_json.h"
+#include "calib/camera_model.h"
+#include "calib/fiducials.h"
 #include "daemon/workers/work_runner.h"
 
 namespace veneer::daemon {
@@ -53,11 +59,5 @@ struct BedSeen {
 };
 // Errors: the picture cannot be read, or not be written for people. That nothing is found is an answer.
 Result<BedSeen> look_at_bed(const LookAtBed& order, const std::filesystem::path& folder, const TaskProgress& progress);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, height, panels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenHoles, panel, seen, known, by_chance)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, holes, pose, why_none, why_code)
 
 }  // namespace veneer::daemon

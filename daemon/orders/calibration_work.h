@@ -8,15 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "base/frames.h"
+#include "base/geometry.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "calib/camera_fit.h"
+#include "calib/camera_model.h"
 #include "calib/scanner_model.h"
-#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
-
-namespace veneer::calib {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridView, height, tags)
-}  // namespace veneer::calib
 
 namespace veneer::daemon {
 
@@ -81,14 +80,5 @@ struct ReadPatternScan {
 };
 Result<Fit> read_pattern_scan(const ReadPatternScan& order, const std::filesystem::path& folder,
                               const TaskProgress& progress);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Fit, payload, rms)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridScan, file, nominal)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitScanner, scans)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadGridView, file, height)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GridViewRead, view, width_px, height_px)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FitCamera, views, width_px, height_px)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternView, file, camera, camera_certificate, height, area)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReadPatternScan, file, nominal, scanner, scan_size, area)
 
 }  // namespace veneer::daemon

@@ -2,6 +2,7 @@
 
 #include <thread>
 
+#include "daemon/orders/capture_json.h"
 #include "daemon/orders/capture_order.h"
 
 namespace veneer::daemon {

@@ -4,11 +4,19 @@
 
 #include <array>
 
+#include "daemon/orders/advice_json.h"
 #include "daemon/orders/advice_work.h"
+#include "daemon/orders/bed_json.h"
 #include "daemon/orders/bed_work.h"
+#include "daemon/orders/calibration_json.h"
 #include "daemon/orders/calibration_work.h"
+#include "daemon/orders/capture_json.h"
+#include "daemon/orders/notify_json.h"
+#include "daemon/orders/plan_json.h"
 #include "daemon/orders/plan_work.h"
+#include "daemon/orders/scan_json.h"
 #include "daemon/orders/scan_work.h"
+#include "daemon/orders/sketch_json.h"
 #include "daemon/orders/sketch_work.h"
 
 namespace veneer::daemon {

@@ -8,15 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "base/frames.h"
+#include "base/ids.h"
 #include "base/polygon_ops.h"
 #include "base/result.h"
-#include "daemon/orders/records_json.h"
+#include "base/units.h"
+#include "db/materials.h"
 #include "planner/edits/plan_edits.h"
 #include "planner/stock.h"
-
-namespace veneer::planner {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ForbiddenWood, panel, region)
-}  // namespace veneer::planner
 
 namespace veneer::daemon {
 
@@ -72,9 +71,5 @@ WoodPictures stored_wood();
 // The same with pictures from elsewhere, of panels without `mask_now`.
 Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, SquareMillimetres picture,
                                                        const WoodPictures& pictures);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed, remnant)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, remnants_first,
-                                   index_dir)
 
 }  // namespace veneer::daemon

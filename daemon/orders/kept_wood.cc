@@ -10,6 +10,7 @@
 #include <span>
 
 #include "base/hash.h"
+#include "daemon/orders/shapes_json.h"
 #include "planner/matching/index_cache.h"
 #include "planner/pictures/resample.h"
 #include "planner/suggest/picture_sketch.h"

@@ -2,7 +2,6 @@
 // orders it links no client of foreign servers.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 namespace veneer::daemon {
@@ -29,9 +28,5 @@ struct PublishByMqtt {
 struct Delivered {
   bool delivered = true;
 };
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CallWebhook, tls, host, port, path, content_type, body, title, priority, token_file)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PublishByMqtt, tls, host, port, topic, body, user, password_file)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Delivered, delivered)
 
 }  // namespace veneer::daemon

@@ -1,5 +1,7 @@
 #include "daemon/orders/notify_work.h"
 
+#include "daemon/orders/notify_json.h"
+
 namespace veneer::daemon {
 
 std::optional<Result<nlohmann::json>> do_notify_work(const std::string& kind, const nlohmann::json& request) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/orders/artwork_file.h"
+#include "daemon/orders/records_json.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
 #include "daemon/orders/wood_recipes.h"

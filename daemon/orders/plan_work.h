@@ -9,25 +9,14 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "daemon/config.h"
 #include "daemon/orders/job_wood.h"
-#include "daemon/orders/records_json.h"
 #include "daemon/workers/work_runner.h"
+#include "db/materials.h"
 #include "planner/plan.h"
 
-namespace veneer::planner {
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GlobalReport, greedy_cost, cost, greedy_unfilled, unfilled, iterations, budget,
-                                   stopped, seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FineReport, cost_before, cost, moved)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport::Round, cost, moved)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RefineReport, cost_before, cost_refined, cost, rounds, segments, length, seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanEdits, pins, replanned, swaps, takes, held)
-}  // namespace veneer::planner
-
 namespace veneer::daemon {
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RecipeConfig, cut_speed, cut_power, engrave_speed, engrave_power, mark_height,
-                                   mark_min_height, fit_clearance, lead_in, bridges, cut_order)
 
 struct MakePlan {
   static constexpr const char* kKind = "make_plan";
@@ -71,11 +60,5 @@ struct PlanMade {
 // kRefused when the wood does not fill the picture; the sentence says which tones are missing. Otherwise as
 // planner::make_plan and load_job_wood say.
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MakePlan, name, picture, crop, size, options, threads, kerf, preview_dpi, wood,
-                                   recipe, recipes, earlier, edits)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RedonePiece, mark, cost_before, cost)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PlanMade, kerf, web, cost_per_pixel, without_lead, warnings, global, fine, refined,
-                                   redone, cost_before)
 
 }  // namespace veneer::daemon

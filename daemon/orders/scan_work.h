@@ -6,13 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "base/face.h"
+#include "base/frames.h"
+#include "base/geometry.h"
+#include "base/polygon_ops.h"
 #include "base/result.h"
+#include "base/units.h"
 #include "calib/fiducials.h"
 #include "calib/reconcile.h"
 #include "calib/registration.h"
-#include "daemon/orders/records_json.h"
+#include "calib/scanner_model.h"
 #include "daemon/orders/scan_doubts.h"
-#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
 #include "db/materials.h"
 
@@ -72,12 +76,5 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
 // A map given as samples: scan pixels on a square lattice -> panel millimetres, bilinear between. What
 // GET /panels/{id}/registration tells of each scan.
 std::string lattice_text(const calib::ScanMap& panel_from_scan, int width_px, int height_px);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
-                                   earlier_map, earlier_mask, gone, held, suspects, retag)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
-                                   suspects_gone, lost, gained, warnings, new_tags, left_out)
 
 }  // namespace veneer::daemon

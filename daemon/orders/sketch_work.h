@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/units.h"
 #include "daemon/orders/job_wood.h"
-#include "daemon/orders/records_json.h"
-#include "daemon/orders/shapes_json.h"
 #include "daemon/workers/work_runner.h"
+#include "db/materials.h"
 
 namespace veneer::daemon {
 
@@ -43,9 +43,5 @@ struct SketchDrawn {
 // picture.
 Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path& folder,
                                 const TaskProgress& progress);
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, kerf, wood, recipes, kept_dir)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SketchDrawn, layout, width_mm, height_mm, patch_mm, pieces, unfilled, likeness,
-                                   cutting_s, remarks, preview, left_out)
 
 }  // namespace veneer::daemon

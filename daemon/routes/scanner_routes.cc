@@ -1,4 +1,5 @@
 // Which scanners there are, and what can be set on them.
+#include "daemon/orders/capture_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/post_work.h"
 #include "daemon/services/sane_scanner.h"

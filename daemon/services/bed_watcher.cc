@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "base/files.h"
+#include "daemon/orders/bed_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/services/panel_library.h"
 #include "daemon/store/calibration.h"

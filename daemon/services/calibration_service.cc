@@ -8,7 +8,9 @@
 
 #include "base/clock.h"
 #include "calib/april_grid.h"
+#include "daemon/orders/bed_json.h"
 #include "daemon/orders/bed_work.h"
+#include "daemon/orders/calibration_json.h"
 #include "daemon/orders/have_done.h"
 #include "daemon/store/calibration.h"
 #include "daemon/workers/work_folder.h"

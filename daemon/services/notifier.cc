@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "daemon/orders/have_done.h"
+#include "daemon/orders/notify_json.h"
 #include "daemon/orders/notify_order.h"
 #include "daemon/workers/work_folder.h"
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/orders/capture_json.h"
 #include "daemon/orders/have_done.h"
 
 namespace veneer::daemon {

@@ -13,10 +13,18 @@
 #include "base/journal.h"
 #include "calib/part_relation.h"
 #include "daemon/orders/packed_lattice.h"
+#include "daemon/orders/scan_json.h"
 #include "daemon/services/mask_painter.h"
 #include "daemon/services/part_zones.h"
 
 namespace veneer::daemon {
+
+// Of a proposal's file.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakenTile, file, sha256, device, taken_at, dpi)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuspectWood, allocation, piece)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenSheet, read, tiles, map_file, map_sha256, mask_file, panel, after, later_map,
+                                   parent, parent_fiducials, suspects)
+
 namespace {
 
 using nlohmann::json;

@@ -123,9 +123,4 @@ std::vector<db::FiducialRecord> new_tag_records(const PanelRead& read, Face face
 std::vector<db::ScanRecord> scan_records(const PanelId& panel, Face face, const std::vector<TakenTile>& tiles,
                                          const PanelRead& read);
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TakenTile, file, sha256, device, taken_at, dpi)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SuspectWood, allocation, piece)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenSheet, read, tiles, map_file, map_sha256, mask_file, panel, after, later_map,
-                                   parent, parent_fiducials, suspects)
-
 }  // namespace veneer::daemon

@@ -11,6 +11,7 @@
 #include "calib/april_grid.h"
 #include "calib/hole_tie.h"
 #include "daemon/orders/have_done.h"
+#include "daemon/orders/scan_json.h"
 
 namespace veneer::daemon {
 namespace {

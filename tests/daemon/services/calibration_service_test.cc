@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/orders/bed_json.h"
 #include "daemon/orders/bed_work.h"
+#include "daemon/orders/calibration_json.h"
 #include "daemon/orders/calibration_work.h"
 #include "daemon/store/calibration.h"
 #include "tests/support/temp_directory.h"

@@ -1,0 +1,16 @@
+// Advice before planning as JSON between the daemon and its worker processes (shapes_json.h): for those that order or
+// do, apart from what is ordered, which many know.
+#pragma once
+
+#include "daemon/orders/advice_work.h"
+#include "daemon/orders/job_wood_json.h"
+#include "daemon/orders/records_json.h"
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, threads, kerf, wood, recipes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdvisedPicture, crop, layout, size_mm, width_mm, height_mm, patch_mm, pieces,
+                                   unfilled, likeness, cutting_s, preview)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdviceGiven, suggestions, suggested, remarks)
+
+}  // namespace veneer::daemon

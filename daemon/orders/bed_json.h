@@ -1,0 +1,16 @@
+// What is seen on the bed as JSON between the daemon and its worker processes (shapes_json.h): for those that order or
+// do, apart from what is ordered, which many know.
+#pragma once
+
+#include "daemon/orders/bed_work.h"
+#include "daemon/orders/shapes_json.h"
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedPanel, panel, fiducials, outline)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LookAtBed, file, stock, camera, height, panels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenPose, panel, face_up, bed_from_panel, rms, moved_tags)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SeenHoles, panel, seen, known, by_chance)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BedSeen, tags, holes, pose, why_none, why_code)
+
+}  // namespace veneer::daemon

@@ -1,0 +1,20 @@
+// The wood of a job as JSON between the daemon and its worker processes (shapes_json.h): for those that order or do,
+// apart from what is ordered, which many know.
+#pragma once
+
+#include "daemon/orders/job_wood.h"
+#include "daemon/orders/records_json.h"
+
+namespace veneer::planner {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ForbiddenWood, panel, region)
+
+}  // namespace veneer::planner
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HeldPanel, id, map, mask, live, zones, spared, mask_now, own, closed, remnant)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JobWood, panels, margin, woods, wood_weights, forbidden, max_panels, remnants_first,
+                                   index_dir)
+
+}  // namespace veneer::daemon

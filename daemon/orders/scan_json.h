@@ -1,0 +1,17 @@
+// Scans as JSON between the daemon and its worker processes (shapes_json.h): for those that order or do, apart from
+// what is ordered, which many know.
+#pragma once
+
+#include "daemon/orders/records_json.h"
+#include "daemon/orders/scan_work.h"
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewScan, file, name, nominal)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RegisterScans, views, files, scanner, face, known, foreign_tags, first_map,
+                                   earlier_map, earlier_mask, gone, held, suspects, retag)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ScanWarning, name, text)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(PanelRead, rms, max, fiducials, sheet, lattices, zones, usable, differences,
+                                   suspects_gone, lost, gained, warnings, new_tags, left_out)
+
+}  // namespace veneer::daemon

@@ -1,0 +1,15 @@
+// Sketches as JSON between the daemon and its worker processes (shapes_json.h): for those that order or do, apart from
+// what is ordered, which many know.
+#pragma once
+
+#include "daemon/orders/job_wood_json.h"
+#include "daemon/orders/records_json.h"
+#include "daemon/orders/sketch_work.h"
+
+namespace veneer::daemon {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, kerf, wood, recipes, kept_dir)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SketchDrawn, layout, width_mm, height_mm, patch_mm, pieces, unfilled, likeness,
+                                   cutting_s, remarks, preview, left_out)
+
+}  // namespace veneer::daemon
