@@ -163,8 +163,13 @@ class Recut {
         LeanRow least, was;
         least.fill(std::numeric_limits<double>::infinity()), was.fill(kLean);
         const double* totals = total.data() + static_cast<std::size_t>(before) * kLeans;
+        // Whatever it is, it costs no more than after the cheapest.
+        const auto cheapest = static_cast<std::size_t>(std::min_element(totals, totals + kLeans) - totals);
+        const double enough =
+            totals[cheapest] + std::max(turn_costs[cheapest].front(), turn_costs[cheapest][kLeans - 1]);
         for (std::size_t k = 0; k < kLeans; ++k) {
           const double so_far = totals[k], number = static_cast<double>(k);
+          if (so_far > enough) continue;
           for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
             const double cost = so_far + turn_costs[k][lean];
             const bool less = cost < least[lean];
