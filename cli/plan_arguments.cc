@@ -12,6 +12,7 @@
 
 #include "cli/command_context.h"
 #include "cli/drawn_areas.h"
+#include "cli/guides_file.h"
 #include "cli/named_option.h"
 #include "planner/parallel.h"
 #include "planner/pictures/pictures.h"
@@ -183,6 +184,11 @@ void add_plan_arguments(CLI::App& command, PlanArguments& arguments) {
       "With --layout segmentation: a picture whose areas of one colour, or an SVG drawing whose closed regions, become "
       "the pieces, stretched over the target; the n-th belongs to the n-th target. Without it: areas of about one "
       "tone");
+  command.add_option(
+      "--guides", arguments.guides,
+      "With --layout morph: a picture, stretched over the target, that is white where its edges count, or "
+      "a JSON file with such pictures and with vertices of the grid that are pinned; the n-th belongs to "
+      "the n-th target");
   command.add_option("--kerf-mm", arguments.kerf_mm, "Full width of what the beam burns away, in millimetres")
       ->capture_default_str();
   command
@@ -243,6 +249,10 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     return unusable("there are more --importance pictures than --target pictures");
   if (arguments.segmentations.size() > arguments.targets.size())
     return unusable("there are more --segmentation pictures than --target pictures");
+  if (arguments.guides.size() > arguments.targets.size())
+    return unusable("there are more --guides than --target pictures");
+  if (!arguments.guides.empty() && arguments.options.layout != planner::LayoutKind::kMorph)
+    return unusable("--guides say where a morphed grid's lines go: add --layout morph");
   if (arguments.crops.size() > arguments.targets.size())
     return unusable("there are more --crop than --target pictures");
   if (!arguments.segmentations.empty() && arguments.options.layout != planner::LayoutKind::kSegmentation)
@@ -259,6 +269,11 @@ Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {
     Artwork& artwork = once.emplace_back();
     artwork.name = arguments.targets[i], artwork.picture = *picture, artwork.segmentation = *segmentation;
     if (!importance->empty()) cv::cvtColor(*importance, artwork.importance, cv::COLOR_BGR2GRAY);
+    if (i < arguments.guides.size()) {
+      Result<planner::LayoutGuides> guides = load_guides(arguments.guides[i]);
+      if (!guides.ok()) return guides.error();
+      artwork.guides = std::move(*guides);
+    }
     if (i < arguments.crops.size()) {
       const Result<cv::Rect> crop = planner::crop_of(arguments.crops[i], picture->size(), artwork.name);
       if (!crop.ok()) return crop.error();

@@ -11,7 +11,7 @@
 namespace veneer::cli {
 
 struct PlanArguments {
-  std::vector<std::string> targets, crops, importances, segmentations, panels, woods, wood_weights;
+  std::vector<std::string> targets, crops, importances, segmentations, guides, panels, woods, wood_weights;
   double size_mm = 360, kerf_mm = 0.15, web_mm = 0;
   int copies = 1;
   planner::PlanOptions options;  // kerf and web are filled in by plan_options()

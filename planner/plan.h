@@ -20,6 +20,7 @@
 #include "base/ids.h"
 #include "base/raster.h"
 #include "base/result.h"
+#include "planner/layout/layout_guides.h"
 #include "planner/layout/partition.h"
 #include "planner/stock.h"
 
@@ -37,6 +38,8 @@ struct Artwork {
   // CV_8UC3 of any size, stretched over the artwork: areas of one colour are the patches of LayoutKind::kSegmentation.
   // Empty: there are none.
   cv::Mat segmentation{};
+  // What a person says about LayoutKind::kMorph; in the other layouts it must be empty.
+  LayoutGuides guides{};
 };
 
 // The size that gives `picture` the shorter side `shorter`.
@@ -87,6 +90,9 @@ struct KeptLayout {
 // Defaults are the paper's Table 1.
 struct PlanOptions {
   LayoutKind layout = LayoutKind::kGrid;
+  // With kMorph, else of no effect: cells are cut in two along a diagonal where an edge of the picture runs
+  // (morph/split_cells.h). Pieces then have no rows and columns.
+  bool triangles = false;
   Millimetres patch{14};  // wished side of a patch; the grid has max(1, round(side / patch)) patches per axis
   int rotations = 15;     // n_rot: turns by k * 360 / n_rot degrees
   double w_intensity = 0.5, w_edge = 0.5, w_hist = 0.5;  // in [0, 1]
@@ -218,6 +224,7 @@ struct MorphReport {
   Millimetres mean_move{0}, most_move{0};    // of a grid's vertices from the straight grid's; the largest mean
   double edges_before = 0, edges_after = 0;  // share of the picture's edges within a pixel of a border; the least after
   std::size_t relaxed = 0;                   // cells that were drawn back towards the grid, to be fabricable
+  std::size_t split = 0;                     // cells that are two triangles
   double seconds = 0;                        // not part of what a plan is
 };
 

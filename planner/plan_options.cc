@@ -125,6 +125,7 @@ constexpr Field field(std::string_view name) {
 
 constexpr std::array kFields = {
     field<&PlanOptions::layout>("layout"),
+    field<&PlanOptions::triangles>("triangles"),
     field<&PlanOptions::patch>("patch_mm"),
     field<&PlanOptions::adaptive_levels>("adaptive_levels"),
     field<&PlanOptions::adaptive_factor>("adaptive_factor"),

@@ -25,6 +25,10 @@ inline constexpr std::array kNamedOptions = {
                 "How the picture is cut into patches: grid (squares), morph (a grid whose lines follow its edges), "
                 "mosaic (cells "
                 "that follow them) or segmentation (its areas of about one tone, or those of another picture)"},
+    NamedOption{
+        "triangles", OptionKind::kSwitch,
+        "With the layout morph: cut cells in two along a diagonal where an edge of the picture runs; marks then "
+        "count in reading order"},
     NamedOption{"patch_mm", OptionKind::kNumber,
                 "Side of the smallest patch, in millimetres; of a mosaic's cells on the mean"},
     NamedOption{"adaptive_levels", OptionKind::kWhole, "How many times a patch's side may double"},

@@ -76,11 +76,14 @@ Plan describe(std::span<const Artwork> artworks, std::span<const StockPanel> sto
   return plan;
 }
 
-// Weights that were given and change nothing.
-void add_idle_weights(const PlanOptions& options, std::vector<std::string>& warnings) {
+// Options that were given and change nothing.
+void add_idle_options(const PlanOptions& options, std::vector<std::string>& warnings) {
   if (options.w_gamut > 0 && options.w_colour <= 0)
     warnings.emplace_back(
         "colours are not mapped to the wood's, because the colour weight is 0: raise it (--w-colour)");
+  if (options.triangles && options.layout != LayoutKind::kMorph)
+    warnings.emplace_back(
+        "no cell is cut into triangles, because only a morphed grid's are: choose that layout (--layout morph)");
   const bool chosen_together =
       options.optimize == Optimize::kGlobal || (options.refine != Refine::kNone && options.rematch > 0);
   if (options.w_grain > 0 && !chosen_together)
@@ -223,7 +226,7 @@ Result<Plan> make_plan(std::span<const Artwork> artworks, std::span<const StockP
   const int threads = threads_meant(options.threads);
   Plan plan = describe(artworks, stock, options);
   plan.warnings = std::move(problem->warnings);
-  add_idle_weights(options, plan.warnings);
+  add_idle_options(options, plan.warnings);
   plan.mosaic = problem->mosaic;
   plan.morph = problem->morph;
   std::unique_ptr<Matcher> matcher;

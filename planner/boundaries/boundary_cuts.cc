@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "planner/boundaries/draw_back.h"
@@ -21,7 +22,7 @@ constexpr Millimetres kRounding{0.001};
 // Borders are drawn back by this factor where something is wrong, then around whole faces, then to where they were.
 constexpr double kDrawBack = 0.5;
 constexpr Millimetres kNear{1};
-constexpr int kWholeFacesAfter = 4, kStayAfter = 6, kDrawingsBack = 12;
+constexpr int kWholeFacesAfter = 4, kStayAfter = 6, kStayWholeAfter = 9, kDrawingsBack = 16;
 constexpr Millimetres kStride{0.5};  // between the controls of smooth lines
 // What a turn of a smooth line costs, in mean costs of a stride as wide as the whole overlap, until curves are long
 // enough.
@@ -145,7 +146,7 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
   };
   // As little smoothing as gives curves of the wanted length; the smoother, the longer they are.
   std::size_t too_little = 0, enough = kBends.size() - 1;
-  std::vector<CutLines> out = smoothed(kBends[enough]).lines;
+  std::vector<CutLines> out;  // of `enough`, when that was looked at
   while (too_little < enough) {
     const std::size_t middle = (too_little + enough) / 2;
     Smoothed it = smoothed(kBends[middle]);
@@ -154,7 +155,7 @@ std::vector<CutLines> BoundaryCuts::proposal(const std::vector<FaceCost>& costs)
     else
       too_little = middle + 1;
   }
-  return out;
+  return out.empty() ? smoothed(kBends[enough]).lines : out;
 }
 
 // Points of an outline that lie nearer than `border` to a pixel that is not free.
@@ -187,13 +188,30 @@ std::vector<Point<PanelFrame>> near_blocked(const Ring<PanelFrame>& outline, con
   return out;
 }
 
-std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const PatchPlacements& placements) const {
+// Faces at one set of placements, looked at again and again while some of them change: what did not is not looked at
+// anew.
+struct BoundaryCuts::Looked {
+  std::vector<Ring<ArtworkFrame>> outlines;  // as they were looked at
+  std::vector<Fault> own;                    // what is wrong with a piece by itself
+  std::vector<Region<PanelFrame>> grown;     // by the kerf, where it lies
+  std::vector<Box<PanelFrame>> boxes;
+  std::map<std::pair<std::size_t, std::size_t>, Region<PanelFrame>> shared;  // by two pieces that lie near each other
+};
+
+std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const PatchPlacements& placements,
+                                                      Looked& looked) const {
   const std::size_t count = problem_.queue.size();
-  std::vector<Fault> out(count);
-  std::vector<Region<PanelFrame>> grown(count);
-  std::vector<Box<PanelFrame>> boxes(count);
+  const bool first = looked.outlines.empty();
+  looked.own.resize(count), looked.grown.resize(count), looked.boxes.resize(count);
+  std::vector<char> changed(count, 1);
+  for (std::size_t i = 0; i < count && !first; ++i) changed[i] = looked.outlines[i] != state.outlines[i] ? 1 : 0;
+  looked.outlines = state.outlines;
+  std::vector<Region<PanelFrame>>& grown = looked.grown;
+  std::vector<Box<PanelFrame>>& boxes = looked.boxes;
   (void)run_parallel(count, options_.threads, {}, [&](std::size_t i) {
-    Fault& fault = out[i];
+    if (changed[i] == 0) return;
+    Fault& fault = looked.own[i] = {};
+    boxes[i] = {};
     if (const auto shape = fault_of(state.outlines[i], options_.limits, &fault.places)) {
       fault.found = true, fault.everywhere = *shape != FabricationFault::kThin || fault.places.empty();
     }
@@ -215,13 +233,16 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
       fault.found = true;
     }
   });
+  std::vector<Fault> out = looked.own;
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t j = 0; placements[i] && j < i; ++j) {
       if (!placements[j] || placements[i]->panel != placements[j]->panel) continue;
       if (boxes[i].min.x > boxes[j].max.x || boxes[j].min.x > boxes[i].max.x || boxes[i].min.y > boxes[j].max.y ||
           boxes[j].min.y > boxes[i].max.y)
         continue;
-      for (const auto& ring : intersect(grown[i], grown[j]).rings())
+      const auto [there, fresh] = looked.shared.try_emplace({i, j});
+      if (fresh || changed[i] != 0 || changed[j] != 0) there->second = intersect(grown[i], grown[j]);
+      for (const auto& ring : there->second.rings())
         for (const std::size_t k : {i, j}) {
           const auto back = placements[k]->panel_from_artwork.inverse();
           for (const auto& p : ring) out[k].places.push_back(back * p);
@@ -232,7 +253,8 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
 }
 
 bool BoundaryCuts::stands(const PatchPlacements& placements) const {
-  const std::vector<Fault> bad = faults(now_, placements);
+  Looked looked;
+  const std::vector<Fault> bad = faults(now_, placements, looked);
   return std::none_of(bad.begin(), bad.end(), [](const Fault& it) { return it.found; });
 }
 
@@ -246,14 +268,18 @@ Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_toke
   std::vector<Shares> shares;
   shares.reserve(wanted.size());
   for (const CutLines& lines : wanted) shares.push_back(whole_way(lines));
+  Looked looked;
   for (int back = 0;; ++back) {
     if (stop.stop_requested()) return cancelled();
     std::vector<CutLines> lines;
     for (std::size_t a = 0; a < wanted.size(); ++a) lines.push_back(between(now_.lines[a], wanted[a], shares[a]));
     State next = drawn(std::move(lines));
-    const std::vector<Fault> bad = faults(next, placements);
-    const auto left = std::count_if(bad.begin(), bad.end(), [](const Fault& it) { return it.found; });
-    if (left == 0) {
+    const std::vector<Fault> bad = faults(next, placements, looked);
+    // A piece that is where it was is as sound as it was.
+    const auto is_left = [&](std::size_t i) { return bad[i].found && next.outlines[i] != now_.outlines[i]; };
+    bool sound = true;
+    for (std::size_t i = 0; i < bad.size() && sound; ++i) sound = !is_left(i);
+    if (sound) {
       now_ = std::move(next);
       return Ok();
     }
@@ -266,6 +292,8 @@ Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_toke
         if (!fault.found) continue;
         const bool all = fault.everywhere || back >= kWholeFacesAfter;
         if (all) draw_back(wanted[a], f, back >= kStayAfter ? 0 : kDrawBack, shares[a]);
+        // What is to stay lies where its lines were, which may be elsewhere along them.
+        if (all && back >= kStayWholeAfter) draw_back(now_.lines[a], f, 0, shares[a]);
         for (const Point<ArtworkFrame>& p : fault.places)
           if (!all) draw_back_near(wanted[a], f, px_of(a, p), near, kDrawBack, before, shares[a]);
       }

@@ -62,7 +62,8 @@ class BoundaryCuts {
     bool found = false, everywhere = false;
     std::vector<Point<ArtworkFrame>> places;
   };
-  std::vector<Fault> faults(const State& state, const PatchPlacements& placements) const;
+  struct Looked;
+  std::vector<Fault> faults(const State& state, const PatchPlacements& placements, Looked& looked) const;
   CutOptions cut_options() const;
   PlanePoint px_of(std::size_t artwork, const Point<ArtworkFrame>& p) const;
   Millimetres width_of(std::size_t artwork) const;

@@ -1,6 +1,7 @@
 #include "planner/boundaries/cut_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -143,47 +144,60 @@ class Recut {
     measure();
     add_up();
     bound();
-    constexpr int kLeans = 2 * kLean + 1;
     const double quantum = stride / kStride;
     const int places = static_cast<int>(std::floor((high_ - low_) / quantum)) + 1;
     const int parts = std::max(1, static_cast<int>(std::lround(static_cast<double>(count_) / stride)));
     const double length = static_cast<double>(count_) / parts;
-    const auto states = static_cast<std::size_t>(places * kLeans);
+    const std::size_t states = static_cast<std::size_t>(places) * kLeans;
     const std::vector<LeanLimits> limits = lean_limits(parts, length, places, quantum);
     std::vector<double> total(states, 0), next(states);
     std::vector<std::int16_t> leans(static_cast<std::size_t>(parts) * states, 0);
+    const std::array<LeanRow, kLeans> turns = costs_of_turns(bend), none = costs_of_turns(0);
     for (int part = 0; part < parts; ++part) {
       const auto from = static_cast<std::size_t>(std::lround(part * length));
       const auto to = static_cast<std::size_t>(std::lround((part + 1) * length));
-      for (int place = 0; place < places; ++place)
-        for (int lean = -kLean; lean <= kLean; ++lean) {
-          const auto state = static_cast<std::size_t>(place * kLeans + lean + kLean);
-          next[state] = std::numeric_limits<double>::infinity();
-          const int before = place - lean;
-          if (before < 0 || before >= places) continue;
-          // The part from `before` to `place`, after one that leans otherwise.
-          double least = std::numeric_limits<double>::infinity();
-          for (int was = -kLean; was <= kLean; ++was) {
-            const int turn = part > 0 ? lean - was : 0;
-            const double cost = total[static_cast<std::size_t>(before * kLeans + was + kLean)] + bend * turn * turn;
-            if (cost >= least) continue;
-            least = cost, leans[static_cast<std::size_t>(part) * states + state] = static_cast<std::int16_t>(was);
+      const std::array<LeanRow, kLeans>& turn_costs = part > 0 ? turns : none;
+      std::fill(next.begin(), next.end(), std::numeric_limits<double>::infinity());
+      for (int before = 0; before < places; ++before) {
+        // The best that a part which begins here can follow, by how it leans itself.
+        LeanRow least, was;
+        least.fill(std::numeric_limits<double>::infinity()), was.fill(kLean);
+        const double* totals = total.data() + static_cast<std::size_t>(before) * kLeans;
+        // Whatever it is, it costs no more than after the cheapest.
+        const auto cheapest = static_cast<std::size_t>(std::min_element(totals, totals + kLeans) - totals);
+        const double enough =
+            totals[cheapest] + std::max(turn_costs[cheapest].front(), turn_costs[cheapest][kLeans - 1]);
+        for (std::size_t k = 0; k < kLeans; ++k) {
+          const double so_far = totals[k], number = static_cast<double>(k);
+          if (so_far > enough) continue;
+          for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
+            const double cost = so_far + turn_costs[k][lean];
+            const bool less = cost < least[lean];
+            least[lean] = less ? cost : least[lean], was[lean] = less ? number : was[lean];
           }
+        }
+        for (int lean = -kLean; lean <= kLean; ++lean) {
+          const int place = before + lean;
+          if (place < 0 || place >= places) continue;
+          const auto row = static_cast<std::size_t>(lean + kLean);
+          const std::size_t state = static_cast<std::size_t>(place) * kLeans + row;
+          leans[static_cast<std::size_t>(part) * states + state] = static_cast<std::int16_t>(was[row] - kLean);
           const LeanLimits& limit = limits[static_cast<std::size_t>(part * places + place)];
           const double beyond = std::max({0, limit.least - lean, lean - limit.most});
-          next[state] = least + cost_of_part(from, to, before * quantum, place * quantum) +
+          next[state] = least[row] + cost_of_part(from, to, before * quantum, place * quantum) +
                         beyond * static_cast<double>(kForbidden);
         }
+      }
       std::swap(total, next);
     }
     std::size_t state = static_cast<std::size_t>(std::min_element(total.begin(), total.end()) - total.begin());
     std::vector<double> corners(static_cast<std::size_t>(parts) + 1);
     for (int part = parts; part-- > 0;) {
-      const int place = static_cast<int>(state) / kLeans, lean = static_cast<int>(state) % kLeans - kLean;
+      const int place = static_cast<int>(state / kLeans), lean = static_cast<int>(state % kLeans) - kLean;
       corners[static_cast<std::size_t>(part) + 1] = low_ + place * quantum;
       corners[static_cast<std::size_t>(part)] = low_ + (place - lean) * quantum;
       const int was = leans[static_cast<std::size_t>(part) * states + state];
-      state = static_cast<std::size_t>((place - lean) * kLeans + was + kLean);
+      state = static_cast<std::size_t>(place - lean) * kLeans + static_cast<std::size_t>(was + kLean);
     }
     return spline(corners, length);
   }
@@ -239,6 +253,19 @@ class Recut {
 
   // A line that leans by kLean quanta in a part of kStride turns by 40 degrees from where the layout has it.
   static constexpr int kLean = 5, kStride = 6;
+  static constexpr std::size_t kLeans = 2 * kLean + 1, kLeanRow = 12;
+  // A number for each lean, and one more, so that they fill registers.
+  using LeanRow = std::array<double, kLeanRow>;
+  // By how the part before leans, then the part itself.
+  static std::array<LeanRow, kLeans> costs_of_turns(double bend) {
+    std::array<LeanRow, kLeans> out{};
+    for (std::size_t was = 0; was < kLeans; ++was)
+      for (std::size_t lean = 0; lean < kLeanRow; ++lean) {
+        const int turn = static_cast<int>(lean) - static_cast<int>(was);
+        out[was][lean] = bend * turn * turn;
+      }
+    return out;
+  }
 
   // How a part that ends there may lean: where lines meet, at angles of 45 to 135 degrees.
   struct LeanLimits {
@@ -307,6 +334,9 @@ class Recut {
         least = std::max(least, line_.home(i) - options_.reach);
         most = std::min(most, line_.home(i) + options_.reach);
       }
+      for (const auto& [along, across] : line_.through)
+        if (std::abs(line_.first + static_cast<double>(i) + 0.5 - along) <= 1)
+          least = std::max(least, across - 1), most = std::min(most, across + 1);
       for (std::size_t k = 0; k < width_; ++k) {
         const double at = low_ + static_cast<int>(k);
         const double beyond = std::max({0.0, least - at, at - most});

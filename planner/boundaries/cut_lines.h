@@ -11,6 +11,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace veneer::planner {
@@ -22,6 +23,8 @@ struct CutLine {
   int first = 0;                 // pixel along that `at` begins with: somewhat before `begin`, for its neighbours' sake
   std::vector<double> at;        // how far across, in the middle of each pixel along
   std::vector<double> curved{};  // where the layout has it, like `at`; empty: at `straight`
+  // Where it has to pass, within about a pixel: along, across.
+  std::vector<std::pair<double, double>> through{};
 
   // Anywhere along; beyond the known pixels as at the last one.
   double operator()(double along) const;

@@ -130,6 +130,10 @@ bool ink_fits(const Turned& outline, GlyphPoint centre, const Text& text, double
       const GlyphPoint a = at(k - 1), b = at(k);
       for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
         const GlyphPoint &c = outline[j], &d = outline[i];
+        // Most are far apart, which their boxes show.
+        if (std::min(a.x, b.x) - std::max(c.x, d.x) > margin || std::min(c.x, d.x) - std::max(a.x, b.x) > margin ||
+            std::min(a.y, b.y) - std::max(c.y, d.y) > margin || std::min(c.y, d.y) - std::max(a.y, b.y) > margin)
+          continue;
         const double nearest = std::min(std::min(squared_distance(a, c, d), squared_distance(b, c, d)),
                                         std::min(squared_distance(c, a, b), squared_distance(d, a, b)));
         if (nearest < margin * margin || cross(a, b, c, d)) return false;

@@ -282,6 +282,7 @@ json morph_to_json(const MorphReport& morph) {
           {"edges_before", morph.edges_before},
           {"edges_after", morph.edges_after},
           {"relaxed", morph.relaxed},
+          {"split", morph.split},
           {"seconds", morph.seconds}};
 }
 

@@ -10,6 +10,7 @@ namespace {
 // Of the gradients that are no noise, the share that is strong enough to begin an edge.
 constexpr double kStrong = 0.85;
 constexpr double kWeak = 0.4;          // threshold of what continues an edge, in that of what begins one
+constexpr double kBelowAll = 0.99;     // of the largest gradient
 constexpr double kLeastGradient = 12;  // of 255 over a pixel, after smoothing: 3 x 3 Sobel
 
 // The value that this share of the non-zero ones does not exceed.
@@ -33,7 +34,10 @@ cv::Mat own_canny(const cv::Mat& grey, double shortest) {
   cv::Mat fx, fy, strength;
   dx.convertTo(fx, CV_32F), dy.convertTo(fy, CV_32F);
   cv::magnitude(fx, fy, strength);
-  const double high = quantile(strength, kStrong);
+  // Canny begins edges where the gradient is larger than that: in a drawing of two tones all may be alike.
+  double largest = 0;
+  cv::minMaxLoc(strength, nullptr, &largest);
+  const double high = std::min(quantile(strength, kStrong), kBelowAll * largest);
   cv::Canny(dx, dy, edges, kWeak * high, high, true);
   cv::Mat numbers, figures, centres;
   const int count = cv::connectedComponentsWithStats(edges, numbers, figures, centres, 8, CV_32S);

@@ -31,9 +31,10 @@ Gradients gradients_of(const cv::Mat& grey) {
   return out;
 }
 
-// Adds the edges of `grey`, by their direction.
-void add_edges(const cv::Mat& grey, double shortest, EdgeImage& out) {
-  const cv::Mat edges = own_canny(grey, shortest);
+// Adds the edges of `grey` that count, by their direction.
+void add_edges(const cv::Mat& grey, double shortest, const cv::Mat& mask, EdgeImage& out) {
+  cv::Mat edges = own_canny(grey, shortest);
+  if (!mask.empty()) edges.setTo(0, mask == 0);
   // Directions of a few pixels together: single ones turn by eighths.
   cv::Mat soft;
   cv::GaussianBlur(grey, soft, {}, 2);
@@ -88,14 +89,14 @@ cv::Mat rolling_guidance(const cv::Mat& grey, double space, double range, int th
 
 bool EdgeImage::empty() const { return cv::countNonZero(upright) == 0 && cv::countNonZero(level) == 0; }
 
-EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads) {
+EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads, const EdgeMasks& masks) {
   EdgeImage out{cv::Mat(bgr.size(), CV_8UC1, cv::Scalar(0)), cv::Mat(bgr.size(), CV_8UC1, cv::Scalar(0))};
   cv::Mat grey, smooth;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
   add_edges(rolling_guidance(grey, std::max(1.0, kSmallStructure * spacing), kGuidanceRange, threads),
-            kShortestEdge * spacing, out);
+            kShortestEdge * spacing, masks.large, out);
   cv::bilateralFilter(grey, smooth, 0, kGuidanceRange, std::max(1.0, kFineStructure * spacing));
-  add_edges(smooth, kShortestEdge * spacing, out);
+  add_edges(smooth, kShortestEdge * spacing, masks.fine, out);
   return out;
 }
 

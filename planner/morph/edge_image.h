@@ -15,7 +15,7 @@ namespace veneer::planner {
 // program of ours; hence our own.
 cv::Mat rolling_guidance(const cv::Mat& grey, double space, double range, int threads);
 
-// Both masks are full: E = max(E_RG, E_bilateral).
+// E = max(M_RG E_RG, M_bilateral E_bilateral).
 struct EdgeImage {
   // CV_8UC1, 255 on lines one pixel wide. An upright line of the grid can follow edges in `upright`, a level one those
   // in `level`; slanted edges are in both.
@@ -24,7 +24,12 @@ struct EdgeImage {
   bool empty() const;
 };
 
+// Which edges count, CV_8UC1 of the picture's size: not 0. Empty: all of them.
+struct EdgeMasks {
+  cv::Mat large{}, fine{};  // M_RG, M_bilateral
+};
+
 // `bgr`: CV_8UC3. `spacing`: of the grid, pixels; what is much finer is no edge.
-EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads);
+EdgeImage edge_image(const cv::Mat& bgr, double spacing, int threads, const EdgeMasks& masks = {});
 
 }  // namespace veneer::planner

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -53,8 +54,8 @@ class Spline {
 // Pixels whose middle lies in a face, and those that may come to: the straight cell and `reach` around it.
 class FaceTones {
  public:
-  FaceTones(const CutLines& straight, const CutLines& lines, const cv::Mat& tones, double reach)
-      : straight_(straight), lines_(lines), tones_(tones), reach_(reach) {}
+  FaceTones(const CutLines& straight, const CutLines& lines, const cv::Mat& tones, const cv::Mat& counts, double reach)
+      : straight_(straight), lines_(lines), tones_(tones), counts_(counts), reach_(reach) {}
 
   // The tone that the face is to show: its median, so that one which an edge cuts takes the side of its larger part.
   double tone(std::size_t f) const {
@@ -74,8 +75,9 @@ class FaceTones {
     return static_cast<double>(*middle);
   }
 
-  // What it costs that the face shows this tone. `far`: at `reach` beyond the straight cell, on top of that.
-  FaceCost cost(std::size_t f, double tone, double far) const {
+  // What it costs that the face shows one of these tones, the nearest. `far`: at `reach` beyond the straight cell, on
+  // top of that.
+  FaceCost cost(std::size_t f, const std::array<double, 2>& shown, double far) const {
     FaceCost out{window_of(f), {}};
     out.cost.create(out.window.size(), CV_32FC1);
     const double left = straight_.left(f, 0), right = straight_.right(f, 0);
@@ -84,7 +86,9 @@ class FaceTones {
       for (int c = 0; c < out.window.width; ++c) {
         const double x = out.window.x + c + 0.5, y = out.window.y + r + 0.5;
         const double beyond = std::max({left - x, x - right, top - y, y - bottom, 0.0}) / reach_;
-        const double off = static_cast<double>(tones_.at<float>(out.window.y + r, out.window.x + c)) - tone;
+        const bool here = counts_.empty() || counts_.at<std::uint8_t>(out.window.y + r, out.window.x + c) != 0;
+        const auto tone = static_cast<double>(tones_.at<float>(out.window.y + r, out.window.x + c));
+        const double off = here ? std::min(std::abs(tone - shown[0]), std::abs(tone - shown[1])) : 0;
         out.cost.at<float>(r, c) = static_cast<float>(off * off + far * beyond * beyond);
       }
     return out;
@@ -100,7 +104,7 @@ class FaceTones {
   }
 
   const CutLines &straight_, &lines_;
-  const cv::Mat& tones_;
+  const cv::Mat &tones_, &counts_;
   double reach_;
 };
 
@@ -132,6 +136,39 @@ CutLines lines_through(const SpringGrid& grid, CutLines straight) {
   return straight;
 }
 
+void lead_through(std::span<const PinnedPlace> pins, const GridSize& size, CutLines& lines) {
+  struct Passing {
+    double along, across;
+  };
+  std::vector<std::vector<Passing>> passing(lines.lines.size());
+  for (const PinnedPlace& pin : pins) {
+    if (pin.column > 0 && pin.column < size.columns)
+      passing[static_cast<std::size_t>(pin.column - 1)].push_back({pin.at.y, pin.at.x});
+    if (pin.row > 0 && pin.row < size.rows)
+      passing[static_cast<std::size_t>(size.columns - 1 + pin.row - 1)].push_back({pin.at.x, pin.at.y});
+  }
+  for (std::size_t l = 0; l < lines.lines.size(); ++l) {
+    CutLine& line = lines.lines[l];
+    const double spacing = line.upright ? lines.height / size.rows : lines.width / size.columns;
+    for (const Passing& pass : passing[l]) {
+      // No farther than the next vertex that is pinned, which stays.
+      constexpr double kNear = 0.75, kClear = 1.5;  // of a spacing, pixels
+      double reach = kNear * spacing;
+      for (const Passing& other : passing[l])
+        if (&other != &pass) reach = std::min(reach, std::abs(other.along - pass.along) - kClear);
+      CutLine aside = line;
+      for (std::size_t i = 0; i < line.at.size(); ++i) {
+        const double t = (line.first + static_cast<double>(i) + 0.5 - pass.along) / reach;
+        aside.at[i] = std::abs(t) < 1 ? (1 - t * t) * (1 - t * t) : 0;
+      }
+      const double here = aside(pass.along);
+      if (here <= 0) continue;
+      const double by = (pass.across - line(pass.along)) / here;
+      for (std::size_t i = 0; i < line.at.size(); ++i) line.at[i] += by * aside.at[i];
+    }
+  }
+}
+
 Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const FitOptions& options,
                                  const std::stop_token& stop) {
   CutLines straight = lines;
@@ -140,10 +177,12 @@ Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const Fit
   std::vector<FaceCost> costs(lines.faces.size());
   double scale = 0;  // mean cost of a pixel that a patch may come to have
   for (int round = 0; round <= kToneRounds; ++round) {
-    const FaceTones faces(straight, lines, tones, options.reach);
+    const FaceTones faces(straight, lines, tones, options.counts, options.reach);
     std::vector<double> own(costs.size());
     const Status done = run_parallel(costs.size(), options.threads, stop, [&](std::size_t f) {
-      costs[f] = faces.cost(f, faces.tone(f), kFarCost * scale);
+      const bool is_cut = !options.halves.empty() && options.halves[f];
+      const double tone = is_cut ? 0 : faces.tone(f);
+      costs[f] = faces.cost(f, is_cut ? *options.halves[f] : std::array{tone, tone}, kFarCost * scale);
       own[f] = cv::mean(costs[f].cost)[0];
     });
     if (!done.ok()) return done.error();

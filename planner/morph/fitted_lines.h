@@ -7,8 +7,12 @@
 // over the artwork, y down. Pure functions, the same for any number of threads.
 #pragma once
 
+#include <array>
 #include <opencv2/core/mat.hpp>
+#include <optional>
+#include <span>
 #include <stop_token>
+#include <vector>
 
 #include "base/result.h"
 #include "planner/boundaries/cut_lines.h"
@@ -23,11 +27,20 @@ CutLines grid_lines(const GridSize& size, cv::Size raster);
 // Natural cubic splines through the vertices.
 CutLines lines_through(const SpringGrid& grid, CutLines straight);
 
+// Of cells that are to be cut in two, both tones; none: a cell shows one.
+using HalfTones = std::vector<std::optional<std::array<double, 2>>>;
+
 struct FitOptions {
   double reach = 0;  // how far lines may come from where the straight grid has them
   double gap = 0;    // least width of a patch, straight across
   int threads = 1;
+  cv::Mat counts{};    // CV_8UC1 of the raster's size: where tones count, not 0; empty: everywhere
+  HalfTones halves{};  // one a face; empty: all faces show one tone
 };
+
+// Bends the two lines that meet in each of these vertices so that they meet in it, near by and no more than they must.
+// No two of them are nearer than some pixels to each other.
+void lead_through(std::span<const PinnedPlace> pins, const GridSize& size, CutLines& lines);
 
 // `tones`: CV_32FC1 of the raster's size, any scale. kCancelled: a stop was requested.
 Result<CutLines> fitted_to_tones(CutLines lines, const cv::Mat& tones, const FitOptions& options,

@@ -1,5 +1,7 @@
 #include "planner/morph/morphed_grid.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,12 +17,14 @@
 #include "planner/layout/grid.h"
 #include "planner/morph/edge_image.h"
 #include "planner/morph/fitted_lines.h"
+#include "planner/morph/split_cells.h"
 #include "planner/morph/spring_grid.h"
 #include "planner/parallel.h"
 
 namespace veneer::planner {
 namespace {
 
+constexpr int kPale = 128;              // grey of what counts in a mask
 constexpr double kLongestSide = 1000;   // pixels of the raster
 constexpr double kCellPixels = 28;      // side of a patch in it, where that makes it smaller
 constexpr double kLeastCellPixels = 8;  // the same, of very many
@@ -51,27 +55,117 @@ class Morph {
   }
 
   Result<MorphedGrid> run(const std::stop_token& stop) {
-    straight_ = grid_lines(size_, raster_);
-    const EdgeImage edges = edge_image(resized(bgr_), spacing(), options_.threads);
+    if (Status status = place_pins(); !status.ok()) return status.error();
+    straight_ = base_ = grid_lines(size_, raster_);
+    const EdgeMasks masks{mask_of(options_.guides.large), mask_of(options_.guides.fine)};
+    const EdgeImage edges = edge_image(resized(bgr_), spacing(), options_.threads, masks);
     if (stop.stop_requested()) return cancelled();
     MorphedGrid out{
         partition_of(width_, height_, grid_layout(width_, height_, options_.patch)), at_work(straight_), {}};
+    if (edges.empty() && pins_.empty()) return out;
     // What is too small to be cut as a square is not bent.
-    if (edges.empty() || fault(outline_of(out.partition, 0)).found) return out;
-    const SpringGrid springs = spring_grid(size_, raster_.width, raster_.height, edges);
+    if (fault(outline_of(out.partition, 0)).found) {
+      if (pins_.empty()) return out;
+      return unusable(
+          "patches that are too small to be cut with curved borders cannot have pinned vertices: choose "
+          "larger ones or a smaller least width");
+    }
     cv::Mat tones;
     resized(tones_).convertTo(tones, CV_32F, 1.0 / 255);
+    if (!pins_.empty()) {
+      base_ = lines_through(spring_grid(size_, raster_.width, raster_.height, {}, pins_), straight_);
+      lead_through(pins_, size_, base_);
+    }
+    Result<CutLines> wanted = edges.empty() ? base_ : fitted(edges, tones, masks, stop);
+    if (!wanted.ok()) return wanted.error();
+    Result<MorphedGrid> made = fabricable(*wanted, edges, std::move(out), stop);
+    if (made.ok() && options_.triangles) {
+      SplitCells cells = split(made->partition, tones, edges);
+      made->partition = std::move(cells.partition), made->figures.split = cells.count;
+    }
+    return made;
+  }
+
+ private:
+  SplitCells split(const Partition& cells, const cv::Mat& tones, const EdgeImage& edges) const {
+    return split_cells(cells, tones, edges.upright | edges.level, {ScanResolution{px_per_mm_}, height_},
+                       {options_.limits, options_.size, options_.threads});
+  }
+
+  // Lines on the edges, between them as straight as they can be.
+  Result<CutLines> fitted(const EdgeImage& edges, const cv::Mat& tones, const EdgeMasks& masks,
+                          const std::stop_token& stop) const {
+    const SpringGrid springs = spring_grid(size_, raster_.width, raster_.height, edges, pins_);
     const double patch = options_.patch.count() * px_per_mm_;
     const double gap = std::max(options_.limits.width.count() * kSlanted,
                                 std::min(options_.size.count(), options_.patch.count() * kNarrowest)) *
                        px_per_mm_;
-    Result<CutLines> fitted =
-        fitted_to_tones(lines_through(springs, straight_), tones, {kMorphReach * patch, gap, options_.threads}, stop);
-    if (!fitted.ok()) return fitted.error();
-    return fabricable(*fitted, edges, std::move(out), stop);
+    CutLines lines = lines_through(springs, straight_);
+    for (const PinnedPlace& pin : pins_) {
+      if (pin.column > 0 && pin.column < size_.columns)
+        lines.lines[static_cast<std::size_t>(pin.column - 1)].through.emplace_back(pin.at.y, pin.at.x);
+      if (pin.row > 0 && pin.row < size_.rows)
+        lines.lines[static_cast<std::size_t>(size_.columns - 1 + pin.row - 1)].through.emplace_back(pin.at.x, pin.at.y);
+    }
+    // Where edges do not count, tones do not either.
+    cv::Mat counts;
+    if (!masks.large.empty() && !masks.fine.empty()) counts = masks.large | masks.fine;
+    FitOptions fit{kMorphReach * patch, gap, options_.threads, counts};
+    // No line need bend to an edge along which a cell is going to be cut.
+    if (options_.triangles)
+      fit.halves = split(curved_layout(at_work(lines), width_, grid_, options_.smoothness), tones, edges).tones;
+    Result<CutLines> out = fitted_to_tones(std::move(lines), tones, fit, stop);
+    if (!out.ok()) return out;
+    for (CutLine& line : out->lines) line.through.clear();
+    lead_through(pins_, size_, *out);
+    return out;
   }
 
- private:
+  // The mask over the raster; empty: all edges count.
+  cv::Mat mask_of(const cv::Mat& drawn) const {
+    if (drawn.empty()) return {};
+    return resized(drawn) >= kPale;
+  }
+
+  // kInvalidArgument: see morphed_grid().
+  Status place_pins() {
+    const double dx = width_.count() / size_.columns, dy = height_.count() / size_.rows;
+    const auto refuse = [](const PinnedVertex& it, const std::string& why) {
+      return unusable(fmt::format("the vertex pinned in row {}, column {} at {:.2f}, {:.2f} mm {}", it.row, it.column,
+                                  it.at.x.count(), it.at.y.count(), why));
+    };
+    std::map<std::pair<int, int>, PinnedVertex> known;
+    for (const PinnedVertex& it : options_.guides.vertices) {
+      if (it.row < 0 || it.column < 0 || it.row > size_.rows || it.column > size_.columns)
+        return refuse(
+            it, fmt::format("is none of the grid's: rows are 0 to {}, columns 0 to {}", size_.rows, size_.columns));
+      if (!known.emplace(std::pair(it.row, it.column), it).second) return refuse(it, "is pinned twice");
+      const double x = it.at.x.count() - it.column * dx, y = it.at.y.count() - (height_.count() - it.row * dy);
+      const bool on_side = it.column == 0 || it.column == size_.columns, on_end = it.row == 0 || it.row == size_.rows;
+      constexpr double kOnBorder = 1e-3;  // mm
+      if ((on_side && !(std::abs(x) <= kOnBorder)) || (on_end && !(std::abs(y) <= kOnBorder)))
+        return refuse(it, "belongs to the artwork's border and must stay on it, corners where they are");
+      if (!(std::abs(x) <= kFarthest * dx && std::abs(y) <= kFarthest * dy))
+        return refuse(it, fmt::format("is too far from where the straight grid has it, {:.2f}, {:.2f} mm: it may come "
+                                      "{:.2f} mm across and {:.2f} mm up or down",
+                                      it.column * dx, height_.count() - it.row * dy, kFarthest * dx, kFarthest * dy));
+      pins_.push_back({it.row,
+                       it.column,
+                       {it.at.x.count() / width_.count() * raster_.width,
+                        (1 - it.at.y.count() / height_.count()) * raster_.height}});
+    }
+    // Of two next to each other.
+    for (const auto& [place, it] : known) {
+      const auto below = known.find({place.first + 1, place.second}),
+                 beside = known.find({place.first, place.second + 1});
+      if (below != known.end() && std::abs((below->second.at.x - it.at.x).count()) > kMostLean * dy)
+        return refuse(it, "lies too far aside of the one pinned below it: their border would lean too much");
+      if (beside != known.end() && std::abs((beside->second.at.y - it.at.y).count()) > kMostLean * dx)
+        return refuse(it, "lies too far above or below the one pinned beside it: their border would lean too much");
+    }
+    return Ok();
+  }
+
   double spacing() const { return std::sqrt(raster_.area() / (static_cast<double>(size_.rows) * size_.columns)); }
 
   cv::Mat resized(const cv::Mat& picture) const {
@@ -102,15 +196,23 @@ class Morph {
     return out;
   }
 
+  CutLines led_at_work(const CutLines& lines) const {
+    CutLines out = at_work(lines);
+    std::vector<PinnedPlace> pins = pins_;
+    for (PinnedPlace& pin : pins) pin.at.x *= out.width / lines.width, pin.at.y *= out.height / lines.height;
+    lead_through(pins, size_, out);
+    return out;
+  }
+
   // The grid as it is `wanted`, or as near to it as its cells are fabricable. `out`: the straight one.
   Result<MorphedGrid> fabricable(const CutLines& wanted, const EdgeImage& edges, MorphedGrid out,
                                  const std::stop_token& stop) const {
     Shares shares = whole_way(wanted);
     std::vector<char> relaxed(wanted.faces.size(), 0);
+    bool made = false;
     for (int back = 0; back <= kRelaxations; ++back) {
       if (stop.stop_requested()) return cancelled();
-      const CutLines lines = between(straight_, wanted, shares);
-      CutLines work = at_work(lines);
+      CutLines work = led_at_work(between(base_, wanted, shares));
       Partition partition = curved_layout(work, width_, grid_, options_.smoothness);
       const std::vector<Fault> bad = faults(partition);
       const Shares before = shares;
@@ -124,8 +226,20 @@ class Morph {
           if (!all) draw_back_near(wanted, f, p, kNearFault.count() * px_per_mm_, kRelaxBy, before, shares);
       }
       if (!sound) continue;
-      out.partition = std::move(partition), out.lines = std::move(work);
+      out.partition = std::move(partition), out.lines = std::move(work), made = true;
       break;
+    }
+    if (!made && !pins_.empty()) {
+      out.lines = led_at_work(base_);
+      out.partition = curved_layout(out.lines, width_, grid_, options_.smoothness);
+      const std::vector<Fault> bad = faults(out.partition);
+      const auto first = std::find_if(bad.begin(), bad.end(), [](const Fault& it) { return it.found; });
+      if (first != bad.end()) {
+        const auto face = static_cast<int>(first - bad.begin());
+        return unusable(fmt::format(
+            "the pinned vertices leave the piece in row {}, column {} no room to be cut: pin them farther apart",
+            face / size_.columns + 1, face % size_.columns + 1));
+      }
     }
     for (CutLine& line : out.lines.lines) line.curved = line.at;
     out.figures = figures(out, edges);
@@ -176,8 +290,10 @@ class Morph {
     MorphFigures out;
     const cv::Mat all = edges.upright | edges.level;
     const double count = cv::countNonZero(all);
-    out.edges_before = cv::countNonZero(all & borders(straight_)) / count;
-    out.edges_after = cv::countNonZero(all & borders(made.lines)) / count;
+    if (count > 0) {
+      out.edges_before = cv::countNonZero(all & borders(straight_)) / count;
+      out.edges_after = cv::countNonZero(all & borders(made.lines)) / count;
+    }
     // Each edge's ends are vertices; those of a grid have two to four edges each, so that each is looked at once.
     std::map<std::pair<int, int>, Millimetres> moves;
     const auto note = [&](const Point<ArtworkFrame>& at) {
@@ -201,7 +317,8 @@ class Morph {
   GridSize size_;
   double px_per_mm_ = 1;
   cv::Size raster_;
-  CutLines straight_;
+  std::vector<PinnedPlace> pins_;
+  CutLines straight_, base_;  // base_: with the pinned vertices where they belong, else straight
 };
 
 }  // namespace

@@ -13,7 +13,6 @@ constexpr double kDamping = 4;      // gamma
 constexpr double kEulerStep = 0.1;  // of Euler's method
 constexpr double kAtRest = 0.005;   // pixels a step
 constexpr int kMostSteps = 1500;
-constexpr double kMostLean = 0.5;  // most, of a border between two vertices
 
 // The slope of P across the lines, CV_32FC1: along x of upright edges, along y of level ones.
 cv::Mat slope_of(const cv::Mat& edges, double reach, bool along_x) {
@@ -37,14 +36,19 @@ double bilinear(const cv::Mat& map, const PlanePoint& p) {
 
 class Springs {
  public:
-  Springs(const GridSize& size, double width, double height, const EdgeImage& edges)
+  Springs(const GridSize& size, double width, double height, const EdgeImage& edges, std::span<const PinnedPlace> pins)
       : rows_(size.rows), columns_(size.columns), dx_(width / size.columns), dy_(height / size.rows) {
-    slope_x_ = slope_of(edges.upright, dx_ / 2, true), slope_y_ = slope_of(edges.level, dy_ / 2, false);
+    if (!edges.upright.empty()) slope_x_ = slope_of(edges.upright, dx_ / 2, true);
+    if (!edges.level.empty()) slope_y_ = slope_of(edges.level, dy_ / 2, false);
     for (int r = 0; r <= rows_; ++r)
       for (int c = 0; c <= columns_; ++c)
         home_.push_back({width * (static_cast<double>(c) / columns_), height * (static_cast<double>(r) / rows_)});
     // Displacements, not places: springs of equal neighbours cancel to the last bit.
-    moved_.assign(home_.size(), {}), speed_ = moved_;
+    moved_.assign(home_.size(), {}), speed_ = moved_, pinned_.assign(home_.size(), 0);
+    for (const PinnedPlace& pin : pins) {
+      const std::size_t i = number(pin.row, pin.column);
+      pinned_[i] = 1, moved_[i] = {pin.at.x - home_[i].x, pin.at.y - home_[i].y};
+    }
   }
 
   SpringGrid run() {
@@ -66,6 +70,7 @@ class Springs {
     for (int r = 0; r <= rows_; ++r)
       for (int c = 0; c <= columns_; ++c) {
         const std::size_t i = number(r, c);
+        if (pinned_[i] != 0) continue;
         PlanePoint force;
         for (int dr = -1; dr <= 1; ++dr)
           for (int dc = -1; dc <= 1; ++dc) {
@@ -74,8 +79,8 @@ class Springs {
             force.x += neighbour.x - moved_[i].x, force.y += neighbour.y - moved_[i].y;
           }
         const PlanePoint here{home_[i].x + moved_[i].x, home_[i].y + moved_[i].y};
-        force.x -= kEdgeWeight * dx_ * bilinear(slope_x_, here);
-        force.y -= kEdgeWeight * dy_ * bilinear(slope_y_, here);
+        if (!slope_x_.empty()) force.x -= kEdgeWeight * dx_ * bilinear(slope_x_, here);
+        if (!slope_y_.empty()) force.y -= kEdgeWeight * dy_ * bilinear(slope_y_, here);
         PlanePoint& v = speed_[i];
         // Damping is taken implicitly, which holds at any step.
         v.x = c == 0 || c == columns_ ? 0 : (v.x + kEulerStep * force.x) / (1 + kEulerStep * kDamping);
@@ -88,20 +93,22 @@ class Springs {
     return farthest;
   }
 
-  // Vertices whose border leans too far give way to each other, both by half.
+  // Vertices whose border leans too far give way to each other, both by half; a pinned one leaves it to the other.
   void limit_leans() {
-    const auto ease = [](double& a, double& b, double most) {
+    const auto ease = [&](std::size_t i, std::size_t k, double PlanePoint::*across, double most) {
+      double &a = moved_[i].*across, &b = moved_[k].*across;
       const double beyond = std::abs(b - a) - most;
-      if (beyond <= 0) return;
-      const double half = b > a ? beyond / 2 : -beyond / 2;
-      a += half, b -= half;
+      if (beyond <= 0 || (pinned_[i] != 0 && pinned_[k] != 0)) return;
+      const double all = b > a ? beyond : -beyond;
+      const double share = pinned_[i] != 0 ? 0 : pinned_[k] != 0 ? 1 : 0.5;
+      a += all * share, b -= all * (1 - share);
     };
     constexpr int kPasses = 50;
     for (int pass = 0; pass < kPasses; ++pass) {
       for (int r = 0; r < rows_; ++r)
-        for (int c = 1; c < columns_; ++c) ease(moved_[number(r, c)].x, moved_[number(r + 1, c)].x, kMostLean * dy_);
+        for (int c = 1; c < columns_; ++c) ease(number(r, c), number(r + 1, c), &PlanePoint::x, kMostLean * dy_);
       for (int r = 1; r < rows_; ++r)
-        for (int c = 0; c < columns_; ++c) ease(moved_[number(r, c)].y, moved_[number(r, c + 1)].y, kMostLean * dx_);
+        for (int c = 0; c < columns_; ++c) ease(number(r, c), number(r, c + 1), &PlanePoint::y, kMostLean * dx_);
     }
   }
 
@@ -109,12 +116,14 @@ class Springs {
   double dx_, dy_;
   cv::Mat slope_x_, slope_y_;
   std::vector<PlanePoint> home_, moved_, speed_;
+  std::vector<char> pinned_;
 };
 
 }  // namespace
 
-SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges) {
-  return Springs(size, width, height, edges).run();
+SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges,
+                       std::span<const PinnedPlace> pins) {
+  return Springs(size, width, height, edges, pins).run();
 }
 
 }  // namespace veneer::planner

@@ -7,6 +7,7 @@
 // artwork, y down. Pure function; thread-safe.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "planner/layout/bezier_fit.h"
@@ -24,10 +25,18 @@ struct SpringGrid {
   }
 };
 
+// A vertex that stays where it is put.
+struct PinnedPlace {
+  int row = 0, column = 0;
+  PlanePoint at;
+};
+
 // The grid in equilibrium. Corners stay, vertices of the artwork's border slide along it, none goes farther than
 // kFarthest of the spacing, and no border between two leans by more than 1 in 2. Without edges all stay to the last
 // bit.
-inline constexpr double kFarthest = 0.4;
-SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges);
+// `pins` are vertices of the grid and themselves keep to all that. An empty edge image has no edges.
+inline constexpr double kFarthest = 0.4, kMostLean = 0.5;
+SpringGrid spring_grid(const GridSize& size, double width, double height, const EdgeImage& edges,
+                       std::span<const PinnedPlace> pins = {});
 
 }  // namespace veneer::planner

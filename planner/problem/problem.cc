@@ -188,23 +188,36 @@ void note_figures(const MosaicFigures& figures, double seconds, std::optional<Mo
 }
 
 void note_figures(const MorphFigures& figures, double seconds, std::optional<MorphReport>& report) {
-  if (!report) report = MorphReport{{}, {}, figures.edges_before, figures.edges_after, 0, 0};
+  if (!report) report = MorphReport{{}, {}, figures.edges_before, figures.edges_after, 0, 0, 0};
   if (figures.edges_after < report->edges_after)
     report->edges_before = figures.edges_before, report->edges_after = figures.edges_after;
   report->mean_move = std::max(report->mean_move, figures.mean_move);
   report->most_move = std::max(report->most_move, figures.most_move);
-  report->relaxed += figures.relaxed, report->seconds += seconds;
+  report->relaxed += figures.relaxed, report->split += figures.split, report->seconds += seconds;
+}
+
+Result<MorphedGrid> morphed(const Artwork& artwork, const PlanOptions& options, const WorkingArtwork& work,
+                            Problem& problem, const std::stop_token& stop) {
+  const Stopwatch watch;
+  const MorphOptions wanted{options.patch,
+                            face_limits(options),
+                            std::min(kHandySize, options.patch / 2),
+                            options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
+                            threads_meant(options.threads),
+                            artwork.guides,
+                            options.triangles};
+  Result<MorphedGrid> made = morphed_grid(artwork.picture, work.tones, artwork.width, work.grid, wanted, stop);
+  if (made.ok())
+    note_figures(made->figures, watch.seconds(), problem.morph);
+  else if (made.error().code == ErrorCode::kInvalidArgument)
+    return unusable(fmt::format("\"{}\": {}", artwork.name, made.error().message));
+  return made;
 }
 
 Result<std::vector<PatchTree>> morphed_cells(const Artwork& artwork, const PlanOptions& options, WorkingArtwork& work,
                                              Problem& problem, const std::stop_token& stop) {
-  const Stopwatch watch;
-  const MorphOptions wanted{options.patch, face_limits(options), std::min(kHandySize, options.patch / 2),
-                            options.curves == Curves::kG1 ? Smoothness::kG1 : Smoothness::kG0,
-                            threads_meant(options.threads)};
-  Result<MorphedGrid> made = morphed_grid(artwork.picture, work.tones, artwork.width, work.grid, wanted, stop);
+  Result<MorphedGrid> made = morphed(artwork, options, work, problem, stop);
   if (!made.ok()) return made.error();
-  note_figures(made->figures, watch.seconds(), problem.morph);
   std::vector<PatchTree> out;
   for (Patch& cell : grid_layout(artwork.width, artwork.height, options.patch)) {
     cell.outline = outline_of(made->partition, out.size());
@@ -223,10 +236,15 @@ const KeptLayout* kept_free(const Artwork& artwork, const PlanOptions& options) 
 
 // The layout without rows that an earlier plan has of the artwork, or that the options ask for; none: it is a grid.
 Result<std::optional<Partition>> layout_without_rows(const Artwork& artwork, const PlanOptions& options,
-                                                     SaliencyMaps& saliency, Problem& problem,
-                                                     const std::stop_token& stop) {
+                                                     const WorkingArtwork& work, SaliencyMaps& saliency,
+                                                     Problem& problem, const std::stop_token& stop) {
   if (const KeptLayout* kept = kept_free(artwork, options)) return std::optional(kept->layout);
-  if (options.layout == LayoutKind::kGrid || options.layout == LayoutKind::kMorph) return std::optional<Partition>();
+  if (options.layout == LayoutKind::kGrid) return std::optional<Partition>();
+  if (options.layout == LayoutKind::kMorph) {
+    Result<MorphedGrid> made = morphed(artwork, options, work, problem, stop);
+    if (!made.ok()) return made.error();
+    return std::optional(std::move(made->partition));
+  }
   const Stopwatch watch;
   Result<FreeLayout> made = free_layout(artwork, options, saliency, stop);
   if (!made.ok()) return made.error();
@@ -259,12 +277,13 @@ Result<Layout> squares_of(const Artwork& artwork, std::size_t index, const PlanO
   bool is_fixed = !fixed->empty();
   if (is_fixed) {
     layout = *fixed;
-  } else if (options.layout == LayoutKind::kMorph && kept_free(artwork, options) == nullptr) {
+  } else if (options.layout == LayoutKind::kMorph && !options.triangles && kept_free(artwork, options) == nullptr) {
     Result<std::vector<PatchTree>> cells = morphed_cells(artwork, options, problem.artworks[index], problem, stop);
     if (!cells.ok()) return cells.error();
     layout = std::move(*cells), is_fixed = true;
   } else {
-    Result<std::optional<Partition>> free = layout_without_rows(artwork, options, saliency, problem, stop);
+    Result<std::optional<Partition>> free =
+        layout_without_rows(artwork, options, problem.artworks[index], saliency, problem, stop);
     if (!free.ok()) return free.error();
     if (*free) {
       Result<std::vector<PatchTree>> faces = faces_of(**free, artwork, all_turns, problem);

@@ -46,6 +46,8 @@ Status check_options(const PlanOptions& o) {
   if (o.layout != LayoutKind::kGrid && o.layout != LayoutKind::kMorph && o.refine != Refine::kNone)
     return unusable(
         "only borders of a grid are refined so far: leave refine at none, or choose the layout grid or morph");
+  if (o.triangles && o.layout == LayoutKind::kMorph && o.refine != Refine::kNone)
+    return unusable("borders of triangles are not refined so far: leave refine at none, or do without triangles");
   if (o.refine != Refine::kNone && !o.kept.empty())
     return unusable(
         "a plan whose pieces are kept keeps its borders too: refine the picture anew, or keep the plan without refine");
@@ -74,6 +76,12 @@ Status check_artwork(const Artwork& artwork, const PlanOptions& options) {
     return unusable(fmt::format("the importance of \"{}\" is not an 8-bit grey picture", artwork.name));
   if (!artwork.segmentation.empty() && artwork.segmentation.type() != CV_8UC3)
     return unusable(fmt::format("the segmentation of \"{}\" is not 8-bit colour", artwork.name));
+  if (options.layout != LayoutKind::kMorph && !artwork.guides.empty())
+    return unusable(
+        fmt::format("only a morphed grid heeds guides, and \"{}\" has some: choose the layout morph", artwork.name));
+  for (const cv::Mat& mask : {artwork.guides.large, artwork.guides.fine})
+    if (!mask.empty() && mask.type() != CV_8UC1)
+      return unusable(fmt::format("the edges that count of \"{}\" are not an 8-bit grey picture", artwork.name));
   const double pixels = options.dpi / 25.4 * options.dpi / 25.4 * artwork.width.count() * artwork.height.count();
   if (pixels > 4e8)
     return unusable(

@@ -76,6 +76,8 @@ void crop_pictures(Artwork& artwork, const cv::Rect& crop) {
   const cv::Size whole = artwork.picture.size();
   artwork.importance = beside(artwork.importance, crop, whole);
   artwork.segmentation = beside(artwork.segmentation, crop, whole);
+  artwork.guides.large = beside(artwork.guides.large, crop, whole);
+  artwork.guides.fine = beside(artwork.guides.fine, crop, whole);
   artwork.picture = artwork.picture(crop).clone();
 }
 

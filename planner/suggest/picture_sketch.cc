@@ -41,7 +41,8 @@ PlanOptions sketch_options(const PlanOptions& wanted, const Artwork& artwork, st
   out.patch = std::max(wanted.patch, Millimetres(std::sqrt(area / kMostPatches)));
   const SketchEffort effort = affordable(stock, area / (out.patch.count() * out.patch.count()), out.patch);
   out.dpi = std::clamp(ScanResolution{effort.patch_pixels / out.patch.count()}.dpi(), kCoarsestDpi, kFinestDpi);
-  out.layout = LayoutKind::kGrid;  // others take longer to lay out and to match than a sketch may
+  out.layout = LayoutKind::kGrid,
+  out.triangles = false;  // others take longer to lay out and to match than a sketch may
   out.rotations = std::min(wanted.rotations, effort.rotations);
   out.thoroughness = kSketchThoroughness;
   out.exact = false, out.fine_rotation = false, out.optimize = Optimize::kGreedy;

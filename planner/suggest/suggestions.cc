@@ -158,7 +158,8 @@ class Adviser {
     const ArtworkSize size = artwork_size(part.picture, side);
     part.width = size.width, part.height = size.height;
     PlanOptions options = options_;
-    options.layout = layout, options.patch = patch, options.rotations = std::min(options_.rotations, kAdviceRotations);
+    options.layout = layout, options.triangles = false, options.patch = patch,
+    options.rotations = std::min(options_.rotations, kAdviceRotations);
     if (layout != LayoutKind::kGrid) options.web = std::max(options.web, limits_.cells_web);
     options.dpi = std::min(options_.dpi, std::max(kLeastDpi, ScanResolution{kPatchPixels / patch.count()}.dpi()));
     options.adaptive_levels = 0, options.refine = Refine::kNone, options.rematch = 0, options.alternatives = 0;

@@ -496,6 +496,45 @@ TEST_F(PlanCommand, MorphsAGridRefinesAndKeepsIt) {
   EXPECT_EQ(text("out/plan.json"), before);
 }
 
+TEST_F(PlanCommand, MorphsAGridAsItsGuidesSayAndKeepsItsTriangles) {
+  cv::imwrite(path("edges.png"), cv::Mat(60, 60, CV_8UC1, cv::Scalar(255)));
+  std::ofstream(path("guides.json")) << R"({"schema_version": 1, "large_edges": "edges.png",
+    "vertices": [{"row": 1, "column": 1, "x_mm": 7.5, "y_mm": 13}]})";
+  const Outcome outcome =
+      plan(usual() + " --layout morph --triangles --min-width-mm 1 --guides " + path("guides.json"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json"), report = json("out/report.json");
+  EXPECT_TRUE(report["morph"]["split"].is_number_unsigned());
+  bool pinned = false;
+  for (const nlohmann::json& edge : plan_json["layouts"][0]["edges"])
+    pinned = pinned || (std::abs(edge["curve_um"][0][0].get<double>() - 7500) <= 1 &&
+                        std::abs(edge["curve_um"][0][1].get<double>() - 13000) <= 1);
+  EXPECT_TRUE(pinned);
+  std::size_t number = 0;
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    EXPECT_EQ(piece["id"], "A" + std::to_string(++number));
+    EXPECT_TRUE(piece["row"].is_null() && piece["col"].is_null());
+  }
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanCommand, RefusesGuidesThatNobodyWouldHeed) {
+  const auto guides = [&](const std::string& written) {
+    std::ofstream(path("guides.json")) << written;
+    return usual() + " --layout morph --guides " + path("guides.json");
+  };
+  expect_unusable(usual() + " --guides x.png", "add --layout morph");
+  expect_unusable(guides("[]"), "is not an object of JSON");
+  expect_unusable(guides(R"({"large_edge": "x.png"})"), "has \"large_edge\", but only schema_version, large_edges, ");
+  expect_unusable(guides(R"({"vertices": [{"row": 1.5, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "vertex 1 of ");
+  expect_unusable(guides(R"({"vertices": [{"row": 99, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "is none of the grid's");
+  expect_unusable(guides(R"({"schema_version": 2})"), "of a newer schema than 1");
+}
+
 TEST_F(PlanCommand, CutsAPictureIntoTheAreasOfAnother) {
   cv::Mat areas(60, 60, CV_8UC3, cv::Scalar(0, 0, 0));
   areas.colRange(30, 60).setTo(cv::Scalar(0, 0, 255));

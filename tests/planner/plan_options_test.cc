@@ -15,6 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 const std::map<std::string_view, std::string_view> kOther = {{"layout", "mosaic"},
+                                                             {"triangles", "1"},
                                                              {"patch_mm", "7.5"},
                                                              {"adaptive_levels", "2"},
                                                              {"adaptive_factor", "1.5"},
@@ -62,6 +63,7 @@ TEST(PlanOptionsByName, EachChangesItselfAndNothingElse) {
 TEST(PlanOptionsByName, EachReachesTheFieldThatItsNameSays) {
   PlanOptions o;
   for (const auto& [name, text] : kOther) ASSERT_TRUE(set_option(o, name, text).ok());
+  EXPECT_TRUE(o.triangles);
   EXPECT_EQ(o.patch.count(), 7.5);
   EXPECT_EQ(o.adaptive_levels, 2);
   EXPECT_EQ(o.adaptive_factor, 1.5);

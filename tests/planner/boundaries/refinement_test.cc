@@ -201,6 +201,15 @@ TEST_F(Refined, SayWhichPiecesCannotBeMade) {
   EXPECT_THAT(plan.warnings, ::testing::Contains(HasSubstr("A1-1 is too small to be handled")));
 }
 
+TEST_F(Refined, MoveWherePiecesCanBeMadeThoughOthersCannot) {
+  PlanOptions two_sizes = options();
+  two_sizes.patch = 4_mm, two_sizes.adaptive_levels = 1, two_sizes.adaptive_factor = 1.6, two_sizes.min_width = 3.2_mm;
+  const Plan plan = planned(artworks_, stock_, two_sizes);
+  EXPECT_THAT(plan.warnings, ::testing::Contains(HasSubstr("is too small to be handled")));
+  EXPECT_LT(plan.refined->cost_refined, plan.refined->cost_before);
+  assert_own_wood(plan, stock_, two_sizes);
+}
+
 TEST_F(Refined, RefuseWhatDoesNotGoTogether) {
   const auto refused = [&](const std::function<void(PlanOptions&)>& change) {
     PlanOptions changed = options();
