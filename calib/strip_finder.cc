@@ -20,6 +20,7 @@ constexpr double kShown = 0.7;                 // mm; a narrower gap is blurred 
 constexpr double kSlant = 0.5;                 // mm by which the sides of a gap may come nearer to each other
 constexpr double kRoughest = 0.05;             // of a gap's lightness from slab to slab, logarithm
 constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
+constexpr double kStrongEdge = 0.7;            // logarithm
 constexpr double kBeside = 6;                  // mm beside a gap that it is compared with
 constexpr double kSmallestArea = 150;          // mm2 of a strip
 constexpr double kNarrowest = 6;               // mm
@@ -231,12 +232,14 @@ struct GapRules {
   int beside = 0;       // how far beside it wood is compared with it
   double roughest = 0;  // change of the lightness along a gap
   double lit = 0;       // logarithm of the board's light
+  double hue = 0;       // how far the board's may be off on the mean of a column
   int slant = 0;        // columns that a side may cross, where the two sides of a gap do not lie in parallel
   explicit GapRules(const SlabView& view)
       : shown(static_cast<int>(kShown * view.px())),
         beside(static_cast<int>(kBeside * view.px())),
         roughest(kRoughest + view.spread()[0]),
         lit(std::max(0.1, 3 * view.spread()[0])),
+        hue(std::min(view.hue()[0], view.hue()[1])),
         slant(static_cast<int>(std::lround(kSlant * view.px()))) {}
 };
 
@@ -282,8 +285,11 @@ struct Profile {
     double inside = 0, roughest = 0;
     // A narrow gap takes on some of its neighbours' colour.
     const double blurred = 0.5 * std::min(hue(from - kBlur - 2), hue(to + kBlur));
+    // Between two much lighter woods a dark board shows false colours here and there.
+    const double lighter = std::min(lightness(from - kBlur - 2), lightness(to + kBlur)) - kStrongEdge;
     for (int x = low; x <= high; ++x) {
-      if (!is_board(x) && !(hue(x) < blurred && lightness(x) < 0.05)) return false;
+      const bool falsely_coloured = std::abs(lightness(x)) < rules.lit && lightness(x) < lighter && hue(x) < rules.hue;
+      if (!is_board(x) && !falsely_coloured && !(hue(x) < blurred && lightness(x) < 0.05)) return false;
       inside += lightness(x) / (high - low + 1);
       roughest = std::max(roughest, rough[static_cast<std::size_t>(x)]);
     }
@@ -360,9 +366,9 @@ std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double sh
         if (!profile.is_gap(from, to, rules)) continue;
         int lit = 0;
         for (int x = from; x < to; ++x) lit += profile.is_lit_board(x, rules) ? 1 : 0;
-        all.push_back({static_cast<double>(region.left + from), static_cast<double>(region.left + to),
-                       std::min(profile.step[static_cast<std::size_t>(from)], profile.step[static_cast<std::size_t>(to)]),
-                       lit});
+        all.push_back(
+            {static_cast<double>(region.left + from), static_cast<double>(region.left + to),
+             std::min(profile.step[static_cast<std::size_t>(from)], profile.step[static_cast<std::size_t>(to)]), lit});
       }
   }
   std::sort(all.begin(), all.end(), [](const Gap& a, const Gap& b) {
@@ -473,14 +479,14 @@ class Finder {
       const auto columns = find_gaps(upright_, upright, kShare), rows = find_gaps(lying_, lying, kShareAcross);
       // Where rows of strips lie above each other, a gap of one row goes on over another's wood, if that looks like the
       // board's shade. The gap between the rows is told by its light, and parts them first.
-      if (!columns.empty() && is_lit(columns) && !is_more_lit(rows, columns))
-        return split_at(columns, part, upright, false, true);
+      if (is_lit(columns) && !is_more_lit(rows, columns)) return split_at(columns, part, upright, false, true);
       if (is_lit(rows)) return split_at(rows, part, lying, true, true);
       const auto ragged_rows = find_ragged_gaps(lying_, lying);
       if (!columns.empty() && ragged_rows.empty()) return split_at(columns, part, upright, false, true);
       if (!rows.empty()) return split_at(rows, part, lying, true, true);
-      if (const auto gaps = find_ragged_gaps(upright_, upright); !gaps.empty())
-        return split_at(gaps, part, upright, false, false);
+      const auto ragged_columns = find_ragged_gaps(upright_, upright);
+      if (!ragged_columns.empty() && widest(ragged_columns) >= widest(ragged_rows))
+        return split_at(ragged_columns, part, upright, false, false);
       if (!ragged_rows.empty()) return split_at(ragged_rows, part, lying, true, false);
     }
     finish(tighten(part, kMost));
@@ -488,6 +494,11 @@ class Finder {
 
   static int most_lit(const std::vector<Gap>& gaps) {
     return gaps.empty() ? 0 : std::ranges::max_element(gaps, {}, &Gap::lit)->lit;
+  }
+  static double widest(const std::vector<Gap>& gaps) {
+    double out = 0;
+    for (const Gap& gap : gaps) out = std::max(out, gap.to - gap.from);
+    return out;
   }
   static bool is_lit(const std::vector<Gap>& gaps) { return most_lit(gaps) > 0; }
   // Whether some gap of these is lit over a millimetre, and none of the others over half as much.
