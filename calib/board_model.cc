@@ -156,6 +156,10 @@ BoardView view_board(const WorkMap& work, const cv::Mat& fiducials) {
   cv::inRange(work.bgr, cv::Scalar::all(0), cv::Scalar::all(kNothing), view.black);
   std::vector<RimSample> rim = sample_rim(view.planes, fiducials, work.px_per_mm);
   view.rim_share = even_out(view.planes, rim);
+  double levels = 0, count = 0;
+  for (const auto& s : rim)
+    if (s.board) levels += s.value[0], count += 1;
+  if (count > 0) view.level = std::exp(levels / count);
   for (std::size_t k = 0; k < 3; ++k) {
     std::vector<double> off;
     for (const auto& s : rim)

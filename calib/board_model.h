@@ -15,6 +15,7 @@ struct BoardView {
   std::array<cv::Mat, 3> planes;   // CV_32FC1, natural logarithms, light evened out
   std::array<double, 3> spread{};  // of the board at its rim, about 0.3 mm wide places
   double px_per_mm = 0;
+  double level = 255;    // of the board at its rim, mean of the channels, the scanner's own black included
   double rim_share = 0;  // of the rim, how much shows one material: below a half the board is not known
   cv::Mat black;         // CV_8UC1, 255 where the scanner sees nothing: darker than any wood that is lit; or empty
   cv::Mat unlike;        // CV_32FC1, one pixel a millimetre: how unlike the board each place is, in its spreads

@@ -17,8 +17,10 @@ constexpr double kShareAcross = 0.45;  // the same for a gap between rows of str
 constexpr double kClear = 3;           // spreads: a step that is worth calling one
 constexpr double kGapFrom = 0.35, kGapTo = 6;  // mm
 constexpr double kShown = 0.7;                 // mm; a narrower gap is blurred with its neighbours
+constexpr double kSlant = 0.5;                 // mm by which the sides of a gap may come nearer to each other
 constexpr double kRoughest = 0.05;             // of a gap's lightness from slab to slab, logarithm
 constexpr double kDeepestShade = -0.75;        // logarithm of the light that veneer leaves beside it
+constexpr double kStrongEdge = 0.7;            // logarithm
 constexpr double kBeside = 6;                  // mm beside a gap that it is compared with
 constexpr double kSmallestArea = 150;          // mm2 of a strip
 constexpr double kNarrowest = 6;               // mm
@@ -31,6 +33,10 @@ class SlabView {
  public:
   SlabView(const BoardView& view, const cv::Mat& fiducials, bool exchanged)
       : px_(view.px_per_mm), spread_(view.spread) {
+    constexpr double kLeastHue = 0.035;  // logarithm
+    constexpr double kFalseColour = 2;   // grey levels that a compressed picture is off in hue beside strong edges
+    for (std::size_t k = 0; k < 2; ++k)
+      hue_[k] = std::max({kLeastHue, 4 * view.spread[k + 1], kFalseColour / view.level});
     for (std::size_t k = 0; k < 3; ++k) {
       cv::Mat plane = exchanged ? cv::Mat(view.planes[k].t()) : view.planes[k].clone();
       plane.setTo(0, exchanged ? cv::Mat(fiducials.t()) : fiducials);
@@ -40,11 +46,14 @@ class SlabView {
   int columns() const { return sums_[0].cols - 1; }
   double px() const { return px_; }
   const Value& spread() const { return spread_; }
+  // How far the board's two opponent colours may be off in its full light.
+  const std::array<double, 2>& hue() const { return hue_; }
   const cv::Mat& sums(std::size_t plane) const { return sums_[plane]; }
 
  private:
   double px_;
   Value spread_;
+  std::array<double, 2> hue_{};
   std::array<cv::Mat, 3> sums_;
 };
 
@@ -208,13 +217,13 @@ struct Region {
 struct Gap {
   double from = 0, to = 0;
   double clear = 0;
+  int lit = 0;  // columns of it that show nothing but the board in its full light
 };
 
 // Whether the colour is the board's, lit or shaded.
-bool board_or_its_shade(const Value& v, const Value& spread) {
-  const double hue = std::max(0.035, 4 * spread[1]), hue2 = std::max(0.035, 4 * spread[2]);
-  return v[0] > -1.3 && v[0] < std::max(0.05, 3 * spread[0]) && std::abs(v[1]) < hue * (1 - v[0]) &&
-         std::abs(v[2]) < hue2 * (1 - v[0]);
+bool board_or_its_shade(const Value& v, const SlabView& view) {
+  return v[0] > -1.3 && v[0] < std::max(0.05, 3 * view.spread()[0]) && std::abs(v[1]) < view.hue()[0] * (1 - v[0]) &&
+         std::abs(v[2]) < view.hue()[1] * (1 - v[0]);
 }
 
 // What tells a gap, in columns and in the board's own measures.
@@ -222,10 +231,16 @@ struct GapRules {
   int shown = 0;        // from this width on a gap shows its own colour
   int beside = 0;       // how far beside it wood is compared with it
   double roughest = 0;  // change of the lightness along a gap
+  double lit = 0;       // logarithm of the board's light
+  double hue = 0;       // how far the board's may be off on the mean of a column
+  int slant = 0;        // columns that a side may cross, where the two sides of a gap do not lie in parallel
   explicit GapRules(const SlabView& view)
       : shown(static_cast<int>(kShown * view.px())),
         beside(static_cast<int>(kBeside * view.px())),
-        roughest(kRoughest + view.spread()[0]) {}
+        roughest(kRoughest + view.spread()[0]),
+        lit(std::max(0.1, 3 * view.spread()[0])),
+        hue(std::min(view.hue()[0], view.hue()[1])),
+        slant(static_cast<int>(std::lround(kSlant * view.px()))) {}
 };
 
 // What a region shows along lines of one tilt, column by column.
@@ -239,6 +254,11 @@ struct Profile {
   double share = kShare;  // of the slabs that need not show a gap
 
   bool is_board(int x) const { return board[static_cast<std::size_t>(x)] >= 1 - share; }
+  bool is_lit_board(int x, const GapRules& rules) const {
+    constexpr double kAll = 0.1;  // share of the slabs that may show something else
+    return board[static_cast<std::size_t>(x)] >= 1 - kAll && std::abs(lightness(x)) < rules.lit &&
+           rough[static_cast<std::size_t>(x)] <= rules.roughest;
+  }
   double lightness(int x) const {
     return level[static_cast<std::size_t>(std::clamp(x, 0, static_cast<int>(level.size()) - 1))][0];
   }
@@ -254,11 +274,22 @@ struct Profile {
     constexpr int kBlur = 2;  // columns at a side that show both
     int low = from + kBlur, high = to - kBlur - 2;
     if (high < low) low = high = std::max(from, (from + to) / 2 - 1);
+    if (high - low >= rules.shown + 2 * rules.slant) {
+      // As far as the step of the side itself reaches.
+      const auto falls = [this](int x, int way) {
+        return step[static_cast<std::size_t>(x + way)] < step[static_cast<std::size_t>(x)];
+      };
+      for (int i = 0; i < rules.slant && !is_board(low) && falls(low, 1); ++i) ++low;
+      for (int i = 0; i < rules.slant && !is_board(high) && falls(high, -1); ++i) --high;
+    }
     double inside = 0, roughest = 0;
     // A narrow gap takes on some of its neighbours' colour.
     const double blurred = 0.5 * std::min(hue(from - kBlur - 2), hue(to + kBlur));
+    // Between two much lighter woods a dark board shows false colours here and there.
+    const double lighter = std::min(lightness(from - kBlur - 2), lightness(to + kBlur)) - kStrongEdge;
     for (int x = low; x <= high; ++x) {
-      if (!is_board(x) && !(hue(x) < blurred && lightness(x) < 0.05)) return false;
+      const bool falsely_coloured = std::abs(lightness(x)) < rules.lit && lightness(x) < lighter && hue(x) < rules.hue;
+      if (!is_board(x) && !falsely_coloured && !(hue(x) < blurred && lightness(x) < 0.05)) return false;
       inside += lightness(x) / (high - low + 1);
       roughest = std::max(roughest, rough[static_cast<std::size_t>(x)]);
     }
@@ -293,7 +324,7 @@ Profile profile_of(const Region& region, const Stretch& stretch, double tilt, do
     for (int i = 0; i < count; ++i) {
       const int at = stretch.crossing(i, region.left + x, tilt);
       const Value v = stretch.mean(i, at, at + 2);
-      like += board_or_its_shade(v, stretch.view().spread()) ? 1 : 0;
+      like += board_or_its_shade(v, stretch.view()) ? 1 : 0;
       for (std::size_t k = 0; k < 3; ++k) level[k] += v[k] / count;
       if (i > 0) rough += std::abs(v[0] - before) / (count - 1);
       before = v[0];
@@ -333,9 +364,11 @@ std::vector<Gap> find_gaps(const SlabView& view, const Region& region, double sh
         const int from = sides[i], to = sides[j];
         if (to - from < kGapFrom * view.px() || from < narrowest || to > width - narrowest) continue;
         if (!profile.is_gap(from, to, rules)) continue;
+        int lit = 0;
+        for (int x = from; x < to; ++x) lit += profile.is_lit_board(x, rules) ? 1 : 0;
         all.push_back(
             {static_cast<double>(region.left + from), static_cast<double>(region.left + to),
-             std::min(profile.step[static_cast<std::size_t>(from)], profile.step[static_cast<std::size_t>(to)])});
+             std::min(profile.step[static_cast<std::size_t>(from)], profile.step[static_cast<std::size_t>(to)]), lit});
       }
   }
   std::sort(all.begin(), all.end(), [](const Gap& a, const Gap& b) {
@@ -366,10 +399,9 @@ std::vector<Gap> find_ragged_gaps(const SlabView& view, const Region& region) {
                        [](double share) { return share < kWood; });
   };
   const GapRules rules(view);
-  const double lit = std::max(0.1, 3 * view.spread()[0]);  // logarithm of the board's light
   const auto is_lit = [&](int from, int to) {
     for (int x = from; x < to; ++x)
-      if (std::abs(profile.lightness(x)) < lit && profile.rough[static_cast<std::size_t>(x)] <= rules.roughest)
+      if (std::abs(profile.lightness(x)) < rules.lit && profile.rough[static_cast<std::size_t>(x)] <= rules.roughest)
         return true;
     return false;
   };
@@ -380,7 +412,7 @@ std::vector<Gap> find_ragged_gaps(const SlabView& view, const Region& region) {
     while (to < width - narrowest && profile.is_board(to)) ++to;
     if (to - from >= kLeastWide * view.px() && is_lit(from, to) && has_wood(from - beside, from) &&
         has_wood(to, to + beside))
-      out.push_back({static_cast<double>(region.left + from), static_cast<double>(region.left + to), 0});
+      out.push_back({static_cast<double>(region.left + from), static_cast<double>(region.left + to), 0, 0});
     from = to;
   }
   return out;
@@ -442,20 +474,36 @@ class Finder {
   // Recursive X-Y cut (Nagy and Seth 1984).
   void split(const Part& part) {
     const cv::Rect& box = part.box;
+    const Region upright{box.x, box.br().x, box.y, box.br().y}, lying{box.y, box.br().y, box.x, box.br().x};
     if (part.depth < 6) {
-      for (const bool ragged : {false, true})
-        for (const bool exchanged : {false, true}) {
-          const Region region =
-              exchanged ? Region{box.y, box.br().y, box.x, box.br().x} : Region{box.x, box.br().x, box.y, box.br().y};
-          const SlabView& view = exchanged ? lying_ : upright_;
-          const auto gaps =
-              ragged ? find_ragged_gaps(view, region) : find_gaps(view, region, exchanged ? kShareAcross : kShare);
-          if (gaps.empty()) continue;
-          split_at(gaps, part, region, exchanged, !ragged);
-          return;
-        }
+      const auto columns = find_gaps(upright_, upright, kShare), rows = find_gaps(lying_, lying, kShareAcross);
+      // Where rows of strips lie above each other, a gap of one row goes on over another's wood, if that looks like the
+      // board's shade. The gap between the rows is told by its light, and parts them first.
+      if (is_lit(columns) && !is_more_lit(rows, columns)) return split_at(columns, part, upright, false, true);
+      if (is_lit(rows)) return split_at(rows, part, lying, true, true);
+      const auto ragged_rows = find_ragged_gaps(lying_, lying);
+      if (!columns.empty() && ragged_rows.empty()) return split_at(columns, part, upright, false, true);
+      if (!rows.empty()) return split_at(rows, part, lying, true, true);
+      const auto ragged_columns = find_ragged_gaps(upright_, upright);
+      if (!ragged_columns.empty() && widest(ragged_columns) >= widest(ragged_rows))
+        return split_at(ragged_columns, part, upright, false, false);
+      if (!ragged_rows.empty()) return split_at(ragged_rows, part, lying, true, false);
     }
     finish(tighten(part, kMost));
+  }
+
+  static int most_lit(const std::vector<Gap>& gaps) {
+    return gaps.empty() ? 0 : std::ranges::max_element(gaps, {}, &Gap::lit)->lit;
+  }
+  static double widest(const std::vector<Gap>& gaps) {
+    double out = 0;
+    for (const Gap& gap : gaps) out = std::max(out, gap.to - gap.from);
+    return out;
+  }
+  static bool is_lit(const std::vector<Gap>& gaps) { return most_lit(gaps) > 0; }
+  // Whether some gap of these is lit over a millimetre, and none of the others over half as much.
+  bool is_more_lit(const std::vector<Gap>& gaps, const std::vector<Gap>& others) const {
+    return most_lit(gaps) >= view_.px_per_mm && 2 * most_lit(others) < most_lit(gaps);
   }
 
   // `known`: the gaps end where strips do.
@@ -517,10 +565,15 @@ class Finder {
     const int calm = static_cast<int>(2 * px);  // corners are left out
     FoundStrip strip;
     const Stretch down(upright_, box.y + calm, box.br().y - calm), across(lying_, box.x + calm, box.br().x - calm);
-    strip.left = find_side(box.x, out(part.left), in(part.left), down, true);
-    strip.right = find_side(box.br().x, out(part.right), in(part.right), down, false);
-    strip.top = find_side(box.y, out(part.top), in(part.top), across, true);
-    strip.bottom = find_side(box.br().y, out(part.bottom), in(part.bottom), across, false);
+    // A gap's own side may be that of another strip of its row: they end at different places.
+    const auto look = [&](double at, bool known, const Stretch& along, bool outwards_is_less) {
+      const StripSide near = find_side(at, out(known), in(known), along, outwards_is_less);
+      return known && near.seen <= 0 ? find_side(at, out(false), in(false), along, outwards_is_less) : near;
+    };
+    strip.left = look(box.x, part.left, down, true);
+    strip.right = look(box.br().x, part.right, down, false);
+    strip.top = look(box.y, part.top, across, true);
+    strip.bottom = look(box.br().y, part.bottom, across, false);
     // From the stretch's middle to the map's origin.
     for (StripSide* side : {&strip.left, &strip.right}) side->at -= side->tilt * down.middle();
     for (StripSide* side : {&strip.top, &strip.bottom}) side->at -= side->tilt * across.middle();

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/lid_holes.h"
 #include "calib/odd_marks.h"
 #include "calib/round_rim.h"
 
@@ -405,6 +406,12 @@ WoodFaults find_faults(const BoardView& view, const cv::Mat& strip) {
     leave_out(view, spot, rim, rims);
   }
   out.round = clearest_of(std::move(rims));
+  for (const ScrewSpot& hole : find_lid_holes(view, strip, box)) {
+    const bool known = std::ranges::any_of(out.round, [&](const ScrewSpot& other) {
+      return cv::norm(other.centre - hole.centre) + 0.4 * hole.diameter < 0.5 * other.diameter;
+    });
+    if (!known) out.round.push_back(hole);
+  }
   out.mask |= find_odd_lines(view, calm, box);
   // Where a fault thins out its colour mixes with the wood's.
   cv::dilate(out.mask(box), out.mask(box), round_kernel(kMixed * px));

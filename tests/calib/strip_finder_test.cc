@@ -4,6 +4,7 @@
 
 #include <array>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "tests/support/drawn_strips.h"
 
@@ -13,11 +14,11 @@ namespace {
 using drawn::DrawnBoard;
 using drawn::DrawnStrip;
 
-std::vector<calib::FoundStrip> strips_of(const DrawnBoard& board) {
-  const calib::WorkMap map = draw(board);
+std::vector<calib::FoundStrip> strips_on(const calib::WorkMap& map) {
   const cv::Mat unmarked = cv::Mat::zeros(map.bgr.size(), CV_8UC1);
   return calib::find_strips(calib::view_board(map, unmarked), unmarked);
 }
+std::vector<calib::FoundStrip> strips_of(const DrawnBoard& board) { return strips_on(draw(board)); }
 
 using drawn::kEbony;
 using drawn::kOak;
@@ -65,6 +66,39 @@ TEST(StripFinder, FindsStripsInTwoRowsThatEndRaggedly) {
     board.strips.push_back({{x + 5, lower[i]}, {x + 15, 78}, i % 2 == 0 ? kEbony : kSilver, 0, 0.06});
   }
   EXPECT_EQ(strips_of(board).size(), board.strips.size());
+}
+
+// Where the wood of the other row looks like the board's shade, the shade along a strip and a line of that wood make a
+// narrow gap through both rows: what is left of the gap would count as wood.
+TEST(StripFinder, DoesNotFollowAGapIntoTheOtherRow) {
+  const cv::Scalar off_white(208, 222, 228);
+  DrawnBoard board;
+  board.bgr = off_white, board.width = board.height = 100, board.texture = 0.004;
+  board.strips = {{{12, 12}, {60, 46.5}, kSilver, 0, 0.005},
+                  {{12, 53}, {34, 88}, kOak, 0, 0.06},
+                  {{36.5, 51}, {88, 88}, kEbony, 0, 0.06},
+                  {{62, 12}, {74, 48.5}, kOak, 0, 0.06},
+                  {{76, 12}, {88, 45.5}, kEbony, 0, 0.06}};
+  const std::vector<DrawnStrip> strips = board.strips;
+  board.strips.push_back({{34, 12}, {34.5, 46.5}, kSilver * 0.8});
+  board.strips.push_back({{34, 53}, {34.5, 88}, off_white * 0.8});
+  calib::WorkMap map = draw(board);
+  cv::GaussianBlur(map.bgr, map.bgr, {}, 0.8);
+  const auto found = strips_on(map);
+  ASSERT_EQ(found.size(), strips.size());
+  for (std::size_t i = 0; i < 3; ++i) expect_corners(found[i], strips[i]);  // those beside the gap
+}
+
+TEST(StripFinder, GivesEachStripOfARowItsOwnEnd) {
+  DrawnBoard board;
+  board.bgr = cv::Scalar(208, 222, 228), board.width = board.height = 100, board.texture = 0.004;
+  board.strips = {{{12, 12}, {60, 47}, kSilver, 0, 0.02},
+                  {{12, 52}, {34, 88}, kOak, 0, 0.06},
+                  {{35, 51}, {88, 88}, kEbony, 0, 0.06},
+                  {{62, 12}, {88, 47.9}, kOak, 0, 0.06}};
+  const auto found = strips_of(board);
+  ASSERT_EQ(found.size(), board.strips.size());
+  for (std::size_t i = 0; i < found.size(); ++i) expect_corners(found[i], board.strips[i]);
 }
 
 // A dark line of the grain has straight sides as well, but it does not show the board.

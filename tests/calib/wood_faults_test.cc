@@ -2,9 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
 
 #include "tests/support/drawn_strips.h"
 
@@ -121,6 +124,36 @@ TEST_F(WoodFaults, DoesNotTakeTheBlurOfAStripsSidesForAFault) {
   map_ = draw(board_);
   cv::GaussianBlur(map_.bgr, map_.bgr, {}, 0.15 * drawn::kPxPerMm);
   EXPECT_LT(lost(look()), 0.001);
+}
+
+// On the whole it is as light and as grey as the wood; along its rim the lid is shaded, on all sides.
+TEST_F(WoodFaults, FindsASmallHoleThatShowsTheLidInGreyWood) {
+  lay(kSilver, 0.06);
+  const std::vector<std::pair<cv::Point2d, double>> holes = {{{30, 20}, 2.0}, {{45, 33}, 2.3}, {{60, 40}, 2.6}};
+  const cv::Scalar lid(236, 238, 239);
+  for (const auto& [at, diameter] : holes)
+    for (double across = diameter; across > 0; across -= 0.1)
+      put_disc(map_, at, across, lid * (0.55 + 0.35 * (diameter - across) / 2.4));
+  cv::GaussianBlur(map_.bgr, map_.bgr, {}, 0.6);
+  const Seen seen = look();
+  for (const auto& [at, diameter] : holes) EXPECT_GT(taken_out(seen, at, diameter), 0.98) << diameter;
+  EXPECT_LT(lost(seen), 0.02);
+}
+
+// A light eye of the figure has the wood's own grain in it, a light fleck is longer than wide.
+TEST_F(WoodFaults, DoesNotTakeLightFigureForASmallHole) {
+  lay(kSilver, 0.06);
+  for (const double x : {28.0, 44.0, 60.0}) {
+    const cv::Point middle(static_cast<int>(x * drawn::kPxPerMm), static_cast<int>(30 * drawn::kPxPerMm));
+    const double tall = x < 40 ? 1.0 : 2.5, reach = 3 * drawn::kPxPerMm;
+    for (int r = middle.y - static_cast<int>(tall * reach); r <= middle.y + static_cast<int>(tall * reach); ++r)
+      for (int c = middle.x - static_cast<int>(reach); c <= middle.x + static_cast<int>(reach); ++c) {
+        const double d = std::hypot((c - middle.x) / drawn::kPxPerMm, (r - middle.y) / (tall * drawn::kPxPerMm));
+        const double grain = tall > 1 ? 0 : 0.12 * std::sin(4.0 * c);
+        map_.bgr.at<cv::Vec3b>(r, c) *= 1 + (0.25 + grain) * std::exp(-d * d / 0.7);
+      }
+  }
+  EXPECT_LT(lost(look()), 0.002);
 }
 
 // It is wood, however dark.
