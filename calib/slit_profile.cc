@@ -237,7 +237,8 @@ SlitFit fit_width(const SlitProfile& profile, const SlitShape& shape) {
   fit.residual = std::sqrt(misfit(seen, fit.width, fit.middle, shape, &levels) / std::max(1.0, 3 * seen.total));
   fit.lid = levels.lid;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double wood = levels.channel[k][0], rim = wood + levels.channel[k][2], slit = levels.lid * profile.lid[k];
+    const double wood = levels.channel[k][kWood], rim = wood + levels.channel[k][kRim],
+                 slit = levels.lid * profile.lid[k];
     fit.contrast = std::max({fit.contrast, std::abs(slit - rim), std::abs(slit - wood)});
   }
   return fit;

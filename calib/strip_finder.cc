@@ -565,15 +565,17 @@ class Finder {
     const int calm = static_cast<int>(2 * px);  // corners are left out
     FoundStrip strip;
     const Stretch down(upright_, box.y + calm, box.br().y - calm), across(lying_, box.x + calm, box.br().x - calm);
-    // A gap's own side may be that of another strip of its row: they end at different places.
-    const auto look = [&](double at, bool known, const Stretch& along, bool outwards_is_less) {
+    // A gap's own side may be that of another strip of its row: they end at different places. Gaps between strips of a
+    // row may be narrower than that is far: beyond them lies the next strip's side, which must not be taken for this
+    // one's.
+    const auto look = [&](double at, bool known, bool an_end, const Stretch& along, bool outwards_is_less) {
       const StripSide near = find_side(at, out(known), in(known), along, outwards_is_less);
-      return known && near.seen <= 0 ? find_side(at, out(false), in(false), along, outwards_is_less) : near;
+      return known && near.seen <= 0 ? find_side(at, out(!an_end), in(false), along, outwards_is_less) : near;
     };
-    strip.left = look(box.x, part.left, down, true);
-    strip.right = look(box.br().x, part.right, down, false);
-    strip.top = look(box.y, part.top, across, true);
-    strip.bottom = look(box.br().y, part.bottom, across, false);
+    strip.left = look(box.x, part.left, false, down, true);
+    strip.right = look(box.br().x, part.right, false, down, false);
+    strip.top = look(box.y, part.top, true, across, true);
+    strip.bottom = look(box.br().y, part.bottom, true, across, false);
     // From the stretch's middle to the map's origin.
     for (StripSide* side : {&strip.left, &strip.right}) side->at -= side->tilt * down.middle();
     for (StripSide* side : {&strip.top, &strip.bottom}) side->at -= side->tilt * across.middle();

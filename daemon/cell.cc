@@ -1,11 +1,11 @@
 #include "daemon/cell.h"
-#include "daemon/store/backup.h"
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "base/journal.h"
+#include "daemon/store/backup.h"
 #include "daemon/unit/job_words.h"
 #include "daemon/workers/work_folder.h"
 

@@ -190,20 +190,20 @@ void Accounts::raise_role(const std::string& name, Role role, const Then& then) 
   });
 }
 
-void Accounts::set_role(const std::string& name, Role role, Then then) {
-  if (const User* of = user(name); of && role > of->role) return raise_role(name, role, std::move(then));
+void Accounts::set_role(const std::string& name, Role role, const Then& then) {
+  if (const User* of = user(name); of && role > of->role) return raise_role(name, role, then);
   change(
-      name, [role](User& user) { user.role = role; }, std::move(then));
+      name, [role](User& user) { user.role = role; }, then);
 }
 
-void Accounts::set_password(const std::string& name, std::string password, Then then) {
+void Accounts::set_password(const std::string& name, std::string password, const Then& then) {
   change(
-      name, [&](User& user) { user.password = std::move(password); }, std::move(then));
+      name, [&](User& user) { user.password = std::move(password); }, then);
 }
 
 void Accounts::change_password(const std::string& name, const std::string& verified, std::string password, Then then) {
   if (const User* of = user(name); of && of->password != verified) return then(not_done(changed_meanwhile()));
-  set_password(name, std::move(password), std::move(then));
+  set_password(name, std::move(password), then);
 }
 
 void Accounts::remove_user(const std::string& name, Then then) {

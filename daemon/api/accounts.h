@@ -92,8 +92,8 @@ class Accounts {
 
   void add_user(const std::string& name, Role role, std::string password, Then then);
   // Both end the user's sessions; tokens stay, with at most the new role. A higher role waits for the store.
-  void set_role(const std::string& name, Role role, Then then);
-  void set_password(const std::string& name, std::string password, Then then);
+  void set_role(const std::string& name, Role role, const Then& then);
+  void set_password(const std::string& name, std::string password, const Then& then);
   // The same by the user, whose password was found to be `verified`: kConflict when it is another one by now.
   void change_password(const std::string& name, const std::string& verified, std::string password, Then then);
   void remove_user(const std::string& name, Then then);  // with sessions and tokens

@@ -1,4 +1,4 @@
-// Notices as JSON between the daemon and its worker processes: for those that order or do.
+// Notices as JSON between the daemon and its worker processes, for the few sources that write or read it.
 #pragma once
 
 #include <nlohmann/json.hpp>

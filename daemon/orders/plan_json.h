@@ -1,5 +1,4 @@
-// Plans as JSON between the daemon and its worker processes (shapes_json.h): for those that order or do, apart from
-// what is ordered, which many know.
+// Plans as JSON between the daemon and its worker processes, for the few sources that write or read it.
 #pragma once
 
 #include "daemon/orders/job_wood_json.h"

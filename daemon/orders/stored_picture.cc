@@ -11,8 +11,10 @@
 namespace veneer::daemon {
 
 Result<cv::Mat> read_stored_picture(const std::filesystem::path& file) {
-  if (const auto bytes = read_whole(file))
-    if (auto picture = planner::decode_png(*bytes)) return *picture;
+  std::error_code failed;
+  if (std::filesystem::is_regular_file(file, failed))  // of a pipe it would wait for a writer
+    if (const auto bytes = read_whole(file))
+      if (auto picture = planner::decode_png(*bytes)) return *picture;
   return Error{ErrorCode::kStorage,
                fmt::format("cannot read {}: restore it from a backup or scan the panel again", file.string())};
 }

@@ -219,11 +219,13 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
   const auto made = folder->path() / kMadeBedPicture;
   std::error_code unknown;
   constexpr std::uintmax_t kMostBytes = 16 << 20;
-  if (std::filesystem::file_size(made, unknown) <= kMostBytes) {
-    auto bytes = read_whole(made).value_or("");
-    const std::lock_guard lock(picture_mutex_);
-    picture_ = std::move(bytes);
-  }
+  // A worker may have left anything there, a link to another file too.
+  if (std::filesystem::symlink_status(made, unknown).type() == std::filesystem::file_type::regular &&
+      std::filesystem::file_size(made, unknown) <= kMostBytes)
+    if (auto bytes = read_whole(made)) {
+      const std::lock_guard lock(picture_mutex_);
+      picture_ = *std::move(bytes);
+    }
   if (!stale) return seen;
   return Error{
       ErrorCode::kRefused,

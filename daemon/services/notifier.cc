@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <utility>
 
@@ -162,20 +163,39 @@ Notifier::Notifier(NotifierOptions options, WorkRunner& workers, Logger log,
 Notifier::~Notifier() { shared_->stop.request_stop(); }
 
 void Notifier::try_all(const TaskReporter& reporter) {
-  std::vector<std::shared_ptr<Line>> all;
-  for (const OpenLine& open : lines_) all.push_back(open.line);
-  const auto try_them = [shared = shared_, all, reporter] {
-    const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",
-                        utc_timestamp()};
+  struct Trial {
+    TaskReporter reporter;
+    std::mutex mutex;
+    std::size_t open;  // places that were not heard of
     std::vector<std::string> told;
-    for (const auto& line : all) {
-      if (const Status sent = line->try_once(*shared, notice); !sent) return reporter.fail(sent.error());
-      told.push_back(line->place);
+    std::optional<Error> failed;
+
+    Trial(TaskReporter its_reporter, std::size_t places) : reporter(std::move(its_reporter)), open(places) {}
+    void end(const std::string& place, const Status& sent) {
+      const std::lock_guard lock(mutex);
+      if (sent)
+        told.push_back(place);
+      else if (!failed)
+        failed = Error{sent.error().code, fmt::format("{} was not told: {}", place, sent.error().message)};
+      if (--open > 0) return;
+      if (failed)
+        reporter.fail(*failed);
+      else
+        reporter.done({{"told", told}});
     }
-    reporter.done({{"told", told}});
   };
-  if (!lines_.front().worker->try_post(WaitingRoom{shared_->options.most_waiting}, try_them))
-    reporter.fail({ErrorCode::kUnavailable, "many notices wait to be sent: try again in a minute"});
+  const auto trial = std::make_shared<Trial>(reporter, lines_.size());
+  for (const OpenLine& open : lines_) {
+    const bool taken =
+        open.worker->try_post(WaitingRoom{shared_->options.most_waiting}, [shared = shared_, line = open.line, trial] {
+          const Notice notice{Notice::What::kAlarm, false, "This is a try: the cell can tell you when it needs you.",
+                              utc_timestamp()};
+          trial->end(line->place, line->try_once(*shared, notice));
+        });
+    if (!taken)
+      trial->end(open.line->place,
+                 Error{ErrorCode::kUnavailable, "many notices wait to be sent there: try again in a minute"});
+  }
 }
 
 void Notifier::tell(const Notice& notice) {

@@ -54,7 +54,8 @@ class Notifier {
 
   void tell(const Notice& notice);
   bool names_somebody() const { return !lines_.empty(); }
-  // Sends one that says that it is a try, to all of them, once; the task is done when all have it. There is somebody.
+  // Sends one that says that it is a try, to all of them, once; the task is done when all have it, and else names
+  // one that has not. Only when names_somebody().
   void try_all(const TaskReporter& reporter);
 
  private:

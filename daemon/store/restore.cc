@@ -64,18 +64,10 @@ class Restoration {
       if (Status noted = db::change_copy(made, note); !noted) return noted;
       step();
       if (Status kept = keep_old_database(); !kept) return kept;
+      if (Status told = put_news_aside(); !told) return told;
       step();
       return db::replace_database(made, file, [this] { step(); });
     });
-  }
-
-  // Alarms and tasks are those of the database that was there: they would be told of jobs that are others now.
-  Status put_news_aside() {
-    for (const char* name : {kAlarmsName, kTasksName}) {
-      if (Status kept = keep(name); !kept) return kept;
-      if (Status removed = remove_durably(data_dir_ / name); !removed) return removed;
-    }
-    return Ok();
   }
 
   Status sync() const { return sync_folders(data_dir_); }
@@ -93,6 +85,17 @@ class Restoration {
     for (const char* part : {"", "-wal", "-journal"}) {
       const std::string name = std::string(kDatabaseName) + part;
       if (Status kept = keep(name); !kept) return kept;
+    }
+    return Ok();
+  }
+
+  // Alarms and tasks are those of the database that was there: they would be told of jobs that are others now. Before
+  // the new one counts, so that it never stands beside them; the old one may do without.
+  Status put_news_aside() {
+    for (const char* name : {kAlarmsName, kTasksName}) {
+      if (Status kept = keep(name); !kept) return kept;
+      step();
+      if (Status removed = remove_durably(data_dir_ / name); !removed) return removed;
     }
     return Ok();
   }
@@ -231,7 +234,6 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
     return read_certificates(database, order.at, certificates);
   });
   if (!placed) return placed.error();
-  if (Status told = work.put_news_aside(); !told) return told.error();
   lock->note_made();
   return Restored{given,
                   data_dir,

@@ -36,7 +36,7 @@ struct Restored {
 // "before-restore-..." of the data folder, named by `at` (UTC); pictures that the backup does not know stay where they
 // are. A power cut leaves the old database or the new one, with all its pictures, of today's schema, with who put it
 // there in its audit log; and unless nothing was cut since the backup was made, with panels that count as unseen until
-// they are scanned (Panels::check_seen).
+// they are scanned (Panels::check_seen). Alarms and tasks are numbered from 1 again.
 //
 // kUnavailable while a veneerd holds the data folder; kRefused when the data folder belongs to another user, who could
 // not read what is put there; else as check_backup(). `before_step` is called before each change of the disk, so that a

@@ -222,7 +222,7 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
     if (!wood.on_free_wood(there)) {
       const std::vector<Point<PanelFrame>> near = near_blocked(there, wood.raster(), wood.border());
       for (const Point<PanelFrame>& p : near) fault.places.push_back(map.inverse() * p);
-      fault.found = true, fault.everywhere = fault.everywhere || near.empty();
+      fault.found = fault.of_wood = true, fault.everywhere = fault.everywhere || near.empty();
     }
     grown[i] = offset(Region<PanelFrame>(there), wood.kerf() + (FreeWood::kSlack + kRounding) / 2);
     for (const auto& ring : grown[i].rings()) {
@@ -246,7 +246,7 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
         for (const std::size_t k : {i, j}) {
           const auto back = placements[k]->panel_from_artwork.inverse();
           for (const auto& p : ring) out[k].places.push_back(back * p);
-          out[k].found = true;
+          out[k].found = out[k].of_wood = true;
         }
     }
   return out;
@@ -255,7 +255,7 @@ std::vector<BoundaryCuts::Fault> BoundaryCuts::faults(const State& state, const 
 bool BoundaryCuts::stands(const PatchPlacements& placements) const {
   Looked looked;
   const std::vector<Fault> bad = faults(now_, placements, looked);
-  return std::none_of(bad.begin(), bad.end(), [](const Fault& it) { return it.found; });
+  return std::none_of(bad.begin(), bad.end(), [](const Fault& it) { return it.of_wood; });
 }
 
 Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_token& stop) {

@@ -34,7 +34,8 @@ class BoundaryCuts {
   // has changed.
   Status cut(const PatchPlacements& placements, const std::stop_token& stop);
 
-  // Whether all pieces can be made at these placements.
+  // Whether every piece has free wood of its own at these placements, its kerf included. What is wrong with a shape is
+  // so wherever it lies, and no reason against them.
   bool stands(const PatchPlacements& placements) const;
 
   // Goes back to borders of the same problem as they were.
@@ -60,6 +61,7 @@ class BoundaryCuts {
   // What keeps a piece from being made: points of the artwork near where it is.
   struct Fault {
     bool found = false, everywhere = false;
+    bool of_wood = false;  // where it lies, not how it is shaped
     std::vector<Point<ArtworkFrame>> places;
   };
   struct Looked;

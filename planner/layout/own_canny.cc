@@ -34,10 +34,11 @@ cv::Mat own_canny(const cv::Mat& grey, double shortest) {
   cv::Mat fx, fy, strength;
   dx.convertTo(fx, CV_32F), dy.convertTo(fy, CV_32F);
   cv::magnitude(fx, fy, strength);
-  // Canny begins edges where the gradient is larger than that: in a drawing of two tones all may be alike.
+  // Canny begins edges where the gradient is larger than that: in a drawing of two tones all may be alike. What is
+  // fainter than the least is noise, be it all there is.
   double largest = 0;
   cv::minMaxLoc(strength, nullptr, &largest);
-  const double high = std::min(quantile(strength, kStrong), kBelowAll * largest);
+  const double high = std::max(kLeastGradient, std::min(quantile(strength, kStrong), kBelowAll * largest));
   cv::Canny(dx, dy, edges, kWeak * high, high, true);
   cv::Mat numbers, figures, centres;
   const int count = cv::connectedComponentsWithStats(edges, numbers, figures, centres, 8, CV_32S);

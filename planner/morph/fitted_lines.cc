@@ -66,6 +66,7 @@ class FaceTones {
       for (int c = window.x; c < window.x + window.width; ++c) {
         if (c + 0.5 < left || c + 0.5 >= right) continue;
         if (r + 0.5 < lines_.top(f, c + 0.5) || r + 0.5 >= lines_.bottom(f, c + 0.5)) continue;
+        if (!counts_.empty() && counts_.at<std::uint8_t>(r, c) == 0) continue;
         all.push_back(tones_.at<float>(r, c));
       }
     }

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <sstream>
 #include <utility>
 #include <vector>
 
+#include "base/files.h"
 #include "planner/pictures/picture_colours.h"
 #include "planner/pictures/picture_limits.h"
 #include "planner/pictures/picture_metadata.h"
@@ -24,11 +23,9 @@ Result<std::string> read_bytes(const std::filesystem::path& path) {
     return Error{ErrorCode::kNotFound, fmt::format("there is no file {}", path.string())};
   if (std::filesystem::is_directory(path, failed))
     return Error{ErrorCode::kInvalidArgument, fmt::format("{} is a directory, not a picture", path.string())};
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{ErrorCode::kInvalidArgument, fmt::format("{} cannot be opened for reading", path.string())};
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return std::move(bytes).str();
+  auto bytes = read_whole(path);
+  if (!bytes) return Error{ErrorCode::kInvalidArgument, fmt::format("{} cannot be opened for reading", path.string())};
+  return *std::move(bytes);
 }
 
 // Whole numbers of 8 or 16 bits, full scale = white.

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/scan_light.h"
 #include "tests/support/rendered_bed.h"
 
 namespace veneer::calib {
@@ -147,6 +148,19 @@ test::Lay turned(double turn_deg, bool mirrored) {
   const auto middle = lay.bed_of(235, 60);
   lay.x = 55 - middle[0], lay.y = 45 - middle[1];
   return lay;
+}
+
+TEST(LineSpread, SumsWhatFallsBelow) {
+  constexpr double kStep = 1e-4;
+  for (const LineSpread& spread : {LineSpread{0.05, 0}, LineSpread{0.03, 0.3}, LineSpread{0.04, -0.1}})
+    for (const double roughness : {0.0, 0.02})
+      for (double x = -0.5; x < 0.5; x += 0.03) {
+        const double slope =
+            (spread.sum_below(x + kStep, roughness) - spread.sum_below(x - kStep, roughness)) / (2 * kStep);
+        EXPECT_NEAR(slope, spread.below(x, roughness), 1e-5) << x;
+        EXPECT_NEAR(spread.sum_below(x, roughness) - spread.sum_below(-x, roughness), x, 1e-12) << x;
+      }
+  EXPECT_NEAR(LineSpread{}.sum_below(-2), 0, 1e-12);
 }
 
 TEST(KerfMeter, MeasuresTheKerfToAFewMicrometresHoweverTheBoardLies) {

@@ -449,6 +449,18 @@ TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
 TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
   expect_unusable(usual() + " --layout voronoi", "layout must be grid, morph, mosaic or segmentation, not \"voronoi\"");
   expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
+  expect_unusable(usual() + " --guides x.json", "add --layout morph");
+  expect_unusable(usual() + " --layout morph --guides x.json --keep plan.json", "leave --guides out");
+  const auto with_guides = [&](const std::string& text) {
+    std::ofstream(path("guides.json")) << text;
+    return usual() + " --layout morph --guides " + path("guides.json");
+  };
+  expect_unusable(with_guides("{"), "mend the JSON");
+  expect_unusable(with_guides(R"({"schema_version": "2"})"), "or leave it out");
+  expect_unusable(with_guides(R"({"large_edges": 3})"), "must be the name of a picture");
+  expect_unusable(with_guides(R"({"vertices": {}})"), "must be a list in square brackets");
+  expect_unusable(with_guides(R"({"vertices": [{"row": 4294967297, "column": 1, "x_mm": 1, "y_mm": 1}]})"),
+                  "row 4294967297: count from 0");
   std::ofstream(path("open.svg"))
       << R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><path d="M1 1H8V8" fill="none"/></svg>)";
   expect_unusable(usual() + " --layout segmentation --segmentation " + path("open.svg"), "has no closed region");

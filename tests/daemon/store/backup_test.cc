@@ -438,15 +438,17 @@ TEST_F(Backup, TakesThePlaceOfADatabaseThatIsKept) {
   database.reset();
   flip(data / kDatabaseName);
   flip(data / first_map);
-  write(data / kAlarmsName, "[{}]");
+  for (const char* name : {kAlarmsName, kTasksName}) write(data / name, "[{}]");
   const std::string damaged_database = bytes_of(data / kDatabaseName), damaged_map = bytes_of(data / first_map);
   const Restored restored = must(restore(backup, data));
   EXPECT_EQ(restored.placed, 1U);
   EXPECT_EQ(bytes_of(restored.aside / kDatabaseName), damaged_database);
   EXPECT_EQ(bytes_of(restored.aside / first_map), damaged_map);
   EXPECT_EQ(bytes_of(data / first_map), bytes_of(backup / first_map));
-  EXPECT_EQ(bytes_of(restored.aside / kAlarmsName), "[{}]");
-  EXPECT_FALSE(fs::exists(data / kAlarmsName)) << "its alarms are not of the jobs that are there now";
+  for (const char* name : {kAlarmsName, kTasksName}) {
+    EXPECT_EQ(bytes_of(restored.aside / name), "[{}]");
+    EXPECT_FALSE(fs::exists(data / name)) << "it tells of jobs that are others now";
+  }
   EXPECT_TRUE(fs::exists(data / last_map)) << "a picture that the backup does not know stays";
   EXPECT_EQ(panels_in(data / kDatabaseName), 1U);
 }
@@ -575,6 +577,7 @@ TEST_F(Backup, CutShortAnywhereLeavesTheOldOrTheNewDatabase) {
   add_panel();
   database.reset();
   fs::remove(data / first_map);
+  for (const char* name : {kAlarmsName, kTasksName}) write(data / name, "[{}]");
   bool finished = false;
   int before_the_end = 0, decided = 0;
   for (int cut = 1; !finished; ++cut) {
@@ -600,6 +603,10 @@ TEST_F(Backup, CutShortAnywhereLeavesTheOldOrTheNewDatabase) {
     EXPECT_FALSE(finished && panels == 2U);
     EXPECT_EQ(is_marked(there / kDatabaseName), panels == 1U) << "step " << cut;
     EXPECT_TRUE(fs::exists(there / last_map));
+    if (panels == 1U) {
+      EXPECT_FALSE(fs::exists(there / kAlarmsName)) << "step " << cut;
+      EXPECT_FALSE(fs::exists(there / kTasksName)) << "step " << cut;
+    }
     before_the_end += finished ? 0 : 1;
     decided += !finished && panels == 1U ? 1 : 0;
     must(restore(backup, there));

@@ -87,6 +87,16 @@ TEST(MorphedGrid, OfAFlatPictureIsTheGridToTheLastBit) {
   EXPECT_EQ(made->figures.most_move, 0_mm);
 }
 
+// Eight bits draw a soft slope in steps of one grey level, long and clean.
+TEST(MorphedGrid, OfASoftSlopeHasNoEdges) {
+  cv::Mat slope(kSide, kSide, CV_8UC3);
+  for (int c = 0; c < kSide; ++c) slope.col(c).setTo(cv::Scalar::all(100 + std::floor(40.0 * c / kSide)));
+  MorphOptions options = options_with(13_mm);
+  const Result<MorphedGrid> made = morphed(slope, options);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(made->figures.most_move, 0_mm);
+}
+
 TEST(MorphedGrid, OfSquaresThatAreTooSmallIsTheGrid) {
   MorphOptions options = options_with(4_mm);
   options.limits.width = 5_mm;
