@@ -1,4 +1,5 @@
 // `veneerctl plan`, as a user runs it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -449,18 +450,6 @@ TEST_F(PlanCommand, TakesTheValuesThatMeanWhatIsThere) {
 TEST_F(PlanCommand, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
   expect_unusable(usual() + " --layout voronoi", "layout must be grid, morph, mosaic or segmentation, not \"voronoi\"");
   expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
-  expect_unusable(usual() + " --guides x.json", "add --layout morph");
-  expect_unusable(usual() + " --layout morph --guides x.json --keep plan.json", "leave --guides out");
-  const auto with_guides = [&](const std::string& text) {
-    std::ofstream(path("guides.json")) << text;
-    return usual() + " --layout morph --guides " + path("guides.json");
-  };
-  expect_unusable(with_guides("{"), "mend the JSON");
-  expect_unusable(with_guides(R"({"schema_version": "2"})"), "or leave it out");
-  expect_unusable(with_guides(R"({"large_edges": 3})"), "must be the name of a picture");
-  expect_unusable(with_guides(R"({"vertices": {}})"), "must be a list in square brackets");
-  expect_unusable(with_guides(R"({"vertices": [{"row": 4294967297, "column": 1, "x_mm": 1, "y_mm": 1}]})"),
-                  "row 4294967297: count from 0");
   std::ofstream(path("open.svg"))
       << R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><path d="M1 1H8V8" fill="none"/></svg>)";
   expect_unusable(usual() + " --layout segmentation --segmentation " + path("open.svg"), "has no closed region");
@@ -544,7 +533,14 @@ TEST_F(PlanCommand, RefusesGuidesThatNobodyWouldHeed) {
   expect_unusable(guides(R"({"large_edge": "x.png"})"), "has \"large_edge\", but only schema_version, large_edges, ");
   expect_unusable(guides(R"({"vertices": [{"row": 1.5, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "vertex 1 of ");
   expect_unusable(guides(R"({"vertices": [{"row": 99, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "is none of the grid's");
-  expect_unusable(guides(R"({"schema_version": 2})"), "of a newer schema than 1");
+  for (const char* version : {"2", "\"1\"", "0"})
+    expect_unusable(guides(fmt::format(R"({{"schema_version": {}}})", version)), "or leave it out");
+  expect_unusable(guides(R"({"vertices": [{"row": 4294967297, "column": 1, "x_mm": 1, "y_mm": 1}]})"),
+                  "row 4294967297: count from 0");
+  expect_unusable(guides("{"), "mend the JSON");
+  expect_unusable(guides(R"({"large_edges": 3})"), "must be the name of a picture");
+  expect_unusable(guides(R"({"vertices": {}})"), "must be a list in square brackets");
+  expect_unusable(guides("{}") + " --keep plan.json", "leave --guides out");
 }
 
 TEST_F(PlanCommand, CutsAPictureIntoTheAreasOfAnother) {

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -250,12 +251,12 @@ TEST_F(NotifierTest, ATryReachesEveryPlaceAndNamesTheOneThatFails) {
     tcp::acceptor closed(reactor, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0));
     options_.to.mqtt = here(closed.local_endpoint().port());
   }
-  auto one = notifier();
+  const auto one = notifier();
   const auto task = tasks.start("notify", "");
   one->try_all(task);
   server.answer_one(http::status::ok);
-  one.reset();
-  reactor.poll();
+  const auto open = boost::asio::make_work_guard(reactor);
+  while (tasks.find(task.id())->state == TaskState::kRunning) reactor.run_one();
   ASSERT_TRUE(tasks.find(task.id())->error.has_value());
   EXPECT_THAT(tasks.find(task.id())->error->message,
               HasSubstr("mqtt://127.0.0.1:" + std::to_string(options_.to.mqtt->port)));
