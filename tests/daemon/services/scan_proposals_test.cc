@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "daemon/orders/panel_wood.h"
+#include "daemon/orders/scan_json.h"
 #include "daemon/services/mask_painter.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_merge.h"

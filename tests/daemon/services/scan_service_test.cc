@@ -17,6 +17,7 @@
 
 #include "base/clock.h"
 #include "daemon/orders/panel_wood.h"
+#include "daemon/orders/scan_json.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/stock_memory.h"
 #include "tests/support/one_picture.h"
