@@ -32,13 +32,13 @@ TEST(WorkshopMask, HoldsOnASampleOfEveryBoard) {
   EXPECT_EQ(all.false_hairs, 0);
   EXPECT_EQ(all.hairs_told, all.haired);
   // What must never be, and still is here and there: the mask must not get worse. docs/CALIBRATION.md tells what is
-  // asked, and what the campaign finds on photographed woods. When written: 25 of 150 strips, 9 asked about, 3 false
-  // warnings, 2 of 138 screws and holes, 2 of 43 cracks.
-  EXPECT_LE(all.failed, 27);
-  EXPECT_LE(all.asked, 11);
+  // asked, and what the campaign finds on photographed woods. Last: 19 of 150 strips, 7 asked about, 3 false warnings,
+  // none of 138 screws and holes, 1 of 43 cracks.
+  EXPECT_LE(all.failed, 22);
+  EXPECT_LE(all.asked, 9);
   EXPECT_LE(all.false_warnings, 3);
-  EXPECT_LE(all.round_in_mask, 2) << "a screw or a hole would be cut as wood";
-  EXPECT_LE(all.cracks_in_mask, 3);
+  EXPECT_LE(all.round_in_mask, 1) << "a screw or a hole would be cut as wood";
+  EXPECT_LE(all.cracks_in_mask, 2);
 }
 
 }  // namespace
