@@ -40,7 +40,7 @@ void run_command(const UnitServices& s, const ApiRequest& request, const Reply& 
   const std::string& who = request.caller.who;
   if (word == "stop-after-piece") return s.unit.stop_after_piece(who, with_state);
   if (word == "frame")
-    return s.unit.frame(PowerFraction(power.value_or(0)), who, std::move(with_state),
+    return s.unit.frame(PowerFraction(power.value_or(0)), who, with_state,
                         std::move(confirmed).value_or(std::vector<std::string>()));
   const auto command = command_from_string(word);
   if (!command || *command == CellCommand::kStart || *command == CellCommand::kRecut)
