@@ -201,7 +201,8 @@ void Accounts::set_password(const std::string& name, std::string password, const
       name, [&](User& user) { user.password = std::move(password); }, then);
 }
 
-void Accounts::change_password(const std::string& name, const std::string& verified, std::string password, Then then) {
+void Accounts::change_password(const std::string& name, const std::string& verified, std::string password,
+                               const Then& then) {
   if (const User* of = user(name); of && of->password != verified) return then(not_done(changed_meanwhile()));
   set_password(name, std::move(password), then);
 }

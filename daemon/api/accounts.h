@@ -95,7 +95,7 @@ class Accounts {
   void set_role(const std::string& name, Role role, const Then& then);
   void set_password(const std::string& name, std::string password, const Then& then);
   // The same by the user, whose password was found to be `verified`: kConflict when it is another one by now.
-  void change_password(const std::string& name, const std::string& verified, std::string password, Then then);
+  void change_password(const std::string& name, const std::string& verified, std::string password, const Then& then);
   void remove_user(const std::string& name, Then then);  // with sessions and tokens
 
   // `then` gets the secret, which nobody is ever told again.

@@ -171,7 +171,7 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
   std::vector<Tie> ties;
   for (const auto& sheet : work) ties.push_back(sheet->panel_tie);
   const DustOnPanels dust = dust_on_panels(ties, truth);
-  proof.job_numbers.reserve(claims.jobs->size());
+  proof.job_numbers.reserve(claims.jobs->size()), proof.jobs.reserve(claims.jobs->size());
   for (std::size_t j = 0; j < claims.jobs->size(); ++j) {
     proof.job_numbers.push_back((*claims.jobs)[j].job);
     proof.jobs.push_back(prove_job((*claims.jobs)[j], found[j], dust, threads));
