@@ -1,6 +1,6 @@
-// Small holes through a strip, of 1.5 to 3 mm, that show the lid behind the board. In wood as pale or as grey as the
-// lid they differ from it neither in colour nor, on the whole, in lightness: what tells them is that the lid is shaded
-// along their rim and lit in their middle, on all sides alike, and shows no grain. Internal to veneer_mask.
+// Small holes through a strip, of some 2 to 3.5 mm, that show the lid behind the board. In wood as pale or as grey as
+// the lid they differ from it neither in colour nor, on the whole, in lightness: what tells them is that the lid is
+// shaded along their rim and lit in their middle, on all sides alike, and shows no grain. Internal to veneer_mask.
 // Thread-safe.
 #pragma once
 
