@@ -42,8 +42,8 @@ TEST(Csv, PythonReadsWhatWasWritten) {
       << csv_line(std::vector<json>(texts.begin(), texts.end())) << csv_line({1, 2.25, nullptr, "x"});
   const auto read = tests::run_program(
       {"/usr/bin/env", "python3", "-c",
-       "import csv, json, sys; "
-       "print(json.dumps(list(csv.reader(open(sys.argv[1], newline='', encoding='utf-8'), strict=True))))",
+       ("import csv, json, sys; "
+        "print(json.dumps(list(csv.reader(open(sys.argv[1], newline='', encoding='utf-8'), strict=True))))"),
        (folder / "t.csv").string()});
   ASSERT_EQ(read.status, 0) << read.output;
   EXPECT_EQ(json::parse(read.output, nullptr, false), json::array({json(texts), {"1", "2.25", "", "x"}}));

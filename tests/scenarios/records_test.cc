@@ -81,8 +81,8 @@ class Records : public ::testing::Test {
   static json rows_of(const fs::path& file) {
     const Finished read = run_program(
         {"/usr/bin/env", "python3", "-c",
-         "import csv, json, sys; "
-         "print(json.dumps(list(csv.DictReader(open(sys.argv[1], newline='', encoding='utf-8'), strict=True))))",
+         ("import csv, json, sys; "
+          "print(json.dumps(list(csv.DictReader(open(sys.argv[1], newline='', encoding='utf-8'), strict=True))))"),
          file.string()});
     EXPECT_EQ(read.status, 0) << read.output;
     return json::parse(read.output, nullptr, false);

@@ -169,6 +169,7 @@ Result<Proof> prove(const Truth& truth, const Claims& claims, int threads) {
     proof.sheets.push_back({sheet->panel_tie.panel->id, picture_of_back(*sheet->panel_tie.sheet, *sheet->burns)});
   }
   std::vector<Tie> ties;
+  ties.reserve(work.size());
   for (const auto& sheet : work) ties.push_back(sheet->panel_tie);
   const DustOnPanels dust = dust_on_panels(ties, truth);
   proof.job_numbers.reserve(claims.jobs->size()), proof.jobs.reserve(claims.jobs->size());
