@@ -75,9 +75,9 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
     const std::stop_callback by_task(task.stop_token(), [&stop] { stop.request_stop(); });
     const std::stop_callback by_end(giving_up, [&stop] { stop.request_stop(); });
     const auto begun = SteadyClock().now();
-    const Status sound = caught([&] { return read_whole(stop.get_token()); });
+    const Status sound = caught([&] { return check_rows(stop.get_token()); });
     // A plan that is lost is no reason to write nothing any more: the wood is known without it.
-    const Status plans = sound ? caught([&] { return read_plans(stop.get_token()); }) : Ok();
+    const Status plans = sound ? caught([&] { return check_plans(stop.get_token()); }) : Ok();
     const double seconds = std::chrono::duration<double>(SteadyClock().now() - begun).count();
     // At once, so that it holds although the daemon ends before its reactor hears of it.
     if (!sound && proves_damage(sound.error())) database_.distrust(sound.error());
@@ -91,12 +91,12 @@ Result<std::int64_t> DatabaseCheck::on_demand(TaskRegistry& tasks) {
   return task.id();
 }
 
-Status DatabaseCheck::read_whole(const std::stop_token& stop) const {
+Status DatabaseCheck::check_rows(const std::stop_token& stop) const {
   auto database = db::Database::open_for_reading(file_);
   return database ? database->check_integrity(stop) : Status(database.error());
 }
 
-Status DatabaseCheck::read_plans(const std::stop_token& stop) const {
+Status DatabaseCheck::check_plans(const std::stop_token& stop) const {
   auto database = db::Database::open_for_reading(file_);
   return database ? db::Plans(*database).check_files(stop) : Status(database.error());
 }

@@ -57,8 +57,8 @@ class DatabaseCheck {
 
  private:
   void take(const Status& sound);
-  Status read_whole(const std::stop_token& stop) const;
-  Status read_plans(const std::stop_token& stop) const;
+  Status check_rows(const std::stop_token& stop) const;
+  Status check_plans(const std::stop_token& stop) const;
   void end_on_demand(const TaskReporter& task, const Status& sound, const Status& plans, double seconds);
   Done while_alive(Done then) const;
 

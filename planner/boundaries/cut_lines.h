@@ -77,7 +77,7 @@ inline constexpr float kForbidden = 1e4F;
 struct CutOptions {
   double reach = 0;   // how far a line may go from where the layout has it
   double gap = 0;     // kept between the two lines on either side of a face, measured straight across
-  double corner = 0;  // how far from where lines meet smooth ones keep to angles of 60 degrees and more
+  double corner = 0;  // how far from where lines meet smooth ones keep to angles of 45 degrees and more
   double bend = 0;    // cost of each pixel that a line goes aside
 };
 

@@ -2,8 +2,8 @@
 //
 // Its body is what a disc of `width` can reach without leaving the piece (morphological opening). A piece is fabricable
 // when the disc reaches all of its body from anywhere in it (else a neck is thinner than `width`), when nothing sticks
-// out of the body farther than half of `width` (else a part is thinner than that: corners down to 60 degrees do not),
-// and when it has at least `area`. Pure functions; thread-safe.
+// out of the body farther than the tip of a corner of 45 degrees does (0.81 of `width`; else a part is thinner than
+// that), and when it has at least `area`. Pure functions; thread-safe.
 #pragma once
 
 #include <optional>
