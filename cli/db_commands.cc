@@ -61,9 +61,10 @@ std::string render_backups(const json& list) {
 void add_check(CLI::App& db, CommandContext& context) {
   CLI::App* check = db.add_subcommand("check", "Read it whole and compare every row with what was written");
   auto head = std::make_shared<std::string>();
-  check->add_option("--audit-head", *head,
-                    "A head of the audit log that was written down, NUMBER:HASH as `veneerctl audit` prints it: is the "
-                    "log still the one that it was then?");
+  check->add_option(
+      "--audit-head", *head,
+      "The head of the audit log as it was written down once, NUMBER:HASH as `veneerctl audit` prints it: "
+      "fails if the log is another one now");
   check->callback([&context, head] {
     auto checked = context.run_task(context.client().post("/integrity-check"));
     std::string compared;

@@ -78,7 +78,8 @@ void add_jog(CLI::App& laser, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* jog = laser.add_subcommand("jog", "Move the head, dark, while no job runs");
   jog->add_option("--x-mm", options->x, "How far to the right, in millimetres; negative: to the left");
-  jog->add_option("--y-mm", options->y, "How far away from the operator, in millimetres; negative: towards");
+  jog->add_option("--y-mm", options->y,
+                  "How far away from the operator, in millimetres; negative: towards the operator");
   jog->add_option("--speed-mm-s", options->speed, "Speed of the head, dark")
       ->check(positive_number())
       ->capture_default_str();

@@ -52,13 +52,13 @@ void add_panel_list(CLI::App& panel, CommandContext& context) {
   const auto options = std::make_shared<Options>();
   CLI::App* list = panel.add_subcommand("list", "All panels in stock, or those with the wood you look for");
   CLI::Option* all = list->add_flag("--all", options->retired_too, "Retired ones too");
-  list->add_option("--min-free", options->min_free_cm2, "With at least so many cm2 of free wood, counted as follows")
+  list->add_option("--min-free", options->min_free_cm2, "With at least this much free wood, in cm2, counted as follows")
       ->check(number_from_zero())
       ->excludes(all);
   list->add_option("--material,--wood", options->wood, "Wood of this material only")->excludes(all);
   CLI::Option* dark = list->add_flag("--dark", options->dark, "Dark wood only (CIE L* of 50 at most)")->excludes(all);
   list->add_flag("--light", options->light, "Light wood only (CIE L* of 65 at least)")->excludes(all)->excludes(dark);
-  list->add_option("--patch", options->patch_mm, "Only where squares with sides of so many mm fit")
+  list->add_option("--patch", options->patch_mm, "Only wood on which a square of this side fits, in mm")
       ->check(positive_number())
       ->excludes(all);
   list->callback([options, &context] {

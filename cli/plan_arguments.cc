@@ -121,7 +121,7 @@ Result<StockPanel> load_panel(const PanelArgument& argument) {
     return unusable(fmt::format("the dpi of panel {} must lie between 1 and 10000", argument.id));
   StockPanel panel;
   panel.id = {argument.id};
-  panel.species = argument.material;
+  panel.material = argument.material;
   // Decoding is most of what a small plan waits for before its work begins.
   auto beside = std::async(std::launch::async, [&]() -> Result<cv::Mat> {
     if (argument.mask.empty()) return cv::Mat();
@@ -241,7 +241,7 @@ Result<std::vector<StockPanel>> load_panels(const PlanArguments& arguments) {
     if (Status status = planner::weigh_tones(stock, text.substr(0, equals), *weight); !status.ok())
       return status.error();
   }
-  return planner::only_species(stock, arguments.woods);
+  return planner::only_materials(stock, arguments.woods);
 }
 
 Result<std::vector<Artwork>> load_artworks(const PlanArguments& arguments) {

@@ -290,7 +290,7 @@ void add_plan_command(CLI::App& app) {
       "--as-built", arguments->as_built,
       "Draw as-built.png too: the picture with its joints and the wood that the beam browns beside them");
   plan->add_option("--distance-m", arguments->distance_m,
-                   "With --as-built: as it is seen from so far, in metres; 0: from as near as one likes")
+                   "With --as-built: the distance it is seen from, in metres; 0: from close by")
       ->needs(as_built)
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();

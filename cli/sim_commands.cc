@@ -68,7 +68,7 @@ void add_place(CLI::App& sim, CommandContext& context) {
   command->add_option("--height-mm", place->height_mm, "On blocks of this height");
   command->add_option("--x-mm", place->x_mm, "Bed: where its middle comes to lie; it may stick out over the edge");
   command->add_option("--y-mm", place->y_mm, "The same, from the front edge");
-  command->add_option("--turn-deg", place->turn_deg, "Bed: turned by so much, counter-clockwise");
+  command->add_option("--turn-deg", place->turn_deg, "Bed: turned by this angle, in degrees, counter-clockwise");
   command->callback([place, &context] {
     json arguments = {{"sheet", place->sheet}, {"on", place->on}, {"face", place->face}};
     if (!place->part.empty()) arguments["part"] = place->part;

@@ -110,40 +110,6 @@ void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& lo
   runner.begin(recovered.found);
 }
 
-// The oldest with pieces to cut that is not being cut.
-std::optional<CellNeeds::Waiting> waiting_job_of(Repositories& r) {
-  constexpr int kLooked = 200;
-  const auto jobs = r.jobs.list({0}, kLooked, false);
-  if (!jobs) return std::nullopt;
-  for (const db::JobRecord& job : *jobs)
-    if (const JobRest rest = rest_of(job); rest.open > 0 && job.state != db::JobState::kRunning)
-      return CellNeeds::Waiting{job.id.value, job.name, rest.open};
-  return std::nullopt;
-}
-
-// Of a job out of sight no piece is suspect.
-std::vector<CellNeeds::Suspects> suspects_of(Repositories& r) {
-  constexpr int kLooked = 200;
-  std::vector<CellNeeds::Suspects> out;
-  for (JobId after{0};;) {
-    const auto jobs = r.jobs.list(after, kLooked, false);
-    if (!jobs) return out;
-    for (const db::JobRecord& job : *jobs)
-      if (const int suspect = rest_of(job).suspect; suspect > 0) out.push_back({job.id, suspect});
-    if (jobs->size() < static_cast<std::size_t>(kLooked)) return out;
-    after = jobs->back().id;
-  }
-}
-
-// The newest plan, when no job was made of it and one can be.
-std::optional<CellNeeds::Waiting> waiting_plan_of(Repositories& r) {
-  const auto plans = r.plans.list({0}, 1);
-  if (!plans || plans->empty()) return std::nullopt;
-  const db::PlanRecord& plan = plans->front();
-  if (!plan.jobs.empty() || !plan.outdated.empty()) return std::nullopt;
-  return CellNeeds::Waiting{plan.id.value, plan.name, plan.placed};
-}
-
 json to_json(const NextStep& next) {
   return {{"step", to_string(next.step)},
           {"sentence", next.sentence},
@@ -215,6 +181,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     if (!opened) return opened.error();
     *pool = std::move(*opened);
   }
+  c.counter_ = std::make_unique<CellCounter>(
+      *c.database, reactor, [&c](CellCounts counted) { c.take_counts(std::move(counted)); }, c.log);
   c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
@@ -276,46 +244,20 @@ Cell::~Cell() {
   queries.reset();
   pictures.reset();
   sketches.reset();
+  counter_.reset();
   remnant_clerk.reset();
   camera_worker.reset();
   runner.reset();
   keeper_.reset();
 }
 
-void Cell::refresh_counts() {
-  struct Counts {
-    int panels = 0;
-    std::vector<PanelId> to_scan;
-    std::optional<db::ProposalId> proposal;
-    std::optional<CellNeeds::Waiting> job, plan;
-    std::vector<CellNeeds::Suspects> suspects;
-    std::optional<Calibration> calibration;
-  };
-  database->async(
-      [](Repositories& r) {
-        Counts counts;
-        counts.job = waiting_job_of(r);
-        counts.plan = waiting_plan_of(r);
-        counts.suspects = suspects_of(r);
-        if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
-        if (const auto open = r.proposals.list(false); open && !open->empty()) counts.proposal = open->back().id;
-        if (const auto waiting = r.facts.panels_to_scan())
-          for (const db::PanelToScan& one : *waiting) counts.to_scan.push_back(one.panel);
-        if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
-        return counts;
-      },
-      [this](Counts counts) {
-        panels = counts.panels;
-        panels_to_scan = std::move(counts.to_scan);
-        waiting_proposal = counts.proposal;
-        waiting_job = std::move(counts.job);
-        waiting_plan = std::move(counts.plan);
-        suspects = std::move(counts.suspects);
-        calibration = std::move(counts.calibration);
-        counted_ = true;
-        remnant_clerk->look();
-        broadcast_status();
-      });
+void Cell::refresh_counts() { counter_->count(); }
+
+void Cell::take_counts(CellCounts counted) {
+  counts = std::move(counted);
+  counted_ = true;
+  remnant_clerk->look();
+  broadcast_status();
 }
 
 void Cell::look_regularly() {
@@ -352,7 +294,8 @@ void Cell::end_leases() {
 json Cell::status() const {
   const CellView& view = runner->view();
   const LaserStatus laser = devices.laser->status();
-  json out = {{"schema_version", 1}, {"state", to_string(view.state)}, {"reason", view.reason}, {"panels", panels}};
+  json out = {
+      {"schema_version", 1}, {"state", to_string(view.state)}, {"reason", view.reason}, {"panels", counts.panels}};
   out["laser"] = {{"connected", laser.connected},
                   {"state", laser.state},
                   {"beam_on", laser.beam_on},
@@ -381,12 +324,12 @@ json Cell::status() const {
                   {"eta_s", job.eta_seconds > 0 ? json(job.eta_seconds / config.sim.time_scale) : json()}};
   }
   if (const std::string now = view.job ? now_words(view, view.job->id) : ""; !now.empty()) out["job"]["now"] = now;
-  const std::string next = next_words(view, panels_to_scan);
+  const std::string next = next_words(view, counts.panels_to_scan);
   out["next"] = next.empty() ? json() : json(next);
   out["next_step"] = to_json(this->next());
-  out["panels_to_scan"] = {{"count", panels_to_scan.size()}, {"panels", json::array()}};
-  for (std::size_t i = 0; i < std::min(panels_to_scan.size(), kWaitingNamed); ++i)
-    out["panels_to_scan"]["panels"].push_back(panels_to_scan[i].value);
+  out["panels_to_scan"] = {{"count", counts.panels_to_scan.size()}, {"panels", json::array()}};
+  for (std::size_t i = 0; i < std::min(counts.panels_to_scan.size(), kWaitingNamed); ++i)
+    out["panels_to_scan"]["panels"].push_back(counts.panels_to_scan[i].value);
   if (integrity->state() != DatabaseCheck::State::kGood && view.reason.empty()) out["reason"] = integrity->sentence();
   out["database"] = integrity->to_json();
   out["load"] = nullptr;
@@ -412,8 +355,8 @@ std::vector<CellNeeds::Certificate> Cell::certificates() const {
   std::vector<CellNeeds::Certificate> out;
   for (const auto kind : {db::CertificateKind::kScanner, db::CertificateKind::kCamera, db::CertificateKind::kAxes,
                           db::CertificateKind::kKerf})
-    out.push_back(
-        {kind, calibration ? calibration->standing.at(kind).at(utc_timestamp()) : CertificateState::kMissing});
+    out.push_back({kind, counts.calibration ? counts.calibration->standing.at(kind).at(utc_timestamp())
+                                            : CertificateState::kMissing});
   return out;
 }
 
@@ -428,13 +371,13 @@ CellNeeds Cell::needs() const {
   needs.database_damaged = integrity->state() == DatabaseCheck::State::kDamaged;
   needs.database_busy = integrity->sentence();
   needs.certificates = certificates();
-  needs.panels = panels;
-  needs.proposal = waiting_proposal;
-  needs.to_scan = panels_to_scan;
+  needs.panels = counts.panels;
+  needs.proposal = counts.proposal;
+  needs.to_scan = counts.panels_to_scan;
   needs.confirm = asked_by_name();
-  needs.job = waiting_job;
-  needs.plan = waiting_plan;
-  needs.suspects = suspects;
+  needs.job = counts.job;
+  needs.plan = counts.plan;
+  needs.suspects = counts.suspects;
   needs.device_seconds_per_second = config.sim.time_scale;
   return needs;
 }

@@ -23,6 +23,7 @@
 #include "daemon/services/backup_service.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
+#include "daemon/services/cell_counts.h"
 #include "daemon/services/cut_planner.h"
 #include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
@@ -100,13 +101,9 @@ class Cell {
   std::unique_ptr<CutPlanner> cuts;
   std::unique_ptr<JobRunner> runner;
   // Counted for the status without asking the database each time; refreshed by refresh_counts().
-  int panels = 0;
-  std::vector<PanelId> panels_to_scan;  // of those: nothing is planned from them until they are scanned
-  std::optional<db::ProposalId> waiting_proposal;
-  std::optional<CellNeeds::Waiting> waiting_job, waiting_plan;
-  std::vector<CellNeeds::Suspects> suspects;
-  std::optional<Calibration> calibration;
+  CellCounts counts;
   void refresh_counts();
+  bool is_counting() const { return counter_->is_counting(); }
   // A notice that says that it is a try, to whoever is told of alarms: the task that sends it.
   Result<std::int64_t> try_notices();
   // Somebody acknowledged some.
@@ -138,10 +135,14 @@ class Cell {
   void keep_alarms();
   void keep_task(const TaskView& changed);
 
+  void take_counts(CellCounts counted);
+
   KeptFile kept_alarms_, kept_tasks_;
   std::unique_ptr<Worker> keeper_;  // writes them
   std::int64_t last_kept_ = 0;      // the newest task that is
   bool counted_ = false;            // what the database knows of alarms is known here
+
+  std::unique_ptr<CellCounter> counter_;
 
   std::unique_ptr<AuditLog> audit_log_;
   std::unique_ptr<TaskAudit> task_audit_;

@@ -177,6 +177,18 @@ Result<std::vector<JobRecord>> JobStore::list(JobId after, int limit, bool archi
   });
 }
 
+Result<std::vector<JobRecord>> JobStore::with_work() {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<JobRecord>> {
+    // At most one allocation of a piece is neither released nor scrap, and it is the newest.
+    SQLite::Statement rows(connection, std::string(kJobColumns) +
+                                           "WHERE archived = 0 AND j.id IN (SELECT job FROM allocations WHERE state IN "
+                                           "('reserved', 'cutting', 'suspect')) ORDER BY j.id");
+    std::vector<JobRecord> out;
+    while (rows.executeStep()) out.push_back(read_job(connection, rows));
+    return out;
+  });
+}
+
 Result<std::string> JobStore::plan_json(JobId job) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::string> {
     SQLite::Statement row(

@@ -205,6 +205,8 @@ class JobStore {
   Result<std::vector<JobRecord>> list();  // in order of id
   // At most `limit` of them, behind `after`; `archived`: those too.
   Result<std::vector<JobRecord>> list(JobId after, int limit, bool archived = true);
+  // Those in sight of which pieces are reserved, being cut or suspect.
+  Result<std::vector<JobRecord>> with_work();
   Result<std::string> plan_json(JobId job);            // the newest: JobRecord::newest
   Result<std::vector<PieceRecord>> pieces(JobId job);  // in the order of the plan
   // At most `limit` of them by id, behind `after`.

@@ -27,6 +27,12 @@ struct LaserMotion {
   friend bool operator==(const LaserMotion&, const LaserMotion&) = default;
 };
 
+// How the head goes between strokes, with the beam off.
+enum class DarkWays {
+  kStraight,  // straight to the next stroke; the passes of an open one go back and forth
+  kWithinBox  // anywhere within the box of both ends; every pass begins at the stroke's front, run-ups are left out
+};
+
 struct LaserLimits {
   Box<MachineFrame> travel;  // where strokes may lie
   std::string firmware;      // as the controller names itself: "Grbl 1.1h"
@@ -43,6 +49,7 @@ struct LaserLimits {
   // another.
   std::string identity{};
   bool burns = true;  // false: a file that stands for a machine, so that nothing is cut whatever it says
+  DarkWays dark_ways = DarkWays::kStraight;
 };
 
 // What the operator turns while a job runs: per cent of the programmed value.

@@ -9,35 +9,36 @@
 namespace veneer::planner {
 namespace {
 
-Error no_such_species(std::span<const StockPanel> stock, const std::string& species) {
+Error no_such_material(std::span<const StockPanel> stock, const std::string& material) {
   std::set<std::string> known;
   for (const StockPanel& panel : stock)
-    if (!panel.species.empty()) known.insert(panel.species);
+    if (!panel.material.empty()) known.insert(panel.material);
   return {ErrorCode::kInvalidArgument,
-          known.empty() ? fmt::format("no panel is known to be {}, because none names its material: name it", species)
-                        : fmt::format("no panel is {}: choose from {}", species, fmt::join(known, ", "))};
+          known.empty() ? fmt::format("no panel is known to be {}, because none names its material: name it", material)
+                        : fmt::format("no panel is {}: choose from {}", material, fmt::join(known, ", "))};
 }
 
 }  // namespace
 
-Result<std::vector<StockPanel>> only_species(std::span<const StockPanel> stock, std::span<const std::string> species) {
+Result<std::vector<StockPanel>> only_materials(std::span<const StockPanel> stock,
+                                               std::span<const std::string> materials) {
   std::vector<StockPanel> out;
-  for (const std::string& name : species)
-    if (std::none_of(stock.begin(), stock.end(), [&](const StockPanel& panel) { return panel.species == name; }))
-      return no_such_species(stock, name);
+  for (const std::string& name : materials)
+    if (std::none_of(stock.begin(), stock.end(), [&](const StockPanel& panel) { return panel.material == name; }))
+      return no_such_material(stock, name);
   for (const StockPanel& panel : stock)
-    if (species.empty() || std::find(species.begin(), species.end(), panel.species) != species.end())
+    if (materials.empty() || std::find(materials.begin(), materials.end(), panel.material) != materials.end())
       out.push_back(panel);
   return out;
 }
 
-Status weigh_tones(std::span<StockPanel> stock, const std::string& species, double weight) {
+Status weigh_tones(std::span<StockPanel> stock, const std::string& material, double weight) {
   if (!(weight >= 0 && weight <= 1000))
-    return Error{ErrorCode::kInvalidArgument, fmt::format("the weight of {} must lie between 0 and 1000", species)};
+    return Error{ErrorCode::kInvalidArgument, fmt::format("the weight of {} must lie between 0 and 1000", material)};
   bool found = false;
   for (StockPanel& panel : stock)
-    if (panel.species == species) panel.tone_weight = weight, found = true;
-  if (!found) return no_such_species(stock, species);
+    if (panel.material == material) panel.tone_weight = weight, found = true;
+  if (!found) return no_such_material(stock, material);
   return Ok();
 }
 

@@ -22,13 +22,14 @@ struct StockPanel {
   // Where pieces of an earlier plan hold wood of `free` (KeptPiece::held): what of it is left for others, on the same
   // pixels. Empty: all of it.
   Raster<PanelFrame> open{};
-  std::string species{};   // "oak"; empty: not known
+  std::string material{};  // "oak"; empty: not known
   double tone_weight = 1;  // how many times its area counts when tones are mapped to the wood's; 0: not at all
 };
 
-// The panels of these species; all of them when none is named. kInvalidArgument: a species of which there is no panel.
-Result<std::vector<StockPanel>> only_species(std::span<const StockPanel> stock, std::span<const std::string> species);
-// Sets tone_weight of all panels of a species. kInvalidArgument: no such species, or a weight outside [0, 1000].
-Status weigh_tones(std::span<StockPanel> stock, const std::string& species, double weight);
+// The panels of these materials; all of them when none is named. kInvalidArgument: one of which there is no panel.
+Result<std::vector<StockPanel>> only_materials(std::span<const StockPanel> stock,
+                                               std::span<const std::string> materials);
+// Sets tone_weight of all panels of a material. kInvalidArgument: no such material, or a weight outside [0, 1000].
+Status weigh_tones(std::span<StockPanel> stock, const std::string& material, double weight);
 
 }  // namespace veneer::planner

@@ -71,7 +71,7 @@ export const words = {
   "task.cancel": "Give it up",
   // Panels
   "panels.search": "Search", "panels.search_hint": "number, name, wood, shelf", "panels.retired": "retired ones too",
-  "panels.none": "No wood is in stock yet. Lay a panel on the scanner and scan it.", "panels.none_found": "No panel is called so.",
+  "panels.none": "No wood is in stock yet. Lay a panel on the scanner and scan it.", "panels.none_found": "No panel has this name.",
   "panels.stock": "Free, reserved and cut wood of {panel}",
   "panel.free": "{free} free, {reserved} reserved", "panel.remnant": "remnant of {parent}", "panel.scan_again": "Waits for a scan: {why}",
   "panel.retired": "retired: {why}", "panel.back": "All panels",
@@ -102,11 +102,11 @@ export const words = {
   // New picture
   "picture.file": "The picture", "picture.name": "Name", "picture.size": "Shorter side, mm", "picture.patch": "Smallest patch, mm",
   "picture.layout": "How it is divided", "layout.grid": "squares", "layout.morph": "bent squares that follow its edges", "layout.mosaic": "cells that follow its edges", "layout.segmentation": "its areas of one tone",
-  "picture.woods": "Woods", "picture.woods_all": "all woods in stock", "picture.panels": "At most so many panels (empty: any)",
+  "picture.woods": "Woods", "picture.woods_all": "all woods in stock", "picture.panels": "How many panels at most (empty: any)",
   "picture.weights": "What counts when wood is chosen", "w.intensity": "Brightness", "w.edge": "Edges", "w.colour": "Colour", "w.texture": "Lines and spots", "w.hist": "Fit its tones to the wood's", "w.range": "Stretch its tones over the wood's", "w.detail": "Set off eyes, mouth and the like", "w.gamut": "Fit its colours to the wood's",
   "picture.advise": "What would be recognisable?", "picture.whole": "Take the whole picture",
   "picture.part": "Which part of it", "part.closer": "Closer by", "part.across": "From left to right", "part.down": "From top to bottom",
-  "sketch": "As it would about look", "sketch.picture": "A sketch of the picture in the free wood", "sketch.coming": "A sketch is being drawn", "sketch.newer": "a newer one is being drawn", "sketch.again": "Draw it again",
+  "sketch": "About how it will look", "sketch.picture": "A sketch of the picture in the free wood", "sketch.coming": "A sketch is being drawn", "sketch.newer": "a newer one is being drawn", "sketch.again": "Draw it again",
   "sketch.rough": "Drawn small and fast; the plan is finer.", "sketch.likeness": "likeness {likeness}", "sketch.minutes": "about {minutes} min to cut", "sketch.short": {one: "The free wood does not suffice: 1 piece finds none.", other: "The free wood does not suffice: {n} pieces find none."}, "sketch.larger": "Drawn in pieces of {patch} mm: smaller ones take too long for a sketch.", "sketch.in_squares": "Drawn in squares: other pieces take too long for a sketch. The plan has them.",
   "advice": "What reads in this wood", "advice.best": "suggested", "advice.picture": "Suggestion {n}", "advice.take": "Take this", "advice.missing": "wood is missing for {n}", "advice.figures": "about {minutes} min to cut, likeness {likeness}",
   "picture.care": "Care", "care.quick": "quick: patch after patch", "care.global": "all patches together (takes minutes)", "picture.refine": "Let borders follow the picture, as curves",
@@ -244,9 +244,9 @@ export const words = {
   "recipes": "Recipes", "recipes.what": "How each wood is cut and engraved.", "recipes.otherwise": "every other wood", "recipes.every": "every wood", "recipes.row": "{speed} mm/s at {power}", "recipes.passes": "{n} passes", "recipes.kerf": "cut {back} mm wide at the back, {show} mm at the show face", "recipes.edit": "Change", "recipes.remove": "Remove", "recipes.remove_sure": "Remove this recipe of {material}? It is cut as every other wood then.",
   "operation.cut": "cut", "operation.engrave": "engrave", "recipe.set": "Set a recipe", "recipe.material": "Wood", "recipe.operation": "What for", "recipe.speed_mm_s": "Speed, mm/s", "recipe.power": "Power, %", "recipe.passes": "Passes", "recipe.air": "air assist", "recipe.kerf_back_mm": "Width of the cut at the back, mm (empty: as measured)", "recipe.kerf_show_mm": "Width at the show face, mm", "recipe.keep": "Keep this recipe",
   "card": "Test card", "card.about": "A row for each power, a column for each speed, on scrap wood: the fastest field that falls out is the recipe. 8 mm less the square's side is the width of the cut.", "card.alt": "The test card", "card.draw": "Show it first", "card.dry": "Run it dark", "card.burn": "Burn it", "card.burns": "homes the laser first; stay beside the machine", "card.done": "The card is done.",
-  "overrides.about": "How much of the planned speed and power the machine takes, at once and until it is changed.", "override.feed": "Speed of the cut", "override.rapid": "Speed between cuts", "override.power": "Power", "override.less": "less: {what}", "override.more": "more: {what}",
+  "overrides.about": "How much of the planned speed and power the machine takes. It changes at once, and ends with what runs.", "override.feed": "Speed of the cut", "override.rapid": "Speed between cuts", "override.power": "Power", "override.less": "less: {what}", "override.more": "more: {what}",
   "jog": "Move the head", "jog.about": "The beam stays off. The head moves by what is chosen.", "jog.not_now": "The head is moved by hand while the cell is Idle: Reset first.", "jog.step": "How far", "jog.move": "move by {x} / {y} mm", "jog.stop": "stop moving",
   // Alarms
-  "alarm.new": "new", "alarm.acknowledged": "seen", "alarm.returned": "gone before anybody saw it", "alarm.over": "over", "alarm.all": "all", "alarm.which": "Which", "alarm.none": "Nothing needs anybody.", "alarm.none_found": "No alarm is called so.",
+  "alarm.new": "new", "alarm.acknowledged": "seen", "alarm.returned": "gone before anybody saw it", "alarm.over": "over", "alarm.all": "all", "alarm.which": "Which", "alarm.none": "Nothing needs anybody.", "alarm.none_found": "No alarm has this name.",
   "alarm.since": "since {at}", "alarm.until": "until {at}", "alarm.seen_by": "seen by {who}, {at}", "alarm.acknowledge": "I have seen it", "alarm.acknowledge_all": "I have seen all {n}", "alarm.sound_on": "Sound: on", "alarm.sound_off": "Sound: off",
 };

@@ -33,7 +33,7 @@ Status check_woods(const std::vector<HeldPanel>& held, const std::vector<std::st
   return Ok();
 }
 
-std::string species_of(const std::vector<db::ZoneRecord>& zones, const std::vector<std::string>& woods) {
+std::string material_of(const std::vector<db::ZoneRecord>& zones, const std::vector<std::string>& woods) {
   std::set<std::string> offered;
   for (const auto& zone : zones)
     if (is_wanted(zone.material, woods)) offered.insert(zone.material);
@@ -124,7 +124,7 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
     const auto free = pictures.free(h, wood.margin);
     if (!free) return free.error();
     if (cv::countNonZero(free->pixels) == 0 && !wood.index_dir.empty()) drop_index(wood.index_dir, h.id);
-    stock.push_back({h.id, {}, only_zones(*free, h.zones, wood.woods), {}, species_of(h.zones, wood.woods)});
+    stock.push_back({h.id, {}, only_zones(*free, h.zones, wood.woods), {}, material_of(h.zones, wood.woods)});
   }
   for (const auto& [panel, region] : wood.forbidden)
     if (const Status gone = planner::forbid(stock, panel, region); !gone) return gone.error();
@@ -142,8 +142,8 @@ Result<std::vector<planner::StockPanel>> load_job_wood(const JobWood& wood, Squa
     if (!map) return map.error();
     panel.picture = std::move(*map);
   }
-  for (const auto& [species, weight] : wood.wood_weights)
-    if (const Status weighed = planner::weigh_tones(stock, species, weight); !weighed) return weighed.error();
+  for (const auto& [material, weight] : wood.wood_weights)
+    if (const Status weighed = planner::weigh_tones(stock, material, weight); !weighed) return weighed.error();
   return stock;
 }
 

@@ -52,7 +52,7 @@ struct JobWood {
 };
 
 // Mask minus live allocations grown by `margin`. With `woods` a panel offers its zones of these materials only, and
-// none of the wood that another zone may reach into; its species is the one material it offers, "" when there are
+// none of the wood that another zone may reach into; its material is the one it offers, "" when there are
 // several or nobody has said. Forbidden wood is not free. Indexes of panels that are used up are dropped. A panel with
 // `mask_now` offers its free wood as the job found it (StockPanel::free), and what is left of it (StockPanel::open).
 // `picture`: the area of the artwork.

@@ -64,10 +64,10 @@ void bind_routes(Router& router, Cell& cell) {
   bind_piece_routes(router, {*c.queries, *c.pictures, c.panel_library});
   bind_laser_routes(router, {*c.runner, c.tasks, c.config.recipe, *c.pictures, on_reactor});
   bind_recipe_routes(router, {*c.runner, c.tasks, *c.database, *c.queries, *c.pictures, c.config, c.log});
-  bind_metrics_routes(router,
-                      {c.metrics, [&c] {
-                         return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.panels, &c.alarms};
-                       }});
+  bind_metrics_routes(
+      router, {c.metrics, [&c] {
+                 return Metrics::Now{c.connections ? c.connections() : 0, c.hub.clients(), c.counts.panels, &c.alarms};
+               }});
   bind_alarm_routes(router, {c.alarms, [&c] { c.alarms_changed(); }, [&c] { return c.try_notices(); }});
   bind_store_routes(router, {*c.backups, c.tasks, *c.queries});
   bind_history_routes(router, *c.queries);

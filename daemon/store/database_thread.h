@@ -122,6 +122,14 @@ class DatabaseThread {
       return work(*repositories_);
     });
   }
+  // What `question` tells of the last commit, asked on the caller's thread by a connection of its own: no write waits
+  // for it, and what was asked for before is seen. Waits for that: never from the reactor.
+  template <class F>
+  std::invoke_result_t<F, Repositories&> read(F question) {
+    worker_.call([] {});
+    const auto reader = open_reader();
+    return reader ? question((*reader)->repositories()) : reader.error();
+  }
   template <class F, class Then>
   void async(F work, Then then) {
     worker_.post([this, work = std::move(work), then = std::move(then)]() mutable {

@@ -61,8 +61,11 @@ bool BedProof::park(const Activity& activity, std::function<void()> then) {
   const Millimetres dx = home_->x - laser.position.x, dy = home_->y - laser.position.y;
   if (std::max(std::abs(dx.count()), std::abs(dy.count())) < 1) return false;
   const auto on = activity.next_start();
-  for (const KeepOut& zone : options_.keep_out)
-    if (crosses(zone.area, laser.position, *home_) || (on && crosses(zone.area, *home_, *on))) return false;
+  const DarkWays ways = host_.limits().dark_ways;
+  const auto free = [&](const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
+    return zone_on_way(options_.keep_out, ways, a, b) == nullptr;
+  };
+  if (!free(laser.position, *home_) || (on && !free(*home_, *on))) return false;
   MmPerSecond speed = options_.frame_speed;
   if (const MmPerSecond fastest = host_.limits().fastest; fastest > MmPerSecond(0)) speed = std::min(speed, fastest);
   if (const Status moves = host_.parts().laser.jog(dx, dy, speed); !moves) {

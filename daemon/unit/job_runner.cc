@@ -439,6 +439,8 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
     return Error{
         ErrorCode::kConflict,
         fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
+  const LaserStatus laser = parts().laser.status();
+  if (Status free = check_jog(options_.keep_out, laser.position, dx, dy); laser.homed && !free) return free;
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   return parts().laser.jog(dx, dy, speed);
 }
@@ -452,7 +454,7 @@ Status JobRunner::set_overrides(const LaserOverrides& wanted) {
         fmt::format("the cell is {}, but overrides are for what runs and end with it: wait until something does",
                     to_string(view_.state))};
   }
-  if (Status allowed = check_overrides(wanted, view_.job.has_value()); !allowed) return allowed;
+  if (Status allowed = check_overrides(wanted, view_.job || view_.recutting); !allowed) return allowed;
   Status taken = parts().laser.set_overrides(wanted);
   on_change_();
   return taken;

@@ -34,9 +34,11 @@ Status check_recipe(const PieceBurn& burn, const Stroke& stroke, const LaserLimi
   return Ok();
 }
 
-// Where the head goes for a stroke: its path, with the run-up and the run-out of a fill's line.
-Polyline<MachineFrame> way_of(const Stroke& stroke) {
+// Where the head goes for a stroke: its path, with the run-up and the run-out of a fill's line where the machine makes
+// them.
+Polyline<MachineFrame> way_of(const Stroke& stroke, DarkWays ways) {
   Polyline<MachineFrame> way = stroke.path;
+  if (ways == DarkWays::kWithinBox) return way;
   const auto lengthen = [&](const Point<MachineFrame>& from, Point<MachineFrame>& end) {
     const double length = distance(from, end).count();
     if (!(length > 0)) return;
@@ -48,6 +50,19 @@ Polyline<MachineFrame> way_of(const Stroke& stroke) {
     lengthen(stroke.path[stroke.path.size() - 2], way.back());
   }
   return way;
+}
+
+// Where it is at the end of all passes.
+Point<MachineFrame> end_of(const Stroke& stroke, const Polyline<MachineFrame>& way, DarkWays ways) {
+  const bool turned = ways == DarkWays::kStraight && stroke.passes % 2 == 0 && stroke.overscan <= Millimetres(0);
+  return turned ? way.front() : way.back();
+}
+
+Error in_the_way(const PieceBurn& burn, const KeepOut& zone) {
+  return refuse(burn,
+                fmt::format("the head would cross the zone \"{}\" on its way: move the panel, or the thing and its "
+                            "zone in the configuration",
+                            zone.name));
 }
 
 double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const Point<MachineFrame>& b) {
@@ -84,6 +99,27 @@ bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const P
          clip(a.y.count(), (b.y - a.y).count(), box.min.y.count(), box.max.y.count());
 }
 
+const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, const Point<MachineFrame>& a,
+                           const Point<MachineFrame>& b) {
+  Box<MachineFrame> box;
+  box.add(a), box.add(b);
+  const auto touched = [&](const KeepOut& zone) {
+    if (ways == DarkWays::kStraight || zone.area.empty()) return crosses(zone.area, a, b);
+    return box.min.x <= zone.area.max.x && box.max.x >= zone.area.min.x && box.min.y <= zone.area.max.y &&
+           box.max.y >= zone.area.min.y;
+  };
+  const auto found = std::ranges::find_if(keep_out, touched);
+  return found == keep_out.end() ? nullptr : &*found;
+}
+
+Status check_jog(std::span<const KeepOut> keep_out, const Point<MachineFrame>& from, Millimetres dx, Millimetres dy) {
+  const Point<MachineFrame> to{from.x + dx, from.y + dy};
+  for (const KeepOut& zone : keep_out)
+    if (!zone.area.contains(from) && crosses(zone.area, from, to))
+      return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", zone.name)};
+  return Ok();
+}
+
 Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits, std::span<const KeepOut> keep_out,
                      const Point<MachineFrame>& from) {
   if (burns.empty()) return Error{ErrorCode::kRefused, "there is nothing to burn"};
@@ -93,17 +129,20 @@ Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits
     for (const Stroke& stroke : burn.strokes.strokes) {
       if (stroke.path.size() < 2) return refuse(burn, "it has a stroke without length: plan the job again");
       if (Status good = check_recipe(burn, stroke, limits); !good) return good;
-      for (const auto& p : way_of(stroke)) {
+      const auto way = way_of(stroke, limits.dark_ways);
+      for (std::size_t i = 0; i < way.size(); ++i) {
+        const auto& p = way[i];
         if (!std::isfinite(p.x.count()) || !std::isfinite(p.y.count()))
           return refuse(burn, "its place on the bed cannot be computed: calibrate the laser again");
         if (!limits.travel.contains(p)) return refuse(burn, beyond(limits.travel, p));
-        for (const KeepOut& zone : keep_out)
-          if (crosses(zone.area, at, p))
-            return refuse(burn, fmt::format("the head would cross the zone \"{}\" on its way: move the panel, or the "
-                                            "thing and its zone in the configuration",
-                                            zone.name));
+        if (const KeepOut* zone = zone_on_way(keep_out, i == 0 ? limits.dark_ways : DarkWays::kStraight, at, p))
+          return in_the_way(burn, *zone);
         at = p;
       }
+      if (limits.dark_ways == DarkWays::kWithinBox && stroke.passes > 1)
+        if (const KeepOut* zone = zone_on_way(keep_out, limits.dark_ways, way.back(), way.front()))
+          return in_the_way(burn, *zone);
+      at = end_of(stroke, way, limits.dark_ways);
     }
   }
   return Ok();

@@ -35,6 +35,11 @@ Status check_strokes(std::span<const PieceBurn> burns, const LaserLimits& limits
 
 // Does the straight way from `a` to `b` touch the box?
 bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const Point<MachineFrame>& b);
+// The zone that a dark way from `a` to `b` may touch; nullptr: none.
+const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, const Point<MachineFrame>& a,
+                           const Point<MachineFrame>& b);
+// kRefused when it lies in a zone's way. A head that stands in one already may leave it.
+Status check_jog(std::span<const KeepOut> keep_out, const Point<MachineFrame>& from, Millimetres dx, Millimetres dy);
 
 // The frame that shows where a job will be: the convex hull of all its strokes, closed, one stroke of a job of its own.
 // `power` 0 is dark. Empty when there are no strokes.

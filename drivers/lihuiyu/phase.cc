@@ -92,6 +92,7 @@ class Connecting final : public GettingThere {
     LaserLimits limits{{point<MachineFrame>(0, 0), point<MachineFrame>(m_.options.travel_x_mm, m_.options.travel_y_mm)},
                        std::string(firmware_of(m_.options.board))};
     limits.burns = !m_.options.recording;
+    limits.dark_ways = DarkWays::kWithinBox;  // first x, then y, or diagonally as far as that goes
     host_.enter(ready(m_, host_));
     host_.tell(laser_event::Connected{std::move(limits)});
   }

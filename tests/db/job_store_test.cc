@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "db/audit.h"
-#include "tests/db/cell_database.h"
+#include "tests/db/planned_job.h"
 
 namespace veneer::db {
 namespace {
@@ -13,44 +13,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const Isometry2<BedFrame, PanelFrame> kPose(degrees(178), point<BedFrame>(400, 300), Handedness::kImproper);
-
-// A job of three pieces on the first panel and one on the second; one patch has found no wood.
-class JobStoreTest : public ::testing::Test {
- protected:
-  CellDatabase cell;
-  PanelId panel = cell.new_panel(), other = cell.new_panel();
-  JobStore jobs = cell.jobs();
-  JobId job = must(jobs.create(
-      job_of({square_piece("A1", panel, 10, 10, 14), square_piece("A2", panel, 30, 10, 14),
-              square_piece("A3", panel, 50, 10, 14), square_piece("A4", other, 10, 10, 14), unfilled("A5")}),
-      kNow));
-  std::vector<PieceRecord> pieces = must(jobs.pieces(job));
-
-  static PlannedPatch unfilled(const std::string& mark) {
-    PlannedPatch piece = square_piece(mark, {}, 0, 0, 14);
-    piece.panel.reset();
-    piece.panel_outline.clear();
-    piece.allocation = {};
-    return piece;
-  }
-  RunId start(const PanelId& on) { return must(jobs.start_run(job, on, kPose, 0.04_mm, kNow)); }
-  void cut(int index) {
-    VENEER_ASSERT_OK(jobs.mark_cutting(pieces.at(index).id, kNow));
-    VENEER_ASSERT_OK(jobs.book_piece(pieces.at(index).id, kNow));
-  }
-  void cut_on_other() {
-    const RunId run = start(other);
-    cut(3);
-    VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
-  }
-  std::vector<PieceState> states() {
-    std::vector<PieceState> out;
-    for (const auto& piece : must(jobs.pieces(job))) out.push_back(piece.state);
-    return out;
-  }
-  JobState state() { return must(jobs.find(job)).state; }
-};
+class JobStoreTest : public PlannedJob {};
 
 TEST_F(JobStoreTest, RemembersThePlan) {
   const JobRecord record = must(jobs.find(job));
@@ -465,53 +428,6 @@ TEST_F(JobStoreTest, CancellingKeepsWhatWasCut) {
   const Status twice = jobs.cancel(job, kLater);
   ASSERT_FALSE(twice.ok());
   EXPECT_THAT(twice.error().message, HasSubstr("is cancelled and cannot become cancelled"));
-}
-
-TEST_F(JobStoreTest, OnlyAJobThatIsOverIsArchivedAndNothingOfItIsRemoved) {
-  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("is planned, and only a job that is over"));
-  const RunId run = start(panel);
-  cut(0);
-  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
-  EXPECT_FALSE(jobs.archive(job, true, kLater).ok());
-  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
-  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
-  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));  // twice is once
-  EXPECT_TRUE(must(jobs.find(job)).archived);
-  EXPECT_EQ(must(jobs.list()).size(), 1U);
-  EXPECT_TRUE(must(jobs.list({0}, 10, false)).empty());
-  EXPECT_EQ(must(jobs.pieces(job)).size(), 5U);
-  EXPECT_FALSE(jobs.archive(JobId{99}, true, kLater).ok());
-
-  VENEER_ASSERT_OK(jobs.archive(job, false, kLater));
-  EXPECT_EQ(must(jobs.list({0}, 10, false)).size(), 1U);
-}
-
-TEST_F(JobStoreTest, AnArchivedJobComesBackWhenSomethingIsToBeDoneForIt) {
-  const RunId run = start(panel);
-  cut(0);
-  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
-  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
-  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
-  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));  // another job's beam strayed
-  EXPECT_FALSE(must(jobs.find(job)).archived);
-  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("has suspect pieces"));
-  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty());
-  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
-  EXPECT_THAT(must(jobs.archive_done(kLater)), ElementsAre(job));
-  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "none was left in sight";
-  must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
-  EXPECT_FALSE(must(jobs.find(job)).archived);
-}
-
-// Somebody still has to find wood for it.
-TEST_F(JobStoreTest, AnIncompleteJobIsNotArchivedWithThoseThatAreDone) {
-  const RunId run = start(panel);
-  cut(0), cut(1), cut(2);
-  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
-  cut_on_other();
-  ASSERT_EQ(state(), JobState::kComplete);
-  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "A5 has no wood";
-  VENEER_EXPECT_OK(jobs.archive(job, true, kLater));
 }
 
 TEST_F(JobStoreTest, UnknownThingsAreNamed) {

@@ -99,13 +99,13 @@ TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
   std::vector<StockPanel> stock{test::wood_panel("P", 20, 20, 50.8, 1), test::wood_panel("Q", 20, 20, 50.8, 2),
                                 test::wood_panel("R", 20, 20, 50.8, 3)};
   stock[0].species = "oak", stock[2].species = "walnut";
-  EXPECT_EQ(only_species(stock, {})->size(), 3U);
+  EXPECT_EQ(only_materials(stock, {})->size(), 3U);
   const std::vector<std::string> oak{"oak"}, elm{"elm"};
-  const auto chosen = only_species(stock, oak);
+  const auto chosen = only_materials(stock, oak);
   ASSERT_TRUE(chosen.ok());
   ASSERT_EQ(chosen->size(), 1U);
   EXPECT_EQ(chosen->front().id.value, "P");
-  EXPECT_EQ(only_species(stock, elm).error().message, "no panel is elm: choose from oak, walnut");
+  EXPECT_EQ(only_materials(stock, elm).error().message, "no panel is elm: choose from oak, walnut");
   EXPECT_TRUE(weigh_tones(stock, "walnut", 2.5).ok());
   EXPECT_EQ(stock[2].tone_weight, 2.5);
   EXPECT_EQ(stock[1].tone_weight, 1);

@@ -71,6 +71,7 @@ class SimLaser final : public LaserDriver {
     status.position = position;
     status.beam_on = burning_;
     status.firmware = "SimLaser";
+    status.overrides_wanted = overrides;
     status.lid_open = lid_open;
     status.lid_openings = lid_openings;
     return status;
@@ -89,6 +90,12 @@ class SimLaser final : public LaserDriver {
   void end_jog() {
     position = jogged_to_;
     say(laser_event::JogEnded{});
+  }
+
+  Status set_overrides(const LaserOverrides& wanted) override {
+    if (!can_override) return Error{ErrorCode::kRefused, "this laser has no overrides"};
+    overrides = wanted;
+    return Ok();
   }
 
   void open_lid() {
@@ -139,6 +146,8 @@ class SimLaser final : public LaserDriver {
   Polyline<MachineFrame> stray_path;  // what abort() tells of a job
   Millimetres stray_reach{0};
   bool can_jog = false;
+  bool can_override = false;
+  LaserOverrides overrides;
   Point<MachineFrame> position{};
   bool burn_at_once = true;
 

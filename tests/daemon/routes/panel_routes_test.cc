@@ -211,7 +211,7 @@ TEST_F(PanelRoutes, PanelsThatWaitForAScanAreNamedInListAndStatus) {
   EXPECT_TRUE(get("/status")["next"].is_null());
   ASSERT_EQ(post("/panels/P-0002/facts", {{"sanded", "grit 240"}, {"day", "2026-05-02"}}).status, 200);
   reactor.restart();
-  while (cell->panels_to_scan.empty() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  while (cell->counts.panels_to_scan.empty() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
   }
   json status = get("/status");
   EXPECT_EQ(status["panels_to_scan"], (json{{"count", 1}, {"panels", {"P-0002"}}}));
@@ -223,7 +223,7 @@ TEST_F(PanelRoutes, PanelsThatWaitForAScanAreNamedInListAndStatus) {
   change([](Repositories& r) { return r.panels.note_restoration("2026-05-03T00:00:00.000Z", "uid 1000", kThen); });
   cell->refresh_counts();
   reactor.restart();
-  while (cell->panels_to_scan.size() < 2 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  while (cell->counts.panels_to_scan.size() < 2 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
   }
   status = get("/status");
   EXPECT_THAT(cli::render_status(status), HasSubstr("2 panels, of which 2 wait for a scan: P-0001, P-0002\n"));
@@ -233,7 +233,7 @@ TEST_F(PanelRoutes, PanelsThatWaitForAScanAreNamedInListAndStatus) {
 
   ASSERT_EQ(post("/panels/P-0001/retire", {{"reason", "sold"}}).status, 200);
   reactor.restart();
-  while (cell->panels_to_scan.size() > 1 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  while (cell->counts.panels_to_scan.size() > 1 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
   }
   EXPECT_EQ(get("/status")["panels_to_scan"]["panels"], json{"P-0002"}) << "what is out of stock waits for nothing";
 }

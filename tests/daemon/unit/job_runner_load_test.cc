@@ -107,6 +107,25 @@ TEST_F(JobRunnerTest, AZoneWhereTheHeadMustNotGoIsHeeded) {
   EXPECT_FALSE(command(CellCommand::kUnsuspend).ok());
 }
 
+TEST_F(JobRunnerTest, AJogGoesThroughNoZone) {
+  Box<MachineFrame> clamp;
+  clamp.add(point<MachineFrame>(16, 0));
+  clamp.add(point<MachineFrame>(18, 40));
+  options_.keep_out = {{"clamp", clamp}};
+  make_runner();
+  laser_.can_jog = true;
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  const auto jog = [&](double dx, double dy) {
+    return runner_->jog(Millimetres(dx), Millimetres(dy), MmPerSecond(50), "uid 1000");
+  };
+  EXPECT_TRUE(jog(0, 50).ok());
+  const Status across = jog(30, 10);
+  ASSERT_FALSE(across.ok());
+  EXPECT_EQ(across.error().message, "the zone \"clamp\" lies in that way: go around it");
+  laser_.position = point<MachineFrame>(17, 20);  // by hand
+  EXPECT_TRUE(jog(-10, 0).ok()) << "out of it";
+}
+
 TEST_F(JobRunnerTest, AnOpenLidIsARefusalAndNotAnAbort) {
   load_first_panel();
   laser_.lid_open = true;
@@ -322,6 +341,26 @@ TEST_F(JobRunnerTest, ACompleteJobCanBeCutAgainAlsoAfterReset) {
   EXPECT_THAT(recut({"A1-3"}).error().message, HasSubstr("moved by 0.20 mm since it was cut"));
   EXPECT_EQ(state(), CellState::kIdle);
   EXPECT_EQ(laser_.jobs.size(), 1U);
+}
+
+// No job is current after Reset, but the wood that is burnt is still booked as narrow as the kerf was measured.
+TEST_F(JobRunnerTest, WhatIsCutAgainAfterResetKeepsToTheBookedKerf) {
+  laser_.can_override = true;
+  load_first_panel();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  bed_.lay("P-0002");
+  look();
+  ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
+  ASSERT_TRUE(command(CellCommand::kReset).ok());
+  laser_.burn_at_once = false;
+  static_cast<void>(recut({"A1-3"}));
+  ASSERT_EQ(state(), CellState::kExecute);
+  ASSERT_TRUE(laser_.burning());
+  const Status slow = runner_->set_overrides({25, 100, 100});
+  ASSERT_FALSE(slow.ok());
+  EXPECT_THAT(slow.error().message, HasSubstr("kerf"));
+  EXPECT_EQ(laser_.overrides, LaserOverrides{});
+  EXPECT_TRUE(runner_->set_overrides({50, 100, 50}).ok());
 }
 
 // What was cut is in the database, with the strokes that cut it.

@@ -65,6 +65,35 @@ TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {
   EXPECT_THAT(refusal({burn("A1", {at(440, 240), at(450, 240)})}), HasSubstr("\"clamp\""));
 }
 
+// A Lihuiyu board goes to its first stroke in x, then in y, and on from there diagonally, then straight.
+TEST_F(PreflightTest, ADarkWayWithinABoxMayTouchWhateverIsInIt) {
+  zones_ = {{"clamp", box(200, 10, 240, 40)}};
+  const auto first = burn("A1", {at(400, 200), at(410, 200)});  // from 0, 0
+  EXPECT_EQ(refusal({first}), "") << "straight there it lies aside";
+  limits_.dark_ways = DarkWays::kWithinBox;
+  EXPECT_THAT(refusal({first}), HasSubstr("\"clamp\""));
+  EXPECT_EQ(refusal({burn("A1", {at(190, 200), at(490, 200)})}), "") << "a cut goes as it is drawn";
+  // Between two passes it goes back, which a closed outline does not need.
+  zones_ = {{"clamp", box(200, 50, 240, 90)}};
+  auto bow = burn("A1", {at(100, 50), at(100, 150), at(400, 150), at(400, 60)});
+  EXPECT_EQ(refusal({bow}), "");
+  bow.strokes.strokes[0].passes = 2;
+  EXPECT_THAT(refusal({bow}), HasSubstr("\"clamp\""));
+  limits_.dark_ways = DarkWays::kStraight;
+  EXPECT_EQ(refusal({bow}), "") << "back along the bow itself";
+}
+
+TEST_F(PreflightTest, AnOpenStrokeOfTwoPassesEndsWhereItBegan) {
+  zones_ = {{"clamp", box(200, 100, 240, 140)}};
+  auto there_and_back = burn("A1", {at(10, 290), at(490, 290)});
+  const auto next = burn("A2", {at(10, 10), at(20, 10)});
+  EXPECT_THAT(refusal({there_and_back, next}), HasSubstr("\"clamp\""));
+  there_and_back.strokes.strokes[0].passes = 2;
+  EXPECT_EQ(refusal({there_and_back, next}), "");
+  const auto far = burn("A2", {at(400, 10), at(390, 10)});
+  EXPECT_THAT(refusal({there_and_back, far}), HasSubstr("\"clamp\""));
+}
+
 TEST_F(PreflightTest, ARecipeNobodyCouldBurnIsRefused) {
   auto fast = burn("A1", {at(10, 10), at(20, 10)});
   fast.strokes.strokes[0].speed = MmPerSecond(300);

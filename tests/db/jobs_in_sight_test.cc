@@ -1,0 +1,100 @@
+// Which jobs people are shown: those that are not archived, and of those the ones with something to do.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include "tests/db/planned_job.h"
+
+namespace veneer::db {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class JobsInSight : public PlannedJob {
+ protected:
+  std::vector<JobId> with_work() {
+    std::vector<JobId> out;
+    for (const JobRecord& record : must(jobs.with_work())) out.push_back(record.id);
+    return out;
+  }
+};
+
+TEST_F(JobsInSight, OnlyAJobThatIsOverIsArchivedAndNothingOfItIsRemoved) {
+  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("is planned, and only a job that is over"));
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  EXPECT_FALSE(jobs.archive(job, true, kLater).ok());
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));  // twice is once
+  EXPECT_TRUE(must(jobs.find(job)).archived);
+  EXPECT_EQ(must(jobs.list()).size(), 1U);
+  EXPECT_TRUE(must(jobs.list({0}, 10, false)).empty());
+  EXPECT_EQ(must(jobs.pieces(job)).size(), 5U);
+  EXPECT_FALSE(jobs.archive(JobId{99}, true, kLater).ok());
+
+  VENEER_ASSERT_OK(jobs.archive(job, false, kLater));
+  EXPECT_EQ(must(jobs.list({0}, 10, false)).size(), 1U);
+}
+
+TEST_F(JobsInSight, AnArchivedJobComesBackWhenSomethingIsToBeDoneForIt) {
+  const RunId run = start(panel);
+  cut(0);
+  VENEER_ASSERT_OK(jobs.finish_run(run, false, kLater));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  VENEER_ASSERT_OK(jobs.archive(job, true, kLater));
+  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));  // another job's beam strayed
+  EXPECT_FALSE(must(jobs.find(job)).archived);
+  EXPECT_THAT(jobs.archive(job, true, kLater).error().message, HasSubstr("has suspect pieces"));
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty());
+  VENEER_ASSERT_OK(jobs.settle(pieces[0].id, AllocationState::kCut, kLater));
+  EXPECT_THAT(must(jobs.archive_done(kLater)), ElementsAre(job));
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "none was left in sight";
+  must(jobs.redo(job, made_again({square_piece("A5", other, 40, 40, 14)}), kLater));
+  EXPECT_FALSE(must(jobs.find(job)).archived);
+}
+
+// Somebody still has to find wood for it.
+TEST_F(JobsInSight, AnIncompleteJobIsNotArchivedWithThoseThatAreDone) {
+  const RunId run = start(panel);
+  cut(0), cut(1), cut(2);
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  cut_on_other();
+  ASSERT_EQ(state(), JobState::kComplete);
+  EXPECT_TRUE(must(jobs.archive_done(kLater)).empty()) << "A5 has no wood";
+  VENEER_EXPECT_OK(jobs.archive(job, true, kLater));
+}
+
+TEST_F(JobsInSight, WorkIsLeftWherePiecesAreReservedBeingCutOrSuspect) {
+  EXPECT_THAT(with_work(), ElementsAre(job));
+  EXPECT_EQ(must(jobs.with_work()).front().count(PieceState::kReserved), 4);
+  const JobId second = must(jobs.create(job_of({square_piece("B1", panel, 70, 10, 14)}), kNow));
+  EXPECT_THAT(with_work(), ElementsAre(job, second));
+  VENEER_ASSERT_OK(jobs.cancel(job, kLater));
+  EXPECT_THAT(with_work(), ElementsAre(second));
+
+  pieces = must(jobs.pieces(second));
+  const RunId run = must(jobs.start_run(second, panel, kPose, 0.04_mm, kLater));
+  VENEER_ASSERT_OK(jobs.mark_cutting(pieces[0].id, kLater));
+  EXPECT_THAT(with_work(), ElementsAre(second));
+  VENEER_ASSERT_OK(jobs.book_piece(pieces[0].id, kLater));
+  VENEER_ASSERT_OK(jobs.finish_run(run, true, kLater));
+  EXPECT_THAT(with_work(), ElementsAre());
+  VENEER_ASSERT_OK(jobs.archive(second, true, kLater));
+  VENEER_ASSERT_OK(jobs.make_suspect({{pieces[0].id}}, kLater));
+  EXPECT_THAT(with_work(), ElementsAre(second)) << "it came back into sight";
+}
+
+// It is asked for at each change of the cell's state, among a million pieces that are over.
+TEST_F(JobsInSight, WorkIsFoundWithoutAWalkThroughAllPieces) {
+  SQLite::Statement plan(cell.database().connection(),
+                         "EXPLAIN QUERY PLAN SELECT job FROM allocations WHERE state IN ('reserved', 'cutting', "
+                         "'suspect')");
+  std::string how;
+  while (plan.executeStep()) how += plan.getColumn(3).getString() + "\n";
+  EXPECT_THAT(how, HasSubstr("USING COVERING INDEX allocations_to_do"));
+}
+
+}  // namespace
+}  // namespace veneer::db
