@@ -8,6 +8,8 @@
 #include <cmath>
 #include <csignal>
 
+#include "base/utf8.h"
+
 namespace veneer::cli {
 namespace {
 
@@ -26,8 +28,7 @@ int terminal_columns() {
 std::string shortened(const std::string& text, std::size_t columns) {
   std::size_t seen = 0;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool begins = (static_cast<unsigned char>(text[i]) & 0xC0U) != 0x80U;
-    if (begins && seen++ == columns) return text.substr(0, i);
+    if (begins_character(text[i]) && seen++ == columns) return text.substr(0, i);
   }
   return text;
 }

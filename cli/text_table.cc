@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+#include "base/utf8.h"
+
 namespace veneer::cli {
 
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
-}
+std::size_t width_of(const std::string& text) { return static_cast<std::size_t>(characters(text)); }
 
 TextTable::TextTable(std::vector<std::string> headings) {
   for (std::string& heading : headings) {

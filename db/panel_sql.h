@@ -14,6 +14,7 @@
 #include "base/ids.h"
 #include "base/result.h"
 #include "base/units.h"
+#include "base/utf8.h"
 #include "db/panels.h"
 
 namespace veneer::db {
@@ -21,10 +22,6 @@ namespace veneer::db {
 inline std::int64_t to_um(Millimetres length) { return std::llround(length.count() * 1000); }
 inline Millimetres from_um(std::int64_t um) { return Millimetres(static_cast<double>(um) / 1000); }
 
-// What a person counts; in UTF-8 a character's further bytes begin with the bits 10.
-inline std::ptrdiff_t characters(const std::string& text) {
-  return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
-}
 inline bool names_a_material(const std::string& text) { return !text.empty() && characters(text) <= 60; }
 
 inline Error no_such_panel(const PanelId& panel) {

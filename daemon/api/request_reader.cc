@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/json_depth.h"
+#include "base/utf8.h"
 #include "daemon/api/route_table.h"
 
 namespace veneer::daemon {
@@ -81,12 +82,8 @@ Result<json> parse_object(const std::string& body) {
 
 std::string shown(const json& value) {
   std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  if (text.size() > kShownText) {
-    text.resize(kShownText);
-    while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0x80U) != 0) text.pop_back();  // half a letter
-    text += "...";
-  }
-  return text;
+  if (text.size() <= kShownText) return text;
+  return std::string(beginning_of(text, kShownText)) + "...";
 }
 
 std::string words_of(NumberRange range) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "base/utf8.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/api/url.h"
 
@@ -80,7 +81,7 @@ std::string line_of(const ApiOperation& operation, const ApiRequest& request) {
     line += " (" + std::to_string(request.body.size()) + " bytes)";
   if (operation.takes == Takes::kSecrets) line += " " + open_part(request);
   if (operation.takes == Takes::kJson) line += " " + request.body.text();
-  if (line.size() > kLongestDetail) line = line.substr(0, kLongestDetail) + "...";
+  if (line.size() > kLongestDetail) line = std::string(beginning_of(line, kLongestDetail)) + "...";
   return line;
 }
 
@@ -114,7 +115,7 @@ Handler Router::noted(const ApiOperation& operation, std::shared_ptr<const Chang
                 changes->note({by, operation.id, line});
               }
               if (!by_anybody && refused)
-                changes->note({caller, operation.id, made.body.substr(0, kLongestDetail), true});
+                changes->note({caller, operation.id, std::string(beginning_of(made.body, kLongestDetail)), true});
               if (made.began_task) changes->note({caller, operation.id, {}, false, made.began_task});
               reply(std::move(made));
             });

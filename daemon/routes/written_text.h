@@ -3,18 +3,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 
+#include "base/utf8.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/routes/request_ranges.h"
 
 namespace veneer::daemon {
 
-// Characters, not bytes; in UTF-8 a character's further bytes begin with 10.
+// Characters, not bytes.
 inline void limit_text(RequestReader& body, const char* what, const std::string& text, std::ptrdiff_t least) {
-  const auto length = std::ranges::count_if(text, [](char c) { return (c & 0xC0) != 0x80; });
+  const auto length = characters(text);
   if (length < least || length > ranges::kLongestReason)
     body.refuse({ErrorCode::kInvalidArgument,
                  fmt::format("the {} must be {} to {} characters", what, least, ranges::kLongestReason)});

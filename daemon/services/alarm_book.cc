@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/utf8.h"
+
 namespace veneer::daemon {
 namespace {
 
@@ -29,9 +31,7 @@ AlarmCondition shortened(AlarmCondition what) {
   constexpr std::string_view kMore = "...";
   std::string& text = what.sentence;
   if (text.size() <= AlarmBook::kLongestSentence) return what;
-  std::size_t end = AlarmBook::kLongestSentence - kMore.size();
-  while (end > 0 && (text[end] & 0xC0) == 0x80) --end;  // further bytes of a character in UTF-8
-  text.resize(end);
+  text.resize(beginning_of(text, AlarmBook::kLongestSentence - kMore.size()).size());
   text += kMore;
   return what;
 }

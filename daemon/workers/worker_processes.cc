@@ -21,6 +21,7 @@
 #include <variant>
 
 #include "base/json_depth.h"
+#include "base/utf8.h"
 #include "daemon/workers/error_json.h"
 #include "daemon/workers/work_server.h"
 
@@ -148,10 +149,7 @@ struct Progressed {
 using Message = std::variant<Nonsense, OutOfMemory, Progressed, Result<json>>;
 
 // Of what a process says to people.
-std::string cut_to(std::string text, std::size_t most) {
-  if (text.size() > most) text.resize(most);
-  return text;
-}
+std::string cut_to(std::string_view text, std::size_t most) { return std::string(beginning_of(text, most)); }
 
 Message message_of(std::string_view line) {
   constexpr std::size_t kMostOfProgress = 200, kMostOfAnError = 4000;
@@ -162,7 +160,7 @@ Message message_of(std::string_view line) {
   if (const auto failed = said.find("error"); failed != said.end()) {
     auto error = error_from_json(*failed);
     if (!error) return Nonsense{};
-    error->message = cut_to(std::move(error->message), kMostOfAnError);
+    error->message = cut_to(error->message, kMostOfAnError);
     return Result<json>(std::move(*error));
   }
   if (said.contains("out_of_memory")) return OutOfMemory{};
