@@ -12,6 +12,7 @@
 #include "calib/hole_tie.h"
 #include "calib/point_fit.h"
 #include "calib/sheet_outline.h"
+#include "calib/sound_tiles.h"
 #include "calib/tile_join.h"
 
 namespace veneer::calib {
@@ -25,54 +26,22 @@ std::string list_of(const std::vector<int>& ids) {
 
 Error refused(std::string message) { return {ErrorCode::kRefused, std::move(message)}; }
 
-std::vector<int> seen_ids(std::span<const TileView> tiles) {
-  std::set<int> ids;
-  for (const TileView& tile : tiles)
-    for (const auto& tag : tile.tags) ids.insert(tag.id);
-  return {ids.begin(), ids.end()};
-}
-
-// What every scan must satisfy before anything is fitted.
-Status check_tags(std::span<const TileView> tiles, const ScannerModel& scanner, const RegistrationOptions& options) {
-  if (tiles.empty()) return Error{ErrorCode::kInvalidArgument, "no scan was given to register"};
-  for (const TileView& tile : tiles) {
-    if (tile.tags.empty())
-      return Error{ErrorCode::kNotFound, fmt::format("no fiducials found on {}: lay the panel with its tags on the "
-                                                     "glass and scan again",
-                                                     tile.name)};
-    for (std::size_t i = 0; i < tile.tags.size(); ++i) {
-      const int id = tile.tags[i].id;
-      if (options.foreign_tags.contains(id))
-        return refused(fmt::format("tag {} on {} belongs to another sheet: lay only the wanted panel on the glass", id,
-                                   tile.name));
-      if (i > 0 && tile.tags[i - 1].id == id)
-        return refused(fmt::format("tag {} is seen twice on {}: remove the copy", id, tile.name));
-    }
-    const auto corners = corners_on_glass(tile, scanner);
-    for (const auto& tag : tile.tags) {
-      double side = 0;
-      for (int i = 0; i < 4; ++i)
-        side += distance(corners.at(tag.id * 4 + i), corners.at(tag.id * 4 + (i + 1) % 4)).count() / 4;
-      if (std::abs(side / options.tag_size.count() - 1) > options.tag_size_tolerance)
-        return refused(
-            fmt::format("tag {} on {} measures {:.2f} mm instead of {:.2f}: check the scan's resolution "
-                        "and the printed tags",
-                        tag.id, tile.name, side, options.tag_size.count()));
-    }
-  }
-  const std::size_t found = seen_ids(tiles).size();
-  if (found < options.min_tags)
-    return refused(fmt::format("{} shows {} of at least {} tags: lay the panel fully on the glass and scan again",
-                               tiles[0].name, found, options.min_tags));
-  return Ok();
-}
-
 Status check_residual(const Registration& found, const RegistrationOptions& options, const std::string& what) {
   if (!found.rms || (*found.rms <= options.max_rms && *found.max <= options.max_single)) return Ok();
   return refused(
       fmt::format("{} by {:.3f} mm rms, {:.3f} mm at worst ({:.2f} and {:.2f} are allowed): clean the "
                   "glass, lay the panel flat and scan again, or calibrate the scanner",
                   what, found.rms->count(), found.max->count(), options.max_rms.count(), options.max_single.count()));
+}
+
+std::vector<SpoiledTag> place(const std::vector<SoundTiles::Spoiled>& spoiled, const std::vector<TileView>& tiles,
+                              const std::vector<ScanMap>& maps, Face face) {
+  std::vector<SpoiledTag> out;
+  for (const auto& [tile, seen, side] : spoiled) {
+    SpoiledTag& it = out.emplace_back(SpoiledTag{{seen.id, face, {}}, side, tiles[tile].name});
+    for (std::size_t k = 0; k < 4; ++k) it.tag.corners[k] = maps[tile] * seen.corners[k];
+  }
+  return out;
 }
 
 // The tags' common upward direction, in JoinedFrame; the scan's own when they do not agree.
@@ -379,9 +348,11 @@ TileView view_tile(const cv::Mat& picture, ScanResolution nominal, const std::st
   return view;
 }
 
-Result<Registration> register_first_scan(std::span<const TileView> tiles, const ScannerModel& scanner,
+Result<Registration> register_first_scan(std::span<const TileView> seen, const ScannerModel& scanner,
                                          const RegistrationOptions& options) {
-  if (auto status = check_tags(tiles, scanner, options); !status) return status.error();
+  auto sound = check_tags(seen, scanner, options);
+  if (!sound) return sound.error();
+  const std::vector<TileView>& tiles = sound->tiles;
   auto join = join_tiles(tiles, scanner);
   if (!join) return join.error();
 
@@ -405,6 +376,7 @@ Result<Registration> register_first_scan(std::span<const TileView> tiles, const 
   for (std::size_t t = 0; t < tiles.size(); ++t)
     out.tiles.emplace_back(sheet.panel_from_joined * join->tiles[t], scanner, tiles[t].nominal);
   out.fiducials.tags = tags_of(*join, sheet.panel_from_joined, Face::kShow);
+  out.spoiled = place(sound->spoiled, tiles, out.tiles, Face::kShow);
   if (auto status = check_sheet(sheet, out.fiducials.tags, tiles[0].name); !status) return status.error();
   for (const auto& hole : join->holes)
     out.fiducials.holes.push_back({sheet.panel_from_joined * hole.centre, hole.diameter});
@@ -413,14 +385,18 @@ Result<Registration> register_first_scan(std::span<const TileView> tiles, const 
   return out;
 }
 
-Result<Registration> register_scan(std::span<const TileView> tiles, Face face, const PanelFiducials& known,
+Result<Registration> register_scan(std::span<const TileView> seen, Face face, const PanelFiducials& known,
                                    const ScannerModel& scanner, const RegistrationOptions& options) {
-  if (auto status = check_tags(tiles, scanner, options); !status) return status.error();
+  auto sound = check_tags(seen, scanner, options);
+  if (!sound) return sound.error();
+  const std::vector<TileView>& tiles = sound->tiles;
   if (auto status = check_face(tiles, face, known, options.retag); !status) return status.error();
   if (!known.knows(face)) {
     if (face == Face::kShow)
       return Error{ErrorCode::kInvalidArgument, "the panel's show face was never scanned: scan it first"};
-    return tie_back(tiles, known, scanner, options);
+    auto back = tie_back(tiles, known, scanner, options);
+    if (back) back->spoiled = place(sound->spoiled, tiles, back->tiles, face);
+    return back;
   }
   Registration out;
   double sum = 0, max = 0;
@@ -439,6 +415,7 @@ Result<Registration> register_scan(std::span<const TileView> tiles, Face face, c
   if (auto status = check_residual(out, options, "the scan misses the panel's known fiducials"); !status)
     return status.error();
   out.fiducials = known;
+  out.spoiled = place(sound->spoiled, tiles, out.tiles, face);
   out.sheet = sheet_box(tiles, out.tiles);
   if (options.retag)
     if (auto status = retag(tiles, face, options, out); !status) return status.error();

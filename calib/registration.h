@@ -4,7 +4,8 @@
 // +x along its lower edge, where "lower" is how most of the tags stand (if they do not agree, how the first tile lay).
 // Its fiducials are then frozen; later scans are fitted to them and move nothing. A back scan is tied to the show face
 // by at least three asymmetric through-holes; its handedness is measured from them. Printed tag size is only a check.
-// What has moved since it was frozen is found by what the other fiducials say, named, and left out.
+// What has moved since it was frozen is found by what the other fiducials say, named, and left out; so is a tag that
+// measures otherwise than it was printed.
 // Thread-safe.
 #pragma once
 
@@ -82,6 +83,14 @@ struct TileAgreement {
   bool within(Millimetres limit) const { return worst && *worst <= limit; }
 };
 
+// A tag of another size than it was printed with, where most of its tile have theirs: something lies on its rim, or it
+// curls.
+struct SpoiledTag {
+  PanelTag tag;         // where it lies
+  Millimetres side{0};  // as it measures
+  std::string tile;     // its name
+};
+
 struct Registration {
   std::vector<ScanMap> tiles;  // in the order given
   // Disagreement. First show scan: between tiles at shared corners (null with one tile). Later show scans: with the
@@ -91,7 +100,8 @@ struct Registration {
   // Of a later scan of a face: fiducials that no longer lie where they were frozen, by what the others say; they count
   // for nothing else here. How far the others lie from where the rest puts them, as far as anybody can tell.
   std::vector<FiducialOffset> moved, left_out;
-  std::vector<TileAgreement> agreement;  // of each tile of such a scan
+  std::vector<SpoiledTag> spoiled;       // they count for nothing, and are not among a first scan's fiducials
+  std::vector<TileAgreement> agreement;  // of each tile of a later scan
   std::vector<int> new_tags;             // ids that became the panel's by `retag`, ascending
   Box<PanelFrame> sheet;                 // the sheet's bounding box; its min is (0, 0) on a first scan
 };

@@ -127,6 +127,18 @@ void judge_hairs(const std::vector<calib::HairOnGlass>& hairs, std::vector<ScanW
 
 bool is_unproven(const ScanWarning& warning) { return warning.name.starts_with(kUnproven); }
 
+std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration) {
+  std::vector<ScanWarning> out;
+  for (const calib::SpoiledTag& spoiled : registration.spoiled) {
+    const std::string name = fmt::format("spoiled-tag-{}", spoiled.tag.id);
+    if (std::ranges::any_of(out, [&](const ScanWarning& told) { return told.name == name; })) continue;
+    out.push_back({name, fmt::format("tag {} on {} measures {:.2f} mm where the others have their size, and counts for "
+                                     "nothing: wipe it clean, or glue on a tag with a new number, and scan again",
+                                     spoiled.tag.id, spoiled.tile, spoiled.side.count())});
+  }
+  return out;
+}
+
 std::vector<ScanWarning> doubts_of_fiducials(const std::vector<calib::TileView>& views,
                                              const calib::Registration& registration) {
   constexpr Millimetres kOne(0.01);  // two tiles may see the same one

@@ -19,6 +19,10 @@ struct ScanWarning {
 // strip-1, strip-2, ...: what the mask withholds because it is in doubt; places from the sheet's lower left corner.
 std::vector<ScanWarning> doubts_of_mask(const calib::VeneerMask& mask);
 
+// Of any scan: spoiled-tag-212, ...  it measures otherwise than it was printed, most others do not, and it counts for
+//                                    nothing
+std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration);
+
 // Of a later scan of a face:
 //   moved-tag-212, moved-hole-1, ...  fiducials that no longer lie where the panel's first scans saw them, by what the
 //                                     others say; they count for nothing, so that the scan is as good without them

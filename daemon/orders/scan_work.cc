@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -109,9 +110,12 @@ Status read_new_panel(const RegisterScans& order, const calib::Registration& reg
   auto map = stitch(order, registration, registration.sheet);
   if (!map) return map.error();
   progress(0.75, "finding usable wood");
-  auto mask = calib::mask_veneer(*map, registration.fiducials);
+  // A tag that counts for nothing is no wood all the same.
+  calib::PanelFiducials covered = registration.fiducials;
+  for (const calib::SpoiledTag& spoiled : registration.spoiled) covered.tags.push_back(spoiled.tag);
+  auto mask = calib::mask_veneer(*map, covered);
   if (!mask) return mask.error();
-  out.warnings = doubts_of_first_scan(order.views, registration, *mask);
+  std::ranges::move(doubts_of_first_scan(order.views, registration, *mask), std::back_inserter(out.warnings));
   return write_panel(*map, *mask, folder, out);
 }
 
@@ -197,7 +201,8 @@ Result<PanelRead> register_scans(const RegisterScans& order, const std::filesyst
   out.new_tags = registration->new_tags;
   if (!registration->left_out.empty())
     out.left_out = std::ranges::max(registration->left_out, {}, &calib::FiducialOffset::off).off;
-  out.warnings = doubts_of_fiducials(order.views, *registration);
+  out.warnings = doubts_of_tags(*registration);
+  std::ranges::move(doubts_of_fiducials(order.views, *registration), std::back_inserter(out.warnings));
   if (order.retag && out.new_tags.empty())
     out.warnings.push_back({"no-new-tag",
                             "no tag is seen that the panel did not have, so that none became its own: glue one on with "

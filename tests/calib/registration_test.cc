@@ -432,6 +432,49 @@ TEST(Registration, RefusesSymmetricHolesAndTooFew) {
   EXPECT_THAT(starved.error().message, ::testing::HasSubstr("fewer than 3"));
 }
 
+TileView with_spoiled_tag(TileView view, std::size_t which) {
+  auto& corners = view.tags.at(which).corners;
+  const Point<ScanFrame> centre = view.tags[which].centre;
+  for (auto& corner : corners)
+    corner = {centre.x + (corner.x - centre.x) * 1.012, centre.y + (corner.y - centre.y) * 1.012};
+  return view;
+}
+
+// A stain on its rim: the others are as good as before.
+TEST(Registration, ATagThatMeasuresOtherwiseThanItsNeighboursIsLeftOutAndNamed) {
+  const Cell& cell = plain_cell();
+  const TileView spoiled = with_spoiled_tag(plain_show(), 1);
+  const int id = spoiled.tags[1].id;
+  const auto has = [&](const PanelFiducials& fiducials) {
+    return std::ranges::any_of(fiducials.tags, [&](const PanelTag& tag) { return tag.id == id; });
+  };
+  const auto first = register_first_scan(std::span(&spoiled, 1), cell.model);
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  ASSERT_EQ(first->spoiled.size(), 1U);
+  EXPECT_EQ(first->spoiled[0].tag.id, id);
+  EXPECT_NEAR(first->spoiled[0].side.count(), 14 * 1.012, 0.01);
+  EXPECT_FALSE(has(first->fiducials));
+  const auto whole = register_first_scan(std::span(&plain_show(), 1), cell.model);
+  ASSERT_TRUE(whole.ok());
+  const PanelTag* there = whole->fiducials.tag(id);
+  ASSERT_NE(there, nullptr);
+  EXPECT_LT(distance(first->spoiled[0].tag.corners[0], there->corners[0]).count(), 0.2) << "no wood";
+
+  ASSERT_TRUE(has(plain_fiducials()));
+  const auto later = register_scan(std::span(&spoiled, 1), Face::kShow, plain_fiducials(), cell.model);
+  ASSERT_TRUE(later.ok()) << later.error().message;
+  ASSERT_EQ(later->spoiled.size(), 1U);
+  EXPECT_TRUE(has(later->fiducials)) << "it stays the panel's";
+  EXPECT_LT(later->max->count(), 0.02);
+
+  TileView three = plain_show();
+  three.tags.resize(3);
+  const TileView too_few = with_spoiled_tag(three, 2);
+  const auto refused = register_first_scan(std::span(&too_few, 1), cell.model);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("without it 2 of at least 3 tags are left"));
+}
+
 TEST(Registration, NamesWhatIsWrongInOneSentence) {
   const Cell& cell = plain_cell();
   const TileView& good = plain_show();
