@@ -446,7 +446,7 @@ TEST(Registration, ATagThatMeasuresOtherwiseThanItsNeighboursIsLeftOutAndNamed) 
   const TileView spoiled = with_spoiled_tag(plain_show(), 1);
   const int id = spoiled.tags[1].id;
   const auto has = [&](const PanelFiducials& fiducials) {
-    return std::ranges::any_of(fiducials.tags, [&](const PanelTag& tag) { return tag.id == id; });
+    return std::ranges::any_of(fiducials.tags, [&](const auto& tag) { return tag.id == id; });
   };
   const auto first = register_first_scan(std::span(&spoiled, 1), cell.model);
   ASSERT_TRUE(first.ok()) << first.error().message;
@@ -456,7 +456,7 @@ TEST(Registration, ATagThatMeasuresOtherwiseThanItsNeighboursIsLeftOutAndNamed) 
   EXPECT_FALSE(has(first->fiducials));
   const auto whole = register_first_scan(std::span(&plain_show(), 1), cell.model);
   ASSERT_TRUE(whole.ok());
-  const PanelTag* there = whole->fiducials.tag(id);
+  const auto* there = whole->fiducials.tag(id);
   ASSERT_NE(there, nullptr);
   EXPECT_LT(distance(first->spoiled[0].tag.corners[0], there->corners[0]).count(), 0.2) << "no wood";
 

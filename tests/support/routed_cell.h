@@ -93,6 +93,13 @@ class RoutedCell : public ::testing::Test {
     return nlohmann::json::parse(reply.body, nullptr, false);
   }
 
+  // Until what the status tells of the database is counted.
+  void until_counted() {
+    reactor.restart();
+    while (cell->is_counting() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    }
+  }
+
   // The task that this reply began, at its end.
   daemon::TaskView ended(const daemon::ApiReply& begun) {
     EXPECT_EQ(begun.status, 202) << begun.body;

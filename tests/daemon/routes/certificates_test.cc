@@ -19,9 +19,7 @@ class CertificateRoutes : public testing::RoutedCell {
     cell->refresh_counts();
   }
   json status() {
-    static_cast<void>(cell->database->call([](Repositories& r) { return r.panels.list(); }));
-    reactor.restart();
-    reactor.poll();
+    until_counted();
     return body_of(ask("GET", "/api/v1/status"));
   }
   json listed() { return body_of(ask("GET", "/api/v1/certificates")); }

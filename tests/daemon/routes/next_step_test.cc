@@ -13,10 +13,7 @@ using ::testing::StartsWith;
 class NextStepOfTheCell : public testing::RoutedCell {
  protected:
   json next() {
-    // What was counted comes back over the reactor.
-    reactor.restart();
-    while (cell->is_counting() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
-    }
+    until_counted();
     return body_of(ask("GET", "/api/v1/status"))["next_step"];
   }
   void certify() {

@@ -44,9 +44,7 @@ class Replies : public testing::RoutedCell {
     cell->tasks.start("plan", "planning").fail({ErrorCode::kRefused, "there is no wood: scan a panel"});
     static_cast<void>(cell->tasks.start("scan", "scanning"));
     cell->refresh_counts();
-    static_cast<void>(cell->database->call([](Repositories& r) { return r.panels.list(); }));
-    reactor.restart();
-    reactor.poll();
+    until_counted();
   }
 
   // A remnant that was scanned, masks for all, an aborted run, a changed plan, a certificate of another device.
