@@ -82,7 +82,9 @@ class Workers : public OperatedCell {
   void keep_cutting();
   // At any time between cuts: the twin's beam is off, and nothing was burnt since the last one ended.
   void expect_dark_unless_cutting();
-  void expect_a_whole_job();
+  // As the twin's truth has it; and as the ledger has it when the panel is scanned again, which takes its time.
+  enum class Scanned { kAgain, kNot };
+  void expect_a_whole_job(Scanned scanned = Scanned::kAgain);
 
   // What the campaign found, for its line.
   struct Found {

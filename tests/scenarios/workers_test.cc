@@ -100,7 +100,7 @@ TEST_F(HangingWorkers, CostTheirTaskWhileACutGoesOn) {
     ++told[fmt::format("{} of {}", fault, kind.kind)];
   }
   EXPECT_EQ(done, wanted);
-  expect_a_whole_job();
+  expect_a_whole_job(Scanned::kNot);
   print(told, fmt::format("{} workers that hang, of {} kinds beside a cut", done, std::min(done, kinds.size())));
 }
 
