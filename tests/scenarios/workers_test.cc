@@ -107,7 +107,7 @@ TEST_F(HangingWorkers, CostTheirTaskWhileACutGoesOn) {
 TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
   constexpr std::array<const char*, 4> kDoors{"/jobs", "/plans", "/plans/advice", "/plans/sketch"};
   auto random = random_of_campaign();
-  const std::uint64_t wanted = number_from("VENEER_HOSTILE_PICTURES", 24);
+  const std::uint64_t wanted = number_from("VENEER_HOSTILE_PICTURES", 20);
   const std::uint64_t drawings = number_from("VENEER_HOSTILE_DRAWINGS", 4);
   std::map<std::string, int> told;
   begin_cut();
@@ -143,7 +143,8 @@ TEST_F(Workers, MayBeFedWithHostilePicturesWhileACutGoesOn) {
       const Finished refused =
           run_program({(bin_dir() / "veneerctl").string(), "--socket", cell_->api_socket().string(), "laser", "run",
                        file, "--dry", "--power", "20%", "--speed-mm-s", "20", "--x-mm", "9000", "--y-mm", "9000"});
-      EXPECT_EQ(refused.status, 1) << refused.output.substr(0, 400);
+      // Of the file or of the cell: a sentence, and no crash.
+      EXPECT_THAT(refused.status, ::testing::AnyOf(1, 2)) << refused.output.substr(0, 400);
       ++told[fmt::format("laser run FILE.svg: {}", refused.output.substr(0, 30))];
       ++svg;
     }
