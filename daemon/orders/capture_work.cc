@@ -1,5 +1,6 @@
 #include "daemon/orders/capture_work.h"
 
+#include <array>
 #include <thread>
 
 #include "daemon/orders/capture_json.h"
@@ -10,8 +11,9 @@ namespace {
 
 using nlohmann::json;
 
-Result<json> scan_glass(const ScanGlass& order, const std::filesystem::path& folder, const TaskProgress& progress,
+Result<json> scan_glass(const json& request, const std::filesystem::path& folder, const TaskProgress& progress,
                         const std::stop_token& stop) {
+  const auto order = request.get<ScanGlass>();
   auto library = sane::SaneLibrary::open(order.sane_config);
   if (!library) return library.error();
   sane::ReadOptions options;
@@ -21,7 +23,9 @@ Result<json> scan_glass(const ScanGlass& order, const std::filesystem::path& fol
   return json(*scanned);
 }
 
-Result<json> find_scanners(const FindScanners& order, const TaskProgress& progress, const std::stop_token& stop) {
+Result<json> find_scanners(const json& request, const std::filesystem::path&, const TaskProgress& progress,
+                           const std::stop_token& stop) {
+  const auto order = request.get<FindScanners>();
   auto library = sane::SaneLibrary::open(order.sane_config);
   if (!library) return library.error();
   auto found = sane::describe_scanners(**library, progress, stop);
@@ -29,14 +33,11 @@ Result<json> find_scanners(const FindScanners& order, const TaskProgress& progre
   return json(ScannersFound{std::move(*found)});
 }
 
+constexpr std::array kScannerWork{KindOfWork{ScanGlass::kKind, scan_glass},
+                                  KindOfWork{FindScanners::kKind, find_scanners}};
+
 }  // namespace
 
-std::optional<Result<json>> do_capture_work(const std::string& kind, const json& request,
-                                            const std::filesystem::path& folder, const TaskProgress& progress,
-                                            const std::stop_token& stop) {
-  if (kind == ScanGlass::kKind) return scan_glass(request.get<ScanGlass>(), folder, progress, stop);
-  if (kind == FindScanners::kKind) return find_scanners(request.get<FindScanners>(), progress, stop);
-  return std::nullopt;
-}
+std::span<const KindOfWork> scanner_work() { return kScannerWork; }
 
 }  // namespace veneer::daemon

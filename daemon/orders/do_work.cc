@@ -1,7 +1,5 @@
 #include "daemon/orders/do_work.h"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "daemon/orders/advice_json.h"
@@ -34,46 +32,32 @@ Result<json> done(Result<Answer> (*work)(const Request&, const path&, const Task
 }
 
 template <auto kWork>
-Result<json> run(const json& request, const path& folder, const TaskProgress& progress) {
+Result<json> run(const json& request, const path& folder, const TaskProgress& progress, const std::stop_token&) {
   return done(kWork, request, folder, progress);
 }
 
-struct Kind {
-  const char* word;
-  Result<json> (*work)(const json& request, const path& folder, const TaskProgress& progress);
-};
-
-constexpr std::array kKinds{
-    Kind{MakePlan::kKind, run<make_plan>},
-    Kind{GiveAdvice::kKind, run<give_advice>},
-    Kind{DrawSketch::kKind, run<draw_sketch>},
-    Kind{ViewScan::kKind, run<view_scan>},
-    Kind{RegisterScans::kKind, run<register_scans>},
-    Kind{LookAtBed::kKind, run<look_at_bed>},
-    Kind{ReadGridScan::kKind, run<read_grid_scan>},
-    Kind{FitScanner::kKind, run<fit_scanner>},
-    Kind{ReadGridView::kKind, run<read_grid_view>},
-    Kind{FitCamera::kKind, run<fit_camera>},
-    Kind{ReadPatternView::kKind, run<read_pattern_view>},
-    Kind{ReadPatternScan::kKind, run<read_pattern_scan>},
+constexpr std::array kComputed{
+    KindOfWork{MakePlan::kKind, run<make_plan>},
+    KindOfWork{GiveAdvice::kKind, run<give_advice>},
+    KindOfWork{DrawSketch::kKind, run<draw_sketch>},
+    KindOfWork{ViewScan::kKind, run<view_scan>},
+    KindOfWork{RegisterScans::kKind, run<register_scans>},
+    KindOfWork{LookAtBed::kKind, run<look_at_bed>},
+    KindOfWork{ReadGridScan::kKind, run<read_grid_scan>},
+    KindOfWork{FitScanner::kKind, run<fit_scanner>},
+    KindOfWork{ReadGridView::kKind, run<read_grid_view>},
+    KindOfWork{FitCamera::kKind, run<fit_camera>},
+    KindOfWork{ReadPatternView::kKind, run<read_pattern_view>},
+    KindOfWork{ReadPatternScan::kKind, run<read_pattern_scan>},
 };
 
 }  // namespace
 
+std::span<const KindOfWork> computed_work() { return kComputed; }
+
 Result<json> do_work(const std::string& kind, const json& request, const path& folder, const TaskProgress& progress,
-                     const std::stop_token&) {
-  for (const Kind& known : kKinds) {
-    if (kind != known.word) continue;
-    try {
-      return known.work(request, folder, progress);
-    } catch (const json::exception& e) {
-      return Error{ErrorCode::kInvalidArgument, fmt::format("the order {} cannot be read ({}): install veneerd and "
-                                                            "veneer-worker of one version",
-                                                            kind, e.what())};
-    }
-  }
-  return Error{ErrorCode::kInvalidArgument,
-               fmt::format("there is no work {}: install veneerd and veneer-worker of one version", kind)};
+                     const std::stop_token& stop) {
+  return do_work_of(find_kind(kComputed, kind), kind, request, folder, progress, stop);
 }
 
 }  // namespace veneer::daemon

@@ -1,19 +1,25 @@
 #include "daemon/orders/notify_work.h"
 
+#include <array>
+
 #include "daemon/orders/notify_json.h"
 
 namespace veneer::daemon {
+namespace {
 
-std::optional<Result<nlohmann::json>> do_notify_work(const std::string& kind, const nlohmann::json& request) {
-  Status told = Ok();
-  if (kind == CallWebhook::kKind)
-    told = call_webhook(request.get<CallWebhook>());
-  else if (kind == PublishByMqtt::kKind)
-    told = publish_by_mqtt(request.get<PublishByMqtt>());
-  else
-    return std::nullopt;
-  if (!told) return Result<nlohmann::json>(told.error());
-  return Result<nlohmann::json>(nlohmann::json(Delivered{}));
+using nlohmann::json;
+
+template <class Order, Status (*kTell)(const Order&)>
+Result<json> tell(const json& request, const std::filesystem::path&, const TaskProgress&, const std::stop_token&) {
+  if (const Status told = kTell(request.get<Order>()); !told) return told.error();
+  return json(Delivered{});
 }
+
+constexpr std::array kNoticeWork{KindOfWork{CallWebhook::kKind, tell<CallWebhook, call_webhook>},
+                                 KindOfWork{PublishByMqtt::kKind, tell<PublishByMqtt, publish_by_mqtt>}};
+
+}  // namespace
+
+std::span<const KindOfWork> notice_work() { return kNoticeWork; }
 
 }  // namespace veneer::daemon

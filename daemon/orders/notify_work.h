@@ -1,11 +1,10 @@
 // What a worker process does to tell others (notify_order.h). It needs the network (WorkOrder::devices), and no device.
 #pragma once
 
-#include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
+#include <span>
 
 #include "base/result.h"
+#include "daemon/orders/kind_of_work.h"
 #include "daemon/orders/notify_order.h"
 
 namespace veneer::daemon {
@@ -16,7 +15,6 @@ Status call_webhook(const CallWebhook& order);
 // QoS 1: until the broker has said that it has it.
 Status publish_by_mqtt(const PublishByMqtt& order);
 
-// None: this kind of work is another's.
-std::optional<Result<nlohmann::json>> do_notify_work(const std::string& kind, const nlohmann::json& request);
+std::span<const KindOfWork> notice_work();
 
 }  // namespace veneer::daemon

@@ -326,6 +326,8 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
 Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories& repositories,
                                         const std::stop_token& stop) {
   constexpr std::chrono::seconds kSketchLimit{30};  // the first one decodes all panels
+  const auto limit =
+      std::min<std::chrono::seconds>(kSketchLimit, std::chrono::seconds(config_.workers.planning_limit_s));
   auto today = stock_today(database_, repositories, library_, request, {}, *log_);
   if (!today) return today.error();
   library_.keep_index_only(today->stock.in_stock);
@@ -338,7 +340,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
   order.what = "drawing a sketch";
   order.folder = folder->path();
   order.writable = {library_.index_dir()};
-  order.deadline = kSketchLimit;
+  order.deadline = limit;
   order.nice = 10;
   for (const HeldPanel& panel : today->stock.held) order.readable.insert(order.readable.end(), {panel.map, panel.mask});
   DrawSketch wanted{request.name,
@@ -362,7 +364,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
   if (!drawn && drawn.error().code == ErrorCode::kTimeout)
     return Error{ErrorCode::kTimeout, fmt::format("the sketch took longer than {} s: ask again, since what was read of "
                                                   "the wood is kept",
-                                                  kSketchLimit.count())};
+                                                  limit.count())};
   return drawn;
 }
 

@@ -108,6 +108,7 @@ const TwinService::Command* TwinService::find(const json& request) {
        true,
        &TwinService::signal_at_burn,
        {{"pid", Type::kNumber}, {"signal", Type::kNumber}, {"burnt_mm", Type::kNumber}}},
+      {"send-at-burn", true, &TwinService::send_at_burn, {{"socket"}, {"text"}, {"burnt_mm", Type::kNumber}}},
       {"burn-log", true, &TwinService::burn_log, {}},
       {"new-panel",
        false,
@@ -326,6 +327,13 @@ TwinService::Reply TwinService::consent(const json& r) {
 
 TwinService::Reply TwinService::signal_at_burn(const json& r) {
   laser_.signal_at_burn({r.at("pid"), r.at("signal"), r.at("burnt_mm")});
+  return json::object();
+}
+
+TwinService::Reply TwinService::send_at_burn(const json& r) {
+  SignalAtBurn::Order order;
+  order.burnt_mm = r.at("burnt_mm"), order.socket = r.at("socket"), order.text = r.at("text");
+  laser_.signal_at_burn(order);
   return json::object();
 }
 

@@ -109,6 +109,18 @@ void PreparedCell::SetUp() {
   story_->resume({{kPanel, kSheet}}, {kJob});
 }
 
+void PreparedCell::stop_at_burn(double more_mm) const {
+  const auto status = cell_->twin({{"cmd", "status"}});
+  ASSERT_TRUE(status.ok()) << status.error().message;
+  const double burnt_mm = (*status)["laser"]["watchdog"]["burnt_mm"];
+  const auto armed =
+      cell_->twin({{"cmd", "send-at-burn"},
+                   {"socket", cell_->api_socket().string()},
+                   {"text", "POST /api/v1/stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n"},
+                   {"burnt_mm", burnt_mm + more_mm}});
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
+}
+
 void PreparedCell::signal_at_burn(pid_t pid, int number, double more_mm) const {
   const auto status = cell_->twin({{"cmd", "status"}});
   ASSERT_TRUE(status.ok()) << status.error().message;

@@ -36,6 +36,8 @@ class PreparedCell : public ::testing::Test {
 
   // The twin signals `pid` in the middle of a stroke, once so much more was burnt. A piece burns 48 mm and its mark.
   void signal_at_burn(pid_t pid, int number, double more_mm) const;
+  // The twin presses STOP there, at the daemon's socket.
+  void stop_at_burn(double more_mm) const;
   // Unsuspend, and on in the middle of the stroke with which so much more is burnt: what a test does then, it does
   // there, however slow its machine is to ask how far the cut is.
   void unsuspend_and_hear_of(double more_mm) const;

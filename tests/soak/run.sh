@@ -10,8 +10,10 @@
 #                clients walk every route slowly, hugely, hanging up or a thousand at once, anonymous, as operators and
 #                at the Unix socket; 20 of each on a Lihuiyu board; also as clients.json and clients-lihuiyu.json
 #   guardian     20 SIGKILLs of the daemon in a burn on each family of lasers, until the beam is off; also as guardian.json
-#   workers      200 deaths of worker processes and 1,000 hostile pictures while cuts go on, 48 lost looks at the bed and 48
-#                deaths in calibrations; several cuts
+#   workers      200 deaths of worker processes, 88 that hang, 1,000 truly hostile pictures at four doors and 320 hostile
+#                drawings while cuts go on, 48 lost looks at the bed, 48 deaths in the laser's and the camera's calibrations,
+#                64 of scans by SANE beside a drawing; what the twin says of each cut and of the beam. Then the two largest
+#                bombs (4 GB of memory)
 #   plan-stop    100 stops before a large panel's index stands and 100 while patches choose; also as plan-stop.json
 #   ledger       the database: 10000 sequences of the model test, a busy process killed 10000 times, a day's work cut short
 #                at every write of the disk with five images of each, every fault of disk and memory in every
@@ -73,9 +75,13 @@ show_table=1 campaign "guardian/kills" "$seed" "$build/bin/veneer-soak-guardian"
 
 for round in 1 2 3 4 5 6 7 8; do
   seed=$(fresh_seed)
-  show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 \
-    VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_HOSTILE_PICTURES=125 "$build/tests/scenario_tests" scenarios/workers_test.cc
+  show_table=1 campaign "workers/$round" "$seed" env VENEER_SEED="$seed" VENEER_WORKER_FAULTS=25 VENEER_HANGS=11 \
+    VENEER_LOOK_FAULTS=6 VENEER_IDLE_FAULTS=6 VENEER_SCANNER_FAULTS=8 VENEER_HOSTILE_PICTURES=125 \
+    VENEER_HOSTILE_DRAWINGS=40 "$build/tests/scenario_tests" scenarios/workers_test.cc
 done
+seed=$(fresh_seed)
+show_table=1 campaign "workers/bombs" "$seed" env VENEER_SEED="$seed" VENEER_HOSTILE_PICTURES=1 VENEER_LARGEST_BOMBS=1 \
+  "$build/tests/scenario_tests" scenarios/workers_test.cc
 
 seed=$(fresh_seed)
 show_table=1 campaign "plan-stop/latency" "$seed" "$build/bin/veneer-soak-plan-stops" --seed "$seed" \

@@ -35,6 +35,12 @@ class BoardFile : private sim::BurnSink {
     return use(board_);
   }
   std::vector<sim::BurnSegment> burns();
+  // The board's time runs ahead: what it does by itself within this, it has done.
+  void let_pass(Duration time) {
+    const std::lock_guard lock(mutex_);
+    ahead_ += time;
+    host_.advance_to(now());
+  }
   // What was asked of the kernel since the device was opened last: a letter a transfer, (w)rite, (r)ead, (c)ontrol, or
   // (d)iscard.
   std::string asked() {
@@ -55,7 +61,7 @@ class BoardFile : private sim::BurnSink {
     UMockdevIoctlData* buffer;
   };
 
-  static TimePoint now() { return SteadyClock().now(); }
+  TimePoint now() const { return SteadyClock().now() + ahead_; }
   void burn(const sim::BurnSegment& segment) override { burns_.push_back(segment); }
 
   bool answer(UMockdevIoctlClient* client);
@@ -65,6 +71,7 @@ class BoardFile : private sim::BurnSink {
   bool discard(UMockdevIoctlClient* client, UMockdevIoctlData* arg);
 
   std::mutex mutex_;  // guards all below
+  Duration ahead_{0};
   std::vector<sim::BurnSegment> burns_;
   std::string asked_;
   std::vector<std::chrono::steady_clock::time_point> resets_;

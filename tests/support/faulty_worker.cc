@@ -1,6 +1,6 @@
 // veneer-worker with a fault that its surroundings ask for: three words in the file "fault" beside the program, read
 // before anything else: the fault, the kind of work that has it, and after how many milliseconds of that work.
-// Otherwise it is veneer-worker.
+// Otherwise it is veneer-worker. With --kinds it says which kinds of work there are, one a line.
 //
 // Whatever it does, it does as a real one would: confined, in the midst of a real order.
 #include <signal.h>
@@ -9,15 +9,17 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
-#include "daemon/orders/do_work.h"
+#include "daemon/orders/every_work.h"
 #include "daemon/workers/work_server.h"
 
 namespace {
@@ -65,7 +67,11 @@ void misbehave(const std::string& fault) {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == "--kinds") {
+    for (const std::string& kind : kinds_of_work()) std::puts(kind.c_str());
+    return 0;
+  }
   const Fault fault = asked_for();
   const bool late = fault.what.starts_with("late-");
   const std::string what = late ? fault.what.substr(5) : fault.what;
@@ -84,7 +90,7 @@ int main() {
       });
     else if (kind == fault.kind && !late)
       misbehave(what);
-    auto done = do_work(kind, request, folder, progress, stop);
+    auto done = do_any_work(kind, request, folder, progress, stop);
     if (kind == fault.kind && late) misbehave(what);
     return done;
   });

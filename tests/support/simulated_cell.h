@@ -23,10 +23,11 @@ struct SimulatedCellOptions {
   std::filesystem::path bin_dir;  // where veneerd and veneer-twin are
   std::uint64_t seed = 1;         // of the twin
   double time_scale = 40;
-  std::string twin_tables = {};    // more of veneer-twin.toml
-  bool lihuiyu = false;            // the twin's laser is an M3-Nano board
-  int look_every = 25;             // pieces
-  std::string daemon_tables = {};  // more of veneerd.toml
+  std::string twin_tables = {};              // more of veneer-twin.toml
+  bool lihuiyu = false;                      // the twin's laser is an M3-Nano board
+  int look_every = 25;                       // pieces
+  std::string daemon_tables = {};            // more of veneerd.toml
+  std::string scanner = "kind = \"sim\"\n";  // its table
 };
 
 class SimulatedCell {

