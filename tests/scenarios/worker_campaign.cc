@@ -92,12 +92,14 @@ std::string Workers::scanner() const {
 }
 
 void Workers::SetUp() {
+  if (wanted() == 0) GTEST_SKIP() << "./dev soak workers runs it";
   OperatedCell::SetUp();
   if (HasFatalFailure()) return;
   witness_.emplace([this](const json& command) { return cell_->twin(command); }, cell_->twin_dir());
 }
 
 void Workers::TearDown() {
+  if (IsSkipped()) return;
   ask_for_none();
   OperatedCell::TearDown();
 }
