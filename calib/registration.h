@@ -83,7 +83,7 @@ struct TileAgreement {
   bool within(Millimetres limit) const { return worst && *worst <= limit; }
 };
 
-// A tag of another size than it was printed with, where most of its tile have theirs: something lies on its rim, or it
+// A tag of another size than it was printed with, where most others have theirs: something lies on its rim, or it
 // curls.
 struct SpoiledTag {
   PanelTag tag;         // where it lies

@@ -13,27 +13,34 @@ namespace {
 
 Error not_taken(std::string message) { return {ErrorCode::kRefused, std::move(message)}; }
 
-// Without the tags that measure otherwise than they were printed. Where half of them do, it is the scan.
-Result<TileView> sound_tile(const TileView& tile, std::size_t number, const ScannerModel& scanner,
-                            const RegistrationOptions& options, std::vector<SoundTiles::Spoiled>& spoiled) {
+// Without the tags that measure otherwise than they were printed, which are added to `spoiled`.
+TileView sound_tile(const TileView& tile, std::size_t number, const ScannerModel& scanner,
+                    const RegistrationOptions& options, std::vector<SoundTiles::Spoiled>& spoiled) {
   const auto corners = corners_on_glass(tile, scanner);
   TileView out = tile;
   out.tags.clear();
-  std::vector<SoundTiles::Spoiled> off;
   for (const auto& tag : tile.tags) {
     Millimetres side{0};
     for (int i = 0; i < 4; ++i) side += distance(corners.at(tag.id * 4 + i), corners.at(tag.id * 4 + (i + 1) % 4)) / 4;
     if (std::abs(side / options.tag_size - 1) <= options.tag_size_tolerance)
       out.tags.push_back(tag);
     else
-      off.push_back({number, tag, side});
+      spoiled.push_back({number, tag, side});
   }
-  if (2 * off.size() >= tile.tags.size())
-    return not_taken(fmt::format(
-        "tag {} on {} measures {:.2f} mm instead of {:.2f}: check the scan's resolution and the printed tags",
-        off[0].tag.id, tile.name, off[0].side.count(), options.tag_size.count()));
-  spoiled.insert(spoiled.end(), off.begin(), off.end());
   return out;
+}
+
+// Where half of the tags are off, or all on one tile, it is the scan.
+Status check_sizes(std::span<const TileView> tiles, const SoundTiles& sound, Millimetres printed) {
+  std::size_t tags = 0;
+  bool none_left = false;
+  for (std::size_t i = 0; i < tiles.size(); ++i)
+    tags += tiles[i].tags.size(), none_left = none_left || sound.tiles[i].tags.empty();
+  if (!none_left && 2 * sound.spoiled.size() < tags) return Ok();
+  const auto& [tile, tag, side] = sound.spoiled[0];
+  return not_taken(
+      fmt::format("tag {} on {} measures {:.2f} mm instead of {:.2f}: check the scan's resolution and the printed tags",
+                  tag.id, tiles[tile].name, side.count(), printed.count()));
 }
 
 }  // namespace
@@ -62,10 +69,9 @@ Result<SoundTiles> check_tags(std::span<const TileView> tiles, const ScannerMode
       if (i > 0 && tile.tags[i - 1].id == id)
         return not_taken(fmt::format("tag {} is seen twice on {}: remove the copy", id, tile.name));
     }
-    auto sound = sound_tile(tile, out.tiles.size(), scanner, options, out.spoiled);
-    if (!sound) return sound.error();
-    out.tiles.push_back(*std::move(sound));
+    out.tiles.push_back(sound_tile(tile, out.tiles.size(), scanner, options, out.spoiled));
   }
+  if (const Status sizes = check_sizes(tiles, out, options.tag_size); !sizes) return sizes.error();
   const std::size_t found = seen_ids(out.tiles).size();
   if (found < options.min_tags && !out.spoiled.empty())
     return not_taken(

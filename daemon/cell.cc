@@ -265,6 +265,7 @@ void Cell::look_regularly() {
   look_timer_.async_wait([this](const boost::system::error_code& cancelled) {
     if (cancelled) return;
     runner->look_again();
+    if (counter_->has_failed()) refresh_counts();
     look_for_alarms();
     look_for_notices();
     end_leases();

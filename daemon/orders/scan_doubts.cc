@@ -132,9 +132,11 @@ std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration)
   for (const calib::SpoiledTag& spoiled : registration.spoiled) {
     const std::string name = fmt::format("spoiled-tag-{}", spoiled.tag.id);
     if (std::ranges::any_of(out, [&](const ScanWarning& told) { return told.name == name; })) continue;
-    out.push_back({name, fmt::format("tag {} on {} measures {:.2f} mm where the others have their size, and counts for "
-                                     "nothing: wipe it clean, or glue on a tag with a new number, and scan again",
-                                     spoiled.tag.id, spoiled.tile, spoiled.side.count())});
+    out.push_back(
+        {name, fmt::format("tag {} on {} measures {:.2f} mm where the others have their size, and counts for "
+                           "nothing there: wipe it clean and scan again; a panel that enters stock without it "
+                           "gets it later by a scan with --retag",
+                           spoiled.tag.id, spoiled.tile, spoiled.side.count())});
   }
   return out;
 }

@@ -237,7 +237,7 @@ Result<BedSeen> BedWatcher::photograph(WallTime hands_in, LookAtBed look) {
 void BedWatcher::note_seen(std::vector<PanelId> panels) { last_seen_ = {std::move(panels), utc_timestamp()}; }
 
 Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
-  const auto marks = database_.read([seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  const auto marks = database_.read(reader_, [seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
   if (!marks) return marks.error();
   StockSight sight;
   const bool by_holes = marks->camera && !marks->with_holes.empty();
@@ -276,7 +276,7 @@ Result<StockSight> BedWatcher::stock_in_sight_now(WallTime hands_in) {
 }
 
 Result<BedSight> BedWatcher::see() {
-  const auto marks = database_.read([seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
+  const auto marks = database_.read(reader_, [seen = last_seen_](Repositories& r) { return read_marks(r, seen); });
   if (!marks) return marks.error();
   LookAtBed look;
   look.stock = true;
@@ -293,7 +293,7 @@ Result<BedSight> BedWatcher::see() {
 }
 
 Result<ProvenPose> BedWatcher::look_now(WallTime hands_in) {
-  const auto shelf = database_.read(read_shelf);
+  const auto shelf = database_.read(reader_, read_shelf);
   if (!shelf) return shelf.error();
   const Status ready = require_cutting(shelf->calibration);
   LookAtBed look;

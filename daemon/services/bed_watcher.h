@@ -77,6 +77,7 @@ class BedWatcher final : public BedView {
   Worker& worker_;
   WorkRunner& workers_;
   DatabaseThread& database_;
+  std::unique_ptr<DatabaseReader> reader_;  // of the camera's worker
   const Config& config_;
   WallTime hands_in_{};  // of the reactor; looks get a copy
   LastSeen last_seen_;   // of the camera's worker

@@ -9,35 +9,46 @@
 namespace veneer::daemon {
 namespace {
 
-void count_work(Repositories& r, CellCounts& counts) {
+Status count_work(Repositories& r, CellCounts& counts) {
   const auto jobs = r.jobs.with_work();
-  if (!jobs) return;
+  if (!jobs) return jobs.error();
   for (const db::JobRecord& job : *jobs) {
     const JobRest rest = rest_of(job);
     if (rest.suspect > 0) counts.suspects.push_back({job.id, rest.suspect});
     if (!counts.job && rest.open > 0 && job.state != db::JobState::kRunning)
       counts.job = CellNeeds::Waiting{job.id.value, job.name, rest.open};
   }
+  return Ok();
 }
 
-std::optional<CellNeeds::Waiting> waiting_plan_of(Repositories& r) {
+Status count_plans(Repositories& r, CellCounts& counts) {
   const auto plans = r.plans.list({0}, 1);
-  if (!plans || plans->empty()) return std::nullopt;
-  const db::PlanRecord& plan = plans->front();
-  if (!plan.jobs.empty() || !plan.outdated.empty()) return std::nullopt;
-  return CellNeeds::Waiting{plan.id.value, plan.name, plan.placed};
+  if (!plans) return plans.error();
+  if (plans->empty() || !plans->front().jobs.empty() || !plans->front().outdated.empty()) return Ok();
+  counts.plan = CellNeeds::Waiting{plans->front().id.value, plans->front().name, plans->front().placed};
+  return Ok();
+}
+
+Status count_stock(Repositories& r, CellCounts& counts) {
+  const auto panels = r.panels.in_stock();
+  if (!panels) return panels.error();
+  counts.panels = static_cast<int>(panels->size());
+  const auto open = r.proposals.list(false);
+  if (!open) return open.error();
+  if (!open->empty()) counts.proposal = open->back().id;
+  const auto waiting = r.facts.panels_to_scan();
+  if (!waiting) return waiting.error();
+  for (const db::PanelToScan& one : *waiting) counts.panels_to_scan.push_back(one.panel);
+  return Ok();
 }
 
 }  // namespace
 
-CellCounts count_cell(Repositories& r) {
+Result<CellCounts> count_cell(Repositories& r) {
   CellCounts counts;
-  count_work(r, counts);
-  counts.plan = waiting_plan_of(r);
-  if (auto list = r.panels.in_stock()) counts.panels = static_cast<int>(list->size());
-  if (const auto open = r.proposals.list(false); open && !open->empty()) counts.proposal = open->back().id;
-  if (const auto waiting = r.facts.panels_to_scan())
-    for (const db::PanelToScan& one : *waiting) counts.panels_to_scan.push_back(one.panel);
+  for (const auto count : {count_work, count_plans, count_stock})
+    if (Status done = count(r, counts); !done) return done.error();
+  // A certificate that cannot be read is one that is missing.
   if (auto valid = load_calibration(r, utc_timestamp())) counts.calibration = std::move(*valid);
   return counts;
 }
@@ -57,15 +68,17 @@ void CellCounter::count() {
       if (const auto alive = counter.lock()) (*alive)->end(std::move(counted));
     });
   };
-  const auto work = [this, end_with] {
-    end_with(database_.read([](Repositories& r) { return Result(count_cell(r)); }));
-  };
+  const auto work = [this, end_with] { end_with(database_.read(reader_, count_cell)); };
   if (worker_.try_post({1}, work, end_with)) ++to_come_;
 }
 
 void CellCounter::end(Result<CellCounts> counted) {
   --to_come_;
-  if (!counted) return log_->warn("the cell's status is not counted anew: {}", counted.error().message);
+  if (!counted) {
+    if (!std::exchange(failed_, true)) log_->warn("the cell's status is not counted anew: {}", counted.error().message);
+    return;
+  }
+  failed_ = false;
   told_(std::move(*counted));
 }
 

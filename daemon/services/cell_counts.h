@@ -26,7 +26,7 @@ struct CellCounts {
   std::vector<CellNeeds::Suspects> suspects;
   std::optional<Calibration> calibration;
 };
-CellCounts count_cell(Repositories& r);
+Result<CellCounts> count_cell(Repositories& r);
 
 // Bound to the reactor.
 class CellCounter {
@@ -40,6 +40,8 @@ class CellCounter {
   void count();
   // Whether counts are still to come.
   bool is_counting() const { return to_come_ > 0; }
+  // The last count failed: another may succeed.
+  bool has_failed() const { return failed_; }
 
  private:
   void end(Result<CellCounts> counted);
@@ -49,8 +51,10 @@ class CellCounter {
   Told told_;
   Logger log_;
   int to_come_ = 0;
+  bool failed_ = false;
   std::shared_ptr<CellCounter*> alive_;
-  Worker worker_{"counts"};  // last, so that it ends first
+  std::unique_ptr<DatabaseReader> reader_;  // of the worker
+  Worker worker_{"counts"};                 // last, so that it ends first
 };
 
 }  // namespace veneer::daemon

@@ -122,13 +122,17 @@ class DatabaseThread {
       return work(*repositories_);
     });
   }
-  // What `question` tells of the last commit, asked on the caller's thread by a connection of its own: no write waits
-  // for it, and what was asked for before is seen. Waits for that: never from the reactor.
+  // What `question` tells of the last commit, asked on the caller's thread through `mine`, a connection of its own that
+  // is opened once: no write waits for it, and what was asked for before is seen. Waits for that: never from the
+  // reactor. What fails there is asked of call(), which doubts the file where it is damaged.
   template <class F>
-  std::invoke_result_t<F, Repositories&> read(F question) {
+  std::invoke_result_t<F, Repositories&> read(std::unique_ptr<DatabaseReader>& mine, F question) {
     worker_.call([] {});
-    const auto reader = open_reader();
-    return reader ? question((*reader)->repositories()) : reader.error();
+    if (!mine)
+      if (auto opened = open_reader()) mine = std::move(*opened);
+    if (mine)
+      if (auto answer = caught([&] { return question(mine->repositories()); })) return answer;
+    return call(question);
   }
   template <class F, class Then>
   void async(F work, Then then) {

@@ -34,6 +34,9 @@ Status check_recipe(const PieceBurn& burn, const Stroke& stroke, const LaserLimi
   return Ok();
 }
 
+// Of one pass only: more of them go back and forth over the path itself.
+bool makes_run_ups(const Stroke& stroke) { return stroke.passes == 1 && stroke.overscan > Millimetres(0); }
+
 // Where the head goes for a stroke: its path, with the run-up and the run-out of a fill's line where the machine makes
 // them.
 Polyline<MachineFrame> way_of(const Stroke& stroke, DarkWays ways) {
@@ -45,7 +48,7 @@ Polyline<MachineFrame> way_of(const Stroke& stroke, DarkWays ways) {
     const double share = stroke.overscan.count() / length;
     end = {end.x + (end.x - from.x) * share, end.y + (end.y - from.y) * share};
   };
-  if (stroke.overscan > Millimetres(0)) {
+  if (makes_run_ups(stroke)) {
     lengthen(stroke.path[1], way.front());
     lengthen(stroke.path[stroke.path.size() - 2], way.back());
   }
@@ -54,7 +57,7 @@ Polyline<MachineFrame> way_of(const Stroke& stroke, DarkWays ways) {
 
 // Where it is at the end of all passes.
 Point<MachineFrame> end_of(const Stroke& stroke, const Polyline<MachineFrame>& way, DarkWays ways) {
-  const bool turned = ways == DarkWays::kStraight && stroke.passes % 2 == 0 && stroke.overscan <= Millimetres(0);
+  const bool turned = ways == DarkWays::kStraight && stroke.passes % 2 == 0;
   return turned ? way.front() : way.back();
 }
 

@@ -95,10 +95,10 @@ TEST(WoodChoice, APictureKeepsToOneFamilyOfWoods) {
   EXPECT_EQ(red_pieces(), 0);
 }
 
-TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
+TEST(WoodChoice, PanelsAreChosenByTheirMaterial) {
   std::vector<StockPanel> stock{test::wood_panel("P", 20, 20, 50.8, 1), test::wood_panel("Q", 20, 20, 50.8, 2),
                                 test::wood_panel("R", 20, 20, 50.8, 3)};
-  stock[0].species = "oak", stock[2].species = "walnut";
+  stock[0].material = "oak", stock[2].material = "walnut";
   EXPECT_EQ(only_materials(stock, {})->size(), 3U);
   const std::vector<std::string> oak{"oak"}, elm{"elm"};
   const auto chosen = only_materials(stock, oak);
@@ -117,7 +117,7 @@ TEST(WoodChoice, PanelsAreChosenByTheirSpecies) {
 TEST(WoodChoice, ToneWeightsPullThePictureTowardsAWood) {
   std::vector<StockPanel> stock{test::wood_panel("dark", 80, 80, 50.8, 1), test::wood_panel("pale", 80, 80, 50.8, 2)};
   stock[0].picture.pixels.setTo(cv::Scalar::all(60)), stock[1].picture.pixels.setTo(cv::Scalar::all(190));
-  stock[0].species = "dark", stock[1].species = "pale";
+  stock[0].material = "dark", stock[1].material = "pale";
   Artwork artwork = test::blob_artwork("A", 60, 60, 15_mm, 3);
   cv::randu(artwork.picture, 100, 150);
   cv::GaussianBlur(artwork.picture, artwork.picture, {}, 3);

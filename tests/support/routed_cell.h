@@ -96,8 +96,9 @@ class RoutedCell : public ::testing::Test {
   // Until what the status tells of the database is counted.
   void until_counted() {
     reactor.restart();
-    while (cell->is_counting() && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    while (cell->is_counting() && reactor.run_one_for(std::chrono::seconds(60)) > 0) {
     }
+    EXPECT_FALSE(cell->is_counting());
   }
 
   // The task that this reply began, at its end.

@@ -64,8 +64,8 @@ class PanelRoutes : public testing::RoutedCell {
   json get(const std::string& path) { return body_of(ask("GET", "/api/v1" + path)); }
   // The cell books what it finds at its start, behind all else: a test of what is booked begins after that.
   void until_what_is_left_is_booked(const std::string& panel) {
-    while (get("/panels/" + panel)["remnant"]["booked"].is_null()) {
-    }
+    for (json it = get("/panels/" + panel); it["remnant"]["booked"].is_null(); it = get("/panels/" + panel))
+      if (!it["remnant"].is_object()) throw std::runtime_error("nothing is known of what is left: " + it.dump());
   }
   ApiReply post(const std::string& path, const json& body = json::object()) {
     return ask("POST", "/api/v1" + path, body);
