@@ -19,8 +19,8 @@ struct SoundTiles {
   std::vector<TileView> tiles;
   std::vector<Spoiled> spoiled;  // and left out of them
 };
-// kNotFound: a tile without tags. kRefused: a foreign tag, one that is seen twice, too few that are sound, or half of a
-// tile's measure otherwise than they were printed.
+// kNotFound: a tile without tags. kRefused: a foreign tag, one that is seen twice, too few that are sound; or half of
+// all tags, or all of one tile, measure otherwise than they were printed.
 Result<SoundTiles> check_tags(std::span<const TileView> tiles, const ScannerModel& scanner,
                               const RegistrationOptions& options);
 
