@@ -105,7 +105,10 @@ TEST_F(Records, TheAuditLogTellsWhoDidWhatAndWhatCameOfIt) {
   EXPECT_EQ(asked({"audit", "--panel", "P-0003"})["entries"].size(), 1U);
   EXPECT_EQ(asked({"audit", "--panel", "P-0001"})["entries"].size(), 0U);
   EXPECT_EQ(asked({"audit", "--since", "2999-01-01"})["entries"].size(), 0U);
-  EXPECT_EQ(asked({"audit", "--all"})["entries"].size(), asked({"audit"})["head"]["id"]);
+  // From one answer: the cell writes alarms of its own into the log at any time.
+  const json whole = asked({"audit", "--all"})["entries"];
+  ASSERT_FALSE(whole.empty());
+  EXPECT_EQ(whole.size(), whole[0]["id"]);
   const Finished wrong = cell.veneerctl({"audit", "--since", "yesterday"});
   EXPECT_EQ(wrong.status, 1);
   EXPECT_THAT(wrong.output, HasSubstr("give it in UTC"));
