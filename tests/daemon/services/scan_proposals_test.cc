@@ -45,7 +45,7 @@ class ScanProposalsTest : public ::testing::Test {
   }
   void lay(const rendered::Panel& sheet, double turned_deg = 1.5, Face face = Face::kShow) {
     rendered::Scanner glass;
-    glass.width_mm = 180, glass.height_mm = 140;
+    glass.dpi = 200, glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
     scanner_.file = folder_ / "scan.ppm";
     const auto pose = rendered::lay(sheet.width / 2, sheet.height / 2, 90, 70, turned_deg, face);

@@ -53,7 +53,7 @@ class ScanServiceTest : public ::testing::Test {
   // On the glass, in the place of what lay there.
   void lay(const rendered::Panel& sheet, double turned_deg = 1.5) {
     rendered::Scanner glass;
-    glass.width_mm = 180, glass.height_mm = 140;
+    glass.dpi = 200, glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
     scanner_.file = folder_ / "scan.ppm";
     const auto pose = rendered::lay(sheet.width / 2, sheet.height / 2, 90, 70, turned_deg, Face::kShow);
