@@ -440,7 +440,8 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
         ErrorCode::kConflict,
         fmt::format("the laser is jogged while the cell is Idle or Complete, now it is {}", to_string(view_.state))};
   const LaserStatus laser = parts().laser.status();
-  if (Status free = check_jog(options_.keep_out, laser.position, dx, dy); laser.homed && !free) return free;
+  if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
+    return free;
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
   return parts().laser.jog(dx, dy, speed);
 }

@@ -115,11 +115,33 @@ const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, con
   return found == keep_out.end() ? nullptr : &*found;
 }
 
-Status check_jog(std::span<const KeepOut> keep_out, const Point<MachineFrame>& from, Millimetres dx, Millimetres dy) {
+namespace {
+
+// Does a step of `step` along one axis lead from `at`, inside the zone's [low, high], out by the nearer side? A side
+// that lies beyond the travel is none.
+bool leads_out(Millimetres at, Millimetres step, Millimetres low, Millimetres high, Millimetres least,
+               Millimetres most) {
+  if (step == Millimetres(0)) return true;
+  const bool down = low > least, up = high < most;
+  if (step < Millimetres(0)) return down && (!up || at - low <= high - at);
+  return up && (!down || high - at <= at - low);
+}
+
+}  // namespace
+
+Status check_jog(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& from,
+                 Millimetres dx, Millimetres dy) {
   const Point<MachineFrame> to{from.x + dx, from.y + dy};
-  for (const KeepOut& zone : keep_out)
-    if (!zone.area.contains(from) && crosses(zone.area, from, to))
-      return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", zone.name)};
+  for (const auto& [name, area] : keep_out) {
+    if (!area.contains(from)) {
+      if (crosses(area, from, to))
+        return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", name)};
+    } else if (!leads_out(from.x, dx, area.min.x, area.max.x, travel.min.x, travel.max.x) ||
+               !leads_out(from.y, dy, area.min.y, area.max.y, travel.min.y, travel.max.y)) {
+      return Error{ErrorCode::kRefused,
+                   fmt::format("the head stands in the zone \"{}\": leave it by the nearer side", name)};
+    }
+  }
   return Ok();
 }
 

@@ -38,8 +38,10 @@ bool crosses(const Box<MachineFrame>& box, const Point<MachineFrame>& a, const P
 // The zone that a dark way from `a` to `b` may touch; nullptr: none.
 const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, const Point<MachineFrame>& a,
                            const Point<MachineFrame>& b);
-// kRefused when it lies in a zone's way. A head that stands in one already may leave it.
-Status check_jog(std::span<const KeepOut> keep_out, const Point<MachineFrame>& from, Millimetres dx, Millimetres dy);
+// kRefused when a zone lies in the way. A head that stands in one may leave it by the nearer of the sides that the
+// travel lets it reach, never through the zone's middle.
+Status check_jog(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& from,
+                 Millimetres dx, Millimetres dy);
 
 // The frame that shows where a job will be: the convex hull of all its strokes, closed, one stroke of a job of its own.
 // `power` 0 is dark. Empty when there are no strokes.

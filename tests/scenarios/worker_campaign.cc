@@ -250,6 +250,7 @@ void Workers::print(const std::map<std::string, int>& told, const std::string& f
   for (const auto& [what, count] : told) fmt::print("{:4} x {}\n", count, what);
   fmt::print("figures: {}, {} cuts as the twin burnt them, {} disturbed, {} looks at the twin at rest, {} beams on\n",
              figures, found_.cuts, found_.disturbed, found_.looks, found_.beams_on);
+  EXPECT_GT(found_.looks, 0) << "nobody looked whether the beam is off at rest";
 }
 
 }  // namespace veneer::tests

@@ -9,7 +9,6 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
@@ -18,12 +17,7 @@
 #include "base/clock.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/orders/scan_json.h"
-#include "daemon/services/panel_figures.h"
-#include "daemon/services/stock_memory.h"
-#include "tests/support/one_picture.h"
-#include "tests/support/rendered_panel.h"
-#include "tests/support/temp_directory.h"
-#include "tests/support/work_here.h"
+#include "tests/daemon/services/scanned_sheet.h"
 
 namespace veneer::daemon {
 namespace {
@@ -33,70 +27,7 @@ Region<PanelFrame> square(double x, double y, double side) {
                                              point<PanelFrame>(x + side, y + side), point<PanelFrame>(x, y + side)});
 }
 
-class ScanServiceTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    lay(rendered::sample_panel());
-    auto opened = DatabaseThread::open(folder_ / "test.db", reactor_);
-    ASSERT_TRUE(opened.ok());
-    database_ = std::move(*opened);
-    proposals_.emplace(*database_, library_, make_null_logger());
-    db::CertificateRecord certificate;
-    certificate.kind = db::CertificateKind::kScanner;
-    certificate.issued_at = "2026-01-01T00:00:00.000Z";
-    certificate.expires_at = "2999-01-01T00:00:00.000Z";
-    nlohmann::json payload = to_payload(calib::ScannerCertificateData{});
-    payload["make"] = "EPSON Perfection V39";
-    certificate.payload = payload.dump();
-    ASSERT_TRUE(database_->call([&](Repositories& r) { return r.certificates.issue(certificate); }).ok());
-  }
-  // On the glass, in the place of what lay there.
-  void lay(const rendered::Panel& sheet, double turned_deg = 1.5) {
-    rendered::Scanner glass;
-    glass.dpi = 200, glass.width_mm = 180, glass.height_mm = 140;
-    scanner_.nominal = glass.nominal();
-    scanner_.file = folder_ / "scan.ppm";
-    const auto pose = rendered::lay(sheet.width / 2, sheet.height / 2, 90, 70, turned_deg, Face::kShow);
-    ASSERT_TRUE(cv::imwrite(scanner_.file.string(), scan_panel(sheet, Face::kShow, pose, glass)));
-  }
-  std::vector<db::DifferenceRecord> kept() {
-    return *database_->call([](Repositories& r) { return r.differences.of(PanelId{"P-0001"}); });
-  }
-  // Taken into stock at once where it has no warnings.
-  Result<ScanOutcome> scan(ScanRequest request = {}) {
-    request.accept = true;
-    return look(request);
-  }
-  Result<ScanOutcome> look(const ScanRequest& request = {}) {
-    const Config config;
-    ScanService service(scanner_, *database_, library_, workers_, *proposals_, config);
-    return service.add_tile(request, [](double, const std::string&) {}, {});
-  }
-  db::PanelRecord panel() {
-    return *database_->call([](Repositories& r) { return r.panels.find(PanelId{"P-0001"}); });
-  }
-
-  testing::TempDirectory folder_;
-  boost::asio::io_context reactor_;
-  std::unique_ptr<DatabaseThread> database_;
-  PanelLibrary library_{folder_.path()};
-  testing::OnePicture scanner_;
-  testing::WorkHere workers_;
-  std::optional<ScanProposals> proposals_;
-};
-
-// A port has its name whatever is plugged in.
-TEST_F(ScanServiceTest, AnotherMakeOfScannerIsRefusedAtTheSameName) {
-  scanner_.make = "Canon LiDE 400";
-  const auto other = scan();
-  ASSERT_FALSE(other.ok());
-  EXPECT_EQ(other.error().code, ErrorCode::kRefused);
-  EXPECT_THAT(other.error().message,
-              ::testing::AllOf(::testing::HasSubstr("a Canon LiDE 400"), ::testing::HasSubstr("EPSON Perfection V39"),
-                               ::testing::HasSubstr("veneerctl calibrate scanner")));
-  scanner_.make = "EPSON Perfection V39";
-  EXPECT_TRUE(scan().ok());
-}
+class ScanServiceTest : public ScannedSheet {};
 
 // A screw hole that a cut has opened is hard to see in the new scan; what the mask knew before must count.
 TEST_F(ScanServiceTest, WoodDoesNotGrowBackWhenAPanelIsScannedAgain) {
@@ -277,80 +208,6 @@ TEST_F(ScanServiceTest, WhatAScanSeesOfSuspectPiecesIsProposedAndNotDecided) {
   }
 }
 
-TEST_F(ScanServiceTest, ATagThatCameLooseIsNamedAndANewOneTakesItsPlace) {
-  rendered::Panel sheet = rendered::sample_panel();
-  ASSERT_TRUE(scan().ok());
-  const auto loose = std::ranges::find(sheet.tags, Face::kShow, &rendered::GluedTag::face);
-  const std::string name = fmt::format("moved-tag-{}", loose->id);
-  loose->x += 0.3;
-  lay(sheet);
-  const auto moved = scan();
-  ASSERT_TRUE(moved.ok()) << moved.error().message;
-  ASSERT_EQ(moved->warnings.size(), 1U);
-  EXPECT_EQ(moved->warnings[0].name, name);
-  EXPECT_THAT(moved->warnings[0].text, ::testing::HasSubstr("--retag"));
-  ASSERT_TRUE(moved->left_out);
-  EXPECT_LT(moved->left_out->count(), 0.05);
-  EXPECT_FALSE(moved->proposal) << "the others say where the panel lies";
-
-  loose->id = 400;
-  lay(sheet);
-  const auto strange = scan();
-  ASSERT_FALSE(strange.ok());
-  EXPECT_THAT(strange.error().message, ::testing::HasSubstr("--retag"));
-  ScanRequest retag;
-  retag.retag = true;
-  const auto glued = scan(retag);
-  ASSERT_TRUE(glued.ok()) << glued.error().message;
-  EXPECT_EQ(glued->new_tags, std::vector<int>{400});
-  const auto known = database_->call([](Repositories& r) { return *r.panels.fiducials(PanelId{"P-0001"}); });
-  const auto is = [](int id) {
-    return [id](const db::FiducialRecord& f) { return f.kind == db::FiducialKind::kTag && f.tag_id == id; };
-  };
-  ASSERT_EQ(std::ranges::count_if(known, is(400)), 1);
-  const auto after = scan();
-  ASSERT_TRUE(after.ok()) << after.error().message;
-  EXPECT_TRUE(after->warnings.empty());
-}
-
-// While the scan waits, another panel gets the number that was glued on: nothing of the scan may be entered then.
-TEST_F(ScanServiceTest, ARetagThatCameTooLateLeavesThePanelAsItWas) {
-  rendered::Panel sheet = rendered::sample_panel();
-  ASSERT_TRUE(scan().ok());
-  std::ranges::find(sheet.tags, Face::kShow, &rendered::GluedTag::face)->id = 400;
-  lay(sheet);
-  workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
-    if (kind == RegisterScans::kKind) answer["warnings"] = std::vector<ScanWarning>{{"unproven-1", "nobody can tell"}};
-  };
-  ScanRequest retag;
-  retag.retag = true;
-  const auto waits = scan(retag);
-  ASSERT_TRUE(waits.ok()) << waits.error().message;
-  ASSERT_TRUE(waits->proposal) << "nobody could tell whether a tag has moved";
-  const db::PanelRecord before = panel();
-  db::PanelRecord other = before;
-  other.id = PanelId{"P-0002"}, other.name = "P-0002", other.root = {};
-  db::FiducialRecord tag{db::FiducialKind::kTag, 400, Face::kShow, {}};
-  for (const double x : {10.0, 24.0})
-    for (const double y : {10.0, 24.0}) tag.corners.push_back(point<PanelFrame>(x, y));
-  const Status entered = database_->call([&](Repositories& r) { return r.panels.add(other, {}, {tag}); });
-  ASSERT_TRUE(entered.ok()) << entered.error().message;
-  const auto late = proposals_->accept(*waits->proposal, {"unproven-1"}, "somebody");
-  ASSERT_FALSE(late.ok());
-  EXPECT_EQ(late.error().code, ErrorCode::kConflict) << late.error().message;
-  EXPECT_THAT(late.error().message, ::testing::HasSubstr("panel P-0002 is in stock and carries tag 400"));
-  EXPECT_EQ(panel().mask_version, before.mask_version);
-}
-
-TEST_F(ScanServiceTest, ANewPanelsTagsNeedNoWord) {
-  ScanRequest retag;
-  retag.retag = true;
-  const auto refused = scan(retag);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_THAT(refused.error().message, ::testing::HasSubstr("without --retag"));
-}
-
 TEST_F(ScanServiceTest, WhatTheMaskLeavesOutIsToldWithTheScan) {
   workers_.spoil = [](const std::string& kind, nlohmann::json& answer) {
     if (kind == RegisterScans::kKind) answer["warnings"] = std::vector<ScanWarning>{{"strip-1", "a strip is left out"}};
@@ -386,138 +243,6 @@ TEST_F(ScanServiceTest, AScanOfAPanelThatIsRetiredMeanwhileIsNotEntered) {
   ASSERT_FALSE(again.ok());
   EXPECT_EQ(again.error().code, ErrorCode::kConflict);
   EXPECT_EQ(panel().mask_file, before);
-}
-
-// What a saw leaves of a sheet between two upright cuts; tags and holes that it meets are spoilt.
-rendered::Panel sawn_off(const rendered::Panel& sheet, double from, double to) {
-  rendered::Panel out = sheet;
-  out.width = to - from;
-  const auto is_off = [&](double x, double reach) { return x < from + reach || x > to - reach; };
-  std::erase_if(out.tags, [&](const auto& tag) { return is_off(tag.x, 10); });
-  std::erase_if(out.holes, [&](const auto& hole) { return is_off(hole.x, 4); });
-  std::erase_if(out.screws, [&](const auto& screw) { return is_off(screw.x, 2); });
-  std::erase_if(out.strips, [&](const auto& strip) { return strip.x1 < from || strip.x0 > to; });
-  for (auto& tag : out.tags) tag.x -= from;
-  for (auto& hole : out.holes) hole.x -= from;
-  for (auto& screw : out.screws) screw.x -= from;
-  for (auto& strip : out.strips)
-    strip.x0 = std::max(strip.x0 - from, 0.0), strip.x1 = std::min(strip.x1 - from, out.width);
-  for (auto& ring : out.gone)
-    for (auto& corner : ring) corner.x -= from;
-  return out;
-}
-
-TEST_F(ScanServiceTest, APanelThatWasSawnApartBecomesOnePanelForEachPart) {
-  rendered::Panel sheet = rendered::sample_panel();
-  sheet.gone.push_back({{50, 45}, {58, 45}, {58, 53}, {50, 53}});
-  lay(sheet);
-  const auto whole = scan();
-  ASSERT_TRUE(whole.ok()) << whole.error().message;
-  const PanelId parent = *whole->panel;
-  const Ring<PanelFrame> hole{point<PanelFrame>(50, 45), point<PanelFrame>(58, 45), point<PanelFrame>(58, 53),
-                              point<PanelFrame>(50, 53)};
-  // On the right one a piece hangs that was booked: no eye tells that it is gone.
-  const Ring<PanelFrame> hangs{point<PanelFrame>(100, 40), point<PanelFrame>(110, 40), point<PanelFrame>(110, 52),
-                               point<PanelFrame>(100, 52)};
-  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
-    for (const auto& ring : {hole, hangs})
-      if (Status off = r.ledger.write_off(parent, Region<PanelFrame>(ring), "a test", utc_timestamp()); !off)
-        return off;
-    for (const auto& [zone, wood] : {std::pair(1, "maple"), std::pair(4, "walnut")})
-      if (Status named = r.materials.set_material(parent, zone, wood); !named) return named;
-    return Ok();
-  }));
-  const auto left = sawn_off(sheet, 0, 80);
-  auto right = sawn_off(sheet, 90, 150);
-  ASSERT_EQ(std::ranges::count(right.tags, Face::kShow, &rendered::GluedTag::face), 2);
-  lay(left);
-  ASSERT_TRUE(
-      database_->call([&](Repositories& r) { return r.panels.split(parent, "test", "sawn apart", utc_timestamp()); }));
-  const auto on_left = scan();
-  ASSERT_TRUE(on_left.ok()) << on_left.error().message;
-  EXPECT_TRUE(on_left->is_new);
-  EXPECT_EQ(on_left->panel, PanelId{"P-0002"});
-  EXPECT_EQ(on_left->part_of, parent);
-  EXPECT_EQ(on_left->carried, 1U);
-  // Found again as what it is, and its wood agrees with what it took over.
-  const auto again = scan();
-  ASSERT_TRUE(again.ok()) << again.error().message;
-  EXPECT_EQ(again->panel, PanelId{"P-0002"});
-  ASSERT_TRUE(again->differences);
-  EXPECT_TRUE(again->differences->empty());
-
-  lay(right);
-  const auto too_few = scan();
-  EXPECT_FALSE(too_few.ok()) << "a panel needs three tags";
-  right.tags.push_back({250, Face::kShow, 48, 66, 3});
-  lay(right);
-  const auto on_right = scan();
-  ASSERT_TRUE(on_right.ok()) << on_right.error().message;
-  EXPECT_EQ(on_right->panel, PanelId{"P-0003"});
-  EXPECT_EQ(on_right->part_of, parent);
-  EXPECT_EQ(on_right->carried, 1U);
-
-  StockMemory memory(folder_ / "memory.json");
-  PanelFigures figures(library_, memory);
-  ASSERT_TRUE(database_->call([&](Repositories& r) -> Status {
-    for (const char* id : {"P-0002", "P-0003"}) {
-      const auto part = r.panels.find(PanelId{id});
-      EXPECT_EQ(part->parent, parent);
-      EXPECT_EQ(part->root, parent);
-      const auto book = figures.book(r, *part);
-      EXPECT_TRUE(book.ok() && *book);
-      const AreaBook& b = **book;
-      EXPECT_NEAR((b.free + b.reserved + b.cut + b.kerf + b.suspect + b.scrap + b.unusable).count(), b.panel.count(),
-                  1e-6);
-      EXPECT_NEAR(b.scrap.count(), std::string(id) == "P-0002" ? 64 : 120, 0.05);  // whole um, after a turn
-      const auto live = r.ledger.live_allocations(part->id);
-      const auto mask = library_.load_mask(*part);
-      EXPECT_TRUE(mask.ok());
-      const double x = std::string(id) == "P-0002" ? 54 : 105 - 90, y = std::string(id) == "P-0002" ? 49 : 46;
-      EXPECT_TRUE(live->front().area.contains(point<PanelFrame>(x, y)));
-      Box<PanelFrame> box;
-      const auto rings = live->front().area.rings();
-      for (const auto& corner : rings.at(0)) box.add(corner);
-      const auto was = std::string(id) == "P-0002" ? hole[0] : point<PanelFrame>(100 - 90, 40);
-      EXPECT_LT(distance(box.min, was).count(), 0.15) << id;
-    }
-    EXPECT_EQ(r.materials.zones(PanelId{"P-0002"})->front().material, "maple");
-    EXPECT_EQ(r.materials.zones(PanelId{"P-0003"})->front().material, "walnut");
-    EXPECT_EQ(r.materials.zones(PanelId{"P-0003"})->front().number, 4) << "as the parent has it";
-    return Ok();
-  }));
-}
-
-TEST_F(ScanServiceTest, APartThatNobodyCanLayBackIsRefused) {
-  const rendered::Panel sheet = rendered::sample_panel();
-  ASSERT_TRUE(scan().ok());
-  ScanRequest as_part;
-  as_part.part_of = PanelId{"P-0001"};
-  auto part = sawn_off(sheet, 0, 80);
-  for (auto& tag : part.tags)
-    if (tag.id != 200) tag.id += 60;
-  part.holes.clear();
-  lay(part);
-  const auto early = scan(as_part);
-  ASSERT_FALSE(early.ok());
-  EXPECT_NE(early.error().message.find("P-0001"), std::string::npos) << early.error().message;
-  ASSERT_TRUE(database_->call([](Repositories& r) {
-    return r.panels.split(PanelId{"P-0001"}, "test", "sawn apart", "2026-05-01T07:30:00.000Z");
-  }));
-  const auto one_tag = scan();
-  ASSERT_FALSE(one_tag.ok());
-  EXPECT_EQ(one_tag.error().code, ErrorCode::kRefused);
-  EXPECT_NE(one_tag.error().message.find("this is a part of panel P-0001, and of the panel"), std::string::npos)
-      << one_tag.error().message;
-  for (auto& tag : part.tags) tag.id = tag.id == 200 ? 280 : tag.id;
-  lay(part);
-  const auto no_tag = scan(as_part);
-  ASSERT_FALSE(no_tag.ok());
-  EXPECT_NE(no_tag.error().message.find("shares no tag"), std::string::npos) << no_tag.error().message;
-  EXPECT_EQ(database_->call([](Repositories& r) { return r.panels.list(); })->size(), 1U);
-  const auto fresh = scan();
-  ASSERT_TRUE(fresh.ok()) << "as a fresh sheet";
-  EXPECT_FALSE(fresh->part_of);
 }
 
 // Kept for ever and read whenever somebody asks for it: what no process of ours would say must not get there.

@@ -54,6 +54,24 @@ TEST_F(PreflightTest, TheRunUpOfAFillCountsAsItsWay) {
   EXPECT_THAT(refusal({fill}), HasSubstr("3.0 mm at the left side"));
 }
 
+TEST_F(PreflightTest, AHeadThatStandsInAZoneLeavesItByTheNearerSide) {
+  const auto refused = [&](Point<MachineFrame> from, double dx, double dy) {
+    const Status checked = check_jog(zones_, limits_.travel, from, Millimetres(dx), Millimetres(dy));
+    return checked ? std::string() : checked.error().message;
+  };
+  zones_ = {{"clamp", box(200, 100, 240, 140)}};
+  EXPECT_EQ(refused(at(205, 120), -20, 0), "");
+  EXPECT_EQ(refused(at(205, 120), -2, 0), "") << "on its way out";
+  EXPECT_EQ(refused(at(205, 135), -20, 20), "");
+  EXPECT_EQ(refused(at(205, 120), 60, 0), "the head stands in the zone \"clamp\": leave it by the nearer side");
+  EXPECT_NE(refused(at(205, 135), -20, -60), "") << "through its middle on one axis";
+  // At the travel's corner there is one way out of each axis, however far it is.
+  zones_ = {{"camera's foot", box(0, -5, 80, 60)}};
+  EXPECT_EQ(refused(at(5, 3), 100, 0), "");
+  EXPECT_EQ(refused(at(5, 3), 0, 80), "");
+  EXPECT_NE(refused(at(5, 3), -4, 0), "");
+}
+
 TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {
   zones_ = {{"clamp", box(200, 100, 240, 140)}};
   EXPECT_EQ(refusal({burn("A1", {at(10, 10), at(190, 10)}), burn("A2", {at(190, 290), at(10, 290)})}), "");

@@ -1,0 +1,150 @@
+// `veneerctl plan --layout`: grids that are morphed, mosaics and segmentations, and how each is kept.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "tests/cli/plan_run.h"
+
+namespace veneer::planner {
+namespace {
+
+class PlanLayouts : public PlanRun {};
+
+TEST_F(PlanLayouts, RefusesLayoutsThatAreNotThereOrDoNotGoTogether) {
+  expect_unusable(usual() + " --layout voronoi", "layout must be grid, morph, mosaic or segmentation, not \"voronoi\"");
+  expect_unusable(usual() + " --segmentation x.png", "add --layout segmentation");
+  std::ofstream(path("open.svg"))
+      << R"(<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"><path d="M1 1H8V8" fill="none"/></svg>)";
+  expect_unusable(usual() + " --layout segmentation --segmentation " + path("open.svg"), "has no closed region");
+  expect_unusable(usual() + " --layout mosaic --adaptive-levels 1", "leave them at 0, or choose the layout grid");
+  expect_unusable(usual() + " --layout mosaic --refine dp", "leave refine at none, or choose the layout grid or morph");
+}
+
+TEST_F(PlanLayouts, CutsAPictureIntoAMosaicAndKeepsIt) {
+  const Outcome outcome = plan(usual() + " --layout mosaic --min-width-mm 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json");
+  ASSERT_EQ(plan_json["layouts"].size(), 1U);
+  std::size_t number = 0;
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    EXPECT_EQ(piece["id"], "A" + std::to_string(++number));
+    EXPECT_TRUE(piece["row"].is_null() && piece["col"].is_null());
+    EXPECT_GE(piece["edges"].size(), 2U);
+  }
+  const nlohmann::json report = json("out/report.json");
+  EXPECT_LT(report["mosaic"]["mean_move_px"], 0.1);
+  EXPECT_TRUE(fs::exists(path("out/cut-P.svg")) && fs::exists(path("out/preview.png")));
+  // Kept without a word of its layout, it is the same plan.
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanLayouts, MorphsAGridRefinesAndKeepsIt) {
+  const Outcome outcome = plan(usual() + " --layout morph --refine dp --min-width-mm 1");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json"), report = json("out/report.json");
+  ASSERT_EQ(plan_json["layouts"].size(), 1U);
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    const int row = piece["row"], column = piece["col"];
+    EXPECT_EQ(piece["id"], "A" + std::to_string(row + 1) + "-" + std::to_string(column + 1));
+  }
+  EXPECT_GE(report["morph"]["edges_after"], report["morph"]["edges_before"]);
+  EXPECT_LE(report["refined"]["cost"], report["refined"]["cost_before"]);
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanLayouts, MorphsAGridAsItsGuidesSayAndKeepsItsTriangles) {
+  cv::imwrite(path("edges.png"), cv::Mat(60, 60, CV_8UC1, cv::Scalar(255)));
+  std::ofstream(path("guides.json")) << R"({"schema_version": 1, "large_edges": "edges.png",
+    "vertices": [{"row": 1, "column": 1, "x_mm": 7.5, "y_mm": 13}]})";
+  const Outcome outcome =
+      plan(usual() + " --layout morph --triangles --min-width-mm 1 --guides " + path("guides.json"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const nlohmann::json plan_json = json("out/plan.json"), report = json("out/report.json");
+  EXPECT_TRUE(report["morph"]["split"].is_number_unsigned());
+  bool pinned = false;
+  for (const nlohmann::json& edge : plan_json["layouts"][0]["edges"])
+    pinned = pinned || (std::abs(edge["curve_um"][0][0].get<double>() - 7500) <= 1 &&
+                        std::abs(edge["curve_um"][0][1].get<double>() - 13000) <= 1);
+  EXPECT_TRUE(pinned);
+  std::size_t number = 0;
+  for (const nlohmann::json& piece : plan_json["pieces"]) {
+    EXPECT_EQ(piece["id"], "A" + std::to_string(++number));
+    EXPECT_TRUE(piece["row"].is_null() && piece["col"].is_null());
+  }
+  const std::string before = text("out/plan.json");
+  fs::rename(path("out"), path("first"));
+  const Outcome kept = plan(usual() + " --keep " + path("first/plan.json"));
+  ASSERT_EQ(kept.status, 0) << kept.errors;
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+TEST_F(PlanLayouts, RefusesGuidesThatNobodyWouldHeed) {
+  const auto guides = [&](const std::string& written) {
+    std::ofstream(path("guides.json")) << written;
+    return usual() + " --layout morph --guides " + path("guides.json");
+  };
+  expect_unusable(usual() + " --guides x.png", "add --layout morph");
+  expect_unusable(guides("[]"), "is not an object of JSON");
+  expect_unusable(guides(R"({"large_edge": "x.png"})"), "has \"large_edge\", but only schema_version, large_edges, ");
+  expect_unusable(guides(R"({"vertices": [{"row": 1.5, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "vertex 1 of ");
+  expect_unusable(guides(R"({"vertices": [{"row": 99, "column": 1, "x_mm": 1, "y_mm": 1}]})"), "is none of the grid's");
+  for (const char* version : {"2", "\"1\"", "0"})
+    expect_unusable(guides(fmt::format(R"({{"schema_version": {}}})", version)), "or leave it out");
+  expect_unusable(guides(R"({"vertices": [{"row": 4294967297, "column": 1, "x_mm": 1, "y_mm": 1}]})"),
+                  "row 4294967297: count from 0");
+  expect_unusable(guides("{"), "mend the JSON");
+  expect_unusable(guides(R"({"large_edges": 3})"), "must be the name of a picture");
+  expect_unusable(guides(R"({"vertices": {}})"), "must be a list in square brackets");
+  expect_unusable(guides("{}") + " --keep plan.json", "leave --guides out");
+}
+
+TEST_F(PlanLayouts, CutsAPictureIntoTheAreasOfAnother) {
+  cv::Mat areas(60, 60, CV_8UC3, cv::Scalar(0, 0, 0));
+  areas.colRange(30, 60).setTo(cv::Scalar(0, 0, 255));
+  areas(cv::Rect(0, 30, 30, 30)).setTo(cv::Scalar(255, 0, 0));
+  areas(cv::Rect(10, 10, 2, 2)).setTo(cv::Scalar(9, 9, 9));  // too small to be a piece
+  ASSERT_TRUE(cv::imwrite(path("areas.png"), areas));
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  EXPECT_EQ(json("out/plan.json")["pieces"].size(), 3U);
+  EXPECT_TRUE(json("out/report.json")["mosaic"].is_null());
+}
+
+TEST_F(PlanLayouts, CutsAPictureIntoTheRegionsOfADrawing) {
+  std::ofstream(path("areas.svg")) << R"(<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm"
+    viewBox="0 0 60 60"><rect x="0" y="0" width="60" height="60"/><rect x="0" y="0" width="30" height="60"/>
+    <path d="M30 30H60V60H30Z"/><path d="M5 5L20 20"/></svg>)";
+  const Outcome outcome = plan(usual() + " --layout segmentation --segmentation " + path("areas.svg"));
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto pieces = json("out/plan.json")["pieces"];
+  EXPECT_EQ(pieces.size(), 3U);
+}
+
+TEST_F(PlanLayouts, CutsAPictureIntoItsOwnAreasOfOneTone) {
+  const Outcome outcome = plan(usual() + " --layout segmentation");
+  ASSERT_EQ(outcome.status, 0) << outcome.errors;
+  const auto pieces = json("out/plan.json")["pieces"];
+  EXPECT_GT(pieces.size(), 3U);
+  EXPECT_TRUE(pieces[0]["row"].is_null());
+  const std::string before = text("out/plan.json");
+  ASSERT_EQ(plan(usual() + " --layout segmentation").status, 0);
+  EXPECT_EQ(text("out/plan.json"), before);
+}
+
+}  // namespace
+}  // namespace veneer::planner
