@@ -8,6 +8,7 @@ import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
+import {beginBrush, brushOn, brushTools, paintedCard} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
 let map = null;      // the open map
@@ -19,6 +20,7 @@ export function enterPanel(id, piece) {
   Object.assign(shown, {id, panel: null, fault: "", allocations: [], differences: [], piece: Number(piece) || null, passport: null, version: ""});
   if (map) { map.close(); map = null; }
   mapOf = "";
+  beginBrush(id);
 }
 
 // Asked for anew whenever the list says that the panel is another one.
@@ -64,6 +66,7 @@ export function panelDrawn(place, id) {
   openMap(canvas, panel, tapped).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
+    brushOn(map);
     changed();
     map.show(shown.allocations);
     if (shown.piece) map.choose(shown.piece);
@@ -81,8 +84,8 @@ export function drawPanel(id) {
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
-        h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), factsCard(panel), areaCard(panel), piecesCard())),
+        h("p.dim", {}, t("panel.tap")), !panel.retired && brushTools(Boolean(map)))),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard())),
   ];
 }
 

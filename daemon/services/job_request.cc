@@ -7,6 +7,7 @@
 
 #include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
+#include "daemon/orders/edge_mask.h"
 #include "planner/plan_options.h"
 #include "planner/suggest/crops.h"
 
@@ -64,6 +65,12 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   job.crop = query.text("crop").value_or("");
   if (!job.crop.empty())
     if (const auto crop = planner::crop_of(job.crop); !crop) query.refuse(crop.error());
+  for (const auto& [name, edges] :
+       {std::pair("large_edges", &job.large_edges), std::pair("fine_edges", &job.fine_edges)})
+    if (const auto text = query.text(name)) {
+      if (const auto mask = edge_mask(name, *text); !mask) query.refuse(mask.error());
+      *edges = *text;
+    }
   if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
   for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
@@ -100,7 +107,7 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole : {"crop", "size_mm", "max_panels", "remnants_first"})
+  for (const char* whole : {"crop", "size_mm", "large_edges", "fine_edges", "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -131,6 +138,8 @@ json options_json(const JobRequest& request) {
     else
       value = json::parse(text);
   }
+  out["large_edges"] = request.large_edges;
+  out["fine_edges"] = request.fine_edges;
   out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();
   for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);

@@ -19,11 +19,12 @@ namespace veneer::daemon {
 
 struct JobRequest {
   std::string name;
-  SharedText picture;              // the file's bytes
-  std::string crop;                // of the picture, as planner::crop_of() reads it; "": all of it
-  Millimetres size{360};           // shorter side
-  planner::PlanOptions options;    // threads, kerf and position margin are the cell's own
-  std::vector<PanelId> panels;     // empty = all in stock
+  SharedText picture;                                   // the file's bytes
+  std::string crop;                                     // of the picture, as planner::crop_of() reads it; "": all of it
+  Millimetres size{360};                                // shorter side
+  planner::PlanOptions options;                         // threads, kerf and position margin are the cell's own
+  std::string large_edges = "all", fine_edges = "all";  // that a morphed grid follows, as edge_mask() reads it
+  std::vector<PanelId> panels;                          // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
   std::vector<planner::ForbiddenWood> forbidden;

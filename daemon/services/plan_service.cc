@@ -169,6 +169,8 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.crop = request.crop;
   out.size = request.size;
   out.options = option_texts(request.options);
+  out.large_edges = request.large_edges;
+  out.fine_edges = request.fine_edges;
   out.threads = request.options.threads;
   out.preview_dpi = kPreviewDpi;
   out.wood = wood_of(request, stock, config, library);

@@ -11,9 +11,11 @@ import time
 from selenium import webdriver
 from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import WebDriverWait
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
 SIZES = {"desk": (1280, 800), "wide": (1920, 1080), "phone": (390, 844)}
 PATIENCE_S = 120
@@ -146,6 +148,50 @@ class Day:
         self.until_says("main", "to be cut")
         self.show("panel")
 
+    def draw_over(self, css, *shares):
+        """As a finger does, from place to place, each as shares of what is drawn over."""
+        self.find(css).location_once_scrolled_into_view
+        box = self.browser.execute_script("const box = document.querySelector(arguments[0]).getBoundingClientRect();"
+                                          "return [box.left, box.top, box.width, box.height]", css)
+        hand = ActionBuilder(self.browser, mouse=PointerInput("touch", "finger"))
+        for number, (x, y) in enumerate(shares):
+            hand.pointer_action.move_to_location(int(box[0] + x * box[2]), int(box[1] + y * box[3]))
+            if number == 0:
+                hand.pointer_action.pointer_down()
+        hand.pointer_action.pointer_up()
+        hand.perform()
+
+    def paint_on_the_mask(self):
+        """Two strokes, one taken back; what is saved is a version, and can be taken back as well."""
+        self.press("#brush")
+        for middle in (.4, .6):
+            self.draw_over(".map", (.45, middle), (.5, middle + .03), (.55, middle))
+        self.until_says("#brush-save", "Save 2 strokes")
+        self.press("#brush-undo")
+        self.until_says("#brush-save", "Save 1 stroke")
+        self.show("brush")
+        self.press("#brush-save")
+        self.until_says("main", "PAINTED BY HAND")
+        self.until_says("main", "Withhold wood, ")
+        self.show("painted")
+        self.press("[data-edit] button")
+        self.until("nothing painted any more", lambda: "PAINTED BY HAND" not in self.text("main"))
+        self.press("#brush")
+
+    def paint_edges(self):
+        """Over the picture, and back to what it was."""
+        seen = lambda: self.browser.execute_script("return document.querySelector('canvas.edges').toDataURL()")
+        Select(self.find("#picture-layout")).select_by_value("morph")
+        self.press("#edges summary")
+        self.until("the picture to paint on", lambda: self.find("canvas.edges").size["height"] > 100)
+        before = seen()
+        self.draw_over("canvas.edges", (.2, .2), (.8, .3))
+        self.until("a veil", lambda: seen() != before)
+        self.show("edges")
+        self.press("#edges-undo")
+        self.until("no veil", lambda: seen() == before)
+        Select(self.find("#picture-layout")).select_by_value("grid")
+
     def scan_a_sheet(self):
         """What a scan saw waits for a word, on every screen's first line too; then it is stock."""
         self.hands("place", "panel", "scanner")
@@ -195,6 +241,7 @@ class Day:
             # As a hand does: clear() tells the page of nothing, which then draws the old value again.
             self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
+        self.paint_edges()
         self.follow_a_slider()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
@@ -303,7 +350,7 @@ def main():
     day = Day(sys.argv[1], sys.argv[2])
     began = time.monotonic()
     try:
-        for part in (day.morning, day.look_at_the_wood, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
+        for part in (day.morning, day.look_at_the_wood, day.paint_on_the_mask, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
                      day.in_german, day.stop, day.check_console):
             part()
             print(f"{part.__name__}: {time.monotonic() - began:.1f} s")

@@ -110,6 +110,16 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   expect_book(300, 0);
   EXPECT_EQ(post("/panels/P-0001/mask-edits", {{"kind", "give"}}).status, 400);
   EXPECT_EQ(post("/panels/P-0001/mask-edits", {{"kind", "give"}, {"outline_mm", {1, 2, 3, 4}}}).status, 400);
+  for (const json& strokes :
+       {json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {2}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2, 3, 4}}, {"stroke_points", {1}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2, 3, 4}}, {"stroke_points", {1.5}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 4}, {"outline_mm", {1, 2, 3, 4, 5, 9}}}}) {
+    json body = strokes;
+    body["kind"] = "give";
+    EXPECT_EQ(post("/panels/P-0001/mask-edits", body).status, 400) << body;
+  }
   EXPECT_EQ(post("/panels/P-0009/mask-edits", {{"kind", "give"}, {"outline_mm", {1, 2, 3, 4, 5, 9}}}).status, 404);
   // Half of it is usable already; the tag is spared.
   const ApiReply given =
@@ -136,6 +146,13 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   // Back to how the scan saw it first, and no further: what is withheld stays so.
   ASSERT_EQ(post("/panels/P-0001/revert", {{"version", 1}}).status, 200);
   expect_book(300 - 100, 50);
+  // By brush, from one side to the other: 2 mm of 20 that half of the panel is high.
+  const ApiReply brushed =
+      post("/panels/P-0001/mask-edits",
+           {{"kind", "withhold"}, {"strokes_mm", {0, 10, 30, 10, 3, 3}}, {"stroke_points", {2, 1}}, {"width_mm", 2}});
+  ASSERT_EQ(brushed.status, 200) << brushed.body;
+  EXPECT_LT(body_of(brushed)["changed_mm2"].get<double>(), -15);
+  EXPECT_GT(body_of(brushed)["changed_mm2"].get<double>(), -70);
 }
 
 TEST_F(ProposalRoutes, SheetsThatNothingShowsToBeOneAreNotMerged) {

@@ -1,0 +1,36 @@
+// The mask of edges that is painted over a picture.
+#include "daemon/orders/edge_mask.h"
+
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+
+namespace veneer::daemon {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(EdgeMask, IsReadRowByRow) {
+  const auto mask = edge_mask("large_edges", "5x2:ff8");
+  ASSERT_TRUE(mask.ok()) << mask.error().message;
+  EXPECT_EQ(mask->size(), cv::Size(5, 2));
+  EXPECT_EQ(cv::countNonZero(*mask), 9);
+  EXPECT_EQ(mask->at<unsigned char>(1, 3), 255);
+  EXPECT_EQ(mask->at<unsigned char>(1, 4), 0);
+  EXPECT_EQ(cv::countNonZero(*edge_mask("fine_edges", "64x1:00000000000000f1")), 5);
+}
+
+TEST(EdgeMask, OfAllEdgesIsEmpty) { EXPECT_TRUE(edge_mask("large_edges", "all")->empty()); }
+
+TEST(EdgeMask, WhatIsNoneIsRefusedByName) {
+  for (const char* text : {"", "x", "none", "4x4:fff", "4x4:fffff", "4x4:fffg", "4x4:FFFF", "0x4:",
+                           "65x1:00000000000000000", "4x:f", "x4:f", "4:f", "4x-4:f", "4x1", "4x1:", ":", "1e1x4:f"}) {
+    const auto mask = edge_mask("fine_edges", text);
+    ASSERT_FALSE(mask.ok()) << text;
+    EXPECT_EQ(mask.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(mask.error().message, HasSubstr("fine_edges must be all"));
+  }
+}
+
+}  // namespace
+}  // namespace veneer::daemon
