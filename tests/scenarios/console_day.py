@@ -150,8 +150,9 @@ class Day:
 
     def draw_over(self, css, *shares):
         """As a finger does, from place to place, each as shares of what is drawn over."""
-        self.find(css).location_once_scrolled_into_view
-        box = self.browser.execute_script("const box = document.querySelector(arguments[0]).getBoundingClientRect();"
+        box = self.browser.execute_script("const drawn = document.querySelector(arguments[0]);"
+                                          "drawn.scrollIntoView({block: 'center'});"  # not under what stays at the top
+                                          "const box = drawn.getBoundingClientRect();"
                                           "return [box.left, box.top, box.width, box.height]", css)
         hand = ActionBuilder(self.browser, mouse=PointerInput("touch", "finger"))
         for number, (x, y) in enumerate(shares):
