@@ -94,7 +94,8 @@ std::vector<Point<PanelFrame>> corners_of(RequestReader& body) {
   if (!numbers) return out;
   if (numbers->size() < 6 || numbers->size() % 2 != 0 || numbers->size() > 2 * ranges::kMostCorners)
     body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y", ranges::kMostCorners)});
+                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y: draw it in parts",
+                             ranges::kMostCorners)});
   for (std::size_t i = 0; i + 1 < numbers->size(); i += 2)
     out.push_back(point<PanelFrame>((*numbers)[i], (*numbers)[i + 1]));
   return out;
@@ -104,15 +105,17 @@ std::vector<Point<PanelFrame>> corners_of(RequestReader& body) {
 std::vector<BrushStroke> strokes_of(RequestReader& body) {
   std::vector<BrushStroke> out;
   const auto numbers = body.numbers("strokes_mm", ranges::kPlace);
-  const auto counts = body.numbers("stroke_points", {1, static_cast<double>(ranges::kMostBrushPoints)});
+  const auto counts = body.numbers("stroke_points", {1, static_cast<double>(kMostBrushPoints)});
   if (!numbers && !counts) return out;
   body.require("strokes_mm");
   body.require("stroke_points");
   body.require("width_mm");
   if (!numbers || !counts) return out;
-  if (numbers->empty() || numbers->size() > 2 * ranges::kMostBrushPoints)
+  if (numbers->empty() || numbers->size() > 2 * kMostBrushPoints)
     body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("strokes_mm must be 1 to {} points, each as two numbers x, y", ranges::kMostBrushPoints)});
+                 fmt::format("strokes_mm must be 1 to {} points, each as two numbers x, y: send the others in another "
+                             "request",
+                             kMostBrushPoints)});
   std::size_t at = 0;
   for (const double count : *counts) {
     BrushStroke& stroke = out.emplace_back();
@@ -139,26 +142,35 @@ void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& 
   if (corners.empty() == strokes.empty())
     body.refuse(
         {ErrorCode::kInvalidArgument, "say where: as outline_mm, or as strokes_mm with stroke_points and width_mm"});
+  const auto painted_on = body.whole("version", ranges::kMaskVersion);
   edit.note = body.text("note").value_or("");
   limit_text(body, "note", edit.note, 0);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
   edit.who = request.caller.who, edit.at = utc_timestamp();
-  change_mask(s, request, reply,
-              [s, painted = edit, corners, strokes, width](Repositories& r, const PanelId& id) -> Result<json> {
-                db::MaskEdit wanted = painted;
-                wanted.shape = strokes.empty() ? Region<PanelFrame>(corners) : brushed(strokes, width);
-                const auto made = edit_mask(r, s.database, s.panel_library, id, wanted);
-                if (!made) return made.error();
-                json out = edited_json(id, *made);
-                out["number"] = made->edit->value;
-                out["reserved"] = json::array();
-                for (const auto& allocation : made->touched) {
-                  const auto piece = r.jobs.find_piece(allocation.piece);
-                  if (!piece) return piece.error();
-                  out["reserved"].push_back({{"job", allocation.job.value}, {"mark", piece->mark}});
-                }
-                return out;
-              });
+  change_mask(
+      s, request, reply,
+      [s, painted = edit, corners, strokes, width, painted_on](Repositories& r, const PanelId& id) -> Result<json> {
+        db::MaskEdit wanted = painted;
+        if (strokes.empty()) {
+          wanted.shape = Region<PanelFrame>(corners);
+        } else {
+          auto area = brushed(strokes, width, wanted.give ? BrushEdge::kInwards : BrushEdge::kOutwards);
+          if (!area) return area.error();
+          wanted.shape = *std::move(area);
+        }
+        const auto on = painted_on ? std::optional(static_cast<int>(*painted_on)) : std::nullopt;
+        const auto made = edit_mask(r, s.database, s.panel_library, id, wanted, on);
+        if (!made) return made.error();
+        json out = edited_json(id, *made);
+        out["number"] = made->edit->value;
+        out["reserved"] = json::array();
+        for (const auto& allocation : made->touched) {
+          const auto piece = r.jobs.find_piece(allocation.piece);
+          if (!piece) return piece.error();
+          out["reserved"].push_back({{"job", allocation.job.value}, {"mark", piece->mark}});
+        }
+        return out;
+      });
 }
 
 void remove_edit(const StockServices& s, const ApiRequest& request, const Reply& reply) {
