@@ -7,7 +7,7 @@
 #include <set>
 
 #include "daemon/orders/artwork_file.h"
-#include "daemon/orders/edge_mask.h"
+#include "daemon/orders/picture_paint.h"
 #include "daemon/orders/records_json.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
@@ -94,6 +94,9 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::option
 
 // Other layouts heed no guides, and refuse them.
 Status guide(const MakePlan& order, planner::Artwork& artwork) {
+  const auto importance = importance_mask("importance", order.importance);
+  if (!importance) return importance.error();
+  artwork.importance = *importance;
   const auto layout = order.options.find("layout");
   if (layout == order.options.end() || layout->second != "morph") return Ok();
   const auto large = edge_mask("large_edges", order.large_edges), fine = edge_mask("fine_edges", order.fine_edges);

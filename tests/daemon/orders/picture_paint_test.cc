@@ -1,5 +1,5 @@
-// The mask of edges that is painted over a picture.
-#include "daemon/orders/edge_mask.h"
+// What is painted over a picture: which edges count, and what matters.
+#include "daemon/orders/picture_paint.h"
 
 #include <gmock/gmock.h>
 
@@ -29,6 +29,27 @@ TEST(EdgeMask, WhatIsNoneIsRefusedByName) {
     ASSERT_FALSE(mask.ok()) << text;
     EXPECT_EQ(mask.error().code, ErrorCode::kInvalidArgument);
     EXPECT_THAT(mask.error().message, HasSubstr("fine_edges must be all"));
+  }
+}
+
+TEST(ImportanceMask, HasADigitForEachCell) {
+  const auto mask = importance_mask("importance", "3x2:08f123");
+  ASSERT_TRUE(mask.ok()) << mask.error().message;
+  ASSERT_EQ(mask->size(), cv::Size(3, 2));
+  EXPECT_EQ(mask->at<unsigned char>(0, 0), 0);
+  EXPECT_EQ(mask->at<unsigned char>(0, 1), 136);
+  EXPECT_EQ(mask->at<unsigned char>(0, 2), 255);
+  EXPECT_EQ(mask->at<unsigned char>(1, 2), 51);
+  EXPECT_TRUE(importance_mask("importance", "even")->empty());
+  EXPECT_TRUE(importance_mask("importance", "48x48:" + std::string(48 * 48, '8')).ok());
+}
+
+TEST(ImportanceMask, WhatIsNoneIsRefusedByName) {
+  for (const std::string& text : {std::string("all"), std::string("2x2:fff"), std::string("2x2:fffff"),
+                                  std::string("2x2:fffg"), "49x1:" + std::string(49, 'f')}) {
+    const auto mask = importance_mask("importance", text);
+    ASSERT_FALSE(mask.ok()) << text;
+    EXPECT_THAT(mask.error().message, HasSubstr("importance must be even"));
   }
 }
 
