@@ -6,7 +6,7 @@ import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {get, kAgainMs} from "../link.js";
-import {edgeControls, edgesDrawn, edgesInto, wantEdges} from "../edge_brush.js";
+import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
@@ -29,16 +29,16 @@ export async function enter() {
 const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => `${panel.id} ${panel.free_mm2}`).join();
 
 export function draw() {
-  wantEdges(wanted.layout === "morph" ? wanted.file : null, pictureSize(wanted.file), cropOf());
+  wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
-  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards()];
+  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
   return [
     h("div.columns.picture", {}, h("div.column", {}, formCard(), tasksCard()), h("div.column.wide", {}, sketch || rest)),
     sketch && h("div.column", {}, rest)];
 }
 
-export const drawn = edgesDrawn;
+export const drawn = paintDrawn;
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
 
@@ -106,7 +106,7 @@ function formCard() {
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
-      edgeControls(),
+      edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("details", {}, h("summary", {}, t("picture.weights")),
@@ -135,6 +135,7 @@ function sketchQuery() {
   query.delete("name");
   for (const choice of ["patch_mm", "layout"]) query.set(choice, wanted[choice]);
   if (wanted.crop) query.set("crop", wanted.crop);
+  paintInto(query, false);  // squares follow no edges
   return query;
 }
 
@@ -146,7 +147,7 @@ async function plan(event) {
   const query = asked();
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
-  if (wanted.layout === "morph") edgesInto(query);
+  paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
   const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(started.task);

@@ -27,14 +27,16 @@ export function enterPanel(id, piece) {
 async function load() {
   const {id} = shown;
   const known = model.panels.find((panel) => panel.id === id);
-  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces]) : "?";
+  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces, known.mask_version]) : "?";
   if (shown.version === version) return;
   shown.version = version;
   try {
     const [panel, allocations, differences] = await Promise.all([get(`/panels/${code(id)}`), askAll(`/panels/${code(id)}/ledger`, "allocations"), askAll(`/panels/${code(id)}/differences`, "differences")]);
     if (shown.id !== id || shown.version !== version) return;
+    const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
+    if (map && before && before.mask_version !== panel.mask_version) map.renewFree();
     if (shown.piece) look(shown.piece);
   } catch (fault) {
     if (shown.id !== id || shown.version !== version) return;
@@ -83,8 +85,9 @@ export function drawPanel(id) {
       button(t("panel.label"), () => openLabel(id))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
+        !panel.retired && brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
-        h("p.dim", {}, t("panel.tap")), !panel.retired && brushTools(Boolean(map)))),
+        h("p.dim", {}, t("panel.tap")))),
       h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard())),
   ];
 }

@@ -86,7 +86,8 @@ export async function openMap(place, panel, onPiece) {
     layers.zones.addLayer(L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05}).bindTooltip(zone.material || t("panel.unnamed")));
   }
 
-  // What a brush draws, [{give, width_mm, points_mm}], as wide as it is on the wood.
+  // What a brush draws, [{give, width_mm, points_mm}], as wide as it is on the wood. What is given back has a dashed
+  // line in its middle: not by colour alone.
   const strokeLayer = L.layerGroup().addTo(map);
   const weightOf = (width) => Math.max(2, width * 2 ** map.getZoom());
   function drawStroke({give, width_mm: width, points_mm: points}) {
@@ -94,9 +95,10 @@ export async function openMap(place, panel, onPiece) {
     const path = points.length > 1 ? points : [[x, y], [x + .01, y]];
     const line = L.polyline(path.map(at), {color: give ? "#005f94" : "#b00000", opacity: .6, weight: weightOf(width), lineCap: "round", lineJoin: "round", smoothFactor: 0, interactive: false});
     line.width_ = width;
-    return strokeLayer.addLayer(line);
+    const middle = give && L.polyline(path.map(at), {color: "#ffffff", weight: 2, dashArray: "6 6", smoothFactor: 0, interactive: false});
+    return strokeLayer.addLayer(L.layerGroup(give ? [line, middle] : [line]));
   }
-  map.on("zoomend", () => strokeLayer.eachLayer((line) => line.setStyle({weight: weightOf(line.width_)})));
+  map.on("zoomend", () => strokeLayer.eachLayer((stroke) => stroke.eachLayer((line) => { if (line.width_) line.setStyle({weight: weightOf(line.width_)}); })));
   const hand = brushHand(place, map, drawStroke, () => { const lines = strokeLayer.getLayers(); if (lines.length) strokeLayer.removeLayer(lines[lines.length - 1]); });
 
   const drawn = new Map();  // polygons by piece
@@ -137,9 +139,11 @@ export async function openMap(place, panel, onPiece) {
 }
 
 // One finger, pen or mouse draws while a brush is in hand; two fingers move and zoom the map as ever, and what the first
-// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null.
+// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null. What onStroke is
+// given is drawn by whoever takes it.
 function brushHand(place, map, drawStroke, dropStroke) {
-  const kStep = 1 / 6;  // of its width, between two points
+  const kStep = 1 / 6;         // of its width, between two points
+  const kLongestPath = 4000;  // points, before it is simplified
   let how = null, stroke = null, pointer = 0;
   const fingers = new Set();
   const placeOf = (event) => { const {lat, lng} = map.mouseEventToLatLng(event); return [Math.round(lng * 100) / 100, Math.round(lat * 100) / 100]; };
@@ -149,6 +153,7 @@ function brushHand(place, map, drawStroke, dropStroke) {
     stroke = null;
   }
   place.addEventListener("pointerdown", (event) => {
+    if (event.isPrimary) fingers.clear();  // one that was lifted beside the map
     fingers.add(event.pointerId);
     if (!how || event.target.closest(".leaflet-control") || event.button !== 0) return;
     if (fingers.size > 1) return drop();
@@ -161,7 +166,7 @@ function brushHand(place, map, drawStroke, dropStroke) {
   place.addEventListener("pointermove", (event) => {
     if (!stroke || event.pointerId !== pointer) return;
     const [x, y] = placeOf(event), [fromX, fromY] = stroke.points_mm[stroke.points_mm.length - 1];
-    if (Math.hypot(x - fromX, y - fromY) < Math.max(.3, how.width_mm * kStep) || stroke.points_mm.length >= how.room) return;
+    if (Math.hypot(x - fromX, y - fromY) < Math.max(.3, how.width_mm * kStep) || stroke.points_mm.length >= kLongestPath) return;
     stroke.points_mm.push([x, y]);
     dropStroke();
     drawStroke(stroke);
@@ -171,8 +176,8 @@ function brushHand(place, map, drawStroke, dropStroke) {
     if (!stroke || event.pointerId !== pointer) return;
     const done = stroke;
     stroke = null;
-    if (event.type === "pointercancel") return dropStroke();
-    how.onStroke(done);
+    dropStroke();
+    if (event.type !== "pointercancel") how.onStroke(done);
   };
   place.addEventListener("pointerup", end);
   place.addEventListener("pointercancel", end);
