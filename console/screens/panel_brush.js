@@ -150,11 +150,13 @@ export function brushTools(ready, version) {
         : button(t("brush.save", {n: strokes.length}), save, {id: "brush-save", next: strokes.length > 0, disabled: !strokes.length || !may || isStale()})));
 }
 
+const areaOf = (mm2) => (mm2 < 100 ? `${mm2.toFixed(0)} mm²` : squareCm(mm2));
+
 export function paintedCard(version) {
   load(version);
   const list = (edits || []).filter((one) => !one.removed);
   if (!list.length) return null;
   return card(t("brush.painted"), h("ul.list", {}, ...list.reverse().map((one) => h("li", {"data-key": one.number, "data-edit": one.number},
-    h("div", {}, h("b", {}, `${one.kind === "give" ? "+" : "−"} ${t(`brush.${one.kind}`)}, ${squareCm(one.area_mm2)}`), h("div.dim", {}, [dayTime(one.at), one.who, one.note].filter(Boolean).join(", "))),
+    h("div", {}, h("b", {}, `${one.kind === "give" ? "+" : "−"} ${t(`brush.${one.kind}`)}, ${areaOf(one.area_mm2)}`), h("div.dim", {}, [dayTime(one.at), one.who, one.note].filter(Boolean).join(", "))),
     button(t("brush.back"), () => takeBack(one.number), {disabled: !mayChange() || sheetOf(of).busy})))));
 }
