@@ -1,7 +1,7 @@
 // What needs somebody, asked for whenever that changes, and a tone while something is new. The tone is of this browser:
 // off until somebody puts it on here.
 import {askAll} from "./link.js";
-import {changed, followStatus, model} from "./model.js";
+import {changed, followEvent, followStatus, loader, model} from "./model.js";
 
 const kSound = "veneer_sound";
 const kEveryMs = 4000;
@@ -34,10 +34,10 @@ function beep() {
   } catch (fault) { /* a browser without sound */ }
 }
 
-export async function loadAlarms() {
-  try { alarms = await askAll("/alarms", "alarms"); changed(); } catch (fault) { told = ""; }
-}
+export const loadAlarms = loader(async () => { alarms = await askAll("/alarms", "alarms"); });
 
+// Also where the counts stay: one is over, and another is new.
+followEvent("alarms", loadAlarms);
 followStatus(() => {
   const now = JSON.stringify((model.cell || {}).alarms || {});
   if (now !== told) { told = now; if (countOf("new") + countOf("acknowledged") + countOf("returned") > 0 || alarms) loadAlarms(); }

@@ -38,6 +38,9 @@ export const follow = (told) => followers.push(told);
 // At once with each status, none left out: a page that nobody sees is drawn by no browser.
 const statusFollowers = [];
 export const followStatus = (told) => statusFollowers.push(told);
+// At once with each event of this type, and when the stream of events has begun anew and nobody knows what it was.
+const eventFollowers = [];
+export const followEvent = (type, told) => eventFollowers.push({type, told});
 export function changed() {
   if (due) return;
   due = true;
@@ -82,6 +85,7 @@ async function takeTask(told) {
 }
 
 function take(event) {
+  for (const {type, told} of eventFollowers) if (type === event.type || event.type === "open") told();
   if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.bedLooks; model.bedAt = 0; changed(); }
   if (event.type === "status" && event.status) takeStatus(event.status);
   if (event.type === "task" && event.task) takeTask(event.task);
@@ -91,7 +95,7 @@ function take(event) {
 }
 
 // One look at a time; whoever asks meanwhile gets another one after it. What was not answered is asked again.
-function loader(load) {
+export function loader(load) {
   let underWay = false, again = false;
   return async function run() {
     if (underWay) { again = true; return; }

@@ -82,12 +82,19 @@ async function smallPicture({file, crop}) {
   const canvas = document.createElement("canvas");
   canvas.width = Math.max(1, Math.round(part.width * scale));
   canvas.height = Math.max(1, Math.round(part.height * scale));
-  const context = canvas.getContext("2d");
-  context.imageSmoothingQuality = "high";
-  context.fillStyle = "#fff";  // what is transparent is white to the planner too
-  context.fillRect(0, 0, canvas.width, canvas.height);
-  context.drawImage(bitmap, part.x, part.y, part.width, part.height, 0, 0, canvas.width, canvas.height);
+  drawPart(canvas.getContext("2d"), file, crop, canvas.width, canvas.height);
   return (await new Promise((done) => canvas.toBlob(done, "image/jpeg", .92))) || file;
+}
+
+// The part of it as large as this; false where the browser cannot read it.
+export function drawPart(pen, file, crop, width, height) {
+  if (!picture || picture.file !== file || !picture.bitmap) return false;
+  const part = crop || {x: 0, y: 0, width: picture.bitmap.width, height: picture.bitmap.height};
+  pen.imageSmoothingQuality = "high";
+  pen.fillStyle = "#fff";  // what is transparent is white to the planner too
+  pen.fillRect(0, 0, width, height);
+  pen.drawImage(picture.bitmap, part.x, part.y, part.width, part.height, 0, 0, width, height);
+  return true;
 }
 
 // ---- what is seen of it ---------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "db/audit_chain.h"
 #include "db/difference_sql.h"
 #include "db/panel_sql.h"
 #include "db/proposal_sql.h"
@@ -57,6 +58,18 @@ std::vector<MaskEdit> read_edits(SQLite::Database& connection, const PanelId& pa
     if (!rows.getColumn(6).isNull()) edit.removal = MaskEdit::Removal{text(rows.getColumn(6)), text(rows.getColumn(7))};
   }
   return out;
+}
+
+// ", 12.5 mm2 more usable", of a version after the one before; nothing where one of them was never measured.
+std::string change_words(SQLite::Database& connection, const PanelId& panel, int version) {
+  SQLite::Statement row(connection,
+                        "SELECT now.usable_um2 - before.usable_um2 FROM mask_areas AS now JOIN mask_areas AS before ON "
+                        "before.panel = now.panel AND before.version = now.version - 1 WHERE now.panel = ? AND "
+                        "now.version = ?");
+  SQLite::bind(row, panel.value, version);
+  if (!row.executeStep()) return "";
+  const double mm2 = static_cast<double>(row.getColumn(0).getInt64()) / kUm2PerMm2;
+  return fmt::format(", {:.2f} mm2 {} usable", std::abs(mm2), mm2 < 0 ? "less" : "more");
 }
 
 // As it was entered, of its panel and version.
@@ -162,13 +175,19 @@ Result<MaskEditId> Masks::add(const PanelId& panel, const MaskEdit& edit, const 
                  "an edit of a mask needs an outline with an area: give three corners at "
                  "least"};
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Result<MaskEditId> {
-    if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
+    const auto version = enter_version(connection, panel, made, after);
+    if (!version.ok()) return version.error();
     SQLite::Statement insert(connection,
                              "INSERT INTO mask_edits (panel, kind, shape_um, who, note, at) VALUES (?, ?, ?, ?, ?, ?)");
     SQLite::bind(insert, panel.value, edit.give ? kGive : "withhold", write_area(edit.shape.micro_area()), edit.who,
                  edit.note, edit.at);
     insert.exec();
-    return MaskEditId{connection.getLastInsertRowid()};
+    const MaskEditId id{connection.getLastInsertRowid()};
+    append_to_chain(connection,
+                    {0, edit.at, edit.who, edit.give ? "mask.give" : "mask.withhold",
+                     fmt::format("panel {}, version {}: edit {}, {:.2f} mm2 painted{}", panel.value, *version, id.value,
+                                 edit.shape.area().count(), change_words(connection, panel, *version))});
+    return id;
   });
 }
 
@@ -183,10 +202,17 @@ Status Masks::remove(const PanelId& panel, MaskEditId edit, const std::string& w
     if (found->removal)
       return Error{ErrorCode::kConflict,
                    fmt::format("edit {} was taken back before, on {}", edit.value, found->removal->at.substr(0, 10))};
-    if (const auto version = enter_version(connection, panel, made, after); !version.ok()) return version.error();
+    const auto version = enter_version(connection, panel, made, after);
+    if (!version.ok()) return version.error();
     SQLite::Statement insert(connection, "INSERT INTO mask_edit_removals (edit, who, at) VALUES (?, ?, ?)");
     SQLite::bind(insert, edit.value, who, at);
     insert.exec();
+    append_to_chain(
+        connection,
+        {0, at, who, "mask.take_back",
+         fmt::format("panel {}, version {}: edit {} ({:.2f} mm2 {} by {}) does not count any more{}", panel.value,
+                     *version, edit.value, found->shape.area().count(), found->give ? "given" : "withheld", found->who,
+                     change_words(connection, panel, *version))});
     return Ok();
   });
 }

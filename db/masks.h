@@ -35,8 +35,8 @@ class Masks {
 
   // The oldest first, those too that were taken back. kNotFound: there is no such panel.
   Result<std::vector<MaskEdit>> of(const PanelId& panel);
-  // The edit, and the version of the mask that was `made` with it, in one transaction. kConflict when another version
-  // than `after` counts by now, or the panel is retired.
+  // The edit, and the version of the mask that was `made` with it, in one transaction; the audit log says who painted
+  // how much. kConflict when another version than `after` counts by now, or the panel is retired.
   Result<MaskEditId> add(const PanelId& panel, const MaskEdit& edit, const MaskRecord& made, int after);
   // The same without one of them. kNotFound when the panel has no such edit; kConflict too when it was taken back.
   Status remove(const PanelId& panel, MaskEditId edit, const std::string& who, const std::string& at,

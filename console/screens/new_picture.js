@@ -6,6 +6,7 @@ import {command, showRefusal} from "../commands.js";
 import {button, card, lacking, taskRow} from "../parts.js";
 import {plansCards} from "./plans.js";
 import {get, kAgainMs} from "../link.js";
+import {edgeControls, matterControls, paintDrawn, paintInto, wantPaint} from "../picture_brush.js";
 import {openPicture, pictureSize, sketchCard, wantSketch} from "../sketch.js";
 
 const wanted = {
@@ -28,13 +29,16 @@ export async function enter() {
 const woodInStock = () => model.panels.filter((panel) => !panel.retired).map((panel) => `${panel.id} ${panel.free_mm2}`).join();
 
 export function draw() {
+  wantPaint(wanted.file, pictureSize(wanted.file), cropOf());
   if (operates()) wantSketch(wanted.file, sketchQuery(), cropOf(), woodInStock());
-  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards()];
+  const sketch = operates() && sketchCard(wanted.file), rest = [adviceCard(), ...plansCards((task) => { begun.unshift(task); changed(); })];
   // Beside the form stands the sketch while there is one, and stays there: nothing may scroll under it.
   return [
     h("div.columns.picture", {}, h("div.column", {}, formCard(), tasksCard()), h("div.column.wide", {}, sketch || rest)),
     sketch && h("div.column", {}, rest)];
 }
+
+export const drawn = paintDrawn;
 
 // ---- what is asked for ----------------------------------------------------------------------------------------------
 
@@ -47,7 +51,7 @@ const slider = (name, label, max = 1) => h("label.slider", {}, h("span", {}, `${
   h("input", {type: "range", min: 0, max, step: .05, value: String(wanted[name]), "aria-label": label, id: `slide-${name}`, oninput: (event) => take(name, Number(event.target.value))}));
 
 const select = (name, label, options) => h("label", {}, label,
-  h("select", {value: wanted[name], onchange: (event) => take(name, event.target.value)}, ...options.map(([value, text]) => h("option", {value}, text))));
+  h("select", {value: wanted[name], id: `picture-${name}`, onchange: (event) => take(name, event.target.value)}, ...options.map(([value, text]) => h("option", {value}, text))));
 
 function takeFile(event) {
   const [file] = event.target.files;
@@ -102,6 +106,7 @@ function formCard() {
       h("label", {}, t("picture.name"), h("input", {type: "text", value: wanted.name, oninput: (event) => take("name", event.target.value)})),
       h("div.pair", {}, number("size_mm", t("picture.size"), 1, {id: "picture-size"}), number("patch_mm", t("picture.patch"), .1, {id: "picture-patch"})),
       select("layout", t("picture.layout"), ["grid", "morph", "mosaic", "segmentation"].map((one) => [one, t(`layout.${one}`)])),
+      edgeControls(wanted.layout === "morph"), matterControls(),
       select("optimize", t("picture.care"), [["greedy", t("care.quick")], ["global", t("care.global")]]),
       h("label.tick", {}, h("input", {type: "checkbox", checked: wanted.refine, onchange: (event) => take("refine", event.target.checked)}), t("picture.refine")),
       h("details", {}, h("summary", {}, t("picture.weights")),
@@ -130,6 +135,7 @@ function sketchQuery() {
   query.delete("name");
   for (const choice of ["patch_mm", "layout"]) query.set(choice, wanted[choice]);
   if (wanted.crop) query.set("crop", wanted.crop);
+  paintInto(query, false);  // squares follow no edges
   return query;
 }
 
@@ -141,6 +147,7 @@ async function plan(event) {
   const query = asked();
   for (const choice of ["patch_mm", "layout", "optimize"]) query.set(choice, wanted[choice]);
   if (cropText()) query.set("crop", cropText());
+  paintInto(query, wanted.layout === "morph");
   if (wanted.refine) query.set("refine", "dp");
   const started = await command(`/plans?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(started.task);

@@ -8,6 +8,7 @@ import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
+import {beginBrush, brushOn, brushTools, paintedCard} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
 let map = null;      // the open map
@@ -19,20 +20,23 @@ export function enterPanel(id, piece) {
   Object.assign(shown, {id, panel: null, fault: "", allocations: [], differences: [], piece: Number(piece) || null, passport: null, version: ""});
   if (map) { map.close(); map = null; }
   mapOf = "";
+  beginBrush(id);
 }
 
 // Asked for anew whenever the list says that the panel is another one.
 async function load() {
   const {id} = shown;
   const known = model.panels.find((panel) => panel.id === id);
-  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces]) : "?";
+  const version = known ? JSON.stringify([known.free_mm2, known.reserved_mm2, known.cut_mm2, known.open_differences, known.retired, known.faces, known.mask_version]) : "?";
   if (shown.version === version) return;
   shown.version = version;
   try {
     const [panel, allocations, differences] = await Promise.all([get(`/panels/${code(id)}`), askAll(`/panels/${code(id)}/ledger`, "allocations"), askAll(`/panels/${code(id)}/differences`, "differences")]);
     if (shown.id !== id || shown.version !== version) return;
+    const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
+    if (map && before && before.mask_version !== panel.mask_version) map.renewFree();
     if (shown.piece) look(shown.piece);
   } catch (fault) {
     if (shown.id !== id || shown.version !== version) return;
@@ -64,6 +68,7 @@ export function panelDrawn(place, id) {
   openMap(canvas, panel, tapped).then((opened) => {
     if (mapOf !== id || !canvas.isConnected) return opened.close();
     map = opened;
+    brushOn(map);
     changed();
     map.show(shown.allocations);
     if (shown.piece) map.choose(shown.piece);
@@ -80,9 +85,10 @@ export function drawPanel(id) {
       button(t("panel.label"), () => openLabel(id))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
+        !panel.retired && brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
-      h("div.column", {}, passportCard(), differencesCard(), factsCard(panel), areaCard(panel), piecesCard())),
+      h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard())),
   ];
 }
 

@@ -33,7 +33,7 @@ async function library() {
 }
 
 // Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
-// choose(piece), layer(name, shown), close()}
+// choose(piece), layer(name, shown), renewFree(), brush(how), strokes(list), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
   const box = [[0, 0], [panel.height_mm, panel.width_mm]];
@@ -62,7 +62,14 @@ export async function openMap(place, panel, onPiece) {
   });
   const freeWood = async () => {
     const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
-    if (url && !closed) layers.free.addLayer(L.imageOverlay(url, box));
+    if (!url) return;
+    // Its key stands below the panel: as wide as that it is, and higher.
+    const picture = new Image();
+    picture.src = url;
+    await picture.decode().catch(() => {});
+    if (closed || !picture.naturalWidth || layers.free.getLayers().length) return;
+    const high = picture.naturalHeight * panel.width_mm / picture.naturalWidth;
+    layers.free.addLayer(L.imageOverlay(url, [[panel.height_mm - high, 0], box[1]]));
   };
   layers.free.on("add", freeWood);
   if (isShown("free")) freeWood();
@@ -79,6 +86,21 @@ export async function openMap(place, panel, onPiece) {
     layers.zones.addLayer(L.polygon(zone.outline_mm.map(at), {color: "#5a2ca0", weight: 2, fillOpacity: .05}).bindTooltip(zone.material || t("panel.unnamed")));
   }
 
+  // What a brush draws, [{give, width_mm, points_mm}], as wide as it is on the wood. What is given back has a dashed
+  // line in its middle: not by colour alone.
+  const strokeLayer = L.layerGroup().addTo(map);
+  const weightOf = (width) => Math.max(2, width * 2 ** map.getZoom());
+  function drawStroke({give, width_mm: width, points_mm: points}) {
+    const [x, y] = points[0];
+    const path = points.length > 1 ? points : [[x, y], [x + .01, y]];
+    const line = L.polyline(path.map(at), {color: give ? "#005f94" : "#b00000", opacity: .6, weight: weightOf(width), lineCap: "round", lineJoin: "round", smoothFactor: 0, interactive: false});
+    line.width_ = width;
+    const middle = give && L.polyline(path.map(at), {color: "#ffffff", weight: 2, dashArray: "6 6", smoothFactor: 0, interactive: false});
+    return strokeLayer.addLayer(L.layerGroup(give ? [line, middle] : [line]));
+  }
+  map.on("zoomend", () => strokeLayer.eachLayer((stroke) => stroke.eachLayer((line) => { if (line.width_) line.setStyle({weight: weightOf(line.width_)}); })));
+  const hand = brushHand(place, map, drawStroke, () => { const lines = strokeLayer.getLayers(); if (lines.length) strokeLayer.removeLayer(lines[lines.length - 1]); });
+
   const drawn = new Map();  // polygons by piece
   let chosen = null;
   return {
@@ -91,7 +113,7 @@ export async function openMap(place, panel, onPiece) {
         const [layer, look] = kStates[one.state];
         const rings = one.outline_mm && one.outline_mm.length > 2 ? [one.outline_mm.map(at)] : (one.allocation_mm || []).map((ring) => ring.map(at));
         const polygon = L.polygon(rings, {weight: 2, ...look}).bindTooltip([one.mark, t(`state.${one.state}`)].filter(Boolean).join(", "));
-        polygon.on("click", () => onPiece(one));
+        polygon.on("click", () => { if (!hand.paints()) onPiece(one); });
         drawn.set(one.piece || `none-${number}`, polygon);
         layers[layer].addLayer(polygon);
         polygon.usual_ = {weight: 2, ...look};
@@ -109,6 +131,66 @@ export async function openMap(place, panel, onPiece) {
       if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
       if (shown) layers[name].addTo(map); else layers[name].remove();
     },
+    renewFree() { layers.free.clearLayers(); if (isShown("free")) freeWood(); },
+    brush: hand.take,
+    strokes(list) { strokeLayer.clearLayers(); list.forEach(drawStroke); },
     close() { closed = true; map.remove(); },
+  };
+}
+
+// One finger, pen or mouse draws while a brush is in hand; two fingers move and zoom the map as ever, and what the first
+// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null. What onStroke is
+// given is drawn by whoever takes it.
+function brushHand(place, map, drawStroke, dropStroke) {
+  const kStep = 1 / 6;         // of its width, between two points
+  const kLongestPath = 4000;  // points, before it is simplified
+  let how = null, stroke = null, pointer = 0;
+  const fingers = new Set();
+  const placeOf = (event) => { const {lat, lng} = map.mouseEventToLatLng(event); return [Math.round(lng * 100) / 100, Math.round(lat * 100) / 100]; };
+
+  function drop() {
+    if (stroke) dropStroke();
+    stroke = null;
+  }
+  place.addEventListener("pointerdown", (event) => {
+    if (event.isPrimary) fingers.clear();  // one that was lifted beside the map
+    fingers.add(event.pointerId);
+    if (!how || event.target.closest(".leaflet-control") || event.button !== 0) return;
+    if (fingers.size > 1) return drop();
+    if (how.room < 1) return;
+    pointer = event.pointerId;
+    place.setPointerCapture(pointer);
+    stroke = {give: how.give, width_mm: how.width_mm, points_mm: [placeOf(event)]};
+    drawStroke(stroke);
+  });
+  place.addEventListener("pointermove", (event) => {
+    if (!stroke || event.pointerId !== pointer) return;
+    const [x, y] = placeOf(event), [fromX, fromY] = stroke.points_mm[stroke.points_mm.length - 1];
+    if (Math.hypot(x - fromX, y - fromY) < Math.max(.3, how.width_mm * kStep) || stroke.points_mm.length >= kLongestPath) return;
+    stroke.points_mm.push([x, y]);
+    dropStroke();
+    drawStroke(stroke);
+  });
+  const end = (event) => {
+    fingers.delete(event.pointerId);
+    if (!stroke || event.pointerId !== pointer) return;
+    const done = stroke;
+    stroke = null;
+    dropStroke();
+    if (event.type !== "pointercancel") how.onStroke(done);
+  };
+  place.addEventListener("pointerup", end);
+  place.addEventListener("pointercancel", end);
+
+  return {
+    paints: () => how !== null,
+    take(wanted) {
+      if (Boolean(how) !== Boolean(wanted)) {
+        for (const part of ["dragging", "boxZoom", "doubleClickZoom"]) if (map[part]) map[part][wanted ? "disable" : "enable"]();
+        place.classList.toggle("painting", Boolean(wanted));
+      }
+      if (!wanted) drop();
+      how = wanted;
+    },
   };
 }

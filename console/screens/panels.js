@@ -6,6 +6,7 @@ import {picture} from "../pictures.js";
 import {empty} from "../parts.js";
 import {leasesOn} from "./leases.js";
 import {drawPanel, enterPanel, panelDrawn} from "./panel.js";
+import {unsavedOn} from "./panel_brush.js";
 
 let search = "";
 let retired = false;
@@ -41,5 +42,6 @@ function panelCard(panel) {
     ...leasesOn(panel.id),
     known.retired && h("div", {}, t("panel.retired", {why: known.retired.reason})),
     panel.scan_again && h("div.warn", {}, `▲ ${t("panel.scan_again", {why: panel.scan_again})}`),
+    unsavedOn(panel.id) > 0 && h("div.warn", {}, `▲ ${t("brush.unsaved", {n: unsavedOn(panel.id)})}`),
     panel.open_differences > 0 && h("div.warn", {}, `▲ ${t("panel.differences", {n: panel.open_differences})}`));
 }

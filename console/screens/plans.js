@@ -7,6 +7,7 @@ import {command} from "../commands.js";
 import {button, card, empty, fact, facts, link, taskRow} from "../parts.js";
 import {picture} from "../pictures.js";
 import {boxOf} from "./job_map.js";
+import {chooser, chooserTools, choosesIn} from "./plan_brush.js";
 
 const kShown = 24;
 const ticked = [];          // at most two plans, the one ticked last behind
@@ -22,13 +23,14 @@ function piecesOf(plan) {
   return pieces.get(plan) || [];
 }
 
-export function plansCards() {
+// `begun` is told of tasks that make other plans of these.
+export function plansCards(begun) {
   const {plans} = model;
   const [first] = plans;
   const compared = ticked.filter((id) => plans.some((plan) => plan.id === id));
   const large = compared.length ? compared.map((id) => plans.find((plan) => plan.id === id)) : first ? [first] : [];
   return [
-    h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map(planCard)),
+    h("div.side-by-side", {class: large.length > 1 ? "two" : ""}, ...large.map((plan) => planCard(plan, begun))),
     card(t("plans"),
       !plans.length && empty(t("plans.none")),
       plans.length > 1 && h("p.dim", {}, t("plans.compare")),
@@ -48,13 +50,14 @@ function tick(plan) {
 
 const costOf = (plan) => (plan.report && typeof plan.report.cost_per_pixel === "number" ? plan.report.cost_per_pixel.toFixed(4) : "");
 
-function planCard(plan) {
+function planCard(plan, begun) {
   const {options = {}, report = {}} = plan;
   const made = [...jobTasks].find(([, of]) => of === plan.id);
   const task = made && model.tasks.get(made[0]);
   return h("section.card", {"data-key": plan.id, "aria-label": t("plan.title", {n: plan.id, name: plan.name})},
     h("h2", {}, t("plan.title", {n: plan.id, name: plan.name})),
     preview(plan),
+    chooserTools(plan.id, piecesOf(plan.id), begun),
     h("label.tick", {}, h("input", {type: "checkbox", checked: borders, onchange: (event) => { borders = event.target.checked; changed(); }}), t("plan.borders")),
     facts(fact(t("plan.pieces"), t("plan.placed", {placed: plan.placed, n: plan.pieces}), plan.placed < plan.pieces),
       costOf(plan) && fact(t("plan.cost"), `${costOf(plan)}, ${t("plan.cost_about")}`),
@@ -73,11 +76,12 @@ function planCard(plan) {
 }
 
 function preview(plan) {
-  const all = borders ? piecesOf(plan.id) : [];
+  const all = borders || choosesIn(plan.id) ? piecesOf(plan.id) : [];
   const box = boxOf(all);
   return h("div.view", {}, picture(`/plans/${plan.id}/preview.png?width=720`, t("plan.preview", {n: plan.id})),
     box && svg("svg", {viewBox: `0 0 ${box.right - box.left} ${box.high - box.low}`, preserveAspectRatio: "none", "aria-hidden": "true"},
-      svg("path", {class: "border", d: all.map((piece) => `M${piece.artwork_outline_mm.map(([x, y]) => `${(x - box.left).toFixed(2)} ${(box.high - y).toFixed(2)}`).join("L")}Z`).join("")})));
+      svg("path", {class: "border", d: all.map((piece) => `M${piece.artwork_outline_mm.map(([x, y]) => `${(x - box.left).toFixed(2)} ${(box.high - y).toFixed(2)}`).join("L")}Z`).join("")})),
+    chooser(plan.id, all, box));
 }
 
 function ringArea(ring) {

@@ -8,7 +8,8 @@
 
 namespace veneer::daemon {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, threads, kerf, wood, recipes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GiveAdvice, name, picture, crop, size, options, importance, threads, kerf, wood,
+                                   recipes)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdvisedPicture, crop, layout, size_mm, width_mm, height_mm, patch_mm, pieces,
                                    unfilled, likeness, cutting_s, preview)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AdviceGiven, suggestions, suggested, remarks)

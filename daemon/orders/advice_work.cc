@@ -4,6 +4,7 @@
 
 #include "base/base64.h"
 #include "daemon/orders/artwork_file.h"
+#include "daemon/orders/picture_paint.h"
 #include "daemon/orders/wood_options.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/pictures/resample.h"
@@ -41,7 +42,10 @@ AdvisedPicture advised(const planner::Suggestion& it, const GiveAdvice& order, c
 Result<AdviceGiven> give_advice(const GiveAdvice& order, const std::filesystem::path&, const TaskProgress& progress) {
   auto read = read_artwork(order.picture, order.name, order.crop, order.size);
   if (!read) return read.error();
-  const planner::Artwork artwork = std::move(*read);
+  planner::Artwork artwork = std::move(*read);
+  const auto importance = importance_mask("importance", order.importance);
+  if (!importance) return importance.error();
+  artwork.importance = *importance;
   progress(0.02, "reading the stock");
   const auto stock = load_job_wood(order.wood, artwork.width * artwork.height);
   if (!stock) return stock.error();

@@ -23,6 +23,7 @@ struct GiveAdvice {
   std::string crop;                            // as planner::crop_of() reads it; "": any that reads well
   Millimetres size{0};                         // shorter side, at most
   std::map<std::string, std::string> options;  // planner::kNamedOptions
+  std::string importance = "even";             // importance_mask() of it
   int threads = 0;
   Millimetres kerf{0};  // the certificate's
   JobWood wood;

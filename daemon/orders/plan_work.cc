@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/orders/artwork_file.h"
+#include "daemon/orders/picture_paint.h"
 #include "daemon/orders/records_json.h"
 #include "daemon/orders/stored_picture.h"
 #include "daemon/orders/wood_options.h"
@@ -91,6 +92,21 @@ Result<planner::PlanOptions> options_of(const MakePlan& order, const std::option
   return options;
 }
 
+// Other layouts heed no guides, and refuse them.
+Status guide(const MakePlan& order, planner::Artwork& artwork) {
+  const auto importance = importance_mask("importance", order.importance);
+  if (!importance) return importance.error();
+  artwork.importance = *importance;
+  const auto layout = order.options.find("layout");
+  if (layout == order.options.end() || layout->second != "morph") return Ok();
+  const auto large = edge_mask("large_edges", order.large_edges), fine = edge_mask("fine_edges", order.fine_edges);
+  if (!large) return large.error();
+  if (!fine) return fine.error();
+  artwork.guides.large = *large;
+  artwork.guides.fine = *fine;
+  return Ok();
+}
+
 // The pieces that are made again, and what the picture costs with them. What stays costs what it cost when it was
 // planned, so that the difference is theirs alone.
 void report_redone(const planner::Plan& before, const planner::Plan& plan, const std::vector<std::string>& marks,
@@ -120,7 +136,8 @@ void report_redone(const planner::Plan& before, const planner::Plan& plan, const
 Result<PlanMade> make_plan(const MakePlan& order, const std::filesystem::path& folder, const TaskProgress& progress) {
   auto read = read_artwork(order.picture, order.name, order.crop, order.size);
   if (!read) return read.error();
-  const planner::Artwork artwork = std::move(*read);
+  planner::Artwork artwork = std::move(*read);
+  if (const Status guided = guide(order, artwork); !guided) return guided.error();
   progress(0.02, "reading the stock");
   const auto stock = load_job_wood(order.wood, artwork.width * artwork.height);
   if (!stock) return stock.error();

@@ -21,10 +21,12 @@ namespace veneer::daemon {
 struct MakePlan {
   static constexpr const char* kKind = "make_plan";
   std::string name;
-  std::string picture;                         // file
-  std::string crop;                            // as planner::crop_of() reads it; "": all of the picture
-  Millimetres size{0};                         // shorter side
-  std::map<std::string, std::string> options;  // planner::kNamedOptions
+  std::string picture;                                  // file
+  std::string crop;                                     // as planner::crop_of() reads it; "": all of the picture
+  Millimetres size{0};                                  // shorter side
+  std::map<std::string, std::string> options;           // planner::kNamedOptions
+  std::string large_edges = "all", fine_edges = "all";  // edge_mask() of it; heeded by a morphed grid
+  std::string importance = "even";                      // importance_mask() of it
   int threads = 0;
   Millimetres kerf{0};  // the certificate's
   double preview_dpi = 300;

@@ -7,7 +7,8 @@
 
 namespace veneer::daemon {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, kerf, wood, recipes, kept_dir)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DrawSketch, name, picture, crop, size, options, importance, kerf, wood, recipes,
+                                   kept_dir)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SketchDrawn, layout, width_mm, height_mm, patch_mm, pieces, unfilled, likeness,
                                    cutting_s, remarks, preview, left_out)
 

@@ -3,6 +3,7 @@
 #include "base/base64.h"
 #include "daemon/orders/artwork_file.h"
 #include "daemon/orders/kept_wood.h"
+#include "daemon/orders/picture_paint.h"
 #include "daemon/orders/wood_options.h"
 #include "planner/pictures/jpeg_codec.h"
 #include "planner/suggest/contact_sheet.h"
@@ -16,8 +17,11 @@ constexpr int kSketchQuality = 85;
 }  // namespace
 
 Result<SketchDrawn> draw_sketch(const DrawSketch& order, const std::filesystem::path&, const TaskProgress&) {
-  const auto artwork = read_artwork(order.picture, order.name, order.crop, order.size);
+  auto artwork = read_artwork(order.picture, order.name, order.crop, order.size);
   if (!artwork) return artwork.error();
+  const auto importance = importance_mask("importance", order.importance);
+  if (!importance) return importance.error();
+  artwork->importance = *importance;
   const auto stock = load_job_wood(order.wood, artwork->width * artwork->height, kept_wood(order.kept_dir));
   if (!stock) return stock.error();
   auto options = wood_options(order.options, order.wood, *stock, order.kerf, order.recipes);

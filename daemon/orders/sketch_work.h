@@ -23,6 +23,7 @@ struct DrawSketch {
   std::string crop;                            // as planner::crop_of() reads it; "": all of it
   Millimetres size{0};                         // shorter side
   std::map<std::string, std::string> options;  // planner::kNamedOptions
+  std::string importance = "even";             // importance_mask() of it
   Millimetres kerf{0};                         // the certificate's
   JobWood wood;
   std::vector<db::RecipeRecord> recipes;

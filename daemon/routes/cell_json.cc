@@ -26,6 +26,7 @@ json to_json(const db::PanelRecord& panel, const PanelFigures::Figures& figures)
       {"created", panel.created_at},
       {"pieces", figures.pieces},
       {"open_differences", figures.open_differences},
+      {"mask_version", panel.mask_version},
       {"retired",
        panel.retired ? json{{"reason", panel.retired->reason}, {"at", panel.retired->at}, {"sawn", panel.retired->sawn}}
                      : json()}};

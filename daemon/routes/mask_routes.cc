@@ -10,6 +10,7 @@
 #include "daemon/routes/database_reply.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"
+#include "daemon/services/brush.h"
 #include "daemon/services/mask_painter.h"
 
 namespace veneer::daemon {
@@ -90,13 +91,43 @@ void revert_panel(const StockServices& s, const ApiRequest& request, const Reply
 std::vector<Point<PanelFrame>> corners_of(RequestReader& body) {
   std::vector<Point<PanelFrame>> out;
   const auto numbers = body.numbers("outline_mm", ranges::kPlace);
-  body.require("outline_mm");
   if (!numbers) return out;
   if (numbers->size() < 6 || numbers->size() % 2 != 0 || numbers->size() > 2 * ranges::kMostCorners)
     body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y", ranges::kMostCorners)});
+                 fmt::format("outline_mm must be 3 to {} corners, each as two numbers x, y: draw it in parts",
+                             ranges::kMostCorners)});
   for (std::size_t i = 0; i + 1 < numbers->size(); i += 2)
     out.push_back(point<PanelFrame>((*numbers)[i], (*numbers)[i + 1]));
+  return out;
+}
+
+// x, y, ... of all strokes of a brush one after another, and how many points each has.
+std::vector<BrushStroke> strokes_of(RequestReader& body) {
+  std::vector<BrushStroke> out;
+  const auto numbers = body.numbers("strokes_mm", ranges::kPlace);
+  const auto counts = body.numbers("stroke_points", {1, static_cast<double>(kMostBrushPoints)});
+  if (!numbers && !counts) return out;
+  body.require("strokes_mm");
+  body.require("stroke_points");
+  body.require("width_mm");
+  if (!numbers || !counts) return out;
+  if (numbers->empty() || numbers->size() > 2 * kMostBrushPoints)
+    body.refuse({ErrorCode::kInvalidArgument,
+                 fmt::format("strokes_mm must be 1 to {} points, each as two numbers x, y: send the others in another "
+                             "request",
+                             kMostBrushPoints)});
+  std::size_t at = 0;
+  for (const double count : *counts) {
+    BrushStroke& stroke = out.emplace_back();
+    for (int i = 0; i < count && at + 1 < numbers->size(); ++i, at += 2)
+      stroke.push_back(point<PanelFrame>((*numbers)[at], (*numbers)[at + 1]));
+    if (static_cast<double>(stroke.size()) != count) break;
+  }
+  if (out.empty() || at != numbers->size() || out.size() != counts->size() ||
+      static_cast<double>(out.back().size()) != counts->back())
+    body.refuse({ErrorCode::kInvalidArgument,
+                 "stroke_points must be the whole numbers of points of each stroke, and together "
+                 "as many as strokes_mm has"});
   return out;
 }
 
@@ -106,24 +137,40 @@ void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& 
   edit.give = body.word("kind", {"give", "withhold"}).value_or("") == "give";
   body.require("kind");
   const auto corners = corners_of(body);
+  const auto strokes = strokes_of(body);
+  const Millimetres width(body.number("width_mm", ranges::kBrushWidth).value_or(0));
+  if (corners.empty() == strokes.empty())
+    body.refuse(
+        {ErrorCode::kInvalidArgument, "say where: as outline_mm, or as strokes_mm with stroke_points and width_mm"});
+  const auto painted_on = body.whole("version", ranges::kMaskVersion);
   edit.note = body.text("note").value_or("");
   limit_text(body, "note", edit.note, 0);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  edit.shape = Region<PanelFrame>(corners);
   edit.who = request.caller.who, edit.at = utc_timestamp();
-  change_mask(s, request, reply, [s, edit](Repositories& r, const PanelId& id) -> Result<json> {
-    const auto made = edit_mask(r, s.database, s.panel_library, id, edit);
-    if (!made) return made.error();
-    json out = edited_json(id, *made);
-    out["number"] = made->edit->value;
-    out["reserved"] = json::array();
-    for (const auto& allocation : made->touched) {
-      const auto piece = r.jobs.find_piece(allocation.piece);
-      if (!piece) return piece.error();
-      out["reserved"].push_back({{"job", allocation.job.value}, {"mark", piece->mark}});
-    }
-    return out;
-  });
+  change_mask(
+      s, request, reply,
+      [s, painted = edit, corners, strokes, width, painted_on](Repositories& r, const PanelId& id) -> Result<json> {
+        db::MaskEdit wanted = painted;
+        if (strokes.empty()) {
+          wanted.shape = Region<PanelFrame>(corners);
+        } else {
+          auto area = brushed(strokes, width, wanted.give ? BrushEdge::kInwards : BrushEdge::kOutwards);
+          if (!area) return area.error();
+          wanted.shape = *std::move(area);
+        }
+        const auto on = painted_on ? std::optional(static_cast<int>(*painted_on)) : std::nullopt;
+        const auto made = edit_mask(r, s.database, s.panel_library, id, wanted, on);
+        if (!made) return made.error();
+        json out = edited_json(id, *made);
+        out["number"] = made->edit->value;
+        out["reserved"] = json::array();
+        for (const auto& allocation : made->touched) {
+          const auto piece = r.jobs.find_piece(allocation.piece);
+          if (!piece) return piece.error();
+          out["reserved"].push_back({{"job", allocation.job.value}, {"mark", piece->mark}});
+        }
+        return out;
+      });
 }
 
 void remove_edit(const StockServices& s, const ApiRequest& request, const Reply& reply) {

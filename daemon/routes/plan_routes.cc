@@ -63,6 +63,8 @@ json advice_json(const AdviceGiven& advice) {
 void advise_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
+  if (const Status squares = wants_no_edges(*wanted, "advice"); !squares)
+    return reply(ApiReply::error(squares.error()));
   wanted->options.threads = s.planner_threads;
   start_task(
       s.tasks, s.planner, "advice", "waiting for the planner", reply,
@@ -87,6 +89,8 @@ json sketch_json(const SketchDrawn& sketch) {
 void sketch_plan(const JobServices& s, const ApiRequest& request, const Reply& reply) {
   auto wanted = read_job_request(request);
   if (!wanted) return reply(ApiReply::error(wanted.error()));
+  if (const Status squares = wants_no_edges(*wanted, "a sketch"); !squares)
+    return reply(ApiReply::error(squares.error()));
   s.sketches.ask(request, reply, [s, wanted = std::move(*wanted), gone = request.gone](Repositories& r) {
     const auto drawn = s.plans.sketch(wanted, r, gone);
     return drawn ? ApiReply::json(sketch_json(*drawn)) : ApiReply::error(drawn.error());

@@ -7,6 +7,7 @@
 
 #include "daemon/api/idempotency.h"
 #include "daemon/api/request_reader.h"
+#include "daemon/orders/picture_paint.h"
 #include "planner/plan_options.h"
 #include "planner/suggest/crops.h"
 
@@ -54,6 +55,32 @@ void read_planner_options(RequestReader& query, planner::PlanOptions& options) {
   }
 }
 
+constexpr std::pair<const char*, std::string JobRequest::*> kEdges[] = {{"large_edges", &JobRequest::large_edges},
+                                                                        {"fine_edges", &JobRequest::fine_edges}};
+
+void read_paint(RequestReader& query, JobRequest& job) {
+  for (const auto& [name, edges] : kEdges)
+    if (const auto text = query.text(name)) {
+      if (const auto mask = edge_mask(name, *text); !mask) query.refuse(mask.error());
+      job.*edges = *text;
+    }
+  if (const auto text = query.text("importance")) {
+    if (const auto mask = importance_mask("importance", *text); !mask) query.refuse(mask.error());
+    job.importance = *text;
+  }
+}
+
+// What somebody painted is never passed over in silence.
+void refuse_idle_edges(RequestReader& query, const JobRequest& job) {
+  if (job.options.layout == planner::LayoutKind::kMorph) return;
+  for (const auto& [name, edges] : kEdges)
+    if (job.*edges != kAllEdges)
+      query.refuse(
+          unusable(fmt::format("{} says which edges a morphed grid follows, and the layout {} follows none: "
+                               "choose the layout morph, or leave it out",
+                               name, planner::option_text(job.options, "layout"))));
+}
+
 }  // namespace
 
 Result<JobRequest> read_job_request(const ApiRequest& request) {
@@ -64,6 +91,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   job.crop = query.text("crop").value_or("");
   if (!job.crop.empty())
     if (const auto crop = planner::crop_of(job.crop); !crop) query.refuse(crop.error());
+  read_paint(query, job);
   if (const auto size = query.number("size_mm", kSize)) job.size = Millimetres(*size);
   for (const std::string& id : parts_of(query.text("panels").value_or(""))) job.panels.push_back(PanelId{id});
   if (const auto count = query.whole("max_panels", kPanels)) job.max_panels = static_cast<std::size_t>(*count);
@@ -72,6 +100,7 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   read_wood_weights(query, job);
   read_forbidden(query, job);
   read_planner_options(query, job.options);
+  refuse_idle_edges(query, job);
   if (const Status read = query.end(); !read) return read.error();
   if (!request.idempotency_key.empty())
     job.keyed = db::KeyedRequest{request.caller.who, "newJob", request.idempotency_key, fingerprint_of(request)};
@@ -79,6 +108,13 @@ Result<JobRequest> read_job_request(const ApiRequest& request) {
   if (job.picture.empty()) return unusable("the picture is missing: send the file as the request's body");
   if (const Status usable = planner::check_options(job.options); !usable) return usable.error();
   return job;
+}
+
+Status wants_no_edges(const JobRequest& request, std::string_view what) {
+  for (const auto& [name, edges] : kEdges)
+    if (request.*edges != kAllEdges)
+      return unusable(fmt::format("{} follows no edges that somebody painted: leave {} out", what, name));
+  return Ok();
 }
 
 Result<JobRequest> job_request_again(const std::string& name, SharedText picture, const std::string& options_json) {
@@ -100,7 +136,8 @@ Result<JobRequest> job_request_again(const std::string& name, SharedText picture
     for (const auto& item : list) out += (out.empty() ? "" : separator) + text(item);
     return out;
   };
-  for (const char* whole : {"crop", "size_mm", "max_panels", "remnants_first"})
+  for (const char* whole :
+       {"crop", "size_mm", "large_edges", "fine_edges", "importance", "max_panels", "remnants_first"})
     if (const auto value = kept.find(whole); value != kept.end() && !value->is_null())
       request.query[whole] = text(*value);
   for (const planner::NamedOption& option : planner::kNamedOptions)
@@ -131,6 +168,9 @@ json options_json(const JobRequest& request) {
     else
       value = json::parse(text);
   }
+  out["large_edges"] = request.large_edges;
+  out["fine_edges"] = request.fine_edges;
+  out["importance"] = request.importance;
   out["crop"] = request.crop.empty() ? json() : json(request.crop);
   out["panels"] = json::array();
   for (const PanelId& panel : request.panels) out["panels"].push_back(panel.value);

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,11 +20,13 @@ namespace veneer::daemon {
 
 struct JobRequest {
   std::string name;
-  SharedText picture;              // the file's bytes
-  std::string crop;                // of the picture, as planner::crop_of() reads it; "": all of it
-  Millimetres size{360};           // shorter side
-  planner::PlanOptions options;    // threads, kerf and position margin are the cell's own
-  std::vector<PanelId> panels;     // empty = all in stock
+  SharedText picture;                                   // the file's bytes
+  std::string crop;                                     // of the picture, as planner::crop_of() reads it; "": all of it
+  Millimetres size{360};                                // shorter side
+  planner::PlanOptions options;                         // threads, kerf and position margin are the cell's own
+  std::string large_edges = "all", fine_edges = "all";  // that a morphed grid follows, as edge_mask() reads it
+  std::string importance = "even";                      // of parts of the picture, as importance_mask() reads it
+  std::vector<PanelId> panels;                          // empty = all in stock
   std::vector<std::string> woods;  // materials of zones; empty = all wood, also what nobody has named
   std::vector<std::pair<std::string, double>> wood_weights;  // how many times a wood's area counts in its tones
   std::vector<planner::ForbiddenWood> forbidden;
@@ -34,9 +37,13 @@ struct JobRequest {
   bool remnants_first = true;
 };
 
-// kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, or the planner refuses
-// an option whatever the picture and the wood (planner::check_options).
+// kInvalidArgument: the picture is missing, a parameter is not known or cannot be what it says, edges are named for a
+// layout that follows none, or the planner refuses an option whatever the picture and the wood
+// (planner::check_options).
 Result<JobRequest> read_job_request(const ApiRequest& request);
+
+// For what draws squares whatever the layout: kInvalidArgument where the request names edges. `what`: "a sketch".
+Status wants_no_edges(const JobRequest& request, std::string_view what);
 
 // The same request again, from what options_json() kept of it: for a plan that changes an earlier one. kStorage: it
 // cannot be read.

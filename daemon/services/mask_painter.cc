@@ -123,9 +123,15 @@ Result<PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& pan
 }
 
 Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
-                             const PanelId& panel, const db::MaskEdit& wanted) {
+                             const PanelId& panel, const db::MaskEdit& wanted, std::optional<int> painted_on) {
   const auto before = read_before(r, panel);
   if (!before) return before.error();
+  if (painted_on && *painted_on != before->panel.mask_version)
+    return Error{
+        ErrorCode::kConflict,
+        fmt::format("this was painted on version {} of the mask of panel {}, and version {} counts by now: look "
+                    "whether it still fits, then save it again",
+                    *painted_on, panel.value, before->panel.mask_version)};
   db::MaskEdit edit = wanted;
   // Of rings that may cross themselves, as a hand draws them.
   edit.shape = intersect(unite(wanted.shape, {}), whole_panel(before->panel.width, before->panel.height));

@@ -44,8 +44,9 @@ struct EditedMask {
 
 // Three edits of a panel's mask, each with a new version of it. Their reads come from `r`, writes go to `database`.
 // kNotFound, kConflict as db/masks.h says; kInvalidArgument: an outline that lies beside the panel, or has no area.
+// `painted_on`: the version that whoever painted it was looking at; kConflict when another one counts by now.
 Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
-                             const PanelId& panel, const db::MaskEdit& edit);
+                             const PanelId& panel, const db::MaskEdit& edit, std::optional<int> painted_on = {});
 Result<EditedMask> remove_mask_edit(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
                                     const PanelId& panel, db::MaskEditId edit, const std::string& who);
 // What the scan of `version` saw counts again, with today's edits; nothing: of the scan before the one that counts.

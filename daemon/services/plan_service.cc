@@ -169,6 +169,9 @@ MakePlan order_of(const JobRequest& request, PlanStock& stock, const Config& con
   out.crop = request.crop;
   out.size = request.size;
   out.options = option_texts(request.options);
+  out.large_edges = request.large_edges;
+  out.fine_edges = request.fine_edges;
+  out.importance = request.importance;
   out.threads = request.options.threads;
   out.preview_dpi = kPreviewDpi;
   out.wood = wood_of(request, stock, config, library);
@@ -311,6 +314,7 @@ Result<AdviceGiven> PlanService::advise(const JobRequest& request, const TaskPro
                     request.crop,
                     request.size,
                     option_texts(request.options),
+                    request.importance,
                     request.options.threads,
                     today->kerf,
                     wood_of(request, today->stock, config_, library_),
@@ -348,6 +352,7 @@ Result<SketchDrawn> PlanService::sketch(const JobRequest& request, Repositories&
                     request.crop,
                     request.size,
                     option_texts(request.options),
+                    request.importance,
                     today->kerf,
                     wood_of(request, today->stock, config_, library_),
                     std::move(today->stock.recipes),

@@ -1,5 +1,5 @@
-// `veneerctl plan` as a user runs it: a panel of grown wood and a picture in a folder of their own, and what a run of the
-// command said. One thread.
+// `veneerctl plan` as a user runs it: a panel of grown wood and a picture in a folder of their own, and what a run of
+// the command said. One thread.
 #pragma once
 
 #include <gmock/gmock.h>

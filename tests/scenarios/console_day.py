@@ -4,6 +4,7 @@
 Each step waits for what the page shows, never for a time. Pictures of every screen at three sizes land in PICTURES.
 """
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -11,9 +12,11 @@ import time
 from selenium import webdriver
 from selenium.common.exceptions import NoSuchElementException, StaleElementReferenceException
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.pointer_input import PointerInput
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import WebDriverWait
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
 SIZES = {"desk": (1280, 800), "wide": (1920, 1080), "phone": (390, 844)}
 PATIENCE_S = 120
@@ -29,6 +32,12 @@ class Day:
         options.binary_location = "/usr/bin/chromium"
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+        # What the page asks for is noted, and its stream of events can be spoken into.
+        self.browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+            window.asked = [], window.sockets = [];
+            const plain = window.fetch;
+            window.fetch = (path, ...more) => { window.asked.push(String(path)); return plain(path, ...more); };
+            window.WebSocket = class extends WebSocket { constructor(...how) { super(...how); window.sockets.push(this); } };"""})
         self.pictures = pictures
         self.size("desk")
         self.browser.get(link)
@@ -146,6 +155,133 @@ class Day:
         self.until_says("main", "to be cut")
         self.show("panel")
 
+    def asked_for(self, part):
+        return self.browser.execute_script("return window.asked.filter((path) => path.includes(arguments[0])).length", part)
+
+    def settled(self, css):
+        """Where it lies in the window, once nothing moves it any more: pictures are there, and frames are alike."""
+        return self.browser.execute_async_script("""
+            const [css, done] = arguments;
+            document.querySelector(css).scrollIntoView({block: 'center'});  // not under what stays at the top
+            let before = '', alike = 0;
+            (function look() {
+              const box = document.querySelector(css).getBoundingClientRect(), now = [box.left, box.top, box.width, box.height];
+              alike = before === now.join() && [...document.images].every((one) => one.complete) ? alike + 1 : 0;
+              before = now.join();
+              if (alike === 3) done(now); else requestAnimationFrame(look);
+            })();""", css)
+
+    def draw_over(self, css, *shares):
+        """As a finger does, from place to place, each as shares of what is drawn over."""
+        left, top, width, height = self.settled(css)
+        hand = ActionBuilder(self.browser, mouse=PointerInput("touch", "finger"))
+        for number, (x, y) in enumerate(shares):
+            hand.pointer_action.move_to_location(int(left + x * width), int(top + y * height))
+            if number == 0:
+                hand.pointer_action.pointer_down()
+        hand.pointer_action.pointer_up()
+        hand.perform()
+
+    def paint_on_the_mask(self):
+        """Strokes are of the panel and version they were painted on; what is saved is a version, and can be taken back."""
+        self.press("#brush")
+        self.until("a finger that paints, and scrolls nothing", lambda: self.browser.execute_script(
+            "return getComputedStyle(document.querySelector('.map.painting')).touchAction === 'none'"))
+        for middle in (.4, .6):
+            self.draw_over(".map", (.45, middle), (.5, middle + .03), (.55, middle))
+        self.until_says("#brush-save", "Save 2 strokes")
+        self.press("#brush-undo")
+        self.until_says("#brush-save", "Save 1 stroke")
+        self.show("brush")
+        self.keep_strokes_while_away()
+        self.paint_while_another_hand_does()
+        self.save_while_looking_elsewhere()
+        self.show("painted")
+        for left in (2, 1, 0):
+            self.press("[data-edit] button")
+            self.until(f"{left} edits", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, "[data-edit]")) == left)
+
+    def keep_strokes_while_away(self):
+        self.go("panels")
+        self.until_says('.panel[href="#panels/P-0001"]', "1 stroke on its mask is not saved")
+        assert self.browser.execute_script("return !dispatchEvent(new Event('beforeunload', {cancelable: true}))"), \
+            "the page would be left with what is not saved"
+        self.press('.panel[href="#panels/P-0001"]')
+        self.until_says("#brush-save", "Save 1 stroke")
+
+    def paint_while_another_hand_does(self):
+        """What it was painted on counts no more: nothing is saved before somebody has looked."""
+        subprocess.run([os.environ["VENEERCTL"], "panel", "mask", "P-0001", "--withhold", "1,1 4,1 4,4"], check=True, stdout=subprocess.DEVNULL)
+        self.until_says("main", "The mask was changed since you painted")
+        assert not self.browser.find_elements(By.CSS_SELECTOR, "#brush-save")
+        self.show("brush-moved")
+        self.press("#brush-fits")
+        self.until_says("#brush-save", "Save 1 stroke")
+
+    def save_while_looking_elsewhere(self):
+        """Two edits, the second of them begun when another panel is shown; there is none, and it gets no strokes."""
+        self.press("#brush")
+        self.press("#brush-give")
+        self.draw_over(".map", (.45, .5), (.55, .5))
+        self.until_says("#brush-save", "Save 2 strokes")
+        self.keep_back("/mask-edits")
+        asked = self.asked_for("/panels/P-0001/mask-edits")
+        self.press("#brush-save")
+        self.browser.execute_script("location.hash = '#panels/P-0009'")
+        self.until_says("main", "P-0009")
+        self.let_go()
+        self.until("both edits to be saved", lambda: self.asked_for("/panels/P-0001/mask-edits") >= asked + 2)
+        self.browser.execute_script("location.hash = '#panels/P-0001'")
+        self.until_says("main", "PAINTED BY HAND")
+        self.until("three edits", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, "[data-edit]")) == 3)
+        self.until("nothing left to save", lambda: not self.browser.find_elements(By.CSS_SELECTOR, "#brush-save"))
+
+    def painted(self, brush):
+        """How many cells of the picture's mask are painted, as it is shown; None before it is."""
+        return self.browser.execute_script(
+            "const canvas = document.querySelector(`canvas[data-brush=${arguments[0]}]`); return canvas && canvas.dataset.painted", brush)
+
+    def paint_over_the_picture(self):
+        """What is painted belongs to the picture: another part, layout or file takes nothing of it."""
+        layout = lambda wanted: Select(self.find("#picture-layout")).select_by_value(wanted)
+        layout("morph")
+        self.press("#edges summary")
+        self.until("the picture to paint on", lambda: self.painted("edges") == "0")
+        self.draw_over("canvas[data-brush=edges]", (.2, .3), (.8, .6))
+        self.until("a veil", lambda: self.painted("edges") not in (None, "0"))
+        veil = self.painted("edges")
+        self.show("edges")
+        self.press("#part summary")
+        self.find("#slide-closer").send_keys(Keys.END)
+        self.until("the veil on the closer part", lambda: self.painted("edges") not in (None, "0", veil))
+        self.press("#take-whole")
+        self.until("the same veil again", lambda: self.painted("edges") == veil)
+        self.press("#part summary")
+        layout("grid")
+        self.until_says("#edges-idle", "They are kept")
+        layout("morph")
+        self.until("the veil", lambda: self.painted("edges") == veil)
+        other = os.path.join(os.path.dirname(os.environ["PICTURE"]), "another.png")
+        shutil.copy(os.environ["PICTURE"], other)
+        self.find("#picture-file").send_keys(other)
+        self.until("nothing on another picture", lambda: self.painted("edges") == "0")
+        self.press("#edges summary")
+        self.until_says("#edges", "stays with it. This is another picture")
+        self.find("#picture-file").send_keys(os.environ["PICTURE"])
+        self.until("the veil on the first one", lambda: self.painted("edges") == veil)
+        self.press("#edges-undo")
+        self.until("no veil", lambda: self.painted("edges") == "0")
+        layout("grid")
+        self.press("#matters summary")
+        self.until("the picture to paint on", lambda: self.painted("matters") == "0")
+        self.draw_over("canvas[data-brush=matters]", (.4, .4), (.6, .5))
+        self.until("what matters", lambda: self.painted("matters") not in (None, "0"))
+        self.until("a sketch of it", lambda: self.asked_for("importance=") > 0)
+        self.show("matters")
+        self.press("#matters-undo")
+        self.until("all alike", lambda: self.painted("matters") == "0")
+        self.press("#matters summary")
+
     def scan_a_sheet(self):
         """What a scan saw waits for a word, on every screen's first line too; then it is stock."""
         self.hands("place", "panel", "scanner")
@@ -195,6 +331,7 @@ class Day:
             # As a hand does: clear() tells the page of nothing, which then draws the old value again.
             self.find(field).send_keys(Keys.CONTROL, "a")
             self.find(field).send_keys(value)
+        self.paint_over_the_picture()
         self.follow_a_slider()
         self.press("#do-plan")
         self.until_says(".side-by-side", "PLAN 2")
@@ -205,6 +342,13 @@ class Day:
         self.until("two plans side by side", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, ".side-by-side > section")) == 2)
         self.until_says(".side-by-side", "P-0001: ")
         self.show("plans")
+        self.press('.side-by-side section[data-key="3"] [data-command=other]')
+        self.until("the pieces to choose from", lambda: self.find("svg.chooser").size["height"] > 50)
+        self.draw_over("svg.chooser", (.2, .2), (.25, .25))
+        self.until_says("[data-command=other-wood]", "Other wood for 1 piece")
+        self.show("other-wood")
+        self.press("[data-command=other-wood]")
+        self.until_says("ul.plans", "4 second")
         self.press('.side-by-side section[data-key="2"] [data-command=make-job]')
         self.until_says('.side-by-side section[data-key="2"]', "Job 2 is made of it.")
 
@@ -258,6 +402,12 @@ class Day:
         self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
         self.tick_what_is_asked()
 
+    def hear_of_alarms(self):
+        """An alarm is over and another is new: their numbers stay, and the list is another one."""
+        before = self.asked_for("/alarms")
+        self.browser.execute_script("window.sockets[window.sockets.length - 1].onmessage({data: JSON.stringify({type: 'alarms'})})")
+        self.until("the list of alarms", lambda: self.asked_for("/alarms") > before)
+
     def look_back(self):
         for screen in ("assembly", "history", "log", "scan"):
             self.go(screen)
@@ -303,7 +453,7 @@ def main():
     day = Day(sys.argv[1], sys.argv[2])
     began = time.monotonic()
     try:
-        for part in (day.morning, day.look_at_the_wood, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.look_back,
+        for part in (day.morning, day.look_at_the_wood, day.paint_on_the_mask, day.scan_a_sheet, day.plan_a_picture, day.run_it, day.begin_again, day.hear_of_alarms, day.look_back,
                      day.in_german, day.stop, day.check_console):
             part()
             print(f"{part.__name__}: {time.monotonic() - began:.1f} s")

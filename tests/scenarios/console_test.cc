@@ -43,6 +43,15 @@ TEST_F(Console, AnOperatorsShortDay) {
   EXPECT_EQ(get("/status")["state"], "Aborted");
   const nlohmann::json second = get("/jobs/2");
   EXPECT_EQ(second["cut"], second["pieces"]) << "what the page made and cut is in the ledger";
+  // One piece of the third plan was to have other wood.
+  const nlohmann::json other = get("/plans/4");
+  EXPECT_EQ(other["parent"], 3);
+  EXPECT_EQ(other["options"]["forbid"].size(), 1U) << other["options"];
+  const nlohmann::json was = get("/plans/3/pieces")["pieces"], is = get("/plans/4/pieces")["pieces"];
+  ASSERT_EQ(was.size(), is.size());
+  int moved = 0;
+  for (std::size_t i = 0; i < was.size(); ++i) moved += was[i]["panel_outline_mm"] != is[i]["panel_outline_mm"];
+  EXPECT_EQ(moved, 1);
 }
 
 // Nothing prepared: what the page makes of an unpacked machine. The twin's pictures are as coarse as the certificates'

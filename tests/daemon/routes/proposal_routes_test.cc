@@ -110,6 +110,19 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   expect_book(300, 0);
   EXPECT_EQ(post("/panels/P-0001/mask-edits", {{"kind", "give"}}).status, 400);
   EXPECT_EQ(post("/panels/P-0001/mask-edits", {{"kind", "give"}, {"outline_mm", {1, 2, 3, 4}}}).status, 400);
+  for (const json& strokes :
+       {json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {2}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2, 3, 4}}, {"stroke_points", {1}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2, 3, 4}}, {"stroke_points", {1.5}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 0.4}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 61}},
+        json{{"strokes_mm", std::vector<int>(1002, 3)}, {"stroke_points", {500, 1}}, {"width_mm", 4}},
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 4}, {"outline_mm", {1, 2, 3, 4, 5, 9}}}}) {
+    json body = strokes;
+    body["kind"] = "give";
+    EXPECT_EQ(post("/panels/P-0001/mask-edits", body).status, 400) << body;
+  }
   EXPECT_EQ(post("/panels/P-0009/mask-edits", {{"kind", "give"}, {"outline_mm", {1, 2, 3, 4, 5, 9}}}).status, 404);
   // Half of it is usable already; the tag is spared.
   const ApiReply given =
@@ -136,6 +149,98 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   // Back to how the scan saw it first, and no further: what is withheld stays so.
   ASSERT_EQ(post("/panels/P-0001/revert", {{"version", 1}}).status, 200);
   expect_book(300 - 100, 50);
+  // By brush, from one side to the other: 2 mm of 20 that half of the panel is high.
+  const ApiReply brushed =
+      post("/panels/P-0001/mask-edits",
+           {{"kind", "withhold"}, {"strokes_mm", {0, 10, 30, 10, 3, 3}}, {"stroke_points", {2, 1}}, {"width_mm", 2}});
+  ASSERT_EQ(brushed.status, 200) << brushed.body;
+  EXPECT_LT(body_of(brushed)["changed_mm2"].get<double>(), -15);
+  EXPECT_GT(body_of(brushed)["changed_mm2"].get<double>(), -70);
+}
+
+// Whoever paints looks at a picture, and another scan or another hand may have changed the mask meanwhile.
+TEST_F(ProposalRoutes, StrokesBelongToTheVersionThatTheyWerePaintedOn) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  EXPECT_EQ(get("/panels/P-0001")["mask_version"], 1);
+  json strokes = {{"kind", "withhold"}, {"strokes_mm", {2, 10, 10, 10}}, {"stroke_points", {2}}, {"width_mm", 2}};
+  strokes["version"] = 1;
+  const ApiReply first = post("/panels/P-0001/mask-edits", strokes);
+  ASSERT_EQ(first.status, 200) << first.body;
+  EXPECT_EQ(body_of(first)["version"], 2);
+  EXPECT_EQ(get("/panels/P-0001")["mask_version"], 2);
+  const ApiReply late = post("/panels/P-0001/mask-edits", strokes);
+  EXPECT_EQ(late.status, 409) << late.body;
+  EXPECT_THAT(late.body, HasSubstr("painted on version 1 of the mask of panel P-0001, and version 2 counts by now"));
+  EXPECT_EQ(get("/panels/P-0001/mask-edits")["edits"].size(), 1U);
+  strokes["version"] = 2;
+  EXPECT_EQ(post("/panels/P-0001/mask-edits", strokes).status, 200) << "once somebody has looked";
+  strokes["version"] = 0;
+  EXPECT_EQ(post("/panels/P-0001/mask-edits", strokes).status, 400);
+}
+
+TEST_F(ProposalRoutes, ABrushGivesBackNoTagAndNothingThatIsBooked) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  const char* const at = "2026-05-01T07:30:00.000Z";
+  const auto booked = cell->database->call([&](Repositories& r) -> Status {
+    db::NewPlan plan;
+    plan.name = "portrait", plan.plan_json = "{}", plan.options_json = "{}";
+    for (const double y : {2.0, 12.0}) {
+      db::PlannedPatch& patch = plan.pieces.emplace_back();
+      patch.mark = y < 10 ? "A1" : "A2";
+      patch.artwork_outline = {point<ArtworkFrame>(0, 0), point<ArtworkFrame>(4, 0), point<ArtworkFrame>(4, 4),
+                               point<ArtworkFrame>(0, 4)};
+      patch.panel = PanelId{"P-0001"};
+      patch.panel_outline = {point<PanelFrame>(5, y), point<PanelFrame>(9, y), point<PanelFrame>(9, y + 4),
+                             point<PanelFrame>(5, y + 4)};
+      patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+      patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(5, y));
+    }
+    plan.planned_on = {{PanelId{"P-0001"}, 1}};
+    const auto job = r.jobs.create(plan, at);
+    if (!job) return job.error();
+    const auto pieces = r.jobs.pieces(*job);
+    if (!pieces) return pieces.error();
+    const auto run = r.jobs.start_run(
+        *job, PanelId{"P-0001"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, at);
+    if (!run) return run.error();
+    if (Status cutting = r.jobs.mark_cutting(pieces->front().id, at); !cutting) return cutting;
+    if (Status cut = r.jobs.book_piece(pieces->front().id, at); !cut) return cut;
+    return r.jobs.finish_run(*run, false, at);
+  });
+  ASSERT_TRUE(booked.ok()) << booked.error().message;
+  // All of the panel, by the widest brush, and over its rim. First all is withheld, so that all is to be given.
+  json strokes = {{"kind", "withhold"}, {"strokes_mm", {-5, 10, 35, 10}}, {"stroke_points", {2}}, {"width_mm", 60}};
+  const ApiReply withheld = post("/panels/P-0001/mask-edits", strokes);
+  ASSERT_EQ(withheld.status, 200) << withheld.body;
+  EXPECT_EQ(body_of(withheld)["usable_mm2"], 0);
+  EXPECT_EQ(body_of(withheld)["reserved"].size(), 1U) << "one is cut, one is still to be";
+  strokes["kind"] = "give";
+  const ApiReply given = post("/panels/P-0001/mask-edits", strokes);
+  ASSERT_EQ(given.status, 200) << given.body;
+  const double usable = body_of(given)["usable_mm2"];
+  EXPECT_LE(usable, 600 - 8 * 8) << "the tag and 1.5 mm about it";
+  EXPECT_GE(usable, 600 - 8.4 * 8.4 - 20);
+  const json panel = get("/panels/P-0001");
+  EXPECT_LE(panel["free_mm2"].get<double>(), usable - 2 * 4.5 * 4.5 + 1e-6) << "what is cut, and what is reserved";
+  EXPECT_NEAR(panel["area_book_mm2"]["cut"].get<double>(), 16, 0.01);
+  EXPECT_NEAR(panel["area_book_mm2"]["reserved"].get<double>(), 4.5 * 4.5, 0.01);
+
+  // Who did it, and how much it was.
+  ASSERT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/2").status, 200);
+  std::vector<std::string> told;
+  const json log = get("/audit?panel=P-0001");
+  for (const json& row : log["entries"])
+    if (row["what"].get<std::string>().starts_with("mask.")) {
+      EXPECT_EQ(row["who"], "uid 1000");
+      told.push_back(row["what"].get<std::string>() + " " + row["detail"].get<std::string>());
+    }
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_THAT(told[2], HasSubstr("mask.withhold panel P-0001, version 2: edit 1, 600.00 mm2 painted, "));
+  EXPECT_THAT(told[2], HasSubstr("mm2 less usable"));
+  EXPECT_THAT(told[1], HasSubstr("mask.give panel P-0001, version 3: edit 2, 600.00 mm2 painted, "));
+  EXPECT_THAT(told[1], HasSubstr("mm2 more usable"));
+  EXPECT_THAT(told[0], HasSubstr("mask.take_back panel P-0001, version 4: edit 2 (600.00 mm2 given by uid 1000)"));
 }
 
 TEST_F(ProposalRoutes, SheetsThatNothingShowsToBeOneAreNotMerged) {

@@ -42,13 +42,17 @@ std::string refusal_of(const std::string& name, const std::string& text) {
 }
 
 TEST(JobRequest, EveryDescribedParameterChangesTheRequestAndNothingElseInIt) {
-  const json otherwise = options_json(*read({}));
   const json parameters = described_parameters();
   ASSERT_GT(parameters.size(), 20U);
   for (const json& parameter : parameters) {
     const std::string name = parameter["name"];
     ASSERT_TRUE(parameter.contains("example")) << name;
-    const auto job = read({{name, as_query(parameter["example"])}});
+    // Edges are nothing without the layout that follows them.
+    std::map<std::string, std::string> query;
+    if (name == "large_edges" || name == "fine_edges") query["layout"] = "morph";
+    const json otherwise = options_json(*read(query));
+    query[name] = as_query(parameter["example"]);
+    const auto job = read(query);
     ASSERT_TRUE(job.ok()) << job.error().message;
     json changed = options_json(*job);
     if (name == "name") {
@@ -60,6 +64,27 @@ TEST(JobRequest, EveryDescribedParameterChangesTheRequestAndNothingElseInIt) {
     }
     EXPECT_EQ(changed, otherwise) << name;
   }
+}
+
+TEST(JobRequest, PaintedEdgesAreRefusedByLayoutsThatFollowNone) {
+  for (const char* name : {"large_edges", "fine_edges"}) {
+    for (const char* layout : {"grid", "mosaic", "segmentation"}) {
+      const auto refused = read({{name, "4x4:ff00"}, {"layout", layout}});
+      ASSERT_FALSE(refused.ok()) << name << layout;
+      EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+      EXPECT_THAT(refused.error().message, HasSubstr(fmt::format("{} says which edges", name)));
+      EXPECT_THAT(refused.error().message, HasSubstr("choose the layout morph"));
+    }
+    EXPECT_FALSE(read({{name, "4x4:ff00"}}).ok()) << "squares are what is made unasked";
+    EXPECT_TRUE(read({{name, "all"}}).ok());
+    const auto taken = read({{name, "4x4:ff00"}, {"layout", "morph"}});
+    ASSERT_TRUE(taken.ok()) << taken.error().message;
+    EXPECT_FALSE(wants_no_edges(*taken, "a sketch").ok());
+    const auto again = job_request_again("a face", "a picture", options_json(*taken).dump());
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(options_json(*again), options_json(*taken)) << "and they are kept with the plan";
+  }
+  EXPECT_TRUE(wants_no_edges(*read({}), "a sketch").ok());
 }
 
 TEST(JobRequest, EveryParameterThatIsReadIsDescribedWithItsDefault) {

@@ -1,0 +1,162 @@
+// Painting on a panel's mask with a finger: wood that is given back, wood that is withheld. Strokes stay on this page, of
+// the panel and of the version of its mask that they were painted on, and can be taken back one by one, until they are
+// saved: then they are edits of the mask, and a new version of it.
+import {h} from "../dom.js";
+import {dayTime, squareCm, t} from "../words.js";
+import {get, kAgainMs} from "../link.js";
+import {changed, isStale, loadPanels, mayChange} from "../model.js";
+import {command} from "../commands.js";
+import {button, card} from "../parts.js";
+import {simplified} from "../strokes.js";
+
+const kWidths = [1, 2, 4, 8, 15, 30];  // mm
+const kMostPoints = 500;               // that one edit takes
+const kSaveMs = 60000;
+
+let of = "";          // the panel that is shown
+let map = null;
+let on = false, give = false, width = 8;
+let edits = null, asked = "";
+const sheets = new Map();  // by panel: what was painted on it, also while another screen is shown
+
+// version: of the mask that the strokes were painted on; seen: the newest that this page knows of.
+const sheetOf = (panel) => {
+  if (!sheets.has(panel)) sheets.set(panel, {version: 0, seen: 0, strokes: [], busy: false});  // strokes: {give, width_mm, points_mm}
+  return sheets.get(panel);
+};
+export const unsavedOn = (panel) => (sheets.has(panel) ? sheets.get(panel).strokes.length : 0);
+const isMoved = (sheet) => sheet.strokes.length > 0 && sheet.version !== sheet.seen;
+
+// Strokes outlive every screen, but not the page.
+addEventListener("beforeunload", (event) => {
+  if ([...sheets.keys()].some(unsavedOn)) event.preventDefault();
+});
+
+export function beginBrush(panel) {
+  of = panel;
+  map = null;
+  on = false;
+  edits = null;
+  asked = "";
+}
+export function brushOn(opened) {
+  map = opened;
+  map.strokes(sheetOf(of).strokes);
+  hold();
+}
+
+const points = (sheet) => sheet.strokes.reduce((sum, one) => sum + one.points_mm.length, 0);
+
+// Into the map's hand, as it is now.
+function hold() {
+  if (!map) return;
+  const sheet = sheetOf(of);
+  map.brush(on && !sheet.busy && !isMoved(sheet) ? {give, width_mm: width, room: kMostPoints - points(sheet), onStroke: (stroke) => take(sheet, stroke)} : null);
+}
+const set = (act) => () => { act(); hold(); changed(); };
+
+function take(sheet, stroke) {
+  if (!sheet.strokes.length) sheet.version = sheet.seen;
+  const room = kMostPoints - points(sheet);
+  sheet.strokes.push({...stroke, points_mm: simplified(stroke.points_mm, .05 + stroke.width_mm / 100).slice(0, room)});
+  show(sheet);
+}
+
+// What the map shows of it is what will be saved.
+function show(sheet) {
+  if (map && sheet === sheetOf(of)) map.strokes(sheet.strokes);
+  hold();
+  changed();
+}
+
+function load(version) {
+  const now = `${of} ${version}`;
+  if (asked === now) return;
+  asked = now;
+  get(`/panels/${encodeURIComponent(of)}/mask-edits`).then(({edits: list}) => { if (asked === now) { edits = list; changed(); } },
+    () => setTimeout(() => { if (asked === now) { asked = ""; changed(); } }, kAgainMs));
+}
+
+// Runs of strokes that are alike, in their order: of two that meet the later one counts.
+function runs(strokes) {
+  const out = [];
+  for (const one of strokes) {
+    const last = out[out.length - 1];
+    if (last && last.give === one.give && last.width_mm === one.width_mm) last.strokes.push(one.points_mm);
+    else out.push({give: one.give, width_mm: one.width_mm, strokes: [one.points_mm]});
+  }
+  return out;
+}
+
+// To the panel they are of, whichever is shown by then.
+async function save() {
+  const panel = of, sheet = sheetOf(panel);
+  sheet.busy = true;
+  hold();
+  changed();
+  for (const run of runs(sheet.strokes)) {
+    const body = {kind: run.give ? "give" : "withhold", version: sheet.version, width_mm: run.width_mm, strokes_mm: run.strokes.flat(2), stroke_points: run.strokes.map((one) => one.length)};
+    const made = await command(`/panels/${encodeURIComponent(panel)}/mask-edits`, {body, timeoutMs: kSaveMs});
+    if (!made) break;
+    sheet.version = sheet.seen = made.version;
+    sheet.strokes.splice(0, run.strokes.length);
+  }
+  sheet.busy = false;
+  renew(panel);
+}
+
+async function takeBack(number) {
+  const panel = of, sheet = sheetOf(panel);
+  sheet.busy = true;
+  hold();
+  changed();
+  const made = await command(`/panels/${encodeURIComponent(panel)}/mask-edits/${number}`, {method: "DELETE", timeoutMs: kSaveMs});
+  // The same hand did both.
+  if (made && sheet.version === made.version - 1) sheet.version = made.version;
+  if (made) sheet.seen = made.version;
+  sheet.busy = false;
+  renew(panel);
+}
+
+function renew(panel) {
+  if (panel === of) {
+    asked = "";
+    if (map) map.renewFree();
+  }
+  loadPanels();
+  show(sheetOf(panel));
+}
+
+// Below the map: the brush, and what was painted. `version`: of the mask, as the panel was read.
+export function brushTools(ready, version) {
+  const sheet = sheetOf(of);
+  if (version > sheet.seen) { sheet.seen = version; hold(); }
+  const {strokes, busy} = sheet, moved = isMoved(sheet);
+  const may = ready && mayChange() && !busy;
+  const choice = (label, is, act, more = {}) => h("button", {type: "button", "aria-pressed": String(is), onclick: set(act), ...more}, label);
+  return h("div.brush", {"data-key": "brush"},
+    h("div.commands", {}, button(t(on ? "brush.off" : "brush.on"), set(() => { on = !on; if (on && map) map.layer("free", true); }), {wide: true, id: "brush", disabled: !ready || (!on && !mayChange()), "aria-pressed": String(on)})),
+    moved && h("p.warn", {role: "status"}, `▲ ${t("brush.moved", {painted: sheet.version, now: sheet.seen})}`),
+    on && !moved && [
+      h("p.dim", {}, t("brush.about")),
+      h("div.choices", {role: "group", "aria-label": t("brush.kind")},
+        choice(`− ${t("brush.withhold")}`, !give, () => { give = false; }, {id: "brush-withhold"}),
+        choice(`+ ${t("brush.give")}`, give, () => { give = true; }, {id: "brush-give"})),
+      h("div.choices", {role: "group", "aria-label": t("brush.width")}, ...kWidths.map((mm) => choice(`${mm} mm`, width === mm, () => { width = mm; }))),
+      points(sheet) >= kMostPoints && h("p.warn", {}, `▲ ${t("brush.full")}`)],
+    (on || strokes.length > 0) && h("div.commands", {},
+      button(t("brush.undo"), () => { strokes.pop(); show(sheet); }, {id: "brush-undo", disabled: !strokes.length || busy}),
+      moved ? button(t("brush.fits"), () => { sheet.version = sheet.seen; show(sheet); }, {id: "brush-fits", next: true, disabled: !may})
+        : button(t("brush.save", {n: strokes.length}), save, {id: "brush-save", next: strokes.length > 0, disabled: !strokes.length || !may || isStale()})));
+}
+
+const areaOf = (mm2) => (mm2 < 100 ? `${mm2.toFixed(0)} mm²` : squareCm(mm2));
+
+export function paintedCard(version) {
+  load(version);
+  const list = (edits || []).filter((one) => !one.removed);
+  if (!list.length) return null;
+  return card(t("brush.painted"), h("ul.list", {}, ...list.reverse().map((one) => h("li", {"data-key": one.number, "data-edit": one.number},
+    h("div", {}, h("b", {}, `${one.kind === "give" ? "+" : "−"} ${t(`brush.${one.kind}`)}, ${areaOf(one.area_mm2)}`), h("div.dim", {}, [dayTime(one.at), one.who, one.note].filter(Boolean).join(", "))),
+    button(t("brush.back"), () => takeBack(one.number), {disabled: !mayChange() || sheetOf(of).busy})))));
+}
