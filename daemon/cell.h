@@ -25,6 +25,7 @@
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cell_counts.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/found_devices.h"
 #include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
@@ -84,6 +85,9 @@ class Cell {
   AlarmBook alarms;
   Metrics metrics;
   std::function<std::size_t()> connections;  // of the API, once there is a server
+  // To be set before the routes are bound.
+  std::function<void()> restart;  // ends the daemon in order; empty where nobody would start it again
+  DeviceRoots device_roots;
   Devices devices;
   PanelLibrary panel_library;
   std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at

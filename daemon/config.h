@@ -19,7 +19,11 @@ namespace veneer::daemon {
 // Before the socket of the twin's Lihuiyu board, as a port of the laser.
 inline constexpr std::string_view kTwinPort = "twin:";
 
+// Who said which device it is: the configuration file, an operator on the page, or nobody, and then it is simulated.
+enum class SetBy { kNobody, kPage, kFile };
+
 struct LaserConfig {
+  SetBy set_by = SetBy::kNobody;
   std::string kind = "sim";  // grbl | lihuiyu | sim
   // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; lihuiyu: "usb:1a86:5512",
   // "usb:1a86:5512@1-2.4", "twin:/path", "file:/path"; sim: unused
@@ -45,6 +49,7 @@ inline bool on_twin(const LaserConfig& laser) { return laser.kind == "sim" || la
 std::string_view controller_at(const LaserConfig& laser);
 
 struct ScannerConfig {
+  SetBy set_by = SetBy::kNobody;
   std::string kind = "sim";  // file | sane | sim
   // file: a picture or a folder of pictures; sane: "epson2:libusb:001:004", "EPSON Perfection V39" or "" (the only one)
   std::string device;
@@ -59,6 +64,7 @@ struct ScannerConfig {
 };
 
 struct CameraConfig {
+  SetBy set_by = SetBy::kNobody;
   std::string kind = "sim";  // file | sim
   std::string device;
   int look_every = 25;  // pieces of a run, until it looks whether the panel lies as it did; 0 = never
@@ -151,6 +157,7 @@ struct NotifyConfig {
 };
 
 struct Config {
+  std::filesystem::path file;  // where it was read
   LaserConfig laser;
   ScannerConfig scanner;
   CameraConfig camera;
@@ -171,6 +178,15 @@ struct Config {
 // Why this cell must not cut wood from stock; "" when it may. A real laser would burn where a simulated eye says.
 std::string stock_refusal(const Config& config);
 
+// Devices whose kind the file leaves open ("chosen", or not written) are what chosen_devices.toml in the data folder
+// says, where an operator's choice is kept, and simulated as long as there is none. kInvalidArgument also when that
+// file does not fit: a cell must not become another one in silence.
 Result<Config> load_config(const std::filesystem::path& file);
+// The same, as it will be when `chosen` is the content of that file.
+Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen);
+
+inline constexpr std::string_view kChosenDevicesName = "chosen_devices.toml";
+// Its content: the devices that the page has set.
+std::string chosen_devices_text(const Config& config);
 
 }  // namespace veneer::daemon

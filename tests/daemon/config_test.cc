@@ -47,6 +47,75 @@ cut_power = 0.5
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
 }
 
+TEST_F(ConfigTest, TakesWhatWasChosenOnlyWhereTheFileLeavesItOpen) {
+  const std::string chosen = "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0\"\n";
+  const auto with = [&](const std::string& by_hand) {
+    std::ofstream(file_) << by_hand;
+    return load_config(file_, chosen);
+  };
+  for (const char* open : {"", "[laser]\nfocus_z_mm = -40\n", "[laser]\nkind = \"chosen\"\n"}) {
+    const auto config = with(open);
+    ASSERT_TRUE(config.ok()) << config.error().message;
+    EXPECT_EQ(config->laser.set_by, SetBy::kPage);
+    EXPECT_EQ(config->laser.port, "serial:/dev/ttyUSB0");
+    EXPECT_EQ(config->scanner.set_by, SetBy::kNobody);
+    EXPECT_EQ(config->scanner.kind, "sim");
+  }
+  EXPECT_EQ(with("[laser]\nfocus_z_mm = -40\n")->laser.focus_z, Millimetres(-40));
+  for (const char* by_hand : {"[laser]\nkind = \"sim\"\n", "[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\n"}) {
+    const auto config = with(by_hand);
+    ASSERT_TRUE(config.ok()) << config.error().message;
+    EXPECT_EQ(config->laser.set_by, SetBy::kFile);
+    EXPECT_NE(config->laser.port, "serial:/dev/ttyUSB0");
+  }
+  EXPECT_THAT(with("[laser]\nport = \"serial:/dev/ttyUSB1\"\n").error().message,
+              HasSubstr("laser.port belongs to a device that is named here"));
+}
+
+TEST_F(ConfigTest, ARealLaserThatIsChosenIsAskedForThoughNothingWasBesideASimulatedOne) {
+  std::ofstream(file_) << "[before_motion]\nconfirm = []\nfocus = false\n";
+  EXPECT_TRUE(load_config(file_, "")->before_motion.confirm.empty());
+  const auto real = load_config(file_, "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0\"\n");
+  ASSERT_TRUE(real.ok()) << real.error().message;
+  EXPECT_EQ(real->before_motion.confirm.size(), 3U);
+  EXPECT_TRUE(real->before_motion.focus);
+}
+
+TEST_F(ConfigTest, WhatWasChosenIsReadBackAsItWasKept) {
+  std::ofstream(file_) << "";
+  Config wanted;
+  wanted.laser.set_by = wanted.scanner.set_by = wanted.camera.set_by = SetBy::kPage;
+  wanted.laser.kind = "lihuiyu";
+  wanted.laser.port = "usb:1a86:5512@1-2.4";
+  wanted.laser.board = "m3";
+  wanted.laser.travel_x = 320_mm;
+  wanted.scanner.kind = "sane";
+  wanted.scanner.device = "A \"Scanner\" \\ 3";
+  wanted.scanner.dpi = 600;
+  wanted.camera.kind = "file";
+  wanted.camera.device = "/var/lib/veneerd/camera/bed.jpg";
+  const auto read = load_config(file_, chosen_devices_text(wanted));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->laser.port, wanted.laser.port);
+  EXPECT_EQ(read->laser.board, "m3");
+  EXPECT_EQ(read->laser.travel_x, 320_mm);
+  EXPECT_EQ(read->scanner.device, wanted.scanner.device);
+  EXPECT_DOUBLE_EQ(read->scanner.dpi, 600);
+  EXPECT_EQ(read->camera.device, wanted.camera.device);
+  EXPECT_EQ(chosen_devices_text(*read), chosen_devices_text(wanted));
+}
+
+TEST_F(ConfigTest, AChoiceThatDoesNotFitIsAnErrorThatNamesItsFile) {
+  std::ofstream(file_) << "[sim]\ntime_scale = 40\n";
+  EXPECT_THAT(load_config(file_, "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0\"\n").error().message,
+              HasSubstr("sim.time_scale is 40, but the laser is a real one"));
+  EXPECT_THAT(load_config(file_, "[laser]\nkind = \"grbl\"\n").error().message,
+              HasSubstr("chosen_devices.toml: laser.port is missing"));
+  EXPECT_THAT(load_config(file_, "[camera]\nkind = \"file\"\nzoom = 3\n").error().message,
+              HasSubstr("chosen_devices.toml:3: camera.zoom is not a setting"));
+  EXPECT_THAT(load_config(file_, "[camera\n").error().message, HasSubstr("chosen_devices.toml:1:"));
+}
+
 TEST_F(ConfigTest, ReadsHowAScannerIsSet) {
   const auto config = parse(R"(
 [scanner]

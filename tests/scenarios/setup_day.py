@@ -68,6 +68,14 @@ class FirstDay(Day):
         self.press("#do-recipe")
         self.until_says("main", "walnut, cut")
 
+    def devices(self):
+        """What the configuration names is told so, and is not to be chosen."""
+        self.go("setup")
+        self.press("li[data-key=devices] button")
+        self.until_says('[data-device="laser"]', "Written by hand in")
+        assert not self.browser.find_elements(By.CSS_SELECTOR, "#look-devices")
+        self.show("devices")
+
     def alarms(self):
         """STOP is one; seen, cleared, and over."""
         self.find("#stop button").click()
@@ -86,7 +94,7 @@ class FirstDay(Day):
 def main():
     day = FirstDay(sys.argv[1], sys.argv[2])
     try:
-        for part in (day.set_up, day.left_and_gone_on_with, day.settings, day.alarms, day.check_console):
+        for part in (day.set_up, day.left_and_gone_on_with, day.settings, day.devices, day.alarms, day.check_console):
             part()
     finally:
         day.browser.quit()

@@ -9,6 +9,9 @@ TEST(ShippedConfiguration, IsReadAndIsTheSimulatedCell) {
   const auto config = load_config(VENEER_SHIPPED_CONFIG);
   ASSERT_TRUE(config.ok()) << config.error().message;
   EXPECT_EQ(config->laser.kind, "sim");
+  EXPECT_EQ(config->laser.set_by, SetBy::kNobody) << "whoever unpacks the machine chooses it";
+  EXPECT_EQ(config->scanner.set_by, SetBy::kNobody);
+  EXPECT_EQ(config->camera.set_by, SetBy::kNobody);
   EXPECT_EQ(config->scanner.kind, "sim");
   EXPECT_EQ(config->camera.kind, "sim");
 }
@@ -36,6 +39,14 @@ TEST(ShippedConfiguration, SaysTheDefaults) {
   EXPECT_EQ(shipped->panel.calibration_days, built_in.panel.calibration_days);
   EXPECT_EQ(shipped->log_level, built_in.log_level);
   EXPECT_EQ(shipped->planner_threads, built_in.planner_threads);
+}
+
+TEST(ShippedConfiguration, AsksForWhatARealLaserNeedsOnceOneIsChosen) {
+  const auto chosen = load_config(VENEER_SHIPPED_CONFIG,
+                                  "[laser]\nkind = \"grbl\"\nport = \"serial:/dev/veneer/laser-1?baud=115200\"\n");
+  ASSERT_TRUE(chosen.ok()) << chosen.error().message;
+  EXPECT_EQ(chosen->before_motion.confirm.size(), 3U);
+  EXPECT_TRUE(chosen->before_motion.focus);
 }
 
 }  // namespace
