@@ -25,7 +25,7 @@ std::string what_it_is(const json& device) {
 std::string why(const json& device, const std::string& file) {
   const std::string set_by = text_or(device, "set_by", "");
   if (set_by == "file") return "written in " + file;
-  return set_by == "page" ? "chosen" : "nothing is chosen";
+  return set_by == "choice" ? "chosen" : "nothing is chosen";
 }
 
 std::string render_devices(const json& told) {
@@ -37,6 +37,9 @@ std::string render_devices(const json& told) {
                then.is_object() && then != now ? what_it_is(then) : ""});
   }
   std::string out = table.str();
+  if (!flag_or(told, "choose", true))
+    out += fmt::format("\nNothing is chosen here: choose = true under [devices] in {} would let a maintainer\n",
+                       text_or(told, "file", "the configuration"));
   if (const std::string problem = text_or(told, "problem", ""); !problem.empty())
     out += fmt::format("\nAs things are the cell would not start again: {}\n", problem);
   if (next.is_object()) {
@@ -46,19 +49,26 @@ std::string render_devices(const json& told) {
   return out;
 }
 
+std::string laser_line(const json& laser) {
+  const std::string port = text_or(laser, "port", ""), name = text_or(laser, "name", "");
+  if (const std::string refusal = text_or(laser, "refusal", ""); !refusal.empty())
+    return fmt::format("# {}{}{}: {}\n", port, name.empty() ? "" : ", ", name, refusal);
+  const bool by_socket = text_or(laser, "named_by", "") == "socket";
+  std::vector<std::string> remarks = {name, by_socket ? "this is the socket: leave it plugged in there" : ""};
+  const std::string remark = joined(remarks, "; "), kind = text_or(laser, "kind", "");
+  return fmt::format("veneerctl device choose laser {} \"{}\"{}{}{}\n", kind, port,
+                     kind == "lihuiyu" ? " --board M2_OR_M3 --travel-x MM --travel-y MM" : "",
+                     remark.empty() ? "" : "   # ", remark);
+}
+
 std::string render_plugged_in(const json& told) {
   std::string out;
-  for (const json& laser : member(told, "lasers")) {
-    const std::string kind = text_or(laser, "kind", ""), name = text_or(laser, "name", "");
-    out += fmt::format("veneerctl device choose laser {} \"{}\"{}{}\n", kind, text_or(laser, "port", ""),
-                       name.empty() ? "" : "   # " + name,
-                       flag_or(laser, "lasting", true) ? "" : " (another port after it is plugged in again)");
-  }
+  for (const json& laser : member(told, "lasers")) out += laser_line(laser);
   for (const json& picture : member(told, "pictures"))
     out += fmt::format("veneerctl device choose camera file \"{}\"   # written {} ago\n",
                        text_or(picture, "device", ""), duration_words(number_or(picture, "age_s", 0)));
-  if (out.empty()) out = "No laser is plugged in, and no picture of a camera lies in the data folder.\n";
-  return out + "Scanners: veneerctl scanner list\n";
+  if (out.empty()) out = "No laser is plugged in, and no picture of a camera is there.\n";
+  return out + "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n";
 }
 
 struct Wanted {
@@ -89,11 +99,12 @@ void add_choose(CLI::App& device, CommandContext& context) {
       ->required()
       ->check(CLI::IsMember({"sim", "grbl", "lihuiyu", "sane", "file"}));
   choose->add_option("ADDRESS", wanted->address,
-                     "Its port, name or picture, as `device find` or `scanner list` tells it");
+                     "Its port, make or picture, as `device find` or `scanner list` tells it");
   choose->add_option("--board", wanted->board, "Of a Lihuiyu laser: m2 or m3")->check(CLI::IsMember({"m2", "m3"}));
   choose->add_option("--travel-x", wanted->travel_x, "Of a Lihuiyu laser: its travel, mm")->check(CLI::Range(50, 2000));
   choose->add_option("--travel-y", wanted->travel_y, "Of a Lihuiyu laser: its travel, mm")->check(CLI::Range(50, 2000));
-  choose->add_option("--dpi", wanted->dpi, "Of a scanner: the resolution")->check(CLI::Range(75, 1200));
+  choose->add_option("--dpi", wanted->dpi, "Of a scanner: the resolution; else as configured")
+      ->check(CLI::Range(75, 1200));
   add_confirm_option(*choose, wanted->confirmed);
   choose->callback([wanted, &context] {
     context.finish(context.client().post("/devices/" + wanted->device, wanted->body()), render_devices);

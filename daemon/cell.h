@@ -74,6 +74,8 @@ class Cell {
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
+  // What was done, in words of its own.
+  void audit(const std::string& who, const std::string& what, const std::string& detail);
   // kUnavailable while so many changes of this caller wait to be written that a run would have to wait behind them.
   Status may_be_noted(const Caller& caller) const;
 
@@ -86,7 +88,7 @@ class Cell {
   Metrics metrics;
   std::function<std::size_t()> connections;  // of the API, once there is a server
   // To be set before the routes are bound.
-  std::function<void()> restart;  // ends the daemon in order; empty where nobody would start it again
+  std::function<void()> restart;  // ends the daemon in order; empty: nobody would start it again
   DeviceRoots device_roots;
   Devices devices;
   PanelLibrary panel_library;

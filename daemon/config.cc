@@ -97,18 +97,11 @@ void read_keep_out(const toml::table& root, const std::string& file, Config& con
 
 void read_before_motion(const toml::table& root, const std::string& file, Config& config,
                         std::vector<std::string>& errors) {
-  if (config.laser.kind != "sim") {
-    config.before_motion.confirm = {"exhaust", "air assist", "cooling"};
-    config.before_motion.focus = true;
-  }
+  config.before_motion = usual_before_motion(config.laser);
   Section before(root, file, "before_motion", errors);
-  BeforeMotionConfig& asked = config.before_motion;
-  const BeforeMotionConfig usual = asked;
-  before.texts("confirm", asked.confirm);
-  before.truth("focus", asked.focus);
+  before.texts("confirm", config.before_motion.confirm);
+  before.truth("focus", config.before_motion.focus);
   before.refuse_unread();
-  // That nothing is asked was written beside a simulated laser, before a real one was chosen: it is not said of that.
-  if (config.laser.set_by == SetBy::kPage && config.laser.kind != "sim" && asked.confirm.empty()) asked = usual;
   Section framing(root, file, "framing", errors);
   framing.quantity("speed_mm_s", config.framing.speed, 1, 1000);
   framing.quantity("max_power", config.framing.max_power, 0, 0.1);
@@ -197,37 +190,25 @@ struct ParsedFile {
   std::string name;
 };
 
-Result<ParsedFile> parse_tables(std::string_view text, const std::string& name) {
-  try {
-    return ParsedFile{toml::parse(text, name), name};
-  } catch (const toml::parse_error& e) {
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("{}:{}: {}: correct this line", name, e.source().begin.line, e.description())};
-  }
-}
-
 Result<ParsedFile> parse_configuration(const std::filesystem::path& file) {
   std::error_code ignored;
   const auto text = std::filesystem::is_regular_file(file, ignored) ? read_whole(file) : std::nullopt;
   if (!text)
     return Error{ErrorCode::kNotFound,
                  fmt::format("cannot read the configuration {}: check the path and its permissions", file.string())};
-  return parse_tables(*text, file.string());
-}
-
-// Of tables that may be wrong, which is told when they are read for good.
-std::filesystem::path chosen_devices_file(const toml::table& root) {
-  const std::filesystem::path data_dir = StoreConfig().data_dir;
-  return root["store"]["data_dir"].value<std::string>().value_or(data_dir.string()) /
-         std::filesystem::path(kChosenDevicesName);
+  try {
+    return ParsedFile{toml::parse(*text, file.string()), file.string()};
+  } catch (const toml::parse_error& e) {
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("{}:{}: {}: correct this line", file.string(), e.source().begin.line, e.description())};
+  }
 }
 
 // What is written one by one, and does not fit together.
 std::string conflict_in(const Config& config) {
   const std::string file = config.file.string();
   if (config.laser.kind != "sim" && config.laser.port.empty())
-    return fmt::format("{}: laser.port is missing: name it, as in \"{}\"",
-                       config.laser.set_by == SetBy::kPage ? std::string(kChosenDevicesName) : file,
+    return fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file,
                        config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512");
   if (config.sim.time_scale != 1 && !on_twin(config.laser))
     return fmt::format(
@@ -246,52 +227,73 @@ std::string conflict_in(const Config& config) {
   return "";
 }
 
-Result<Config> read_configuration(const ParsedFile& configured, const ParsedFile& chosen) {
+std::string first_conflict(const Config& config, const std::vector<std::string>& errors) {
+  return errors.empty() ? conflict_in(config) : errors.front();
+}
+
+// The file by itself, good in itself.
+Result<Config> read_configuration(const std::filesystem::path& file) {
+  const auto parsed = parse_configuration(file);
+  if (!parsed) return parsed.error();
   Config config;
-  config.file = configured.name;
+  config.file = file;
   std::vector<std::string> errors;
-  static constexpr std::string_view kSections[] = {"laser",   "scanner",       "camera",  "sim",      "api",
-                                                   "store",   "recipe",        "panel",   "log",      "planner",
-                                                   "workers", "before_motion", "framing", "keep_out", "notify"};
-  for (auto&& [key, node] : configured.root)
+  static constexpr std::string_view kSections[] = {
+      "devices", "laser", "scanner", "camera",  "sim",           "api",     "store",    "recipe",
+      "panel",   "log",   "planner", "workers", "before_motion", "framing", "keep_out", "notify"};
+  for (auto&& [key, node] : parsed->root)
     if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
-      errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", configured.name,
+      errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", parsed->name,
                                    node.source().begin.line, key.str()));
-  read_devices({configured.root, configured.name}, {chosen.root, chosen.name}, config, errors);
-  read_work(configured.root, configured.name, config, errors);
-  if (errors.empty())
-    if (std::string conflict = conflict_in(config); !conflict.empty()) errors.push_back(std::move(conflict));
-  if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
+  read_devices(parsed->root, parsed->name, config, errors);
+  read_work(parsed->root, parsed->name, config, errors);
+  if (const std::string wrong = first_conflict(config, errors); !wrong.empty())
+    return Error{ErrorCode::kInvalidArgument, wrong};
   return config;
+}
+
+Result<Config> with(Config config, const ChosenDevices& chosen) {
+  if (!config.devices.choose) return config;
+  take_chosen(chosen, config);
+  if (const std::string wrong = conflict_in(config); !wrong.empty()) return Error{ErrorCode::kInvalidArgument, wrong};
+  return config;
+}
+
+std::string describe_device(std::string_view name, std::string_view kind, const std::string& address, SetBy set_by) {
+  const std::string what = kind == "sim" ? "simulated" : fmt::format("{} {}", kind, address);
+  return fmt::format("{}: {}{}", name, what,
+                     set_by == SetBy::kChoice   ? ", chosen"
+                     : set_by == SetBy::kNobody ? ", nothing is chosen"
+                                                : "");
 }
 
 }  // namespace
 
+std::string describe_devices(const Config& config) {
+  return fmt::format("{}; {}; {}", describe_device("laser", config.laser.kind, config.laser.port, config.laser.set_by),
+                     describe_device("scanner", config.scanner.kind, config.scanner.device, config.scanner.set_by),
+                     describe_device("camera", config.camera.kind, config.camera.device, config.camera.set_by));
+}
+
 Result<Config> load_config(const std::filesystem::path& file) {
-  const auto configured = parse_configuration(file);
-  if (!configured) return configured.error();
-  const std::filesystem::path chosen_file = chosen_devices_file(configured->root);
-  std::error_code ignored;
-  std::string text;
-  if (std::filesystem::exists(chosen_file, ignored)) {
-    auto read = read_whole(chosen_file);
-    if (!read)
-      return Error{ErrorCode::kStorage,
-                   fmt::format("cannot read {}, where the chosen devices are kept: check its permissions",
-                               chosen_file.string())};
-    text = std::move(*read);
-  }
-  const auto chosen = parse_tables(text, chosen_file.string());
+  auto config = read_configuration(file);
+  if (!config || !config->devices.choose) return config;
+  const auto chosen = read_chosen_devices(config->store.data_dir / kChosenDevicesName);
   if (!chosen) return chosen.error();
-  return read_configuration(*configured, *chosen);
+  return *chosen ? with(std::move(*config), **chosen) : std::move(config);
+}
+
+Result<Config> load_config(const std::filesystem::path& file, const ChosenDevices& chosen) {
+  auto config = read_configuration(file);
+  return config ? with(std::move(*config), chosen) : std::move(config);
 }
 
 Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen_text) {
-  const auto configured = parse_configuration(file);
-  if (!configured) return configured.error();
-  const auto chosen = parse_tables(chosen_text, std::string(kChosenDevicesName));
+  auto config = read_configuration(file);
+  if (!config) return config;
+  const auto chosen = read_chosen_devices(chosen_text, config->store.data_dir / kChosenDevicesName);
   if (!chosen) return chosen.error();
-  return read_configuration(*configured, *chosen);
+  return with(std::move(*config), *chosen);
 }
 
 }  // namespace veneer::daemon

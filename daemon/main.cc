@@ -148,12 +148,15 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   IdempotencyKeys keys(real_clock);
   router.remember_in(keys);
   router.on_change([&c](const Router::Change& change) { c.audit(change); });
+  SystemdNotifier notifier;
+  Watchdog watchdog(notifier, make_reactor_timer(reactor));
   OrderlyEnd end(reactor, c);
   bool restart = false;
   if (would_be_started_again())
     c.restart = [&] {
       if (std::exchange(restart, true)) return;
-      log->info("ending, to be started again");
+      log->info("ending, to be started again: the beam is switched off");
+      watchdog.stopping();
       end.begin("the daemon is started again");
     };
   bind_routes(router, c);
@@ -171,7 +174,6 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   console_url = (*server)->console_url();
   c.connections = [&server] { return (*server)->connections(); };
 
-  SystemdNotifier notifier;
   CellHealth health(real_clock,
                     {[&c](std::function<void()> answered) {
                        c.database->async([](Repositories&) { return 0; },
@@ -184,7 +186,6 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
                      }});
   Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
   Repeater forget(make_reactor_timer(reactor), std::chrono::seconds(60), [&accounts] { accounts.forget_expired(); });
-  Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; so is somebody who reads no more of what is
   // written to him (a log that goes down a pipe). Neither may end a job. (Asio ignores SIGPIPE too, in passing.)
   std::signal(SIGXFSZ, SIG_IGN);
@@ -193,6 +194,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;
     log->info("ending: the beam is switched off");
+    restart = false;
     watchdog.stopping();
     end.begin("the daemon was told to end");
   });
@@ -202,6 +204,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   look_after.begin();
   forget.begin();
   watchdog.ready();
+  log->info("{}", describe_devices(config));
   log->info("veneerd is ready: {}{}{}", config.api.unix_socket.string(), console_url.empty() ? "" : ", " + console_url,
             (*server)->tls_port() != 0 ? ", TLS at " + config.api.listen_tls : "");
   if (new_cell && !console_url.empty())
@@ -253,6 +256,10 @@ int restore(const Config& config, const std::string& backup, bool nothing_cut_si
   });
   if (!restored) return fail(restored.error());
   std::printf("%s", describe(*restored).c_str());
+  std::printf(
+      "Which devices the cell has is in no backup. Here: %s. Where that is not so, choose them again on Set up or by "
+      "veneerctl device, or write them into %s.\n",
+      describe_devices(config).c_str(), config.file.c_str());
   return 0;
 }
 

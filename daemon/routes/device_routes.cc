@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <span>
 
 #include "base/files.h"
 #include "daemon/api/request_reader.h"
 #include "daemon/routes/cell_routes.h"
-#include "daemon/unit/confirmations.h"
 #include "daemon/wiring.h"
 
 namespace veneer::daemon {
@@ -15,33 +15,20 @@ namespace {
 
 using nlohmann::json;
 
-// What whoever chooses a laser confirms by name: the first Reset will move what is at that port.
-constexpr const char* kRealLaser = "a laser is at this port";
-
-const char* set_by_word(SetBy set_by) {
-  switch (set_by) {
-    case SetBy::kFile:
-      return "file";
-    case SetBy::kPage:
-      return "page";
-    case SetBy::kNobody:
-      return "nobody";
-  }
-  return "nobody";
-}
+// What whoever chooses confirms by name: the first Reset will move what is at that port; nothing real is done any more.
+constexpr const char *kRealLaser = "a laser is at this port", *kSimulation = "a simulation takes its place";
 
 json device_choices_json(const Config& config) {
   const LaserConfig& laser = config.laser;
-  json out = {{"laser", {{"kind", laser.kind}, {"set_by", set_by_word(laser.set_by)}, {"port", laser.port}}},
-              {"scanner",
-               {{"kind", config.scanner.kind},
-                {"set_by", set_by_word(config.scanner.set_by)},
-                {"device", config.scanner.device},
-                {"dpi", config.scanner.dpi}}},
-              {"camera",
-               {{"kind", config.camera.kind},
-                {"set_by", set_by_word(config.camera.set_by)},
-                {"device", config.camera.device}}}};
+  json out = {
+      {"laser", {{"kind", laser.kind}, {"set_by", to_string(laser.set_by)}, {"port", laser.port}}},
+      {"scanner",
+       {{"kind", config.scanner.kind},
+        {"set_by", to_string(config.scanner.set_by)},
+        {"device", config.scanner.device},
+        {"dpi", config.scanner.dpi}}},
+      {"camera",
+       {{"kind", config.camera.kind}, {"set_by", to_string(config.camera.set_by)}, {"device", config.camera.device}}}};
   if (laser.kind == "lihuiyu") {
     out["laser"]["board"] = laser.board;
     out["laser"]["travel_mm"] = {laser.travel_x.count(), laser.travel_y.count()};
@@ -49,24 +36,10 @@ json device_choices_json(const Config& config) {
   return out;
 }
 
-// A choice waits for nobody's hands to be in the machine, and a restart for nothing to be lost by it.
-Status machine_rests(const JobRunner& unit) {
-  switch (const CellState state = unit.view().state) {
-    case CellState::kStopped:
-    case CellState::kIdle:
-    case CellState::kComplete:
-    case CellState::kAborted:
-      return Ok();
-    default:
-      return Error{ErrorCode::kConflict,
-                   fmt::format("the cell is {}, and its devices stay what they are: let it end, or Stop it, then try "
-                               "again",
-                               to_string(state))};
-  }
-}
-
 Status may_restart(const DeviceServices& s) {
-  if (const Status rests = machine_rests(s.unit); !rests) return rests;
+  if (const Status rests = s.unit.at_rest(); !rests) return rests;
+  if (s.integrity.state() == DatabaseCheck::State::kChecking)
+    return Error{ErrorCode::kConflict, "the database is being checked: wait until that is done"};
   if (const auto running = s.tasks.running(); !running.empty())
     return Error{ErrorCode::kConflict, fmt::format("\"{}\" is under way and would be lost: wait until it is done, or "
                                                    "cancel it",
@@ -81,6 +54,8 @@ Status may_restart(const DeviceServices& s) {
 json devices_now(const DeviceServices& s, const Status& restart) {
   json out = device_choices_json(s.config);
   out["file"] = s.config.file.string();
+  out["choose"] = s.config.devices.choose;
+  out["camera_folder"] = s.config.devices.choose ? json(camera_folder(s.config.store.data_dir).string()) : json();
   out["restart_refused"] = restart ? "" : restart.error().message;
   out["next"] = nullptr;
   out["problem"] = "";
@@ -93,16 +68,37 @@ json devices_now(const DeviceServices& s, const Status& restart) {
   return out;
 }
 
+// A sentence about the configuration may hold a line of it, and there may be keys to other houses in those.
 void tell_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
-  s.pictures.ask(request, reply,
-                 [s, restart = may_restart(s)](Repositories&) { return ApiReply::json(devices_now(s, restart)); });
+  const bool all = request.caller.role >= Role::kOperator;
+  s.pictures.ask(request, reply, [s, all, restart = may_restart(s)](Repositories&) {
+    json out = devices_now(s, restart);
+    if (!all && out["problem"] != "") out["problem"] = "the configuration is not good; an operator is told why";
+    return ApiReply::json(out);
+  });
+}
+
+json named_by_json(NamedBy named_by) {
+  switch (named_by) {
+    case NamedBy::kSerialNumber:
+      return "serial_number";
+    case NamedBy::kSocket:
+      return "socket";
+    case NamedBy::kNothing:
+      return nullptr;
+  }
+  return nullptr;
 }
 
 void find_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
   s.pictures.ask(request, reply, [s](Repositories&) {
     json lasers = json::array(), pictures = json::array();
     for (const FoundLaser& one : find_lasers(s.roots))
-      lasers.push_back({{"kind", one.kind}, {"port", one.port}, {"name", one.name}, {"lasting", one.lasting}});
+      lasers.push_back({{"kind", one.kind},
+                        {"port", one.port},
+                        {"name", one.name},
+                        {"named_by", named_by_json(one.named_by)},
+                        {"refusal", one.refusal}});
     for (const FoundPicture& one : find_camera_pictures(s.config.store.data_dir))
       pictures.push_back({{"device", one.file}, {"age_s", one.age.count()}});
     return ApiReply::json({{"lasers", std::move(lasers)}, {"pictures", std::move(pictures)}});
@@ -115,11 +111,10 @@ Error not_found_now(const std::string& what) {
   return {ErrorCode::kNotFound, fmt::format("there is no {} now: look at its plug, and let the cell look again", what)};
 }
 
-// What is asked for, of whichever device; what belongs to another one is refused, not overheard.
+// What is asked for, of one device; the others of `wanted` are not.
 struct AskedDevice {
-  std::string kind;
-  std::optional<std::string> port, board, device;
-  std::optional<double> travel_x, travel_y, dpi;
+  std::string device;
+  ChosenDevices wanted;
   std::vector<std::string> confirmed;
 };
 
@@ -133,123 +128,197 @@ const std::vector<DeviceKinds>& device_kinds() {
   return kAll;
 }
 
+// Whatever belongs to a kind must be there, and to another must not: it is refused, not overheard. A Lihuiyu board
+// knows neither what it is nor its travel, and a guess would drive the head against its frame.
 AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
+  const std::string kind = body.word("kind", {"sim", "grbl", "lihuiyu", "sane", "file"}).value_or("sim");
+  const auto port = body.text("port"), device = body.text("device");
+  const auto board = body.word("board", {"m2", "m3"});
+  const auto travel_x = body.number("travel_x_mm", {50, 2000}), travel_y = body.number("travel_y_mm", {50, 2000});
+  const auto dpi = body.number("dpi", {75, 1200});
   AskedDevice asked;
-  asked.kind = body.word("kind", {"sim", "grbl", "lihuiyu", "sane", "file"}).value_or("");
-  asked.port = body.text("port");
-  asked.board = body.word("board", {"m2", "m3"});
-  asked.travel_x = body.number("travel_x_mm", {50, 2000});
-  asked.travel_y = body.number("travel_y_mm", {50, 2000});
-  asked.device = body.text("device");
-  asked.dpi = body.number("dpi", {75, 1200});
+  asked.device = of.device;
   asked.confirmed = body.texts("confirmed").value_or(std::vector<std::string>{});
   body.require("kind");
-  const auto only = [&](bool given, std::string_view name, std::string_view kind) {
-    if (given && asked.kind != kind)
-      body.refuse({ErrorCode::kInvalidArgument, fmt::format("{} belongs to the kind {}: leave it out", name, kind)});
+  const auto refuse = [&](std::string sentence) { body.refuse({ErrorCode::kInvalidArgument, std::move(sentence)}); };
+  if (std::ranges::find(of.kinds, kind) == of.kinds.end())
+    refuse(fmt::format("kind = {} is no {}: use {}", kind, of.device, fmt::join(of.kinds, ", ")));
+  const bool is_board = kind == "lihuiyu", has_port = is_board || kind == "grbl";
+  const auto belongs = [&](std::string_view name, bool given, bool wanted) {
+    if (given && !wanted) refuse(fmt::format("{} does not belong to the kind {}: leave it out", name, kind));
+    if (!given && wanted) refuse(fmt::format("{} is missing: the kind {} needs it", name, kind));
   };
-  if (std::ranges::find(of.kinds, asked.kind) == of.kinds.end())
-    body.refuse({ErrorCode::kInvalidArgument,
-                 fmt::format("kind = {} is no {}: use {}", asked.kind, of.device, fmt::join(of.kinds, ", "))});
-  only(asked.board.has_value(), "board", "lihuiyu");
-  only(asked.travel_x || asked.travel_y, "the travel", "lihuiyu");
-  only(asked.dpi.has_value(), "dpi", "sane");
-  const bool by_port = asked.kind == "grbl" || asked.kind == "lihuiyu";
-  if (asked.port.has_value() != by_port)
-    body.refuse({ErrorCode::kInvalidArgument, by_port ? "port is missing: name it as GET /devices/found does"
-                                                      : "port belongs to a laser that is not simulated: leave it out"});
-  if (asked.device && asked.kind != "sane") only(true, "device", "file");
-  if (asked.kind == "file" && !asked.device)
-    body.refuse({ErrorCode::kInvalidArgument, "device is missing: name the picture as GET /devices/found does"});
-  constexpr std::size_t kLongestName = 200;
-  const std::string name = asked.device.value_or("");
-  if (name.size() > kLongestName || !std::ranges::all_of(name, [](char c) { return c >= ' ' && c <= '~'; }))
-    body.refuse(
-        {ErrorCode::kInvalidArgument, "device is no name that a scanner or a picture has: take it from the list"});
-  if (by_port)
-    if (const Status seen = check_confirmed({kRealLaser}, asked.confirmed); !seen) body.refuse(seen.error());
+  belongs("port", port.has_value(), has_port);
+  belongs("board", board.has_value(), is_board);
+  belongs("travel_x_mm", travel_x.has_value(), is_board);
+  belongs("travel_y_mm", travel_y.has_value(), is_board);
+  belongs("device", device.has_value(), kind == "sane" || kind == "file");
+  if (kind != "sane") belongs("dpi", dpi.has_value(), false);
+  ChosenDevices& wanted = asked.wanted;
+  if (of.device == "laser")
+    wanted.laser = {kind, port.value_or(""), board.value_or("m2"), Millimetres(travel_x.value_or(300)),
+                    Millimetres(travel_y.value_or(200))};
+  if (of.device == "scanner") wanted.scanner = {kind, device.value_or(""), dpi};
+  if (of.device == "camera") wanted.camera = {kind, device.value_or("")};
   return asked;
 }
 
-Status choose_laser(const DeviceRoots& roots, const AskedDevice& asked, Config& config) {
+// Only what was found by this cell can be chosen, by a name that lasts: no path, no file, no address on the network
+// that somebody types.
+Status check_laser(const DeviceRoots& roots, const ChosenDevices::Laser& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const auto found = find_lasers(roots);
+  const auto it = std::ranges::find_if(
+      found, [&](const FoundLaser& one) { return one.kind == wanted.kind && one.port == wanted.port; });
+  if (it == found.end()) return not_found_now(fmt::format("{} laser at the port that was named", wanted.kind));
+  if (!it->refusal.empty()) return Error{ErrorCode::kRefused, it->refusal};
   LaserConfig laser;
-  laser.set_by = SetBy::kPage;
-  laser.kind = asked.kind;
-  laser.port = asked.port.value_or("");
-  laser.board = asked.board.value_or(laser.board);
-  laser.travel_x = Millimetres(asked.travel_x.value_or(laser.travel_x.count()));
-  laser.travel_y = Millimetres(asked.travel_y.value_or(laser.travel_y.count()));
-  laser.focus_z = config.laser.focus_z;
-  if (laser.kind != "sim") {
-    const auto is_it = [&](const FoundLaser& one) { return one.kind == laser.kind && one.port == laser.port; };
-    if (std::ranges::none_of(find_lasers(roots), is_it))
-      return not_found_now(fmt::format("laser of the kind {} at \"{}\"", laser.kind, laser.port));
-    if (const Status made = laser_can_be_made(laser); !made) return made;
-  }
-  config.laser = laser;
+  laser.kind = wanted.kind;
+  laser.port = wanted.port;
+  return laser_can_be_made(laser);
+}
+
+// SANE's own names change with the port, and one with a colon would be opened though nobody found it: a scanner is
+// named by its make, which only one of those that were found may have.
+Status check_scanner(const std::shared_ptr<const TaskResult>& found, const ChosenDevices::Scanner& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const json told = found ? json::parse(found->json, nullptr, false) : json();
+  std::size_t there = 0;
+  if (told.is_object() && told.contains("scanners"))
+    for (const json& one : told["scanners"]) there += one.value("make", "") == wanted.device ? 1 : 0;
+  if (there == 0 || wanted.device.empty())
+    return Error{ErrorCode::kNotFound,
+                 "no scanner of that make was found when this cell looked last: look for "
+                 "scanners again, and take its make from the list"};
+  if (there > 1)
+    return Error{ErrorCode::kRefused,
+                 "several scanners of that make were found, and nothing tells them apart: leave one of them in"};
+  constexpr std::size_t kLongestName = 200;
+  const auto plain = [](char c) { return c >= ' ' && c <= '~' && c != ':'; };
+  if (wanted.device.size() > kLongestName || !std::ranges::all_of(wanted.device, plain))
+    return Error{ErrorCode::kRefused,
+                 "the make of that scanner cannot be kept as a name: write the scanner into veneerd.toml"};
   return Ok();
 }
 
-Status choose_scanner(const AskedDevice& asked, Config& config) {
-  config.scanner.set_by = SetBy::kPage;
-  config.scanner.kind = asked.kind;
-  config.scanner.device = asked.device.value_or("");
-  config.scanner.dpi = asked.dpi.value_or(ScannerConfig().dpi);
+Status check_camera(const std::filesystem::path& data_dir, const ChosenDevices::Camera& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const auto is_it = [&](const FoundPicture& one) { return one.file == wanted.device; };
+  if (std::ranges::none_of(find_camera_pictures(data_dir), is_it))
+    return not_found_now(fmt::format("such picture in {}", camera_folder(data_dir).string()));
   return Ok();
 }
 
-Status choose_camera(const AskedDevice& asked, Config& config) {
-  const std::string device = asked.device.value_or("");
-  if (asked.kind == "file" && std::ranges::none_of(find_camera_pictures(config.store.data_dir),
-                                                   [&](const FoundPicture& one) { return one.file == device; }))
-    return not_found_now(fmt::format("picture \"{}\" in the data folder", device));
-  config.camera.set_by = SetBy::kPage;
-  config.camera.kind = asked.kind;
-  config.camera.device = device;
+// A device of a configuration, for sentences.
+struct OneDevice {
+  SetBy set_by;
+  std::string kind, address;
+  std::string words() const { return kind == "sim" ? "simulated" : kind + " " + address; }
+};
+OneDevice device_of(const Config& config, const std::string& device) {
+  if (device == "laser") return {config.laser.set_by, config.laser.kind, config.laser.port};
+  if (device == "scanner") return {config.scanner.set_by, config.scanner.kind, config.scanner.device};
+  return {config.camera.set_by, config.camera.kind, config.camera.device};
+}
+
+Status may_choose(const Config& now, const std::string& device) {
+  if (!now.devices.choose)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("{} does not let devices be chosen: write choose = true under [devices] there, then "
+                             "restart",
+                             now.file.string())};
+  if (device_of(now, device).set_by == SetBy::kFile)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the {0} is set by hand, and that stays: write kind = \"sim\", and nothing else of a {0}, "
+                             "under [{0}] in {1} to choose it here",
+                             device, now.file.string())};
   return Ok();
 }
 
-SetBy set_by_of(const Config& config, const std::string& device) {
-  if (device == "laser") return config.laser.set_by;
-  return device == "scanner" ? config.scanner.set_by : config.camera.set_by;
+Status check_sure(const AskedDevice& asked, const char* of_what, std::string_view meaning) {
+  if (std::ranges::find(asked.confirmed, of_what) != asked.confirmed.end()) return Ok();
+  return Error{ErrorCode::kRefused, fmt::format("{}: if that is meant, confirm \"{}\", with veneerctl by --confirm "
+                                                "\"{}\"",
+                                                meaning, of_what, of_what)};
+}
+
+Status check_choice(const DeviceServices& s, const AskedDevice& asked, const Config& now,
+                    const std::shared_ptr<const TaskResult>& scanners) {
+  const Status there = asked.device == "laser"     ? check_laser(s.roots, asked.wanted.laser)
+                       : asked.device == "scanner" ? check_scanner(scanners, asked.wanted.scanner)
+                                                   : check_camera(now.store.data_dir, asked.wanted.camera);
+  if (!there) return there;
+  if (asked.device == "laser" && asked.wanted.laser.kind != "sim")
+    return check_sure(asked, kRealLaser, "the first Reset from then on moves whatever is at this port");
+  const std::string kind = asked.device == "laser"     ? asked.wanted.laser.kind
+                           : asked.device == "scanner" ? asked.wanted.scanner.kind
+                                                       : asked.wanted.camera.kind;
+  const bool was_real = device_of(now, asked.device).kind != "sim" || device_of(s.config, asked.device).kind != "sim";
+  if (kind != "sim" || !was_real) return Ok();
+  return check_sure(
+      asked, kSimulation,
+      asked.device == "laser"
+          ? "from then on a program plays the laser: nothing is burnt, and what it seems to cut is booked "
+            "as cut"
+          : "from then on a program plays this device, and what it shows is none of your wood");
 }
 
 // What is kept is what the next start will read: the whole configuration is tried with it first, as the file is now.
-Status keep_choice(const DeviceServices& s, const std::string& device, const AskedDevice& asked) {
+// What was done, in words for the audit log.
+Result<std::string> keep_choice(const DeviceServices& s, const AskedDevice& asked,
+                                const std::shared_ptr<const TaskResult>& scanners) {
   const auto now = load_config(s.config.file);
   if (!now) return now.error();
-  if (set_by_of(*now, device) == SetBy::kFile)
-    return Error{ErrorCode::kConflict,
-                 fmt::format("the {0} is set by hand, and that stays: take kind, and what belongs to it, out of [{0}] "
-                             "in {1} to choose it here",
-                             device, s.config.file.string())};
-  Config wanted = *now;
-  const Status chosen = device == "laser"     ? choose_laser(s.roots, asked, wanted)
-                        : device == "scanner" ? choose_scanner(asked, wanted)
-                                              : choose_camera(asked, wanted);
-  if (!chosen) return chosen;
+  if (const Status may = may_choose(*now, asked.device); !may) return may.error();
+  if (const Status good = check_choice(s, asked, *now, scanners); !good) return good.error();
+  ChosenDevices wanted = now->devices.chosen.value_or(ChosenDevices{});
+  if (asked.device == "laser") wanted.laser = asked.wanted.laser;
+  if (asked.device == "scanner") wanted.scanner = asked.wanted.scanner;
+  if (asked.device == "camera") wanted.camera = asked.wanted.camera;
+  const auto tried = load_config(s.config.file, wanted);
+  if (!tried) return tried.error();
   const std::string text = chosen_devices_text(wanted);
-  if (const auto tried = load_config(s.config.file, text); !tried) return tried.error();
-  return write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text)));
+  if (const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text))); !kept)
+    return kept.error();
+  return fmt::format("{} from the next start: {}; before: {}", asked.device, device_of(*tried, asked.device).words(),
+                     device_of(*now, asked.device).words());
+}
+
+// What the cell found last, when it was asked for scanners.
+std::shared_ptr<const TaskResult> scanners_found(const TaskRegistry& tasks) {
+  const auto all = tasks.list();
+  for (auto task = all.rbegin(); task != all.rend(); ++task)
+    if ((*task)->kind == "find scanners" && (*task)->state == TaskState::kDone)
+      return (*task)->shortened ? nullptr : (*task)->result;
+  return nullptr;
 }
 
 void choose_device(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
   const std::string device = request.path_param("device");
-  const auto& all = device_kinds();
-  const auto of = std::ranges::find_if(all, [&](const DeviceKinds& one) { return one.device == device; });
-  if (of == all.end())
-    return reply(ApiReply::error(
-        {ErrorCode::kNotFound, fmt::format("no device \"{}\": there are laser, scanner and camera", device)}));
+  const auto of = std::ranges::find(device_kinds(), device, &DeviceKinds::device);
+  if (of == device_kinds().end())
+    return reply(
+        ApiReply::error({ErrorCode::kNotFound, "there is no such device: there are laser, scanner and camera"}));
   auto body = RequestReader::body_of(request);
   const AskedDevice asked = read_asked(*of, body);
   if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
-  if (const Status rests = machine_rests(s.unit); !rests) return reply(ApiReply::error(rests.error()));
+  if (const Status rests = s.unit.at_rest(); !rests) return reply(ApiReply::error(rests.error()));
   if (s.config.file.empty())
     return reply(ApiReply::error({ErrorCode::kConflict, "this cell has no configuration file to choose beside"}));
-  s.pictures.ask(request, reply, [s, device, asked, restart = may_restart(s)](Repositories&) {
-    const Status kept = keep_choice(s, device, asked);
-    return kept ? ApiReply::json(devices_now(s, restart)) : ApiReply::error(kept.error());
-  });
+  const auto done = std::make_shared<std::string>();
+  const auto then = [s, reply, done, who = request.caller.who](const ApiReply& made) {
+    s.on_reactor([s, reply, done, who, made] {
+      if (!done->empty()) s.audit(who, "device.choose", *done);
+      reply(made);
+    });
+  };
+  s.pictures.ask(request, then,
+                 [s, asked, done, scanners = scanners_found(s.tasks), restart = may_restart(s)](Repositories&) {
+                   const auto kept = keep_choice(s, asked, scanners);
+                   if (!kept) return ApiReply::error(kept.error());
+                   *done = *kept;
+                   return ApiReply::json(devices_now(s, restart));
+                 });
 }
 
 // Only into a configuration that is good: whoever ends now must come back.
