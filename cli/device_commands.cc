@@ -40,6 +40,8 @@ std::string render_devices(const json& told) {
   if (!flag_or(told, "choose", true))
     out += fmt::format("\nNothing is chosen here: choose = true under [devices] in {} would let a maintainer\n",
                        text_or(told, "file", "the configuration"));
+  if (const std::string folder = text_or(told, "camera_folder", ""); !folder.empty())
+    out += fmt::format("\nThe camera's folder: {}\n", folder);
   if (const std::string problem = text_or(told, "problem", ""); !problem.empty())
     out += fmt::format("\nAs things are the cell would not start again: {}\n", problem);
   if (next.is_object()) {
@@ -67,7 +69,7 @@ std::string render_plugged_in(const json& told) {
   for (const json& picture : member(told, "pictures"))
     out += fmt::format("veneerctl device choose camera file \"{}\"   # written {} ago\n",
                        text_or(picture, "device", ""), duration_words(number_or(picture, "age_s", 0)));
-  if (out.empty()) out = "No laser is plugged in, and no picture of a camera is there.\n";
+  if (out.empty()) out = "No laser is plugged in, and no picture lies in the camera's folder.\n";
   return out + "Scanners: veneerctl scanner list, then veneerctl device choose scanner sane \"MAKE AND MODEL\"\n";
 }
 

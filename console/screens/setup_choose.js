@@ -12,19 +12,21 @@ const kDevices = ["laser", "scanner", "camera"];
 const kRealLaser = "a laser is at this port", kSimulation = "a simulation takes its place";  // by their names in the API
 const kRest = ["Stopped", "Idle", "Complete"];
 
-let devices = null;   // the last GET /devices
+let devices = null;   // the last GET /devices, and the life of the daemon that told it
+let toldIn = -1;
 let asked = "";       // what was so when it was asked for
 let found = null;     // {lasers, pictures, scanners}, once somebody looked; scanners: null while they are asked for
 let restartedIn = -1; // the life of the daemon in which it was told to restart
-const picked = {};    // by device: what is marked in its list
-let more = {board: "m2", travel_x_mm: "", travel_y_mm: "", dpi: ""}, sure = false;
+const picked = {}, sure = {};  // by device: what is marked in its list, and whether what is asked of it is ticked
+let more = {board: "m2", travel_x_mm: "", travel_y_mm: "", dpi: ""};
 
 // Anew with another life of the daemon, another state (a restart may be possible then), and another role.
 function follow() {
   const now = JSON.stringify([model.opened, model.cell.state, model.role, (model.cell.tasks || []).length]);
   if (now === asked) return;
   asked = now;
-  get("/devices").then((fresh) => { devices = fresh; changed(); },
+  const life = model.opened;
+  get("/devices").then((fresh) => { devices = fresh; toldIn = life; changed(); },
     () => setTimeout(() => { if (asked === now) { asked = ""; changed(); } }, kAgainMs));
 }
 
@@ -84,13 +86,13 @@ function choices(name, isReal) {
   const asking = name === "scanner" && !found.scanners;
   const real = name === "laser" && mark && mark.body.kind !== "sim", board = real && mark.body.kind === "lihuiyu";
   const backToSim = mark && mark.body.kind === "sim" && isReal;
-  const lacks = (board && !(isTravel(more.travel_x_mm) && isTravel(more.travel_y_mm))) || ((real || backToSim) && !sure) || (mark && mark.body.kind === "sim" && !isReal);
+  const lacks = (board && !(isTravel(more.travel_x_mm) && isTravel(more.travel_y_mm))) || ((real || backToSim) && !sure[name]) || (mark && mark.body.kind === "sim" && !isReal);
   const busy = !mayDo("maintainer") || isStale() || !kRest.includes(model.cell.state);
   const number = (key, least, most, hint = "") => h("label", {}, t(`choose.${key}`), h("input", {type: "number", min: least, max: most, step: "any", value: more[key], placeholder: hint, oninput: (event) => { more[key] = event.target.value; changed(); }}));
   return h("div", {"data-key": "choices"},
     asking ? (isBusy("devices") && h("p.dim", {}, t("choose.asking"))) : all.length === 1 && h("p.dim", {}, t(`choose.none.${name}`, {folder: devices.camera_folder || ""})),
     (all.length > 1 || isReal) && h("div.jobs", {role: "radiogroup", "aria-label": t("choose.which", {device: t(name)})}, ...all.map((one) => h("label", {"data-key": one.key},
-      h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure = false; changed(); }}),
+      h("input", {type: "radio", name: `choose-${name}`, value: one.key, checked: picked[name] === one.key, disabled: Boolean(one.refused), onchange: () => { picked[name] = one.key; sure[name] = false; changed(); }}),
       h("span", {}, h("b", {}, one.label), one.small && h("small", {}, one.small), one.problem && h("small", {}, ` ▲ ${asSentence(one.problem)}`))))),
     board && h("div.form", {},
       h("label", {}, t("choose.board"), h("select", {value: more.board, onchange: (event) => { more.board = event.target.value; changed(); }}, ...["m2", "m3"].map((one) => h("option", {value: one}, one.toUpperCase())))),
@@ -98,7 +100,7 @@ function choices(name, isReal) {
       h("p.dim", {}, t("choose.travel"))),
     name === "scanner" && mark && mark.body.kind === "sane" && h("div.form", {}, number("dpi", 75, 1200, String(devices.scanner.dpi))),
     (real || backToSim) && h("fieldset.confirm", {"data-key": "sure"}, h("legend", {}, t("confirm")), h("label", {},
-      h("input", {type: "checkbox", id: `sure-${name}`, checked: sure, onchange: (event) => { sure = event.target.checked; changed(); }}), h("span", {}, t(real ? "choose.sure" : `choose.simulate.${name}`)))),
+      h("input", {type: "checkbox", id: `sure-${name}`, checked: Boolean(sure[name]), onchange: (event) => { sure[name] = event.target.checked; changed(); }}), h("span", {}, t(real ? "choose.sure" : `choose.simulate.${name}`)))),
     mark && h("div.commands", {}, button(t("choose.take", {device: t(name)}), () => take(name, mark.body, backToSim), {wide: true, id: `choose-${name}`, needs: "maintainer",
       disabled: busy || Boolean(lacks), small: t("choose.take.small")})));
 }
@@ -112,21 +114,22 @@ async function take(name, body, backToSim) {
   const told = await command(`/devices/${name}`, {body: whole});
   if (!told) return;
   devices = told;
+  toldIn = model.opened;
   delete picked[name];
-  sure = false;
+  sure[name] = false;
   changed();
 }
 
 // ---- the next start -------------------------------------------------------------------------------------------------
 
 async function restart() {
-  const life = model.opened;
+  const life = toldIn;
   if (await command("/restart")) restartedIn = life;
   changed();
 }
 
 const restartPart = () => h("div.note", {"data-key": "restart", role: "status"},
   h("p", {}, t("choose.counts")),
-  restartedIn === model.opened ? h("p", {}, t("choose.restarting"))
+  restartedIn === toldIn ? h("p", {}, t("choose.restarting"))
     : devices.restart_refused ? h("p", {}, asSentence(devices.restart_refused))
       : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));

@@ -107,10 +107,6 @@ void find_devices(const DeviceServices& s, const ApiRequest& request, const Repl
 
 // ---- choosing -------------------------------------------------------------------------------------------------------
 
-Error not_found_now(const std::string& what) {
-  return {ErrorCode::kNotFound, fmt::format("there is no {} now: look at its plug, and let the cell look again", what)};
-}
-
 // What is asked for, of one device; the others of `wanted` are not.
 struct AskedDevice {
   std::string device;
@@ -170,7 +166,10 @@ Status check_laser(const DeviceRoots& roots, const ChosenDevices::Laser& wanted)
   const auto found = find_lasers(roots);
   const auto it = std::ranges::find_if(
       found, [&](const FoundLaser& one) { return one.kind == wanted.kind && one.port == wanted.port; });
-  if (it == found.end()) return not_found_now(fmt::format("{} laser at the port that was named", wanted.kind));
+  if (it == found.end())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no {} laser of that name now: look at its plug, and let "
+                                                   "the cell look again",
+                                                   wanted.kind)};
   if (!it->refusal.empty()) return Error{ErrorCode::kRefused, it->refusal};
   LaserConfig laser;
   laser.kind = wanted.kind;
@@ -205,7 +204,9 @@ Status check_camera(const std::filesystem::path& data_dir, const ChosenDevices::
   if (wanted.kind == "sim") return Ok();
   const auto is_it = [&](const FoundPicture& one) { return one.file == wanted.device; };
   if (std::ranges::none_of(find_camera_pictures(data_dir), is_it))
-    return not_found_now(fmt::format("such picture in {}", camera_folder(data_dir).string()));
+    return Error{ErrorCode::kNotFound, fmt::format("there is no such picture in {} now: let the camera's program write "
+                                                   "it there, and let the cell look again",
+                                                   camera_folder(data_dir).string())};
   return Ok();
 }
 
