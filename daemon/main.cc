@@ -255,11 +255,7 @@ int restore(const Config& config, const std::string& backup, bool nothing_cut_si
     if (std::exchange(last, kind) != kind) std::printf("%s\n", text.c_str());
   });
   if (!restored) return fail(restored.error());
-  std::printf("%s", describe(*restored).c_str());
-  std::printf(
-      "Which devices the cell has is in no backup. Here: %s. Where that is not so, choose them again on Set up or by "
-      "veneerctl device, or write them into %s.\n",
-      describe_devices(config).c_str(), config.file.c_str());
+  std::printf("%s", describe(*restored, describe_devices(config)).c_str());
   return 0;
 }
 

@@ -36,6 +36,7 @@ export const chooseParts = () => {
   const open = kDevices.some(isOpen);
   const is = (name) => ((devices.next || devices)[name]).kind;
   return [
+    open && kDevices.every((name) => is(name) === "sim") && h("p", {}, t("choose.open")),
     open && h("div.commands", {}, button(t("choose.look"), look, {wide: true, disabled: !mayChange() || isBusy("devices"), id: "look-devices"})),
     workRow("devices"),
     ...kDevices.map(part),

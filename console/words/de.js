@@ -210,7 +210,7 @@ export const words = {
   "devices.simulated": "simuliert: nichts anzuschließen", "devices.about_simulated": "Diese Zelle ist simuliert: Scanner, Kamera und Laser sind ein Programm, und Knöpfe spielen Ihre Hände. Alles andere ist wie an einer echten Zelle.",
   "devices.about": "Diese Geräte soll die Zelle nehmen. Sehen Sie nach, ob jedes antwortet: das Bett ansehen, und den Laser verbinden.",
   "devices.not_asked": "noch nicht verbunden", "devices.connect": "Laser verbinden, auf Referenz fahren", "devices.connect.small": "der Kopf fährt in seine Ecke: Hände weg",
-  "choose.look": "Nachsehen, was angesteckt ist", "choose.looking": "Sieht nach den Steckern", "choose.scanners": "Fragt nach Scannern",
+  "choose.open": "Ist Ihre eigene Maschine da? Sehen Sie nach, was angesteckt ist, und wählen Sie sie hier.", "choose.look": "Nachsehen, was angesteckt ist", "choose.looking": "Sieht nach den Steckern", "choose.scanners": "Fragt nach Scannern",
   "choose.now": "Jetzt", "choose.next": "Nächster Start", "choose.answers": "Antwortet",
   "choose.by.file": "Von Hand in {file} eingetragen. Das bleibt, bis es jemand dort ändert.", "choose.by.choice": "Von jemandem gewählt, der die Zelle einrichten darf.", "choose.by.nobody": "Noch ist nichts gewählt: Bis dahin ist das Gerät simuliert.", "choose.asking": "Nach Scannern wird gefragt.",
   "choose.sim": "Simuliert", "choose.socket": "an seiner Buchse erkannt: dort stecken lassen", "choose.no_make": "er nennt kein Modell, an dem er zu erkennen wäre: in die Konfiguration eintragen",

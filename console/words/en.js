@@ -200,7 +200,7 @@ export const words = {
   "devices.simulated": "simulated: nothing to connect", "devices.about_simulated": "This cell is simulated: scanner, camera and laser are a program, and buttons play your hands. Everything else is as on a real cell.",
   "devices.about": "These are the devices the cell is told to use. See that each one answers: look at the bed, and connect the laser.",
   "devices.not_asked": "not connected yet", "devices.connect": "Connect and home the laser", "devices.connect.small": "the head moves to its corner: hands out",
-  "choose.look": "See what is plugged in", "choose.looking": "Looking at the plugs", "choose.scanners": "Asking for scanners",
+  "choose.open": "Is your own machine there? See what is plugged in, and choose it here.", "choose.look": "See what is plugged in", "choose.looking": "Looking at the plugs", "choose.scanners": "Asking for scanners",
   "choose.now": "Now", "choose.next": "Next start", "choose.answers": "Answers",
   "choose.by.file": "Written by hand in {file}. That stays until somebody changes it there.", "choose.by.choice": "Chosen by a maintainer.", "choose.by.nobody": "Nothing is chosen yet: it is simulated until then.", "choose.asking": "Scanners are being asked for.",
   "choose.sim": "Simulated", "choose.socket": "known by its socket: leave it plugged in there", "choose.no_make": "it tells no make to know it by: write it into the configuration",
