@@ -91,6 +91,7 @@ void add_job_commands(CLI::App& app, CommandContext& context);         // job ne
 void add_piece_commands(CLI::App& app, CommandContext& context);       // piece show|at
 void add_laser_commands(CLI::App& app, CommandContext& context);       // laser test-pattern|run|jog|here|override
 void add_scanner_commands(CLI::App& app, CommandContext& context);     // scanner list
+void add_device_commands(CLI::App& app, CommandContext& context);      // device list|find|choose, restart
 void add_fact_commands(CLI::App& app, CommandContext& context);        // material ..., panel set
 void add_recipe_commands(CLI::App& app, CommandContext& context);      // recipe ..., panel material, job export
 void add_sim_commands(CLI::App& app, CommandContext& context);         // sim ...

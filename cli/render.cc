@@ -31,10 +31,18 @@ std::string home_words(const json& laser) {
   return flag_or(laser, "finds_home", true) ? "homed" : "no homing switches: counts from the corner it was given";
 }
 
+// The one that somebody chose; what is written in the configuration, its writer knows.
+std::string chosen_words(const json& laser) {
+  if (text_or(laser, "set_by", "") != "choice") return "";
+  return fmt::format("chosen: {} {}", text_or(laser, "kind", ""), text_or(laser, "port", ""));
+}
+
 std::string laser_words(const json& laser) {
   if (!flag_or(laser, "connected", false)) {
     const std::string why = text_or(laser, "why_not_connected", "");
-    return why.empty() ? "not connected yet: `veneerctl reset` connects and homes it" : "NOT CONNECTED: " + why;
+    return joined({why.empty() ? "not connected yet: `veneerctl reset` connects and homes it" : "NOT CONNECTED: " + why,
+                   chosen_words(laser)},
+                  "; ");
   }
   std::vector<std::string> parts = {"connected", text_or(laser, "state", "")};
   if (member(laser, "homed").is_boolean()) parts.push_back(home_words(laser));
@@ -48,6 +56,7 @@ std::string laser_words(const json& laser) {
   const std::string controller = text_or(laser, "controller", "");
   if (controller == "test") parts.emplace_back("a test controller, no laser");
   if (controller == "file") parts.emplace_back("it records to a file, no laser");
+  parts.push_back(chosen_words(laser));
   return joined(parts, ", ");
 }
 

@@ -13,6 +13,7 @@ export const model = {
   plans: [],      // newest first
   tasks: new Map(),   // by id, as they were told last
   pieces: new Map(),  // by job, of those that were asked for
+  opened: 0,      // how often the stream of events was: with each life of the daemon once more
   bedLooks: 0,    // how often the bed was photographed since the page was opened
   bedAt: 0,       // when it was last, in ms of performance.now(); 0 = before that
 };
@@ -86,7 +87,7 @@ async function takeTask(told) {
 
 function take(event) {
   for (const {type, told} of eventFollowers) if (type === event.type || event.type === "open") told();
-  if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.bedLooks; model.bedAt = 0; changed(); }
+  if (event.type === "open") { loadJobs(); loadPanels(); loadPlans(); ++model.opened; ++model.bedLooks; model.bedAt = 0; changed(); }
   if (event.type === "status" && event.status) takeStatus(event.status);
   if (event.type === "task" && event.task) takeTask(event.task);
   if (event.type === "job") { loadJobs(); renewPieces(event.job); }

@@ -185,6 +185,8 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
       *c.database, reactor, [&c](CellCounts counted) { c.take_counts(std::move(counted)); }, c.log);
   c.remnant_clerk = std::make_unique<RemnantClerk>(*c.database, c.panel_library, c.remnants, c.stock_memory, c.log);
   remove_left_work(config.store.data_dir);
+  if (config.devices.choose)
+    if (const Status made = make_camera_folder(config.store.data_dir); !made) c.log->warn("{}", made.error().message);
   c.work_runner = std::make_unique<WorkerProcesses>(worker_process_options(config), c.log);
   NotifierOptions notices;
   notices.to = config.notify;
@@ -308,6 +310,9 @@ json Cell::status() const {
                   {"overrides_wanted", overrides_json(laser.overrides_wanted)}};
   if (!laser.connected) out["laser"]["why_not_connected"] = laser.why_not_connected;
   out["laser"]["controller"] = controller_at(config.laser);
+  out["laser"]["kind"] = config.laser.kind;
+  out["laser"]["port"] = config.laser.kind == "sim" ? json() : json(config.laser.port);
+  out["laser"]["set_by"] = to_string(config.laser.set_by);
   out["laser"]["refusal"] = laser.refusal.empty() ? json() : json(laser.refusal);
   if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
   out["lid"] = !laser.connected || !laser.lid_open ? "unknown" : *laser.lid_open ? "open" : "closed";
@@ -415,6 +420,12 @@ void Cell::audit(const Router::Change& change) {
                        fmt::format("api.{}{}", change.operation, change.refused ? ".refused" : ""), change.detail};
   if (change.caller.role < Role::kOperator) return audit_log_->write_or_count(std::move(entry));
   audit_log_->write(std::move(entry));
+}
+
+void Cell::audit(const std::string& who, const std::string& what, const std::string& detail) {
+  const LogAbout about({.who = who});
+  log->info("{}: {}, {}", who, what, detail);
+  audit_log_->write({0, utc_timestamp(), who, what, detail});
 }
 
 void Cell::broadcast_status() {

@@ -25,6 +25,7 @@
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cell_counts.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/found_devices.h"
 #include "daemon/services/kept_file.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/next_step.h"
@@ -73,6 +74,8 @@ class Cell {
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
+  // What was done, in words of its own.
+  void audit(const std::string& who, const std::string& what, const std::string& detail);
   // kUnavailable while so many changes of this caller wait to be written that a run would have to wait behind them.
   Status may_be_noted(const Caller& caller) const;
 
@@ -84,6 +87,9 @@ class Cell {
   AlarmBook alarms;
   Metrics metrics;
   std::function<std::size_t()> connections;  // of the API, once there is a server
+  // To be set before the routes are bound.
+  std::function<void()> restart;  // ends the daemon in order; empty: nobody would start it again
+  DeviceRoots device_roots;
   Devices devices;
   PanelLibrary panel_library;
   std::unique_ptr<WorkRunner> work_runner;   // where foreign data is looked at

@@ -1,217 +1,19 @@
 #include "daemon/config.h"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <charconv>
-#include <initializer_list>
-#include <limits>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <vector>
 
+#include "base/files.h"
+#include "daemon/config_devices.h"
+#include "daemon/config_section.h"
+
 namespace veneer::daemon {
 namespace {
-
-// Reads keys of one table and remembers which; what is left over afterwards is a mistake of the writer.
-class Section {
- public:
-  Section(const toml::table& root, std::string file, std::string_view name, std::vector<std::string>& errors)
-      : file_(std::move(file)), name_(name), errors_(errors) {
-    const auto node = root[name_];
-    if (!node) return;
-    table_ = node.as_table();
-    if (table_ == nullptr) complain(*node.node(), fmt::format("{} must be a table: write [{}]", name_, name_));
-  }
-  // One of a list of tables.
-  Section(const toml::table& table, std::string file, std::string_view name, std::vector<std::string>& errors,
-          std::nullptr_t)
-      : file_(std::move(file)), name_(name), errors_(errors), table_(&table) {}
-
-  void text(std::string_view key, std::string& out) {
-    if (const toml::node* node = take(key)) {
-      if (auto v = node->value_exact<std::string>())
-        out = *v;
-      else
-        complain(*node, fmt::format("{}.{} must be a text in quotes", name_, key));
-    }
-  }
-  void path(std::string_view key, std::filesystem::path& out) {
-    std::string s = out.string();
-    text(key, s);
-    out = s;
-  }
-  void word(std::string_view key, std::string& out, std::initializer_list<std::string_view> allowed) {
-    const toml::node* node = peek(key);
-    text(key, out);
-    if (node == nullptr) return;
-    for (auto w : allowed)
-      if (w == out) return;
-    complain(*node, fmt::format("{}.{} = \"{}\" is not known here: use {}", name_, key, out, fmt::join(allowed, ", ")));
-  }
-  std::optional<double> number(std::string_view key, double min, double max) {
-    const toml::node* node = take(key);
-    if (node == nullptr) return std::nullopt;
-    const auto v = node->value<double>();
-    if (!v || node->is_boolean()) {
-      complain(*node, fmt::format("{}.{} must be a number", name_, key));
-      return std::nullopt;
-    }
-    if (!(*v >= min && *v <= max)) {
-      complain(*node, fmt::format("{}.{} = {} is out of range: use {} to {}", name_, key, *v, min, max));
-      return std::nullopt;
-    }
-    return v;
-  }
-  void truth(std::string_view key, bool& out) {
-    if (const toml::node* node = take(key)) {
-      if (auto v = node->value_exact<bool>())
-        out = *v;
-      else
-        complain(*node, fmt::format("{}.{} must be true or false", name_, key));
-    }
-  }
-  void texts(std::string_view key, std::vector<std::string>& out) {
-    const toml::node* node = take(key);
-    if (node == nullptr) return;
-    out.clear();
-    const toml::array* list = node->as_array();
-    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
-      if (auto v = list->get(i)->value_exact<std::string>(); v && !v->empty()) out.push_back(*v);
-    if (list == nullptr || out.size() != list->size())
-      complain(*node, fmt::format("{}.{} must be a list of texts in quotes", name_, key));
-  }
-  void numbers(std::string_view key, std::vector<double>& out, std::size_t count, double min, double max) {
-    const toml::node* node = take(key);
-    if (node == nullptr) return;
-    const toml::array* list = node->as_array();
-    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i)
-      if (auto v = list->get(i)->value<double>(); v && !list->get(i)->is_boolean() && *v >= min && *v <= max)
-        out.push_back(*v);
-    if (list == nullptr || list->size() != count || out.size() != count)
-      complain(*node, fmt::format("{}.{} must be a list of {} numbers from {} to {}", name_, key, count, min, max));
-  }
-  // A table of settings whose names are not ours; texts, numbers, true or false.
-  void settings(std::string_view key, std::vector<std::pair<std::string, std::string>>& out) {
-    const toml::node* node = take(key);
-    if (node == nullptr) return;
-    const toml::table* table = node->as_table();
-    if (table == nullptr) return complain(*node, fmt::format("{0}.{1} must be a table: write [{0}.{1}]", name_, key));
-    for (auto&& [setting, value] : *table) {
-      if (const auto text = value.value_exact<std::string>())
-        out.emplace_back(setting.str(), *text);
-      else if (const auto truth = value.value_exact<bool>())
-        out.emplace_back(setting.str(), *truth ? "true" : "false");
-      else if (const auto number = value.value<double>())
-        out.emplace_back(setting.str(), fmt::format("{:.10g}", *number));
-      else
-        complain(value,
-                 fmt::format("{}.{}.{} must be a text in quotes, a number, true or false", name_, key, setting.str()));
-    }
-  }
-  // Keys that count with another kind of device.
-  void only_for(std::string_view kind, std::initializer_list<std::string_view> keys) {
-    for (const std::string_view key : keys)
-      if (const toml::node* node = take(key))
-        complain(*node, fmt::format("{}.{} is for kind = \"{}\" only: take it out", name_, key, kind));
-  }
-  template <class Q>
-  void quantity(std::string_view key, Q& out, double min, double max) {
-    if (auto v = number(key, min, max)) out = Q(*v);
-  }
-  void number(std::string_view key, double& out, double min, double max) {
-    if (auto v = number(key, min, max)) out = *v;
-  }
-  void integer(std::string_view key, int& out, int min, int max) {
-    if (auto v = number(key, min, max)) out = static_cast<int>(*v);
-  }
-
-  void integer(std::string_view key, int& out, std::initializer_list<int> allowed) {
-    const toml::node* node = peek(key);
-    const auto v = number(key, std::min(allowed), std::max(allowed));
-    if (!v) return;
-    out = static_cast<int>(*v);
-    if (*v != out || std::ranges::find(allowed, out) == allowed.end())
-      complain(*node, fmt::format("{}.{} = {} is not possible: use {}", name_, key, *v, fmt::join(allowed, " or ")));
-  }
-  // One that is there.
-  void folder(std::string_view key, std::filesystem::path& out) {
-    path(key, out);
-    std::error_code none;
-    if (const toml::node* node = peek(key); node != nullptr && !std::filesystem::is_directory(out, none))
-      complain(*node,
-               fmt::format("{}.{} = \"{}\" is no folder: make it, or correct its path", name_, key, out.string()));
-  }
-
-  void refuse_unread() {
-    if (table_ == nullptr) return;
-    for (auto&& [key, node] : *table_)
-      if (!read_.contains(std::string(key.str())))
-        complain(node, fmt::format("{}.{} is not a setting: take it out or correct its name", name_, key.str()));
-  }
-
- private:
-  const toml::node* peek(std::string_view key) const { return table_ == nullptr ? nullptr : table_->get(key); }
-  const toml::node* take(std::string_view key) {
-    read_.emplace(key);
-    return peek(key);
-  }
-  void complain(const toml::node& node, const std::string& what) {
-    errors_.push_back(fmt::format("{}:{}: {}", file_, node.source().begin.line, what));
-  }
-
-  std::string file_, name_;
-  std::vector<std::string>& errors_;
-  const toml::table* table_ = nullptr;
-  std::set<std::string> read_;
-};
-
-// What of it the device takes is known when it is asked to scan, and by veneerctl scanner list.
-void read_sane(Section& scanner, ScannerConfig& out) {
-  scanner.text("mode", out.mode);
-  scanner.text("source", out.source);
-  scanner.integer("depth", out.depth, {8, 16});
-  scanner.numbers("area_mm", out.area_mm, 4, 0, 2000);
-  scanner.settings("options", out.options);
-}
-
-void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
-  Section laser(root, file, "laser", errors);
-  laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
-  laser.text("port", config.laser.port);
-  laser.truth("test_controller", config.laser.test_controller);
-  if (config.laser.kind != "lihuiyu")
-    if (const auto z = laser.number("focus_z_mm", -1000, 1000)) config.laser.focus_z = Millimetres(*z);
-  if (config.laser.kind == "lihuiyu") laser.word("board", config.laser.board, {"m2", "m3"});
-  if (config.laser.kind == "lihuiyu" || records(config.laser)) {
-    laser.quantity("travel_x_mm", config.laser.travel_x, 50, 2000);
-    laser.quantity("travel_y_mm", config.laser.travel_y, 50, 2000);
-  }
-  laser.refuse_unread();
-  Section scanner(root, file, "scanner", errors);
-  scanner.word("kind", config.scanner.kind, {"file", "sane", "sim"});
-  scanner.text("device", config.scanner.device);
-  scanner.number("dpi", config.scanner.dpi, 75, 1200);
-  if (config.scanner.kind == "sane")
-    read_sane(scanner, config.scanner);
-  else
-    scanner.only_for("sane", {"mode", "source", "depth", "area_mm", "options"});
-  // Which scanners there are can be asked for whatever the kind.
-  scanner.folder("sane_config_dir", config.scanner.sane_config);
-  scanner.refuse_unread();
-  Section camera(root, file, "camera", errors);
-  camera.word("kind", config.camera.kind, {"file", "sim"});
-  camera.text("device", config.camera.device);
-  camera.integer("look_every_pieces", config.camera.look_every, 0, 100000);
-  camera.refuse_unread();
-  Section sim(root, file, "sim", errors);
-  sim.path("socket", config.sim.socket);
-  sim.path("laser", config.sim.laser);
-  sim.number("time_scale", config.sim.time_scale, 1, 1000);
-  sim.refuse_unread();
-}
 
 // "https://host:8443/path"; an IPv6 address stands in brackets. nullopt of anything else.
 std::optional<NetworkAddress> network_address(std::string_view text, std::string_view scheme, int usual_port,
@@ -295,10 +97,7 @@ void read_keep_out(const toml::table& root, const std::string& file, Config& con
 
 void read_before_motion(const toml::table& root, const std::string& file, Config& config,
                         std::vector<std::string>& errors) {
-  if (config.laser.kind != "sim") {
-    config.before_motion.confirm = {"exhaust", "air assist", "cooling"};
-    config.before_motion.focus = true;
-  }
+  config.before_motion = usual_before_motion(config.laser);
   Section before(root, file, "before_motion", errors);
   before.texts("confirm", config.before_motion.confirm);
   before.truth("focus", config.before_motion.focus);
@@ -384,51 +183,117 @@ std::string stock_refusal(const Config& config) {
                         : "[camera]");
 }
 
-Result<Config> load_config(const std::filesystem::path& file) {
+namespace {
+
+struct ParsedFile {
+  toml::table root;
+  std::string name;
+};
+
+Result<ParsedFile> parse_configuration(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored))
+  const auto text = std::filesystem::is_regular_file(file, ignored) ? read_whole(file) : std::nullopt;
+  if (!text)
     return Error{ErrorCode::kNotFound,
                  fmt::format("cannot read the configuration {}: check the path and its permissions", file.string())};
-  toml::table root;
   try {
-    root = toml::parse_file(file.string());
+    return ParsedFile{toml::parse(*text, file.string()), file.string()};
   } catch (const toml::parse_error& e) {
     return Error{ErrorCode::kInvalidArgument,
                  fmt::format("{}:{}: {}: correct this line", file.string(), e.source().begin.line, e.description())};
   }
-  Config config;
-  std::vector<std::string> errors;
-  static constexpr std::string_view kSections[] = {"laser",   "scanner",       "camera",  "sim",      "api",
-                                                   "store",   "recipe",        "panel",   "log",      "planner",
-                                                   "workers", "before_motion", "framing", "keep_out", "notify"};
-  for (auto&& [key, node] : root)
-    if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
-      errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", file.string(),
-                                   node.source().begin.line, key.str()));
-  read_devices(root, file.string(), config, errors);
-  read_work(root, file.string(), config, errors);
-  if (errors.empty() && config.laser.kind != "sim" && config.laser.port.empty())
-    errors.push_back(fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file.string(),
-                                 config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512"));
-  if (errors.empty() && config.sim.time_scale != 1 && !on_twin(config.laser))
-    errors.push_back(
-        fmt::format("{}: sim.time_scale is {}, but the laser is a real one: its time cannot be scaled, take it "
-                    "out",
-                    file.string(), config.sim.time_scale));
-  if (errors.empty() && config.laser.test_controller && controller_at(config.laser) != "test")
-    errors.push_back(fmt::format(
+}
+
+// What is written one by one, and does not fit together.
+std::string conflict_in(const Config& config) {
+  const std::string file = config.file.string();
+  if (config.laser.kind != "sim" && config.laser.port.empty())
+    return fmt::format("{}: laser.port is missing: name it, as in \"{}\"", file,
+                       config.laser.kind == "grbl" ? "serial:/dev/ttyUSB0?baud=115200" : "usb:1a86:5512");
+  if (config.sim.time_scale != 1 && !on_twin(config.laser))
+    return fmt::format(
+        "{}: sim.time_scale is {}, but the laser is a real one: its time cannot be scaled, take it "
+        "out",
+        file, config.sim.time_scale);
+  if (config.laser.test_controller && controller_at(config.laser) != "test")
+    return fmt::format(
         "{}: laser.test_controller belongs to a port of a controller, not to the twin's or a file's: take it "
         "out",
-        file.string()));
-  if (errors.empty() && config.scanner.area_mm.size() == 4 &&
-      (config.scanner.area_mm[2] <= 0 || config.scanner.area_mm[3] <= 0))
-    errors.push_back(
-        fmt::format("{}: scanner.area_mm has no width or no height: write [x, y, width, height]", file.string()));
-  if (errors.empty() && config.recipe.mark_min_height > config.recipe.mark_height)
-    errors.push_back(fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller",
-                                 file.string()));
-  if (!errors.empty()) return Error{ErrorCode::kInvalidArgument, errors.front()};
+        file);
+  if (config.scanner.area_mm.size() == 4 && (config.scanner.area_mm[2] <= 0 || config.scanner.area_mm[3] <= 0))
+    return fmt::format("{}: scanner.area_mm has no width or no height: write [x, y, width, height]", file);
+  if (config.recipe.mark_min_height > config.recipe.mark_height)
+    return fmt::format("{}: recipe.mark_min_height_mm is larger than recipe.mark_height_mm: make it smaller", file);
+  return "";
+}
+
+std::string first_conflict(const Config& config, const std::vector<std::string>& errors) {
+  return errors.empty() ? conflict_in(config) : errors.front();
+}
+
+// The file by itself, good in itself.
+Result<Config> read_configuration(const std::filesystem::path& file) {
+  const auto parsed = parse_configuration(file);
+  if (!parsed) return parsed.error();
+  Config config;
+  config.file = file;
+  std::vector<std::string> errors;
+  static constexpr std::string_view kSections[] = {
+      "devices", "laser", "scanner", "camera",  "sim",           "api",     "store",    "recipe",
+      "panel",   "log",   "planner", "workers", "before_motion", "framing", "keep_out", "notify"};
+  for (auto&& [key, node] : parsed->root)
+    if (std::find(std::begin(kSections), std::end(kSections), key.str()) == std::end(kSections))
+      errors.push_back(fmt::format("{}:{}: [{}] is not a section: take it out or correct its name", parsed->name,
+                                   node.source().begin.line, key.str()));
+  read_devices(parsed->root, parsed->name, config, errors);
+  read_work(parsed->root, parsed->name, config, errors);
+  if (const std::string wrong = first_conflict(config, errors); !wrong.empty())
+    return Error{ErrorCode::kInvalidArgument, wrong};
   return config;
+}
+
+Result<Config> with(Config config, const ChosenDevices& chosen) {
+  if (!config.devices.choose) return config;
+  take_chosen(chosen, config);
+  if (const std::string wrong = conflict_in(config); !wrong.empty()) return Error{ErrorCode::kInvalidArgument, wrong};
+  return config;
+}
+
+std::string describe_device(std::string_view name, std::string_view kind, const std::string& address, SetBy set_by) {
+  const std::string what = kind == "sim" ? "simulated" : fmt::format("{} {}", kind, address);
+  return fmt::format("{}: {}{}", name, what,
+                     set_by == SetBy::kChoice   ? ", chosen"
+                     : set_by == SetBy::kNobody ? ", nothing is chosen"
+                                                : "");
+}
+
+}  // namespace
+
+std::string describe_devices(const Config& config) {
+  return fmt::format("{}; {}; {}", describe_device("laser", config.laser.kind, config.laser.port, config.laser.set_by),
+                     describe_device("scanner", config.scanner.kind, config.scanner.device, config.scanner.set_by),
+                     describe_device("camera", config.camera.kind, config.camera.device, config.camera.set_by));
+}
+
+Result<Config> load_config(const std::filesystem::path& file) {
+  auto config = read_configuration(file);
+  if (!config || !config->devices.choose) return config;
+  const auto chosen = read_chosen_devices(config->store.data_dir / kChosenDevicesName);
+  if (!chosen) return chosen.error();
+  return *chosen ? with(std::move(*config), **chosen) : std::move(config);
+}
+
+Result<Config> load_config(const std::filesystem::path& file, const ChosenDevices& chosen) {
+  auto config = read_configuration(file);
+  return config ? with(std::move(*config), chosen) : std::move(config);
+}
+
+Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen_text) {
+  auto config = read_configuration(file);
+  if (!config) return config;
+  const auto chosen = read_chosen_devices(chosen_text, config->store.data_dir / kChosenDevicesName);
+  if (!chosen) return chosen.error();
+  return with(std::move(*config), *chosen);
 }
 
 }  // namespace veneer::daemon

@@ -19,7 +19,23 @@ namespace veneer::daemon {
 // Before the socket of the twin's Lihuiyu board, as a port of the laser.
 inline constexpr std::string_view kTwinPort = "twin:";
 
+// Who said which device it is: the configuration file for good; a maintainer, who chose it on Set up or by veneerctl,
+// where the file lets them; or nobody yet where it does, and then it is simulated.
+enum class SetBy { kFile, kChoice, kNobody };
+constexpr const char* to_string(SetBy set_by) {
+  switch (set_by) {
+    case SetBy::kFile:
+      return "file";
+    case SetBy::kChoice:
+      return "choice";
+    case SetBy::kNobody:
+      return "nobody";
+  }
+  return "nobody";
+}
+
 struct LaserConfig {
+  SetBy set_by = SetBy::kFile;
   std::string kind = "sim";  // grbl | lihuiyu | sim
   // grbl: "serial:/dev/ttyUSB0?baud=115200", "tcp:HOST:PORT", "file:/path"; lihuiyu: "usb:1a86:5512",
   // "usb:1a86:5512@1-2.4", "twin:/path", "file:/path"; sim: unused
@@ -45,6 +61,7 @@ inline bool on_twin(const LaserConfig& laser) { return laser.kind == "sim" || la
 std::string_view controller_at(const LaserConfig& laser);
 
 struct ScannerConfig {
+  SetBy set_by = SetBy::kFile;
   std::string kind = "sim";  // file | sane | sim
   // file: a picture or a folder of pictures; sane: "epson2:libusb:001:004", "EPSON Perfection V39" or "" (the only one)
   std::string device;
@@ -59,6 +76,7 @@ struct ScannerConfig {
 };
 
 struct CameraConfig {
+  SetBy set_by = SetBy::kFile;
   std::string kind = "sim";  // file | sim
   std::string device;
   int look_every = 25;  // pieces of a run, until it looks whether the panel lies as it did; 0 = never
@@ -150,7 +168,36 @@ struct NotifyConfig {
   std::filesystem::path mqtt_password_file;
 };
 
+// What was chosen in the place of simulated devices, whole: chosen_devices.toml in the data folder holds just this.
+struct ChosenDevices {
+  struct Laser {
+    std::string kind = "sim";  // grbl | lihuiyu | sim
+    std::string port;          // "serial:/..." of grbl, "usb:1a86:5512@1-2.4" of lihuiyu
+    std::string board = "m2";  // of lihuiyu, with its travel
+    Millimetres travel_x{300}, travel_y{200};
+  } laser;
+  struct Scanner {
+    std::string kind = "sim";   // sane | sim
+    std::string device;         // maker and model
+    std::optional<double> dpi;  // none: as veneerd.toml says
+  } scanner;
+  struct Camera {
+    std::string kind = "sim";  // file | sim
+    std::string device;        // the picture
+  } camera;
+};
+inline constexpr std::string_view kChosenDevicesName = "chosen_devices.toml";
+// Its content.
+std::string chosen_devices_text(const ChosenDevices& chosen);
+
+struct DevicesConfig {
+  bool choose = false;                  // may simulated devices be replaced by chosen ones?
+  std::optional<ChosenDevices> chosen;  // never when they may not
+};
+
 struct Config {
+  std::filesystem::path file;  // where it was read
+  DevicesConfig devices;
   LaserConfig laser;
   ScannerConfig scanner;
   CameraConfig camera;
@@ -171,6 +218,16 @@ struct Config {
 // Why this cell must not cut wood from stock; "" when it may. A real laser would burn where a simulated eye says.
 std::string stock_refusal(const Config& config);
 
+// Which laser, scanner and camera that are, and who said so; in sentences for people.
+std::string describe_devices(const Config& config);
+
+// A device that the file says is simulated, or says nothing of, is the chosen one where [devices] choose = true.
+// kInvalidArgument also when chosen_devices.toml is there and cannot be read, or is not whole: a cell must not become
+// another one in silence. None at all means that nobody has chosen yet.
 Result<Config> load_config(const std::filesystem::path& file);
+// The same, as it will be once `chosen` is kept.
+Result<Config> load_config(const std::filesystem::path& file, const ChosenDevices& chosen);
+// The same, with `chosen` as the content of that file.
+Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen);
 
 }  // namespace veneer::daemon

@@ -1,5 +1,6 @@
 // veneerd: arguments, signals, exit codes. 0 = ended as asked, 1 = could not work, 2 = unusable arguments, 3 = ended
-// itself after an error of its own program, which the service manager answers with a new start.
+// itself after an error of its own program, 4 = somebody asked for a restart. The service manager answers 3 and 4 with
+// a new start.
 #include <grp.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -35,7 +36,7 @@ namespace {
 using namespace veneer;
 using namespace veneer::daemon;
 
-constexpr int kCouldNotWork = 1, kBroken = 3;
+constexpr int kCouldNotWork = 1, kBroken = 3, kRestart = 4;
 
 int fail(const Error& error, int status = kCouldNotWork) {
   std::fprintf(stderr, "veneerd: %s\n", error.message.c_str());
@@ -58,6 +59,9 @@ HttpServerOptions server_options(const Config& config) {
   options.maintainer_gid = members_of(config.api.maintainer_group);
   return options;
 }
+
+// systemd, as the shipped unit asks it to. It tells a service of this kind where to say that it is ready.
+bool would_be_started_again() { return getenv("NOTIFY_SOCKET") != nullptr; }  // NOLINT(concurrency-mt-unsafe)
 
 // A core would keep the laser's port open until all of it is written, and the guardian could not darken the machine.
 // One byte, since of zero the kernel still feeds a core to a program that collects them.
@@ -144,6 +148,17 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   IdempotencyKeys keys(real_clock);
   router.remember_in(keys);
   router.on_change([&c](const Router::Change& change) { c.audit(change); });
+  SystemdNotifier notifier;
+  Watchdog watchdog(notifier, make_reactor_timer(reactor));
+  OrderlyEnd end(reactor, c);
+  bool restart = false;
+  if (would_be_started_again())
+    c.restart = [&] {
+      if (std::exchange(restart, true)) return;
+      log->info("ending, to be started again: the beam is switched off");
+      watchdog.stopping();
+      end.begin("the daemon is started again");
+    };
   bind_routes(router, c);
   bind_console_routes(router);
   bind_session_routes(router, sign_in);
@@ -159,7 +174,6 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   console_url = (*server)->console_url();
   c.connections = [&server] { return (*server)->connections(); };
 
-  SystemdNotifier notifier;
   CellHealth health(real_clock,
                     {[&c](std::function<void()> answered) {
                        c.database->async([](Repositories&) { return 0; },
@@ -172,16 +186,15 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
                      }});
   Repeater look_after(make_reactor_timer(reactor), std::chrono::seconds(1), [&health] { health.look(); });
   Repeater forget(make_reactor_timer(reactor), std::chrono::seconds(60), [&accounts] { accounts.forget_expired(); });
-  Watchdog watchdog(notifier, make_reactor_timer(reactor));
   // A file that may not grow is an error to be told, like a full disk; so is somebody who reads no more of what is
   // written to him (a log that goes down a pipe). Neither may end a job. (Asio ignores SIGPIPE too, in passing.)
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
-  OrderlyEnd end(reactor, c);
   boost::asio::signal_set signals(reactor, SIGTERM, SIGINT);
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;
     log->info("ending: the beam is switched off");
+    restart = false;
     watchdog.stopping();
     end.begin("the daemon was told to end");
   });
@@ -191,6 +204,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   look_after.begin();
   forget.begin();
   watchdog.ready();
+  log->info("{}", describe_devices(config));
   log->info("veneerd is ready: {}{}{}", config.api.unix_socket.string(), console_url.empty() ? "" : ", " + console_url,
             (*server)->tls_port() != 0 ? ", TLS at " + config.api.listen_tls : "");
   if (new_cell && !console_url.empty())
@@ -211,7 +225,8 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   guardian.on_change({});
   c.connections = {};
   (*server)->close();
-  return ran ? 0 : fail(ran.error(), kBroken);
+  if (!ran) return fail(ran.error(), kBroken);
+  return restart ? kRestart : 0;
 }
 
 int run(const Config& config, const std::string& guardian_socket) {
@@ -240,7 +255,7 @@ int restore(const Config& config, const std::string& backup, bool nothing_cut_si
     if (std::exchange(last, kind) != kind) std::printf("%s\n", text.c_str());
   });
   if (!restored) return fail(restored.error());
-  std::printf("%s", describe(*restored).c_str());
+  std::printf("%s", describe(*restored, describe_devices(config)).c_str());
   return 0;
 }
 

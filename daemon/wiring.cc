@@ -123,6 +123,19 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
   return devices;
 }
 
+Status laser_can_be_made(const LaserConfig& laser) {
+  boost::asio::io_context nowhere;
+  if (laser.kind == "grbl") {
+    const auto link = make_transport(laser.port, nowhere);
+    return link ? Ok() : Status(link.error());
+  }
+  if (laser.kind == "lihuiyu") {
+    const auto link = make_usb_transport(laser.port, nowhere);
+    return link ? Ok() : Status(link.error());
+  }
+  return Ok();
+}
+
 guardian::GuardedMachine guarded_machine(const Config& config) {
   if (config.laser.kind == "lihuiyu") return {"lihuiyu", config.laser.port};
   return {"grbl", grbl_port(config)};

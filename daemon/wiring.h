@@ -16,6 +16,9 @@ namespace veneer::daemon {
 Result<Devices> make_devices(const Config& config, const Clock& device_clock, boost::asio::io_context& reactor,
                              const Logger& log);
 
+// Whether a laser could be made of this; nothing is opened.
+Status laser_can_be_made(const LaserConfig& laser);
+
 // What has to be darkened should the daemon die.
 guardian::GuardedMachine guarded_machine(const Config& config);
 

@@ -1,48 +1,27 @@
-// Set up: which devices the cell has and whether they answer; what has to be printed.
+// Set up: the devices, and whether they answer; what has to be printed.
 import {h} from "../dom.js";
-import {asSentence, t} from "../words.js";
-import {changed, mayChange, model} from "../model.js";
+import {t} from "../words.js";
+import {changed, model} from "../model.js";
 import {give, mayCommand} from "../commands.js";
-import {button, fact, facts, hint} from "../parts.js";
-import {doSteps, isBusy, openFile, run, workAt, workRow} from "../work.js";
+import {button} from "../parts.js";
+import {openFile} from "../work.js";
+import {chooseParts} from "./setup_choose.js";
 import {bedPicture, lookButton} from "./setup_bed.js";
-
-const kindOf = (device) => t(`kind.${device.kind}`);
 
 export const devicesStep = {
   id: "devices",
   state: (about) => (about.hands || (model.cell.laser || {}).connected || about.certificate("axes") ? "done" : "open"),
   short: (about) => (about.hands ? t("devices.simulated") : ""),
   body(about) {
-    const {scanner, camera, laser} = about.setup.devices;
-    const now = model.cell.laser || {};
     return [
       h("p", {}, t(about.hands ? "devices.about_simulated" : "devices.about")),
-      facts(
-        fact(t("scanner"), `${kindOf(scanner)}: ${scanner.device}`),
-        fact(t("camera"), `${kindOf(camera)}: ${camera.device}`),
-        fact(t("laser"), `${kindOf(laser)}: ${laser.device}, ${now.connected ? t("laser.connected") : now.why_not_connected || t("devices.not_asked")}`, Boolean(now.why_not_connected))),
+      ...chooseParts(),
       h("div.commands", {},
         lookButton(),
-        button(t("devices.connect"), () => give("reset"), {disabled: !mayCommand("reset"), small: t("devices.connect.small"), id: "connect"}),
-        !about.hands && button(t("devices.find"), findScanners, {wide: true, disabled: !mayChange() || isBusy("scanners")})),
-      workRow("scanners"), found(),
-      bedPicture(),
-      !about.hands && hint(t("devices.file"))];
+        button(t("devices.connect"), () => give("reset"), {disabled: !mayCommand("reset"), small: t("devices.connect.small"), id: "connect"})),
+      bedPicture()];
   },
 };
-
-const findScanners = () => doSteps("scanners", [{text: t("devices.find"), act: () => run("scanners", "/scanners", {})}]);
-
-// What to write for each: the file is the owner's, and the daemon may not change it.
-function found() {
-  const {result} = workAt("scanners");
-  if (!result) return null;
-  if (!result.scanners.length) return h("p.warn", {}, t("devices.no_scanner"));
-  return h("ul.list", {}, ...result.scanners.map((one) => h("li", {"data-key": one.name},
-    h("div", {}, h("b", {}, one.make || one.name), one.problem ? h("p", {}, `▲ ${asSentence(one.problem)}`)
-      : h("pre", {}, `[scanner]\nkind = "sane"\ndevice = "${one.make || one.name}"\ndpi = 300`)))));
-}
 
 // ---- what is printed ------------------------------------------------------------------------------------------------
 

@@ -39,6 +39,11 @@ void bind_routes(Router& router, Cell& cell) {
   bind_setup_routes(router, {*c.calibrations, *c.runner, *c.bed, *c.camera_worker, c.tasks, *c.pictures, c.config,
                              c.devices.hands ? &*c.devices.hands : nullptr,
                              cell_devices(*c.devices.scanner, *c.devices.camera, c.config)});
+  bind_device_routes(router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, on_reactor,
+                              [&c](const std::string& who, const std::string& what, const std::string& detail) {
+                                c.audit(who, what, detail);
+                              },
+                              c.restart});
   const JobServices jobs{
       *c.plans,
       *c.planner_worker,

@@ -19,6 +19,7 @@
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
+#include "daemon/services/found_devices.h"
 #include "daemon/services/metrics.h"
 #include "daemon/services/panel_figures.h"
 #include "daemon/services/panel_library.h"
@@ -113,6 +114,20 @@ struct SetupServices {
   CellDevices named;
 };
 void bind_setup_routes(Router& router, const SetupServices& services);
+
+// Which devices there are, and choosing them for the next start.
+struct DeviceServices {
+  JobRunner& unit;
+  DatabaseCheck& integrity;
+  TaskRegistry& tasks;
+  QueryPool& pictures;  // where the disk is waited for
+  const Config& config;
+  DeviceRoots roots;
+  std::function<void(std::function<void()>)> on_reactor;
+  std::function<void(const std::string& who, const std::string& what, const std::string& detail)> audit;
+  std::function<void()> restart;  // ends the daemon in order for whoever starts it again; empty: nobody does
+};
+void bind_device_routes(Router& router, const DeviceServices& services);
 
 struct MetricsServices {
   Metrics& metrics;

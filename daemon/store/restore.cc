@@ -245,7 +245,7 @@ Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress&
                   std::move(users)};
 }
 
-std::string describe(const Restored& restored) {
+std::string describe(const Restored& restored, const std::string& devices) {
   const BackupManifest& manifest = restored.manifest;
   std::string out =
       fmt::format("The backup {} of {} was checked and is in place in {}: {} panels, {} jobs, {} pieces.\n",
@@ -277,6 +277,11 @@ std::string describe(const Restored& restored) {
         "These may sign in again, with the passwords of {}: {}. Remove whom you removed since; sessions and tokens "
         "have ended.\n",
         manifest.made_at.substr(0, 10), users);
+  if (!devices.empty())
+    out += fmt::format(
+        "Which devices the cell has is in no backup. Here they are: {}. Where that is not so, choose them again on "
+        "Set up or by veneerctl device, or write them into the configuration.\n",
+        devices);
   out += restored.nothing_cut_since
              ? "As you said that nothing was cut since it was made, panels count as seen. Now start veneerd.\n"
              : "What was cut after the backup was made is not in it: each panel has to be scanned again before it is "

@@ -44,7 +44,7 @@ struct Restored {
 Result<Restored> restore_backup(const RestoreOrder& order, const BackupProgress& progress,
                                 const std::function<void()>& before_step = {});
 
-// What was done, for whoever asked for it.
-std::string describe(const Restored& restored);
+// What was done, for whoever asked for it. `devices`: which ones the cell has here, since no backup says so.
+std::string describe(const Restored& restored, const std::string& devices = "");
 
 }  // namespace veneer::daemon

@@ -249,7 +249,10 @@ void JobRunner::hold(Reply reply) {
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
-      if (proof_.give_up()) parts().laser.stop_jog();
+      if (proof_.give_up()) {
+        jogging_ = true;
+        parts().laser.stop_jog();
+      }
       refused({ErrorCode::kCancelled, "held before anything was burnt"});
       return reply(Ok());
     case CellState::kUnholding:
@@ -443,7 +446,30 @@ Status JobRunner::jog(Millimetres dx, Millimetres dy, MmPerSecond speed, const s
   if (Status free = check_jog(options_.keep_out, limits_.travel, laser.position, dx, dy); laser.homed && !free)
     return free;
   audit(who, "laser.jog", fmt::format("{:.3f} {:.3f} mm", dx.count(), dy.count()));
-  return parts().laser.jog(dx, dy, speed);
+  Status taken = parts().laser.jog(dx, dy, speed);
+  if (taken) jogging_ = true;
+  return taken;
+}
+
+Status JobRunner::at_rest() const {
+  const auto refuse = [](const std::string& why) { return Error{ErrorCode::kConflict, why}; };
+  if (breaking_ || unwritten_ || committing())
+    return refuse("what was cut last is still to be booked: wait, or make room on the disk and Clear");
+  switch (view_.state) {
+    case CellState::kStopped:
+    case CellState::kIdle:
+    case CellState::kComplete:
+      break;
+    case CellState::kAborted:
+      return refuse("the cell is Aborted: look at why, then Clear it");
+    default:
+      return refuse(fmt::format("the cell is {}: let it end, or Stop it", to_string(view_.state)));
+  }
+  const LaserStatus laser = parts().laser.status();
+  if (activity_ || laser.beam_on) return refuse("the laser is at work: let it end, or Stop it");
+  if (jogging_ || !stands_still(laser)) return refuse("the head moves: wait until it stands still");
+  if (check_reply_) return refuse("the laser's controller reads strokes just now: wait until it has");
+  return Ok();
 }
 
 Status JobRunner::set_overrides(const LaserOverrides& wanted) {

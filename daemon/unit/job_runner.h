@@ -103,6 +103,9 @@ class JobRunner : private ActivityHost {
   bool may_move() const {
     return view_.state == CellState::kResetting || (activity_ != nullptr && view_.state != CellState::kHeld);
   }
+  // kConflict, with a sentence, while anything moves, burns, runs or waits, or is still to be booked, and after an
+  // abort that nobody has cleared: what a program that ends now would break off or forget.
+  Status at_rest() const;
   const RunnerOptions& options() const { return options_; }
   // Of the laser, since it was connected last; empty travel before.
   const LaserLimits& limits() const override { return limits_; }
@@ -189,6 +192,7 @@ class JobRunner : private ActivityHost {
   std::string reason_from_;
   bool at_laser_ = false;    // the laser has strokes of it and has not told their end
   bool laser_held_ = false;  // in the middle of them
+  bool jogging_ = false;     // a jog that no activity waits for has not told its end
 
   std::vector<Reply> pending_;          // the command whose acting state is on
   Reply check_reply_;                   // while the controller reads a pattern

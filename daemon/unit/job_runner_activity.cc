@@ -215,6 +215,7 @@ void JobRunner::when_written(std::function<void()> then) {
 
 // Everything that was going on ends here, with the beam already off.
 void JobRunner::break_off(const std::string& reason, const laser_event::Aborted* told) {
+  jogging_ = false;
   if (!after(view_.state, CellCommand::kAbort)) return;
   const bool laser_will_tell = at_laser_ && told == nullptr;
   auto activity = retire();

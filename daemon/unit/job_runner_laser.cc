@@ -108,6 +108,7 @@ void JobRunner::on_done(const std::string& remark) {
 }
 
 void JobRunner::on_jog_ended(const laser_event::JogEnded& jog) {
+  jogging_ = false;
   // A jog that ended in a reset has lost the position.
   if (jog.error && !parts().laser.status().homed) return break_off(jog.error->message, nullptr);
   if (proof_.jog_ended()) return;

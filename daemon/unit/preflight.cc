@@ -76,6 +76,12 @@ double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const P
 
 bool lid_is_open(const LaserStatus& laser) { return laser.state.starts_with("Door") && laser.state != "Door:0"; }
 
+bool stands_still(const LaserStatus& laser) {
+  if (!laser.connected) return true;
+  constexpr std::string_view kMoving[] = {"Run", "Jog", "Home", "Hold", "Held", "Door:2", "Door:3"};
+  return std::ranges::none_of(kMoving, [&](std::string_view word) { return laser.state.starts_with(word); });
+}
+
 Status check_machine(const LaserStatus& laser) {
   if (!laser.connected)
     return Error{ErrorCode::kRefused, "the laser is not connected: switch it on, then Stop and Reset"};

@@ -25,6 +25,9 @@ struct KeepOut {
 // As far as the machine tells; closed again and waiting for the operator ("Door:0") is not open.
 bool lid_is_open(const LaserStatus& laser);
 
+// As far as the machine tells: no motion is under way or interrupted, and the lid does not park its head.
+bool stands_still(const LaserStatus& laser);
+
 // kRefused when the laser cannot move as it is: not there, not homed, lid open, alarm; or must not burn.
 Status check_machine(const LaserStatus& laser);
 

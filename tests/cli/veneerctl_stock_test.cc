@@ -195,5 +195,51 @@ TEST(VeneerctlStock, ListsScannersWithWhatTheyTake) {
   EXPECT_THAT(ask(server, {"scanner", "list"}).out, HasSubstr("No scanner is found."));
 }
 
+TEST(VeneerctlStock, DevicesAreListedWithWhySoAndChosenForTheNextStart) {
+  const json sim = {{"kind", "sim"}, {"set_by", "nobody"}, {"device", ""}, {"dpi", 300}};
+  json told = {{"laser", {{"kind", "grbl"}, {"set_by", "file"}, {"port", "tcp:10.0.0.1:23"}}},
+               {"scanner", sim},
+               {"camera", sim},
+               {"file", "/etc/veneerd/veneerd.toml"},
+               {"next", nullptr},
+               {"problem", ""},
+               {"restart_refused", ""}};
+  json asked;
+  ApiServer server({}, {}, [&](Router& router) {
+    router.bind("getDevices", [&](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(told)); });
+    router.bind("findDevices", [&](const ApiRequest&, const Reply& reply) {
+      reply(ApiReply::json({{"lasers",
+                             {{{"kind", "lihuiyu"},
+                               {"port", "usb:1a86:5512@1-2"},
+                               {"name", ""},
+                               {"named_by", "socket"},
+                               {"refusal", ""}},
+                              {{"kind", "grbl"},
+                               {"port", "serial:/dev/ttyUSB0"},
+                               {"name", "CH340"},
+                               {"named_by", nullptr},
+                               {"refusal", "it has no name that lasts"}}}},
+                            {"pictures", json::array()}}));
+    });
+    router.bind("chooseDevice", [&](const ApiRequest& request, const Reply& reply) {
+      asked = json::parse(request.body.text(), nullptr, false);
+      told["next"] = {{"laser", told["laser"]}, {"scanner", {{"kind", "sane"}, {"device", "X"}}}, {"camera", sim}};
+      reply(ApiReply::json(told));
+    });
+  });
+  const std::string list = ask(server, {"device", "list"}).out;
+  EXPECT_THAT(list, HasSubstr("grbl tcp:10.0.0.1:23"));
+  EXPECT_THAT(list, HasSubstr("written in /etc/veneerd/veneerd.toml"));
+  EXPECT_THAT(list, HasSubstr("nothing is chosen"));
+  const std::string found = ask(server, {"device", "find"}).out;
+  EXPECT_THAT(found, HasSubstr("device choose laser lihuiyu \"usb:1a86:5512@1-2\""));
+  EXPECT_THAT(found, HasSubstr("leave it plugged in there"));
+  EXPECT_THAT(found, HasSubstr("# serial:/dev/ttyUSB0, CH340: it has no name that lasts"));
+  const std::string chosen = ask(server, {"device", "choose", "scanner", "sane", "X", "--dpi", "600"}).out;
+  EXPECT_THAT(chosen, HasSubstr("sane X"));
+  EXPECT_THAT(chosen, HasSubstr("Next: veneerctl restart"));
+  EXPECT_EQ(asked, json({{"kind", "sane"}, {"device", "X"}, {"dpi", 600.0}}));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -47,6 +47,149 @@ cut_power = 0.5
   EXPECT_DOUBLE_EQ(config->recipe.cut_power.count(), 0.5);
 }
 
+// ---- Devices that are chosen --------------------------------------------------------------------------------------
+
+constexpr const char* kOpen = "[devices]\nchoose = true\n";
+constexpr const char* kPort = "serial:/dev/veneer/laser-A50285BI?baud=115200";
+
+ChosenDevices real_laser() {
+  ChosenDevices chosen;
+  chosen.laser.kind = "grbl";
+  chosen.laser.port = kPort;
+  return chosen;
+}
+
+class ChosenDevicesTest : public ConfigTest {
+ protected:
+  ChosenDevicesTest() { std::filesystem::create_directories(data_dir_); }
+  ~ChosenDevicesTest() override { std::filesystem::remove_all(data_dir_); }
+  Result<Config> with(const std::string& by_hand, const ChosenDevices& chosen = real_laser()) {
+    std::ofstream(file_) << by_hand;
+    return load_config(file_, chosen);
+  }
+  // As the daemon starts, with this content of the file in its data folder.
+  Result<Config> start(const std::string& chosen) {
+    std::ofstream(kept_) << chosen;
+    return start();
+  }
+  Result<Config> start() { return parse(std::string(kOpen) + "[store]\ndata_dir = \"" + data_dir_.string() + "\"\n"); }
+  const std::filesystem::path data_dir_ =
+      std::filesystem::temp_directory_path() / ("veneer-chosen-" + std::to_string(getpid()));
+  const std::filesystem::path kept_ = data_dir_ / kChosenDevicesName;
+};
+
+TEST_F(ChosenDevicesTest, TakeThePlaceOfSimulatedOnesOnlyWhereTheFileSaysSo) {
+  for (const char* open : {"", "[laser]\nkind = \"sim\"\n"}) {
+    const auto config = with(std::string(kOpen) + open);
+    ASSERT_TRUE(config.ok()) << config.error().message;
+    EXPECT_EQ(config->laser.set_by, SetBy::kChoice);
+    EXPECT_EQ(config->laser.port, kPort);
+    EXPECT_EQ(config->scanner.set_by, SetBy::kNobody);
+    EXPECT_EQ(config->scanner.kind, "sim");
+  }
+  for (const char* closed : {"", "[laser]\nkind = \"sim\"\n", "[devices]\nchoose = false\n"}) {
+    const auto config = with(closed);
+    ASSERT_TRUE(config.ok()) << config.error().message;
+    EXPECT_EQ(config->laser.set_by, SetBy::kFile) << closed;
+    EXPECT_EQ(config->laser.kind, "sim") << closed;
+    EXPECT_FALSE(config->devices.chosen);
+  }
+  const auto by_hand = with(std::string(kOpen) + "[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\n");
+  ASSERT_TRUE(by_hand.ok()) << by_hand.error().message;
+  EXPECT_EQ(by_hand->laser.set_by, SetBy::kFile);
+  EXPECT_EQ(by_hand->laser.port, "usb:1a86:5512");
+}
+
+TEST_F(ChosenDevicesTest, NothingWrittenBesideASimulatedLaserIsSaidOfAChosenOne) {
+  const std::string beside = std::string(kOpen) +
+                             "[laser]\nkind = \"sim\"\nfocus_z_mm = -40\n[before_motion]\nconfirm = [\"exhaust\", "
+                             "\"goggles\"]\nfocus = false\n";
+  const auto simulated = with(beside, {});
+  ASSERT_TRUE(simulated.ok()) << simulated.error().message;
+  EXPECT_EQ(simulated->laser.focus_z, Millimetres(-40));
+  EXPECT_FALSE(simulated->before_motion.focus);
+  const auto real = with(beside);
+  ASSERT_TRUE(real.ok()) << real.error().message;
+  EXPECT_FALSE(real->laser.focus_z) << "no head is driven down to where another one has its focus";
+  EXPECT_TRUE(real->before_motion.focus);
+  EXPECT_THAT(real->before_motion.confirm, ::testing::ElementsAre("exhaust", "air assist", "cooling", "goggles"));
+  EXPECT_EQ(with(std::string(kOpen) + "[before_motion]\nconfirm = []\n")->before_motion.confirm.size(), 3U);
+  EXPECT_EQ(controller_at(real->laser), "real");
+}
+
+TEST_F(ChosenDevicesTest, AreReadBackAsTheyWereKept) {
+  ChosenDevices wanted;
+  wanted.laser.kind = "lihuiyu";
+  wanted.laser.port = "usb:1a86:5512@1-2.4";
+  wanted.laser.board = "m3";
+  wanted.laser.travel_x = 320_mm;
+  wanted.scanner.kind = "sane";
+  wanted.scanner.device = "A \"Scanner\" \\ 3";
+  wanted.scanner.dpi = 600;
+  wanted.camera.kind = "file";
+  wanted.camera.device = "/var/lib/veneerd/camera/bed.jpg";
+  const auto read = start(chosen_devices_text(wanted));
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->laser.port, wanted.laser.port);
+  EXPECT_EQ(read->laser.board, "m3");
+  EXPECT_EQ(read->laser.travel_x, 320_mm);
+  EXPECT_EQ(read->scanner.device, wanted.scanner.device);
+  EXPECT_DOUBLE_EQ(read->scanner.dpi, 600);
+  EXPECT_EQ(read->camera.device, wanted.camera.device);
+  ASSERT_TRUE(read->devices.chosen);
+  EXPECT_EQ(chosen_devices_text(*read->devices.chosen), chosen_devices_text(wanted));
+}
+
+TEST_F(ChosenDevicesTest, AResolutionThatNobodyChoseIsTheFiles) {
+  ChosenDevices scanner;
+  scanner.scanner.kind = "sane";
+  scanner.scanner.device = "Scanner 3";
+  EXPECT_DOUBLE_EQ(with(std::string(kOpen) + "[scanner]\ndpi = 600\n", scanner)->scanner.dpi, 600);
+  EXPECT_EQ(chosen_devices_text(scanner).find("dpi"), std::string::npos);
+  scanner.scanner.dpi = 400;
+  EXPECT_DOUBLE_EQ(with(std::string(kOpen) + "[scanner]\ndpi = 600\n", scanner)->scanner.dpi, 400);
+}
+
+TEST_F(ChosenDevicesTest, AFileThatIsNotWholeKeepsTheDaemonFromStarting) {
+  EXPECT_TRUE(start().ok()) << "nobody has chosen yet";
+  const std::string whole = chosen_devices_text(real_laser());
+  ASSERT_TRUE(start(whole).ok());
+  const std::string without_camera = whole.substr(0, whole.find("[camera]"));
+  std::string without_kind = whole;
+  without_kind.erase(without_kind.find("kind = \"grbl\"\n"), std::string("kind = \"grbl\"\n").size());
+  const std::string elsewhere = "[laser]\nkind = \"grbl\"\nport = \"file:/tmp/x\"\n";
+  for (const std::string& broken :
+       {std::string(), std::string("\n"), without_camera, without_kind, whole.substr(0, whole.size() / 2),
+        whole + "[sim]\ntime_scale = 1\n", whole + "zoom = 3\n", std::string("[camera\n"), elsewhere}) {
+    const auto refused = start(broken);
+    ASSERT_FALSE(refused.ok()) << broken;
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
+    EXPECT_THAT(refused.error().message, HasSubstr(kept_.string()));
+    EXPECT_THAT(refused.error().message, HasSubstr("remove it and choose laser, scanner and camera again"));
+  }
+  EXPECT_TRUE(parse("[store]\ndata_dir = \"" + data_dir_.string() + "\"\n").ok()) << "it takes no part then";
+}
+
+TEST_F(ChosenDevicesTest, AFileThatCannotBeReadIsNotTakenForNone) {
+  std::filesystem::create_directory(kept_);
+  EXPECT_THAT(start().error().message, HasSubstr("it cannot be read"));
+  std::filesystem::remove(kept_);
+  std::filesystem::create_symlink(data_dir_ / "gone", kept_);
+  EXPECT_THAT(start().error().message, HasSubstr(kept_.string()));
+}
+
+TEST_F(ChosenDevicesTest, AChoiceThatDoesNotFitTheFileIsAnError) {
+  EXPECT_THAT(with(std::string(kOpen) + "[sim]\ntime_scale = 40\n").error().message,
+              HasSubstr("sim.time_scale is 40, but the laser is a real one"));
+}
+
+TEST_F(ChosenDevicesTest, AreDescribedWithWhoSaidSo) {
+  EXPECT_EQ(describe_devices(*with(kOpen)),
+            std::string("laser: grbl ") + kPort +
+                ", chosen; scanner: simulated, nothing is chosen; camera: simulated, nothing is chosen");
+  EXPECT_EQ(describe_devices(*with("")), "laser: simulated; scanner: simulated; camera: simulated");
+}
+
 TEST_F(ConfigTest, ReadsHowAScannerIsSet) {
   const auto config = parse(R"(
 [scanner]

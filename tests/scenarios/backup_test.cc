@@ -86,6 +86,7 @@ TEST_F(BackedUp, WhileItCutsAndBecomesACellOnAnotherMachine) {
     const Finished restored = restore(config, folder);
     ASSERT_EQ(restored.status, 0) << restored.output;
     EXPECT_THAT(restored.output, HasSubstr("is in place in " + data.string()));
+    EXPECT_THAT(restored.output, HasSubstr("Which devices the cell has is in no backup. Here they are: laser: "));
     LoneDaemon there;
     LoneDaemonOptions options;
     options.data = data;

@@ -61,8 +61,10 @@ TEST(FirstDay, FromTheUnpackedMachineToTheFirstCutPiece) {
   SimulatedCellOptions options{
       dir / "cell", std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin", 3, 40};
   options.twin_tables = "sheet_dpi = 200\n";
+  options.daemon_tables = "[devices]\nchoose = true\n";
   auto cell = SimulatedCell::start(options);
   ASSERT_TRUE(cell.ok()) << cell.error().message;
+  std::ofstream((*cell)->data_dir() / "camera" / "bed.jpg") << "a picture";
   const auto link = (*cell)->api().post("/console-links", {{"role", "maintainer"}});
   ASSERT_TRUE(link.ok()) << link.error().message;
   const std::filesystem::path pictures = VENEER_PAGES;

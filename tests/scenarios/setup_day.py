@@ -68,6 +68,25 @@ class FirstDay(Day):
         self.press("#do-recipe")
         self.until_says("main", "walnut, cut")
 
+    def devices(self):
+        """A camera is chosen for the next start, and a simulation again in its place, which is asked."""
+        self.go("setup")
+        self.press("li[data-key=devices] button")
+        self.until_says('[data-device="laser"]', "Nothing is chosen yet")
+        self.press("#look-devices")
+        self.until_says('[data-device="camera"]', "bed.jpg")
+        self.until("scanners to be asked for", lambda: self.find("#look-devices").is_enabled())
+        self.press('[data-device="camera"] input[value$="bed.jpg"]')
+        self.press("#choose-camera")
+        self.until_says('[data-device="camera"]', "Next start")
+        self.until_says("[data-key=restart]", "started by hand")
+        self.show("devices")
+        self.press('[data-device="camera"] input[value="sim"]')
+        assert not self.find("#choose-camera").is_enabled(), "nobody said that a simulation is meant"
+        self.press("#sure-camera")
+        self.press("#choose-camera")
+        self.until("the simulation to stay", lambda: "Next start" not in self.text('[data-device="camera"]'))
+
     def alarms(self):
         """STOP is one; seen, cleared, and over."""
         self.find("#stop button").click()
@@ -86,7 +105,7 @@ class FirstDay(Day):
 def main():
     day = FirstDay(sys.argv[1], sys.argv[2])
     try:
-        for part in (day.set_up, day.left_and_gone_on_with, day.settings, day.alarms, day.check_console):
+        for part in (day.set_up, day.left_and_gone_on_with, day.settings, day.devices, day.alarms, day.check_console):
             part()
     finally:
         day.browser.quit()

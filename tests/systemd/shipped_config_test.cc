@@ -1,14 +1,31 @@
 #include <gtest/gtest.h>
 
+#include <string>
+
+#include "base/files.h"
 #include "daemon/config.h"
 
 namespace veneer::daemon {
 namespace {
 
+// What scripts read without a parser.
+TEST(ShippedConfiguration, WritesThatItsDevicesAreSimulated) {
+  const std::string text = read_whole(VENEER_SHIPPED_CONFIG).value_or("");
+  for (const char* device : {"laser", "scanner", "camera"}) {
+    const auto at = text.find(std::string("\n[") + device + "]");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_EQ(text.find("\nkind = \"sim\"", at), text.find("\nkind = ", at)) << device;
+  }
+}
+
 TEST(ShippedConfiguration, IsReadAndIsTheSimulatedCell) {
   const auto config = load_config(VENEER_SHIPPED_CONFIG);
   ASSERT_TRUE(config.ok()) << config.error().message;
   EXPECT_EQ(config->laser.kind, "sim");
+  EXPECT_TRUE(config->devices.choose);
+  EXPECT_EQ(config->laser.set_by, SetBy::kNobody) << "whoever unpacks the machine chooses it";
+  EXPECT_EQ(config->scanner.set_by, SetBy::kNobody);
+  EXPECT_EQ(config->camera.set_by, SetBy::kNobody);
   EXPECT_EQ(config->scanner.kind, "sim");
   EXPECT_EQ(config->camera.kind, "sim");
 }
@@ -36,6 +53,16 @@ TEST(ShippedConfiguration, SaysTheDefaults) {
   EXPECT_EQ(shipped->panel.calibration_days, built_in.panel.calibration_days);
   EXPECT_EQ(shipped->log_level, built_in.log_level);
   EXPECT_EQ(shipped->planner_threads, built_in.planner_threads);
+}
+
+TEST(ShippedConfiguration, AsksForWhatARealLaserNeedsOnceOneIsChosen) {
+  ChosenDevices real;
+  real.laser.kind = "grbl";
+  real.laser.port = "serial:/dev/veneer/laser-A50285BI?baud=115200";
+  const auto chosen = load_config(VENEER_SHIPPED_CONFIG, real);
+  ASSERT_TRUE(chosen.ok()) << chosen.error().message;
+  EXPECT_EQ(chosen->before_motion.confirm.size(), 3U);
+  EXPECT_TRUE(chosen->before_motion.focus);
 }
 
 }  // namespace

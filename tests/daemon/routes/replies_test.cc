@@ -211,6 +211,8 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getTask", "/tasks/2"},
                                                         {"getBedToolpath", "/bed/toolpath"},
                                                         {"getSetup", "/setup"},
+                                                        {"getDevices", "/devices"},
+                                                        {"findDevices", "/devices/found"},
                                                         {"listSheets", "/sim/sheets"},
                                                         {"listAlarms", "/alarms"},
                                                         {"listPanelRemnants", "/panels/P-0001/remnants"}};

@@ -183,5 +183,19 @@ RC_GTEST_PROP(Preflight, AWayCrossesABoxWhenAPointOfItLiesInside, (int x0, int y
   }
 }
 
+TEST(Preflight, AHeadStandsStillUnlessTheMachineSaysOtherwise) {
+  LaserStatus laser;
+  EXPECT_TRUE(stands_still(laser)) << "nobody is there";
+  laser.connected = true;
+  for (const char* rests : {"Idle", "Alarm", "Sleep", "Door:0", "Door:1", "Check", "Ready", "Finished"}) {
+    laser.state = rests;
+    EXPECT_TRUE(stands_still(laser)) << rests;
+  }
+  for (const char* moves : {"Run", "Jog", "Home", "Hold:0", "Hold:1", "Door:2", "Door:3", "Held"}) {
+    laser.state = moves;
+    EXPECT_FALSE(stands_still(laser)) << moves;
+  }
+}
+
 }  // namespace
 }  // namespace veneer::daemon

@@ -1,0 +1,218 @@
+#include "daemon/config_devices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+#include <system_error>
+
+#include "base/files.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What of it the device takes is known when it is asked to scan, and by veneerctl scanner list.
+void read_sane(Section& scanner, ScannerConfig& out) {
+  scanner.text("mode", out.mode);
+  scanner.text("source", out.source);
+  scanner.integer("depth", out.depth, {8, 16});
+  scanner.numbers("area_mm", out.area_mm, 4, 0, 2000);
+  scanner.settings("options", out.options);
+}
+
+void read_travel(Section& laser, Millimetres& x, Millimetres& y) {
+  laser.quantity("travel_x_mm", x, 50, 2000);
+  laser.quantity("travel_y_mm", y, 50, 2000);
+}
+
+// ---- chosen_devices.toml --------------------------------------------------------------------------------------------
+
+// As TOML; there are no control characters in it.
+std::string toml_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + "\"";
+}
+
+Error not_whole(const fs::path& file, const std::string& problem) {
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{} does not say which devices were chosen ({}), and a cell does not become another one by "
+                      "itself: put it back from a copy, or remove it and choose laser, scanner and camera again",
+                      file.string(), problem)};
+}
+
+bool has_kind(Section& section, std::string_view device, std::vector<std::string>& errors) {
+  if (section.has("kind")) return true;
+  errors.push_back(fmt::format("the kind of the {} is missing", device));
+  return false;
+}
+
+void read_chosen_laser(Section& section, ChosenDevices::Laser& out, std::vector<std::string>& errors) {
+  if (!has_kind(section, "laser", errors)) return;
+  section.word("kind", out.kind, {"grbl", "lihuiyu", "sim"});
+  if (out.kind == "sim") return;
+  section.text("port", out.port);
+  if (!out.port.starts_with(out.kind == "grbl" ? "serial:/" : "usb:"))
+    errors.push_back(fmt::format("laser.port = \"{}\" is no port of a laser that can be chosen", out.port));
+  if (out.kind != "lihuiyu") return;
+  section.word("board", out.board, {"m2", "m3"});
+  read_travel(section, out.travel_x, out.travel_y);
+}
+
+void read_chosen_scanner(Section& section, ChosenDevices::Scanner& out, std::vector<std::string>& errors) {
+  if (!has_kind(section, "scanner", errors)) return;
+  section.word("kind", out.kind, {"sane", "sim"});
+  if (out.kind == "sim") return;
+  section.text("device", out.device);
+  if (out.device.empty()) errors.emplace_back("scanner.device is missing");
+  out.dpi = section.number("dpi", 75, 1200);
+}
+
+void read_chosen_camera(Section& section, ChosenDevices::Camera& out, std::vector<std::string>& errors) {
+  if (!has_kind(section, "camera", errors)) return;
+  section.word("kind", out.kind, {"file", "sim"});
+  if (out.kind == "sim") return;
+  section.text("device", out.device);
+  if (!out.device.starts_with('/')) errors.emplace_back("camera.device is missing");
+}
+
+}  // namespace
+
+BeforeMotionConfig usual_before_motion(const LaserConfig& laser) {
+  if (laser.kind == "sim") return {};
+  return {{"exhaust", "air assist", "cooling"}, true};
+}
+
+void read_devices(const toml::table& root, const std::string& file, Config& config, std::vector<std::string>& errors) {
+  Section devices(root, file, "devices", errors);
+  devices.truth("choose", config.devices.choose);
+  devices.refuse_unread();
+  Section laser(root, file, "laser", errors);
+  laser.word("kind", config.laser.kind, {"grbl", "lihuiyu", "sim"});
+  laser.text("port", config.laser.port);
+  laser.truth("test_controller", config.laser.test_controller);
+  if (config.laser.kind == "lihuiyu") laser.word("board", config.laser.board, {"m2", "m3"});
+  if (config.laser.kind == "lihuiyu" || records(config.laser))
+    read_travel(laser, config.laser.travel_x, config.laser.travel_y);
+  if (config.laser.kind != "lihuiyu")
+    if (const auto z = laser.number("focus_z_mm", -1000, 1000)) config.laser.focus_z = Millimetres(*z);
+  laser.refuse_unread();
+  Section scanner(root, file, "scanner", errors);
+  scanner.word("kind", config.scanner.kind, {"file", "sane", "sim"});
+  scanner.text("device", config.scanner.device);
+  scanner.number("dpi", config.scanner.dpi, 75, 1200);
+  if (config.scanner.kind == "sane")
+    read_sane(scanner, config.scanner);
+  else
+    scanner.only_for("sane", {"mode", "source", "depth", "area_mm", "options"});
+  // Which scanners there are can be asked for whatever the kind.
+  scanner.folder("sane_config_dir", config.scanner.sane_config);
+  scanner.refuse_unread();
+  Section camera(root, file, "camera", errors);
+  camera.word("kind", config.camera.kind, {"file", "sim"});
+  camera.text("device", config.camera.device);
+  camera.integer("look_every_pieces", config.camera.look_every, 0, 100000);
+  camera.refuse_unread();
+  Section sim(root, file, "sim", errors);
+  sim.path("socket", config.sim.socket);
+  sim.path("laser", config.sim.laser);
+  sim.number("time_scale", config.sim.time_scale, 1, 1000);
+  sim.refuse_unread();
+  if (!config.devices.choose) return;
+  const auto leave_open = [](auto& device) { device.set_by = device.kind == "sim" ? SetBy::kNobody : SetBy::kFile; };
+  leave_open(config.laser);
+  leave_open(config.scanner);
+  leave_open(config.camera);
+}
+
+Result<ChosenDevices> read_chosen_devices(std::string_view text, const fs::path& file) {
+  ChosenDevices out;
+  std::vector<std::string> errors;
+  try {
+    const toml::table root = toml::parse(text, file.string());
+    const auto one = [&](std::string_view name, auto read, auto& into) {
+      std::vector<std::string> of_it;
+      Section section(root, file.filename().string(), name, of_it);
+      read(section, into, of_it);
+      section.refuse_unread();
+      errors.insert(errors.end(), of_it.begin(), of_it.end());
+    };
+    one("laser", read_chosen_laser, out.laser);
+    one("scanner", read_chosen_scanner, out.scanner);
+    one("camera", read_chosen_camera, out.camera);
+    for (auto&& [key, node] : root)
+      if (key != "laser" && key != "scanner" && key != "camera")
+        errors.push_back(fmt::format("[{}] in line {} is no device", key.str(), node.source().begin.line));
+  } catch (const toml::parse_error& e) {
+    errors.push_back(fmt::format("line {}: {}", e.source().begin.line, e.description()));
+  }
+  if (!errors.empty()) return not_whole(file, errors.front());
+  return out;
+}
+
+Result<std::optional<ChosenDevices>> read_chosen_devices(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status there = fs::symlink_status(file, error);
+  if (there.type() == fs::file_type::not_found) return std::optional<ChosenDevices>();
+  const auto text = there.type() == fs::file_type::regular ? read_whole(file) : std::nullopt;
+  if (!text) return not_whole(file, error ? error.message() : "it cannot be read");
+  auto chosen = read_chosen_devices(*text, file);
+  if (!chosen) return chosen.error();
+  return std::optional(std::move(*chosen));
+}
+
+void take_chosen(const ChosenDevices& chosen, Config& config) {
+  config.devices.chosen = chosen;
+  if (config.laser.set_by == SetBy::kNobody && chosen.laser.kind != "sim") {
+    LaserConfig laser;
+    laser.set_by = SetBy::kChoice;
+    laser.kind = chosen.laser.kind;
+    laser.port = chosen.laser.port;
+    laser.board = chosen.laser.board;
+    laser.travel_x = chosen.laser.travel_x;
+    laser.travel_y = chosen.laser.travel_y;
+    config.laser = std::move(laser);
+    BeforeMotionConfig asked = usual_before_motion(config.laser);
+    for (const std::string& more : config.before_motion.confirm)
+      if (std::ranges::find(asked.confirm, more) == asked.confirm.end()) asked.confirm.push_back(more);
+    config.before_motion = std::move(asked);
+  }
+  if (config.scanner.set_by == SetBy::kNobody && chosen.scanner.kind != "sim") {
+    config.scanner.set_by = SetBy::kChoice;
+    config.scanner.kind = chosen.scanner.kind;
+    config.scanner.device = chosen.scanner.device;
+    config.scanner.dpi = chosen.scanner.dpi.value_or(config.scanner.dpi);
+  }
+  if (config.camera.set_by == SetBy::kNobody && chosen.camera.kind != "sim") {
+    config.camera.set_by = SetBy::kChoice;
+    config.camera.kind = chosen.camera.kind;
+    config.camera.device = chosen.camera.device;
+  }
+}
+
+std::string chosen_devices_text(const ChosenDevices& chosen) {
+  std::string out =
+      "# What was chosen on Set up or by veneerctl. It counts where veneerd.toml says [devices] choose = true and a\n"
+      "# device is simulated. Choose there again rather than write here.\n";
+  out += fmt::format("[laser]\nkind = {}\n", toml_text(chosen.laser.kind));
+  if (chosen.laser.kind != "sim") out += fmt::format("port = {}\n", toml_text(chosen.laser.port));
+  if (chosen.laser.kind == "lihuiyu")
+    out += fmt::format("board = {}\ntravel_x_mm = {}\ntravel_y_mm = {}\n", toml_text(chosen.laser.board),
+                       chosen.laser.travel_x.count(), chosen.laser.travel_y.count());
+  out += fmt::format("[scanner]\nkind = {}\n", toml_text(chosen.scanner.kind));
+  if (chosen.scanner.kind != "sim") {
+    out += fmt::format("device = {}\n", toml_text(chosen.scanner.device));
+    if (chosen.scanner.dpi) out += fmt::format("dpi = {}\n", *chosen.scanner.dpi);
+  }
+  out += fmt::format("[camera]\nkind = {}\n", toml_text(chosen.camera.kind));
+  if (chosen.camera.kind != "sim") out += fmt::format("device = {}\n", toml_text(chosen.camera.device));
+  return out;
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,352 @@
+// Which laser, scanner and camera the cell has, what is plugged in, and choosing one of it for the next start.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <span>
+
+#include "base/files.h"
+#include "daemon/api/request_reader.h"
+#include "daemon/routes/cell_routes.h"
+#include "daemon/wiring.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+
+// What whoever chooses confirms by name: the first Reset will move what is at that port; nothing real is done any more.
+constexpr const char *kRealLaser = "a laser is at this port", *kSimulation = "a simulation takes its place";
+
+json device_choices_json(const Config& config) {
+  const LaserConfig& laser = config.laser;
+  json out = {
+      {"laser", {{"kind", laser.kind}, {"set_by", to_string(laser.set_by)}, {"port", laser.port}}},
+      {"scanner",
+       {{"kind", config.scanner.kind},
+        {"set_by", to_string(config.scanner.set_by)},
+        {"device", config.scanner.device},
+        {"dpi", config.scanner.dpi}}},
+      {"camera",
+       {{"kind", config.camera.kind}, {"set_by", to_string(config.camera.set_by)}, {"device", config.camera.device}}}};
+  if (laser.kind == "lihuiyu") {
+    out["laser"]["board"] = laser.board;
+    out["laser"]["travel_mm"] = {laser.travel_x.count(), laser.travel_y.count()};
+  }
+  return out;
+}
+
+Status may_restart(const DeviceServices& s) {
+  if (const Status rests = s.unit.at_rest(); !rests) return rests;
+  if (s.integrity.state() == DatabaseCheck::State::kChecking)
+    return Error{ErrorCode::kConflict, "the database is being checked: wait until that is done"};
+  if (const auto running = s.tasks.running(); !running.empty())
+    return Error{ErrorCode::kConflict, fmt::format("\"{}\" is under way and would be lost: wait until it is done, or "
+                                                   "cancel it",
+                                                   running.front()->kind)};
+  if (!s.restart)
+    return Error{ErrorCode::kConflict,
+                 "nobody would start veneerd again, since it was started by hand: end it there, and start it again"};
+  return Ok();
+}
+
+// On a thread that may wait for a disk.
+json devices_now(const DeviceServices& s, const Status& restart) {
+  json out = device_choices_json(s.config);
+  out["file"] = s.config.file.string();
+  out["choose"] = s.config.devices.choose;
+  out["camera_folder"] = s.config.devices.choose ? json(camera_folder(s.config.store.data_dir).string()) : json();
+  out["restart_refused"] = restart ? "" : restart.error().message;
+  out["next"] = nullptr;
+  out["problem"] = "";
+  if (s.config.file.empty()) return out;
+  const auto next = load_config(s.config.file);
+  if (!next)
+    out["problem"] = next.error().message;
+  else if (json then = device_choices_json(*next); then != device_choices_json(s.config))
+    out["next"] = std::move(then);
+  return out;
+}
+
+// A sentence about the configuration may hold a line of it, and there may be keys to other houses in those.
+void tell_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
+  const bool all = request.caller.role >= Role::kOperator;
+  s.pictures.ask(request, reply, [s, all, restart = may_restart(s)](Repositories&) {
+    json out = devices_now(s, restart);
+    if (!all && out["problem"] != "") out["problem"] = "the configuration is not good; an operator is told why";
+    return ApiReply::json(out);
+  });
+}
+
+json named_by_json(NamedBy named_by) {
+  switch (named_by) {
+    case NamedBy::kSerialNumber:
+      return "serial_number";
+    case NamedBy::kSocket:
+      return "socket";
+    case NamedBy::kNothing:
+      return nullptr;
+  }
+  return nullptr;
+}
+
+void find_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
+  s.pictures.ask(request, reply, [s](Repositories&) {
+    json lasers = json::array(), pictures = json::array();
+    for (const FoundLaser& one : find_lasers(s.roots))
+      lasers.push_back({{"kind", one.kind},
+                        {"port", one.port},
+                        {"name", one.name},
+                        {"named_by", named_by_json(one.named_by)},
+                        {"refusal", one.refusal}});
+    for (const FoundPicture& one : find_camera_pictures(s.config.store.data_dir))
+      pictures.push_back({{"device", one.file}, {"age_s", one.age.count()}});
+    return ApiReply::json({{"lasers", std::move(lasers)}, {"pictures", std::move(pictures)}});
+  });
+}
+
+// ---- choosing -------------------------------------------------------------------------------------------------------
+
+// What is asked for, of one device; the others of `wanted` are not.
+struct AskedDevice {
+  std::string device;
+  ChosenDevices wanted;
+  std::vector<std::string> confirmed;
+};
+
+struct DeviceKinds {
+  std::string_view device;
+  std::vector<std::string_view> kinds;
+};
+const std::vector<DeviceKinds>& device_kinds() {
+  static const std::vector<DeviceKinds> kAll = {
+      {"laser", {"grbl", "lihuiyu", "sim"}}, {"scanner", {"sane", "sim"}}, {"camera", {"file", "sim"}}};
+  return kAll;
+}
+
+// Whatever belongs to a kind must be there, and to another must not: it is refused, not overheard. A Lihuiyu board
+// knows neither what it is nor its travel, and a guess would drive the head against its frame.
+AskedDevice read_asked(const DeviceKinds& of, RequestReader& body) {
+  const std::string kind = body.word("kind", {"sim", "grbl", "lihuiyu", "sane", "file"}).value_or("sim");
+  const auto port = body.text("port"), device = body.text("device");
+  const auto board = body.word("board", {"m2", "m3"});
+  const auto travel_x = body.number("travel_x_mm", {50, 2000}), travel_y = body.number("travel_y_mm", {50, 2000});
+  const auto dpi = body.number("dpi", {75, 1200});
+  AskedDevice asked;
+  asked.device = of.device;
+  asked.confirmed = body.texts("confirmed").value_or(std::vector<std::string>{});
+  body.require("kind");
+  const auto refuse = [&](std::string sentence) { body.refuse({ErrorCode::kInvalidArgument, std::move(sentence)}); };
+  if (std::ranges::find(of.kinds, kind) == of.kinds.end())
+    refuse(fmt::format("kind = {} is no {}: use {}", kind, of.device, fmt::join(of.kinds, ", ")));
+  const bool is_board = kind == "lihuiyu", has_port = is_board || kind == "grbl";
+  const auto belongs = [&](std::string_view name, bool given, bool wanted) {
+    if (given && !wanted) refuse(fmt::format("{} does not belong to the kind {}: leave it out", name, kind));
+    if (!given && wanted) refuse(fmt::format("{} is missing: the kind {} needs it", name, kind));
+  };
+  belongs("port", port.has_value(), has_port);
+  belongs("board", board.has_value(), is_board);
+  belongs("travel_x_mm", travel_x.has_value(), is_board);
+  belongs("travel_y_mm", travel_y.has_value(), is_board);
+  belongs("device", device.has_value(), kind == "sane" || kind == "file");
+  if (kind != "sane") belongs("dpi", dpi.has_value(), false);
+  ChosenDevices& wanted = asked.wanted;
+  if (of.device == "laser")
+    wanted.laser = {kind, port.value_or(""), board.value_or("m2"), Millimetres(travel_x.value_or(300)),
+                    Millimetres(travel_y.value_or(200))};
+  if (of.device == "scanner") wanted.scanner = {kind, device.value_or(""), dpi};
+  if (of.device == "camera") wanted.camera = {kind, device.value_or("")};
+  return asked;
+}
+
+// Only what was found by this cell can be chosen, by a name that lasts: no path, no file, no address on the network
+// that somebody types.
+Status check_laser(const DeviceRoots& roots, const ChosenDevices::Laser& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const auto found = find_lasers(roots);
+  const auto it = std::ranges::find_if(
+      found, [&](const FoundLaser& one) { return one.kind == wanted.kind && one.port == wanted.port; });
+  if (it == found.end())
+    return Error{ErrorCode::kNotFound, fmt::format("there is no {} laser of that name now: look at its plug, and let "
+                                                   "the cell look again",
+                                                   wanted.kind)};
+  if (!it->refusal.empty()) return Error{ErrorCode::kRefused, it->refusal};
+  LaserConfig laser;
+  laser.kind = wanted.kind;
+  laser.port = wanted.port;
+  return laser_can_be_made(laser);
+}
+
+// SANE's own names change with the port, and one with a colon would be opened though nobody found it: a scanner is
+// named by its make, which only one of those that were found may have.
+Status check_scanner(const std::shared_ptr<const TaskResult>& found, const ChosenDevices::Scanner& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const json told = found ? json::parse(found->json, nullptr, false) : json();
+  std::size_t there = 0;
+  if (told.is_object() && told.contains("scanners"))
+    for (const json& one : told["scanners"]) there += one.value("make", "") == wanted.device ? 1 : 0;
+  if (there == 0 || wanted.device.empty())
+    return Error{ErrorCode::kNotFound,
+                 "no scanner of that make was found when this cell looked last: look for "
+                 "scanners again, and take its make from the list"};
+  if (there > 1)
+    return Error{ErrorCode::kRefused,
+                 "several scanners of that make were found, and nothing tells them apart: leave one of them in"};
+  constexpr std::size_t kLongestName = 200;
+  const auto plain = [](char c) { return c >= ' ' && c <= '~' && c != ':'; };
+  if (wanted.device.size() > kLongestName || !std::ranges::all_of(wanted.device, plain))
+    return Error{ErrorCode::kRefused,
+                 "the make of that scanner cannot be kept as a name: write the scanner into veneerd.toml"};
+  return Ok();
+}
+
+Status check_camera(const std::filesystem::path& data_dir, const ChosenDevices::Camera& wanted) {
+  if (wanted.kind == "sim") return Ok();
+  const auto is_it = [&](const FoundPicture& one) { return one.file == wanted.device; };
+  if (std::ranges::none_of(find_camera_pictures(data_dir), is_it))
+    return Error{ErrorCode::kNotFound, fmt::format("there is no such picture in {} now: let the camera's program write "
+                                                   "it there, and let the cell look again",
+                                                   camera_folder(data_dir).string())};
+  return Ok();
+}
+
+// A device of a configuration, for sentences.
+struct OneDevice {
+  SetBy set_by;
+  std::string kind, address;
+  std::string words() const { return kind == "sim" ? "simulated" : kind + " " + address; }
+};
+OneDevice device_of(const Config& config, const std::string& device) {
+  if (device == "laser") return {config.laser.set_by, config.laser.kind, config.laser.port};
+  if (device == "scanner") return {config.scanner.set_by, config.scanner.kind, config.scanner.device};
+  return {config.camera.set_by, config.camera.kind, config.camera.device};
+}
+
+Status may_choose(const Config& now, const std::string& device) {
+  if (!now.devices.choose)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("{} does not let devices be chosen: write choose = true under [devices] there, then "
+                             "restart",
+                             now.file.string())};
+  if (device_of(now, device).set_by == SetBy::kFile)
+    return Error{ErrorCode::kConflict,
+                 fmt::format("the {0} is set by hand, and that stays: write kind = \"sim\", and nothing else of a {0}, "
+                             "under [{0}] in {1} to choose it here",
+                             device, now.file.string())};
+  return Ok();
+}
+
+Status check_sure(const AskedDevice& asked, const char* of_what, std::string_view meaning) {
+  if (std::ranges::find(asked.confirmed, of_what) != asked.confirmed.end()) return Ok();
+  return Error{ErrorCode::kRefused, fmt::format("{}: if that is meant, confirm \"{}\", with veneerctl by --confirm "
+                                                "\"{}\"",
+                                                meaning, of_what, of_what)};
+}
+
+Status check_choice(const DeviceServices& s, const AskedDevice& asked, const Config& now,
+                    const std::shared_ptr<const TaskResult>& scanners) {
+  const Status there = asked.device == "laser"     ? check_laser(s.roots, asked.wanted.laser)
+                       : asked.device == "scanner" ? check_scanner(scanners, asked.wanted.scanner)
+                                                   : check_camera(now.store.data_dir, asked.wanted.camera);
+  if (!there) return there;
+  if (asked.device == "laser" && asked.wanted.laser.kind != "sim")
+    return check_sure(asked, kRealLaser, "the first Reset from then on moves whatever is at this port");
+  const std::string kind = asked.device == "laser"     ? asked.wanted.laser.kind
+                           : asked.device == "scanner" ? asked.wanted.scanner.kind
+                                                       : asked.wanted.camera.kind;
+  const bool was_real = device_of(now, asked.device).kind != "sim" || device_of(s.config, asked.device).kind != "sim";
+  if (kind != "sim" || !was_real) return Ok();
+  return check_sure(
+      asked, kSimulation,
+      asked.device == "laser"
+          ? "from then on a program plays the laser: nothing is burnt, and what it seems to cut is booked "
+            "as cut"
+          : "from then on a program plays this device, and what it shows is none of your wood");
+}
+
+// What is kept is what the next start will read: the whole configuration is tried with it first, as the file is now.
+// What was done, in words for the audit log.
+Result<std::string> keep_choice(const DeviceServices& s, const AskedDevice& asked,
+                                const std::shared_ptr<const TaskResult>& scanners) {
+  const auto now = load_config(s.config.file);
+  if (!now) return now.error();
+  if (const Status may = may_choose(*now, asked.device); !may) return may.error();
+  if (const Status good = check_choice(s, asked, *now, scanners); !good) return good.error();
+  ChosenDevices wanted = now->devices.chosen.value_or(ChosenDevices{});
+  if (asked.device == "laser") wanted.laser = asked.wanted.laser;
+  if (asked.device == "scanner") wanted.scanner = asked.wanted.scanner;
+  if (asked.device == "camera") wanted.camera = asked.wanted.camera;
+  const auto tried = load_config(s.config.file, wanted);
+  if (!tried) return tried.error();
+  const std::string text = chosen_devices_text(wanted);
+  if (const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text))); !kept)
+    return kept.error();
+  return fmt::format("{} from the next start: {}; before: {}", asked.device, device_of(*tried, asked.device).words(),
+                     device_of(*now, asked.device).words());
+}
+
+// What the cell found last, when it was asked for scanners.
+std::shared_ptr<const TaskResult> scanners_found(const TaskRegistry& tasks) {
+  const auto all = tasks.list();
+  for (auto task = all.rbegin(); task != all.rend(); ++task)
+    if ((*task)->kind == "find scanners" && (*task)->state == TaskState::kDone)
+      return (*task)->shortened ? nullptr : (*task)->result;
+  return nullptr;
+}
+
+void choose_device(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
+  const std::string device = request.path_param("device");
+  const auto of = std::ranges::find(device_kinds(), device, &DeviceKinds::device);
+  if (of == device_kinds().end())
+    return reply(
+        ApiReply::error({ErrorCode::kNotFound, "there is no such device: there are laser, scanner and camera"}));
+  auto body = RequestReader::body_of(request);
+  const AskedDevice asked = read_asked(*of, body);
+  if (const Status read = body.end(); !read) return reply(ApiReply::error(read.error()));
+  if (const Status rests = s.unit.at_rest(); !rests) return reply(ApiReply::error(rests.error()));
+  if (s.config.file.empty())
+    return reply(ApiReply::error({ErrorCode::kConflict, "this cell has no configuration file to choose beside"}));
+  const auto done = std::make_shared<std::string>();
+  const auto then = [s, reply, done, who = request.caller.who](const ApiReply& made) {
+    s.on_reactor([s, reply, done, who, made] {
+      if (!done->empty()) s.audit(who, "device.choose", *done);
+      reply(made);
+    });
+  };
+  s.pictures.ask(request, then,
+                 [s, asked, done, scanners = scanners_found(s.tasks), restart = may_restart(s)](Repositories&) {
+                   const auto kept = keep_choice(s, asked, scanners);
+                   if (!kept) return ApiReply::error(kept.error());
+                   *done = *kept;
+                   return ApiReply::json(devices_now(s, restart));
+                 });
+}
+
+// Only into a configuration that is good: whoever ends now must come back.
+void restart(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
+  if (const Status may = may_restart(s); !may) return reply(ApiReply::error(may.error()));
+  const auto then = [s, reply](const ApiReply& checked) {
+    s.on_reactor([s, reply, checked] {
+      const bool good = checked.status == 200;
+      // Time has passed since it was asked.
+      if (const Status may = may_restart(s); good && !may) return reply(ApiReply::error(may.error()));
+      reply(checked);
+      if (good) s.restart();
+    });
+  };
+  s.pictures.ask(request, then, [s](Repositories&) {
+    const auto next = s.config.file.empty() ? Result<Config>(s.config) : load_config(s.config.file);
+    return next ? ApiReply::json({{"restarting", true}}) : ApiReply::error(next.error());
+  });
+}
+
+}  // namespace
+
+void bind_device_routes(Router& router, const DeviceServices& s) {
+  router.bind("getDevices", [s](const ApiRequest& request, const Reply& reply) { tell_devices(s, request, reply); });
+  router.bind("findDevices", [s](const ApiRequest& request, const Reply& reply) { find_devices(s, request, reply); });
+  router.bind("chooseDevice", [s](const ApiRequest& request, const Reply& reply) { choose_device(s, request, reply); });
+  router.bind("restart", [s](const ApiRequest& request, const Reply& reply) { restart(s, request, reply); });
+}
+
+}  // namespace veneer::daemon

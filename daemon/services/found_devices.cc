@@ -1,0 +1,171 @@
+#include "daemon/services/found_devices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <system_error>
+
+#include "base/files.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The names in a folder, in order; none when there is no such folder.
+std::vector<fs::path> entries_of(const fs::path& folder) {
+  std::vector<fs::path> out;
+  std::error_code none;
+  for (fs::directory_iterator entry(folder, none), end; !none && entry != end; entry.increment(none))
+    out.push_back(entry->path());
+  std::ranges::sort(out);
+  return out;
+}
+
+// One line that the kernel tells of a device.
+std::string told(const fs::path& file) {
+  std::string text = read_whole(file).value_or("");
+  text.resize(std::min(text.find('\n'), text.size()));
+  std::erase_if(text,
+                [](char c) { return static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) > '~'; });
+  return text;
+}
+
+// The device on USB that this part of it belongs to.
+fs::path usb_device_of(const fs::path& part) {
+  std::error_code none;
+  constexpr int kDepth = 6;
+  fs::path at = fs::canonical(part, none);
+  for (int i = 0; i < kDepth && !none && at.has_relative_path(); ++i, at = at.parent_path())
+    if (fs::exists(at / "idVendor", none)) return at;
+  return {};
+}
+
+std::string usb_name(const fs::path& device) {
+  if (device.empty()) return "";
+  const std::string maker = told(device / "manufacturer"), product = told(device / "product");
+  return maker.empty() || product.starts_with(maker) ? product : maker + " " + product;
+}
+
+// As udev writes it into names.
+std::string in_names(std::string text) {
+  constexpr std::string_view kAsIs = "#+-.:=@_/";
+  std::ranges::replace_if(
+      text,
+      [&](char c) {
+        const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+        return !letter && kAsIs.find(c) == std::string_view::npos;
+      },
+      '_');
+  return text;
+}
+
+// The first link in `folder` that leads to this port and whose name `is_meant`.
+template <class IsMeant>
+fs::path link_to(const fs::path& port, const fs::path& folder, const IsMeant& is_meant) {
+  std::error_code none;
+  for (const fs::path& link : entries_of(folder))
+    if (is_meant(link.filename().string()) && fs::is_symlink(link, none) &&
+        fs::weakly_canonical(link, none) == fs::weakly_canonical(port, none))
+      return link;
+  return {};
+}
+
+struct SerialChip {
+  fs::path tty, usb;
+  std::string serial;
+};
+
+// Many chips have none, and some makers print the same one into all of theirs, "0001" above all.
+bool is_serial_number(const std::string& serial) {
+  constexpr std::size_t kShortest = 6;
+  return serial.size() >= kShortest && serial.find_first_not_of('0') != std::string::npos;
+}
+
+// `its_serial_alone`: no other port has that number, of another chip or of the same.
+FoundLaser serial_port(const DeviceRoots& roots, const SerialChip& chip, bool its_serial_alone) {
+  const fs::path port = roots.dev / chip.tty.filename();
+  FoundLaser out{"grbl", "", usb_name(chip.usb), NamedBy::kNothing, ""};
+  const std::string serial = in_names(chip.serial);
+  fs::path name;
+  // Of the shipped udev rules: "laser0" is counted, "laser-..." is the serial number, or the socket of a chip without.
+  if (is_serial_number(chip.serial) && its_serial_alone) {
+    name = link_to(port, roots.dev / "veneer", [&](const std::string& is) { return is == "laser-" + serial; });
+    if (name.empty())
+      name = link_to(port, roots.dev / "serial" / "by-id",
+                     [&](const std::string& is) { return is.find("_" + serial + "-if") != std::string::npos; });
+    if (!name.empty()) out.named_by = NamedBy::kSerialNumber;
+  }
+  if (name.empty()) {
+    if (chip.serial.empty())
+      name = link_to(port, roots.dev / "veneer", [](const std::string& is) { return is.starts_with("laser-"); });
+    if (name.empty()) name = link_to(port, roots.dev / "serial" / "by-path", [](const std::string&) { return true; });
+    if (!name.empty()) out.named_by = NamedBy::kSocket;
+  }
+  if (name.empty())
+    out.refusal = fmt::format(
+        "{} goes to another machine when that is plugged in first, and it has no other name: install the udev rules "
+        "that come with veneerd, and plug it in again",
+        port.string());
+  out.port = fmt::format("serial:{}?baud=115200", (name.empty() ? port : name).string());
+  return out;
+}
+
+}  // namespace
+
+std::vector<FoundLaser> find_lasers(const DeviceRoots& roots) {
+  std::vector<SerialChip> chips;
+  for (const fs::path& tty : entries_of(roots.sys / "class" / "tty")) {
+    const std::string name = tty.filename().string();
+    if (!name.starts_with("ttyUSB") && !name.starts_with("ttyACM")) continue;
+    const fs::path usb = usb_device_of(tty / "device");
+    chips.push_back({tty, usb, usb.empty() ? "" : told(usb / "serial")});
+  }
+  std::vector<FoundLaser> out;
+  for (const SerialChip& chip : chips) {
+    const auto alike = [&](const SerialChip& one) { return one.serial == chip.serial; };
+    out.push_back(serial_port(roots, chip, std::ranges::count_if(chips, alike) == 1));
+  }
+  std::vector<FoundLaser> boards;
+  for (const fs::path& device : entries_of(roots.sys / "bus" / "usb" / "devices"))
+    if (told(device / "idVendor") == "1a86" && told(device / "idProduct") == "5512")
+      boards.push_back({"lihuiyu", fmt::format("usb:1a86:5512@{}", device.filename().string()), usb_name(device),
+                        NamedBy::kSocket, ""});
+  for (FoundLaser& board : boards) {
+    if (boards.size() > 1)
+      board.refusal =
+          "several boards of this kind are plugged in, and they have no serial numbers: leave only the laser's in";
+    out.push_back(std::move(board));
+  }
+  return out;
+}
+
+fs::path camera_folder(const fs::path& data_dir) { return data_dir / "camera"; }
+
+Status make_camera_folder(const fs::path& data_dir) {
+  std::error_code failed;
+  const fs::path folder = camera_folder(data_dir);
+  if (fs::create_directories(folder, failed))
+    fs::permissions(folder, fs::perms::group_write, fs::perm_options::add, failed);
+  return failed ? cannot_write(folder) : Status(Ok());
+}
+
+std::vector<FoundPicture> find_camera_pictures(const fs::path& data_dir) {
+  std::vector<FoundPicture> out;
+  const auto now = fs::file_time_type::clock::now();
+  for (const fs::path& file : entries_of(camera_folder(data_dir))) {
+    const std::string name = file.string(), kind = file.extension().string();
+    std::error_code none;
+    const bool picture = kind == ".jpg" || kind == ".jpeg" || kind == ".png";
+    // As a camera's, * and ? would mean several.
+    const bool plain = std::ranges::all_of(name, [](char c) { return c >= ' ' && c <= '~' && c != '*' && c != '?'; });
+    if (!picture || !plain || !fs::is_regular_file(file, none)) continue;
+    const auto written = fs::last_write_time(file, none);
+    if (none) continue;
+    out.push_back({name, std::chrono::duration_cast<std::chrono::seconds>(now - written)});
+  }
+  return out;
+}
+
+}  // namespace veneer::daemon

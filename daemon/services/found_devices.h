@@ -1,0 +1,46 @@
+// What is plugged in and could be this cell's laser, and pictures that could be its camera's. Looked up in /sys and
+// /dev; nothing is opened, so that no machine notices.
+//
+// Any thread that may wait for a disk.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace veneer::daemon {
+
+struct DeviceRoots {
+  std::filesystem::path dev = "/dev", sys = "/sys";
+};
+
+// What of a port's name still means the same machine when something else is plugged in or the computer starts anew.
+enum class NamedBy {
+  kNothing,       // "ttyUSB0" goes to whatever is found first
+  kSerialNumber,  // the device's own, that no other one which is plugged in has
+  kSocket         // the socket it is plugged into; whatever is plugged in there is it
+};
+
+struct FoundLaser {
+  std::string kind;  // grbl | lihuiyu
+  std::string port;  // as laser.port takes it
+  std::string name;  // what the chip calls itself; "" when it does not
+  NamedBy named_by = NamedBy::kNothing;
+  std::string refusal;  // why it cannot be chosen, with what to do; "" when it can
+};
+// Serial ports on USB and Lihuiyu boards, by their ports' names.
+std::vector<FoundLaser> find_lasers(const DeviceRoots& roots);
+
+struct FoundPicture {
+  std::string file;
+  std::chrono::seconds age;  // since it was written
+};
+// The data folder's own folder for what a camera's program writes. Members of the daemon's group may write into it.
+std::filesystem::path camera_folder(const std::filesystem::path& data_dir);
+Status make_camera_folder(const std::filesystem::path& data_dir);
+std::vector<FoundPicture> find_camera_pictures(const std::filesystem::path& data_dir);
+
+}  // namespace veneer::daemon

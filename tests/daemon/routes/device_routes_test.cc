@@ -1,0 +1,361 @@
+// Choosing laser, scanner and camera for the next start.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "base/files.h"
+#include "tests/support/routed_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const json kSure = {"a laser is at this port"}, kSimulate = {"a simulation takes its place"};
+
+// Its devices may be chosen. A GRBL controller and a Lihuiyu board are plugged in.
+class DeviceRoutes : public testing::RoutedCell {
+ protected:
+  DeviceRoutes()
+      : RoutedCell([this](const fs::path& data_dir) {
+          config.file = directory / "veneerd.toml";
+          config.devices.choose = true;
+          config.scanner.kind = config.camera.kind = "sim";
+          fs::create_directories(data_dir);
+          write("");
+        }) {
+    std::ofstream(picture()) << "a picture";
+    plug_in("ttyUSB0", "1-1", "AQ00ABCD");
+    link("veneer/laser0", "ttyUSB0");
+    link("veneer/laser-AQ00ABCD", "ttyUSB0");
+    plug_in_board("1-2.4");
+    fs::create_directories(directory / "sys/class/tty/ttyS0");
+    cell->device_roots = {directory / "dev", directory / "sys"};
+    cell->restart = [this] { ++restarts; };
+    again.emplace();
+    again->on_change([this](const Router::Change& change) { cell->audit(change); });
+    bind_routes(*again, *cell);
+  }
+  // The configuration file.
+  void write(const std::string& more, bool choose = true) const {
+    std::ofstream(config.file) << "[devices]\nchoose = " << (choose ? "true" : "false") << "\n[store]\ndata_dir = \""
+                               << config.store.data_dir.string() << "\"\n"
+                               << more;
+  }
+  void plug_in(const std::string& tty, const std::string& socket, const std::string& serial) const {
+    const fs::path usb = directory / "sys/devices" / socket, at = usb / (socket + ":1.0") / "tty" / tty;
+    fs::create_directories(at);
+    std::ofstream(usb / "idVendor") << "0403\n";
+    std::ofstream(usb / "manufacturer") << "FTDI\n";
+    std::ofstream(usb / "product") << "USB Serial\n";
+    if (!serial.empty()) std::ofstream(usb / "serial") << serial << "\n";
+    fs::create_directory_symlink(usb / (socket + ":1.0"), at / "device");
+    fs::create_directories(directory / "sys/class/tty");
+    fs::create_directory_symlink(at, directory / "sys/class/tty" / tty);
+    fs::create_directories(directory / "dev");
+    std::ofstream(directory / "dev" / tty) << "";
+  }
+  void plug_in_board(const std::string& socket) const {
+    const fs::path board = directory / "sys/bus/usb/devices" / socket;
+    fs::create_directories(board);
+    std::ofstream(board / "idVendor") << "1a86\n";
+    std::ofstream(board / "idProduct") << "5512\n";
+  }
+  // A name that udev gives.
+  void link(const std::string& name, const std::string& tty) const {
+    const fs::path at = directory / "dev" / name;
+    fs::create_directories(at.parent_path());
+    fs::remove(at);
+    fs::create_symlink(directory / "dev" / tty, at);
+  }
+  void unlink_names() const {
+    for (const char* folder : {"veneer", "serial"}) fs::remove_all(directory / "dev" / folder);
+  }
+  // As somebody found who looked.
+  void find_scanners(const std::vector<std::string>& makes) {
+    json list = json::array();
+    for (const std::string& make : makes) list.push_back({{"name", "epson2:libusb:001:004"}, {"make", make}});
+    cell->tasks.start("find scanners", "looking").done({{"scanners", list}});
+    reactor.restart();
+    reactor.poll();
+  }
+  // By the routes as they were bound at last.
+  json answer(const std::string& method, const std::string& target, const json& body = json::object()) {
+    std::swap(router, *again);
+    const ApiReply reply = ask(method, target, body);
+    std::swap(router, *again);
+    status = reply.status;
+    return body_of(reply);
+  }
+  json choose(const std::string& device, const json& body) { return answer("POST", "/api/v1/devices/" + device, body); }
+  json first_laser() { return answer("GET", "/api/v1/devices/found")["lasers"][0]; }
+  std::string kept() const { return read_whole(config.store.data_dir / kChosenDevicesName).value_or(""); }
+  std::string port_of(const std::string& name) const {
+    return "serial:" + (directory / "dev" / name).string() + "?baud=115200";
+  }
+  std::string picture() const { return (camera_folder(config.store.data_dir) / "bed.jpg").string(); }
+  json real_laser() const {
+    return {{"kind", "grbl"}, {"port", port_of("veneer/laser-AQ00ABCD")}, {"confirmed", kSure}};
+  }
+  std::vector<db::AuditEntry> audited() {
+    return *cell->database->call([](Repositories& r) { return r.audit.latest(100); });
+  }
+
+  std::optional<Router> again;
+  int restarts = 0, status = 0;
+};
+
+// ---- Names ----------------------------------------------------------------------------------------------------------
+
+TEST_F(DeviceRoutes, FindWhatIsPluggedInByTheNameThatLasts) {
+  const json found = answer("GET", "/api/v1/devices/found");
+  ASSERT_EQ(found["lasers"].size(), 2U) << found;
+  EXPECT_EQ(found["lasers"][0]["port"], port_of("veneer/laser-AQ00ABCD"));
+  EXPECT_EQ(found["lasers"][0]["name"], "FTDI USB Serial");
+  EXPECT_EQ(found["lasers"][0]["named_by"], "serial_number");
+  EXPECT_EQ(found["lasers"][0]["refusal"], "");
+  EXPECT_EQ(found["lasers"][1]["kind"], "lihuiyu");
+  EXPECT_EQ(found["lasers"][1]["port"], "usb:1a86:5512@1-2.4");
+  EXPECT_EQ(found["lasers"][1]["named_by"], "socket");
+  ASSERT_EQ(found["pictures"].size(), 1U) << found;
+  EXPECT_EQ(found["pictures"][0]["device"], picture());
+}
+
+TEST_F(DeviceRoutes, APortWithoutALastingNameIsShownAndCannotBeChosen) {
+  unlink_names();
+  link("veneer/laser0", "ttyUSB0");
+  const json laser = first_laser();
+  EXPECT_EQ(laser["port"], port_of("ttyUSB0"));
+  EXPECT_TRUE(laser["named_by"].is_null());
+  EXPECT_THAT(laser["refusal"].get<std::string>(),
+              AllOf(HasSubstr("goes to another machine"), HasSubstr("install the udev rules")));
+  const json refused = choose("laser", {{"kind", "grbl"}, {"port", laser["port"]}, {"confirmed", kSure}});
+  EXPECT_EQ(status, 422) << refused;
+  EXPECT_THAT(refused.dump(), HasSubstr("goes to another machine"));
+  EXPECT_EQ(kept(), "");
+}
+
+TEST_F(DeviceRoutes, ANameWithoutASerialNumberIsNoDevicesOwn) {
+  for (const std::string serial : {"", "0001", "000000"}) {
+    unlink_names();
+    fs::remove(directory / "sys/devices/1-1/serial");
+    if (!serial.empty()) std::ofstream(directory / "sys/devices/1-1/serial") << serial << "\n";
+    link("serial/by-id/usb-1a86_USB_Serial-if00-port0", "ttyUSB0");
+    link("serial/by-id/usb-1a86_USB_Serial_0001-if00-port0", "ttyUSB0");
+    EXPECT_NE(first_laser()["refusal"], "") << serial;
+    link("serial/by-path/pci-0000:00:14.0-usb-0:1:1.0-port0", "ttyUSB0");
+    const json by_socket = first_laser();
+    EXPECT_EQ(by_socket["port"], port_of("serial/by-path/pci-0000:00:14.0-usb-0:1:1.0-port0"));
+    EXPECT_EQ(by_socket["named_by"], "socket");
+    EXPECT_EQ(by_socket["refusal"], "");
+  }
+}
+
+TEST_F(DeviceRoutes, ASerialNumberThatTwoHaveTellsNothing) {
+  plug_in("ttyUSB1", "1-3", "AQ00ABCD");
+  const json found = answer("GET", "/api/v1/devices/found");
+  ASSERT_EQ(found["lasers"].size(), 3U);
+  EXPECT_NE(found["lasers"][0]["refusal"], "");
+  EXPECT_NE(found["lasers"][1]["refusal"], "");
+  choose("laser", real_laser());
+  EXPECT_EQ(status, 404);
+}
+
+TEST_F(DeviceRoutes, OneOfTwoBoardsWithoutSerialNumbersCannotBeChosen) {
+  const json board = {{"kind", "lihuiyu"},    {"port", "usb:1a86:5512@1-2.4"}, {"board", "m2"},
+                      {"travel_x_mm", 320.0}, {"travel_y_mm", 210.0},          {"confirmed", kSure}};
+  choose("laser", board);
+  EXPECT_EQ(status, 200);
+  plug_in_board("1-3");
+  EXPECT_THAT(choose("laser", board).dump(), HasSubstr("leave only the laser's in"));
+  EXPECT_EQ(status, 422);
+}
+
+TEST_F(DeviceRoutes, ABoardsTravelIsNotGuessed) {
+  const json refused =
+      choose("laser", {{"kind", "lihuiyu"}, {"port", "usb:1a86:5512@1-2.4"}, {"board", "m2"}, {"confirmed", kSure}});
+  EXPECT_EQ(status, 400);
+  EXPECT_THAT(refused.dump(), HasSubstr("travel_x_mm"));
+}
+
+TEST_F(DeviceRoutes, OnlyAScannerThatThisCellFoundCanBeChosenAndByItsMake) {
+  const auto refused = [&](const std::string& name) { return choose("scanner", {{"kind", "sane"}, {"device", name}}); };
+  refused("EPSON V39");
+  EXPECT_EQ(status, 404) << "nobody looked yet";
+  find_scanners({"EPSON V39"});
+  for (const char* other : {"net:somewhere:test:0", "epson2:libusb:001:004", "", "Canon"}) {
+    refused(other);
+    EXPECT_GE(status, 400) << other;
+  }
+  find_scanners({"net:somewhere"});
+  refused("net:somewhere");
+  EXPECT_EQ(status, 422) << "it would be opened there, found or not";
+  find_scanners({"EPSON V39", "EPSON V39"});
+  EXPECT_THAT(refused("EPSON V39").dump(), HasSubstr("nothing tells them apart"));
+  EXPECT_EQ(kept(), "");
+  find_scanners({"EPSON V39"});
+  choose("scanner", {{"kind", "sane"}, {"device", "EPSON V39"}});
+  EXPECT_EQ(status, 200);
+  EXPECT_THAT(kept(), AllOf(HasSubstr("EPSON V39"), Not(HasSubstr("dpi"))));
+}
+
+// ---- Choosing -------------------------------------------------------------------------------------------------------
+
+TEST_F(DeviceRoutes, AChoiceIsForTheNextStartAndLeavesTheOthers) {
+  EXPECT_EQ(answer("GET", "/api/v1/devices")["choose"], true);
+  find_scanners({"EPSON V39"});
+  const json told = choose("camera", {{"kind", "file"}, {"device", picture()}});
+  ASSERT_EQ(status, 200) << told;
+  EXPECT_EQ(told["camera"]["kind"], "sim") << "nothing changes before it";
+  EXPECT_EQ(told["next"]["camera"]["device"], picture());
+  choose("laser", real_laser());
+  ASSERT_EQ(status, 200);
+  // Whoever writes a device by hand for a while finds what was chosen before.
+  write("[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\n");
+  choose("scanner", {{"kind", "sane"}, {"device", "EPSON V39"}, {"dpi", 600}});
+  ASSERT_EQ(status, 200);
+  EXPECT_EQ(load_config(config.file)->laser.port, "usb:1a86:5512");
+  write("");
+  const auto next = load_config(config.file);
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_EQ(next->camera.device, picture());
+  EXPECT_EQ(next->scanner.device, "EPSON V39");
+  EXPECT_EQ(next->laser.port, port_of("veneer/laser-AQ00ABCD"));
+  choose("camera", {{"kind", "file"}, {"device", "/etc/passwd"}});
+  EXPECT_EQ(status, 404) << "only what is a camera's picture";
+}
+
+TEST_F(DeviceRoutes, WhatIsWrittenByHandStays) {
+  write("[laser]\nkind = \"lihuiyu\"\nport = \"usb:1a86:5512\"\n");
+  EXPECT_THAT(choose("laser", {{"kind", "sim"}}).dump(), HasSubstr("set by hand"));
+  EXPECT_EQ(status, 409);
+  write("", false);
+  EXPECT_THAT(choose("laser", real_laser()).dump(), HasSubstr("choose = true under [devices]"));
+  EXPECT_EQ(status, 409);
+  EXPECT_EQ(kept(), "");
+}
+
+TEST_F(DeviceRoutes, ARealLaserIsConfirmedByNameAndMustBeThere) {
+  json unsure = real_laser();
+  unsure.erase("confirmed");
+  EXPECT_THAT(choose("laser", unsure).dump(), HasSubstr("a laser is at this port"));
+  EXPECT_EQ(status, 422);
+  for (const std::string& elsewhere : {std::string("serial:/dev/null"), "file:" + (directory / "x").string(),
+                                       std::string("tcp:10.0.0.1:23"), port_of("veneer/laser0"), port_of("ttyUSB0")}) {
+    json other = real_laser();
+    other["port"] = elsewhere;
+    choose("laser", other);
+    EXPECT_EQ(status, 404) << elsewhere;
+  }
+  EXPECT_EQ(kept(), "");
+  choose("laser", real_laser());
+  ASSERT_EQ(status, 200);
+  EXPECT_EQ(load_config(config.file)->before_motion.confirm.size(), 3U) << "what a real laser asks for";
+}
+
+TEST_F(DeviceRoutes, FromARealDeviceToASimulationIsAskedByName) {
+  choose("camera", {{"kind", "sim"}});
+  EXPECT_EQ(status, 200) << "it is simulated already";
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  const json asked = choose("camera", {{"kind", "sim"}});
+  EXPECT_EQ(status, 422);
+  EXPECT_THAT(asked.dump(), HasSubstr("a simulation takes its place"));
+  EXPECT_THAT(kept(), HasSubstr("bed.jpg"));
+  choose("camera", {{"kind", "sim"}, {"confirmed", kSimulate}});
+  EXPECT_EQ(status, 200);
+  EXPECT_EQ(load_config(config.file)->camera.kind, "sim");
+  // This cell's laser, as it began, is no simulated one.
+  choose("laser", {{"kind", "sim"}});
+  EXPECT_EQ(status, 422);
+}
+
+TEST_F(DeviceRoutes, AChoiceThatWouldKeepTheCellFromStartingIsNotKept) {
+  write("[sim]\ntime_scale = 40\n");
+  const json refused = choose("laser", real_laser());
+  EXPECT_EQ(status, 400) << refused;
+  EXPECT_EQ(kept(), "");
+}
+
+TEST_F(DeviceRoutes, EarlierChoicesThatCannotBeReadAreNotOverwritten) {
+  std::ofstream(config.store.data_dir / kChosenDevicesName) << "[laser]\nkind = \"grbl\"\n";
+  EXPECT_THAT(choose("camera", {{"kind", "file"}, {"device", picture()}}).dump(), HasSubstr("remove it and choose"));
+  EXPECT_EQ(status, 400);
+  EXPECT_EQ(kept(), "[laser]\nkind = \"grbl\"\n");
+}
+
+TEST_F(DeviceRoutes, WhatWasChosenStandsInTheAuditLogHoweverLongTheRequestIs) {
+  json long_one = {{"confirmed", {std::string(1500, 'x')}}, {"kind", "file"}, {"device", picture()}};
+  choose("camera", long_one);
+  ASSERT_EQ(status, 200);
+  bool named = false;
+  for (const db::AuditEntry& entry : audited())
+    if (entry.what == "device.choose") {
+      named = true;
+      EXPECT_EQ(entry.who, "uid 1000");
+      EXPECT_EQ(entry.detail, "camera from the next start: file " + picture() + "; before: simulated");
+    }
+  EXPECT_TRUE(named);
+}
+
+// ---- The next start -------------------------------------------------------------------------------------------------
+
+TEST_F(DeviceRoutes, RestartOnlyWhileNothingGoesOnAndIntoAGoodConfiguration) {
+  {
+    const TaskReporter scan = cell->tasks.start("scan", "scanning");
+    EXPECT_THAT(answer("POST", "/api/v1/restart").dump(), HasSubstr("would be lost"));
+    EXPECT_EQ(status, 409);
+    scan.done({});
+    reactor.restart();
+    reactor.poll();
+  }
+  write("[nonsense]\n");
+  answer("POST", "/api/v1/restart");
+  EXPECT_EQ(status, 400);
+  EXPECT_THAT(answer("GET", "/api/v1/devices")["problem"].get<std::string>(), HasSubstr("[nonsense]"));
+  write("");
+  std::ofstream(config.store.data_dir / kChosenDevicesName) << "";
+  EXPECT_THAT(answer("POST", "/api/v1/restart").dump(), HasSubstr("chosen_devices.toml"));
+  EXPECT_EQ(restarts, 0);
+  fs::remove(config.store.data_dir / kChosenDevicesName);
+  EXPECT_EQ(answer("POST", "/api/v1/restart")["restarting"], true);
+  EXPECT_EQ(restarts, 1);
+}
+
+TEST_F(DeviceRoutes, NoRestartOutOfAnAbort) {
+  cell->runner->abort("STOP");
+  reactor.restart();
+  while (cell->runner->view().state != CellState::kAborted && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  EXPECT_THAT(answer("POST", "/api/v1/restart").dump(), HasSubstr("Clear it"));
+  EXPECT_EQ(status, 409);
+  EXPECT_THAT(answer("GET", "/api/v1/devices")["restart_refused"].get<std::string>(), HasSubstr("Clear it"));
+  EXPECT_EQ(restarts, 0);
+}
+
+TEST_F(DeviceRoutes, NobodyRestartsADaemonThatWasStartedByHand) {
+  // The first router was bound before there was anybody.
+  const ApiReply refused = ask("POST", "/api/v1/restart");
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_THAT(refused.body, HasSubstr("started by hand"));
+}
+
+TEST_F(DeviceRoutes, ThereIsAFolderForACamerasProgramAndItIsNamed) {
+  EXPECT_EQ(answer("GET", "/api/v1/devices")["camera_folder"], camera_folder(config.store.data_dir).string());
+  const fs::perms group = fs::status(camera_folder(config.store.data_dir)).permissions() & fs::perms::group_write;
+  EXPECT_EQ(group, fs::perms::group_write);
+}
+
+TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIs) {
+  const json laser = answer("GET", "/api/v1/status")["laser"];
+  EXPECT_EQ(laser["kind"], "lihuiyu");
+  EXPECT_EQ(laser["port"], config.laser.port);
+  EXPECT_EQ(laser["set_by"], "file");
+}
+
+}  // namespace
+}  // namespace veneer::daemon

@@ -1,0 +1,114 @@
+// A device that is chosen, the restart that takes it, and what a lost choice does to the next start: the daemon as the
+// service manager has it.
+#include <gmock/gmock.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "base/files.h"
+#include "cli/api_client.h"
+#include "tests/support/child_process.h"
+#include "tests/support/temp_directory.h"
+
+namespace veneer::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// What the service manager is told.
+class Manager {
+ public:
+  explicit Manager(const fs::path& at) : path(at.string()), socket_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Manager() { ::close(socket_); }
+  Manager(const Manager&) = delete;
+  Manager& operator=(const Manager&) = delete;
+  std::string told() const {
+    std::string all;
+    for (std::string note(200, ' ');;) {
+      const auto size = ::recv(socket_, note.data(), note.size(), MSG_DONTWAIT);
+      if (size <= 0) return all;
+      all += note.substr(0, static_cast<std::size_t>(size)) + ";";
+    }
+  }
+  const std::string path;
+
+ private:
+  const int socket_;
+};
+
+class Restart : public ::testing::Test {
+ protected:
+  Restart() {
+    std::ofstream(config_) << "[devices]\nchoose = true\n[sim]\nsocket = \"" << (dir_ / "t.sock").string()
+                           << "\"\n[api]\nunix = \"" << (dir_ / "d.sock").string() << "\"\nlisten = \"\"\n[store]\n"
+                           << "data_dir = \"" << data_.string() << "\"\n";
+    fs::create_directories(data_);
+  }
+  void start(const std::map<std::string, std::string>& environment) {
+    const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin";
+    auto started = ChildProcess::start({(bin / "veneerd").string(), "--config", config_.string()}, log_, environment);
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    daemon_.emplace(std::move(*started));
+  }
+  void until_it_answers() {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!api_.get("/status") && daemon_->running() && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ASSERT_TRUE(api_.get("/status").ok()) << said();
+  }
+  std::string said() const { return read_whole(log_).value_or("no log"); }
+
+  testing::TempDirectory dir_{testing::TempDirectory::Place::kDisk};
+  const fs::path config_ = dir_ / "veneerd.toml", data_ = dir_ / "data", log_ = dir_ / "log";
+  const fs::path chosen_ = data_ / "chosen_devices.toml";
+  const cli::ApiClient api_{cli::ApiAddress{(dir_ / "d.sock").string(), "", 0}, std::chrono::seconds(60)};
+  std::optional<ChildProcess> daemon_;
+};
+
+TEST_F(Restart, EndsInOrderAndComesBackWithWhatWasChosen) {
+  const Manager manager(dir_ / "notify");
+  start({{"NOTIFY_SOCKET", manager.path}});
+  until_it_answers();
+  const std::string picture = (data_ / "camera" / "bed.jpg").string();
+  std::ofstream(picture) << "a picture";
+  const auto kept = api_.post("/devices/camera", {{"kind", "file"}, {"device", picture}});
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  EXPECT_EQ((*kept)["restart_refused"], "");
+  const auto restarting = api_.post("/restart");
+  ASSERT_TRUE(restarting.ok()) << restarting.error().message;
+  EXPECT_EQ(daemon_->wait(), 4) << "which the manager answers with a new start";
+  EXPECT_THAT(manager.told(), HasSubstr("STOPPING=1")) << "as after SIGTERM";
+
+  start({});
+  until_it_answers();
+  const auto devices = api_.get("/devices");
+  ASSERT_TRUE(devices.ok()) << devices.error().message;
+  EXPECT_EQ((*devices)["camera"]["device"], picture);
+  EXPECT_EQ((*devices)["camera"]["set_by"], "choice");
+  EXPECT_THAT(said(), HasSubstr("camera: file " + picture + ", chosen"));
+  const auto refused = api_.post("/restart");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("started by hand"));
+  EXPECT_EQ(daemon_->terminate(), 0);
+
+  fs::resize_file(chosen_, fs::file_size(chosen_) / 2);
+  start({});
+  EXPECT_EQ(daemon_->wait(), 1) << "it is not another cell in silence";
+  EXPECT_THAT(said(), AllOf(HasSubstr(chosen_.string() + " does not say which devices were chosen"),
+                            HasSubstr("remove it and choose laser, scanner and camera again")));
+}
+
+}  // namespace
+}  // namespace veneer::tests
