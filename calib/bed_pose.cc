@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "calib/bed_lift.h"
 #include "calib/consensus_fit.h"
 #include "calib/point_fit.h"
 
@@ -110,6 +111,19 @@ struct Corners {
   std::vector<Point<PanelFrame>> panel;
   std::vector<int> tag;  // id, per corner
 };
+
+// Those of the tags that count, as rays.
+std::vector<RayToSheet> rays_to(std::span<const std::pair<const Tag<CameraFrame>*, const PanelTag*>> tags,
+                                const std::vector<int>& counting, const CameraModel& model, Millimetres height) {
+  std::vector<RayToSheet> out;
+  for (const auto& [seen, known] : tags) {
+    if (!std::binary_search(counting.begin(), counting.end(), seen->id)) continue;
+    for (std::size_t i = 0; i < 4; ++i)
+      out.push_back({known->corners[i], model.bed_from_camera(seen->corners[i], height),
+                     model.bed_from_camera(seen->corners[i], height + Millimetres(1))});
+  }
+  return out;
+}
 
 double rms_of(const Corners& corners, Handedness hand) {
   const std::span<const Point<BedFrame>> bed(corners.bed);
@@ -226,7 +240,9 @@ Result<BedPose> locate_panel(std::span<const Tag<CameraFrame>> seen, const Camer
       residual_of(fitted(hand == Handedness::kProper ? Handedness::kImproper : Handedness::kProper), bed, panel);
   pose.rms = Millimetres(best.rms), pose.max = Millimetres(best.max), pose.other_hand_rms = Millimetres(other.rms);
   pose.scale = spread_of(bed) / spread_of(pose.bed_from_panel * corners.panel);
+  // Judged as a flat sheet of the height given; then laid as it really is.
   if (const Status good = within_limits(pose, corners, limits); !good.ok()) return good.error();
+  pose.bed_from_panel = fit_lifted(rays_to(tags, pose.tags, model, height), pose.bed_from_panel);
   return pose;
 }
 

@@ -2,7 +2,8 @@
 //
 // Nothing is assumed of the face: a proper and an improper isometry are both fitted, and the tags' layout must decide
 // clearly. A panel with its back up has an improper one. Height is the distance of the *upper face* from the bed (the
-// panel's thickness, plus what it lies on); a wrong one shows up as a scale and is refused.
+// panel's thickness, plus what it lies on); a wrong one shows up as a scale and is refused. A panel that is thicker or
+// bowed by a few tenths of a millimetre is laid where it really is.
 // A tag that has moved since it was scanned is found by what the others say, named, and left out.
 // Functions are pure and may run at the same time.
 #pragma once
@@ -31,7 +32,7 @@ struct BedPose {
   PanelId panel;
   Face face_up = Face::kBack;
   Isometry2<BedFrame, PanelFrame> bed_from_panel;  // its handedness is measured
-  Millimetres rms{0}, max{0};                      // over the tags' corners, on the bed
+  Millimetres rms{0}, max{0};                      // over the tags' corners, on the bed, as if it lay flat and as high
   Millimetres other_hand_rms{0};                   // of the isometry of the other handedness: far worse
   double scale = 1;                                // seen size over known size; the height's own check
   std::vector<int> tags;                           // ids used, ascending

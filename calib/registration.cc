@@ -13,6 +13,7 @@
 #include "calib/point_fit.h"
 #include "calib/sheet_outline.h"
 #include "calib/sound_tiles.h"
+#include "calib/spoiled_tags.h"
 #include "calib/tile_join.h"
 
 namespace veneer::calib {
@@ -32,16 +33,6 @@ Status check_residual(const Registration& found, const RegistrationOptions& opti
       fmt::format("{} by {:.3f} mm rms, {:.3f} mm at worst ({:.2f} and {:.2f} are allowed): clean the "
                   "glass, lay the panel flat and scan again, or calibrate the scanner",
                   what, found.rms->count(), found.max->count(), options.max_rms.count(), options.max_single.count()));
-}
-
-std::vector<SpoiledTag> place(const std::vector<SoundTiles::Spoiled>& spoiled, const std::vector<TileView>& tiles,
-                              const std::vector<ScanMap>& maps, Face face) {
-  std::vector<SpoiledTag> out;
-  for (const auto& [tile, seen, side] : spoiled) {
-    SpoiledTag& it = out.emplace_back(SpoiledTag{{seen.id, face, {}}, side, tiles[tile].name});
-    for (std::size_t k = 0; k < 4; ++k) it.tag.corners[k] = maps[tile] * seen.corners[k];
-  }
-  return out;
 }
 
 // The tags' common upward direction, in JoinedFrame; the scan's own when they do not agree.
@@ -95,10 +86,11 @@ Status check_sheet(const SheetRectangle& sheet, const std::vector<PanelTag>& tag
 }
 
 // A first look at the back: its tiles are joined by their own tags, then tied to the panel by the holes.
-Result<Registration> tie_back(std::span<const TileView> tiles, const PanelFiducials& known, const ScannerModel& scanner,
-                              const RegistrationOptions& options) {
-  auto join = join_tiles(tiles, scanner);
+Result<Registration> tie_back(const std::vector<TileView>& tiles, const PanelFiducials& known,
+                              const ScannerModel& scanner, const RegistrationOptions& options) {
+  auto join = join_tiles(tiles, scanner, {options.max_offset});
   if (!join) return join.error();
+  if (auto status = check_left(*join, options.min_tags); !status) return status.error();
   if (join->rms && (*join->rms > options.max_rms || *join->max > options.max_single)) {
     Registration disagreeing;
     disagreeing.rms = join->rms, disagreeing.max = join->max;
@@ -130,6 +122,7 @@ Result<Registration> tie_back(std::span<const TileView> tiles, const PanelFiduci
   out.fiducials = known;
   for (PanelTag& tag : tags_of(*join, tie->to_from, Face::kBack)) out.fiducials.tags.push_back(tag);
   sort_by_id(out.fiducials.tags);
+  add_unlike(*join, tiles, out.tiles, Face::kBack, out.spoiled);
   out.sheet = sheet_box(tiles, out.tiles);
   return out;
 }
@@ -353,8 +346,9 @@ Result<Registration> register_first_scan(std::span<const TileView> seen, const S
   auto sound = check_tags(seen, scanner, options);
   if (!sound) return sound.error();
   const std::vector<TileView>& tiles = sound->tiles;
-  auto join = join_tiles(tiles, scanner);
+  auto join = join_tiles(tiles, scanner, {options.max_offset});
   if (!join) return join.error();
+  if (auto status = check_left(*join, options.min_tags); !status) return status.error();
 
   Registration out;
   out.rms = join->rms, out.max = join->max;
@@ -376,7 +370,8 @@ Result<Registration> register_first_scan(std::span<const TileView> seen, const S
   for (std::size_t t = 0; t < tiles.size(); ++t)
     out.tiles.emplace_back(sheet.panel_from_joined * join->tiles[t], scanner, tiles[t].nominal);
   out.fiducials.tags = tags_of(*join, sheet.panel_from_joined, Face::kShow);
-  out.spoiled = place(sound->spoiled, tiles, out.tiles, Face::kShow);
+  out.spoiled = place_spoiled(sound->spoiled, tiles, out.tiles, Face::kShow);
+  add_unlike(*join, tiles, out.tiles, Face::kShow, out.spoiled);
   if (auto status = check_sheet(sheet, out.fiducials.tags, tiles[0].name); !status) return status.error();
   for (const auto& hole : join->holes)
     out.fiducials.holes.push_back({sheet.panel_from_joined * hole.centre, hole.diameter});
@@ -395,7 +390,9 @@ Result<Registration> register_scan(std::span<const TileView> seen, Face face, co
     if (face == Face::kShow)
       return Error{ErrorCode::kInvalidArgument, "the panel's show face was never scanned: scan it first"};
     auto back = tie_back(tiles, known, scanner, options);
-    if (back) back->spoiled = place(sound->spoiled, tiles, back->tiles, face);
+    if (back)
+      for (SpoiledTag& spoiled : place_spoiled(sound->spoiled, tiles, back->tiles, face))
+        back->spoiled.push_back(std::move(spoiled));
     return back;
   }
   Registration out;
@@ -415,7 +412,7 @@ Result<Registration> register_scan(std::span<const TileView> seen, Face face, co
   if (auto status = check_residual(out, options, "the scan misses the panel's known fiducials"); !status)
     return status.error();
   out.fiducials = known;
-  out.spoiled = place(sound->spoiled, tiles, out.tiles, face);
+  out.spoiled = place_spoiled(sound->spoiled, tiles, out.tiles, face);
   out.sheet = sheet_box(tiles, out.tiles);
   if (options.retag)
     if (auto status = retag(tiles, face, options, out); !status) return status.error();

@@ -5,7 +5,7 @@
 // Its fiducials are then frozen; later scans are fitted to them and move nothing. A back scan is tied to the show face
 // by at least three asymmetric through-holes; its handedness is measured from them. Printed tag size is only a check.
 // What has moved since it was frozen is found by what the other fiducials say, named, and left out; so is a tag that
-// measures otherwise than it was printed.
+// measures otherwise than it was printed, or that tiles do not show alike.
 // Thread-safe.
 #pragma once
 
@@ -83,12 +83,13 @@ struct TileAgreement {
   bool within(Millimetres limit) const { return worst && *worst <= limit; }
 };
 
-// A tag of another size than it was printed with, where most others have theirs: something lies on its rim, or it
-// curls.
+// A tag of another size than it was printed with, where most others have theirs, or that two tiles do not show alike,
+// where all else agrees: something lies on its rim, or it curls.
 struct SpoiledTag {
-  PanelTag tag;         // where it lies
-  Millimetres side{0};  // as it measures
-  std::string tile;     // its name
+  PanelTag tag;                      // where it lies
+  Millimetres side{0};               // as it measures
+  std::string tile;                  // its name
+  std::optional<Millimetres> apart;  // how far the tiles show its corners from each other, rms, if that is why
 };
 
 struct Registration {

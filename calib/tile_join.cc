@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
+#include "calib/consensus_fit.h"
 #include "calib/point_fit.h"
 
 namespace veneer::calib {
@@ -121,6 +123,58 @@ std::vector<Join::JoinedHole> match_holes(Joining& joining, std::span<const Tile
   return holes;
 }
 
+using SharedLandmark = Landmark<JoinedFrame, GlassFrame>;
+
+// Whether the tag is another shape to the one tile than to the other: what lies on its rim in one of them moves a
+// corner or a side, and no motion of the tag does that.
+bool differs_in_shape(const SharedLandmark& tag, double off) {
+  constexpr double kShare = 0.5;  // of the offset; of one corner or one side that is off, 0.7 and more stays
+  const std::span<const Point<JoinedFrame>> to(tag.to);
+  const std::span<const Point<GlassFrame>> from(tag.from);
+  return residual_of(fit_isometry<JoinedFrame, GlassFrame>(to, from), to, from).rms >= kShare * off;
+}
+
+// What tiles a and b do not show alike, by what else they share. Nothing where nobody can tell what it is, or where
+// something that lies elsewhere kept its shape.
+std::vector<Join::UnlikeTag> unlike_between(const Joining& joining, std::size_t a, std::size_t b,
+                                            const JoinLimits& limits) {
+  std::map<int, SharedLandmark> shared;  // by tag, or by a hole's key
+  for (const auto& [key, seen] : joining.tiles[b]) {
+    const auto other = joining.tiles[a].find(key);
+    if (other == joining.tiles[a].end()) continue;
+    SharedLandmark& landmark = shared[key < kFirstHoleKey ? key / 4 : key];
+    landmark.to.push_back(joining.poses[a] * other->second);
+    landmark.from.push_back(seen);
+  }
+  std::vector<int> which;
+  std::vector<SharedLandmark> landmarks;
+  for (auto& [key, landmark] : shared) which.push_back(key), landmarks.push_back(std::move(landmark));
+  if (landmarks.size() < 2) return {};
+  const auto found = fit_consensus<JoinedFrame, GlassFrame>(landmarks, Handedness::kProper, {limits.max_offset});
+  std::vector<Join::UnlikeTag> out;
+  for (const std::size_t l : found.moved) {
+    const double off = *found.left_out[l];
+    if (which[l] >= kFirstHoleKey || !differs_in_shape(landmarks[l], off)) return {};
+    out.push_back({which[l], b, Millimetres(off)});
+  }
+  return out;
+}
+
+// Takes the tags that two tiles do not show alike out of every tile.
+std::vector<Join::UnlikeTag> leave_out_unlike(Joining& joining, const JoinLimits& limits) {
+  std::vector<Join::UnlikeTag> out;
+  for (std::size_t b = 1; b < joining.tiles.size(); ++b)
+    for (std::size_t a = 0; a < b; ++a)
+      for (const Join::UnlikeTag& tag : unlike_between(joining, a, b, limits)) {
+        const auto is_it = [&](const Join::UnlikeTag& other) { return other.tag == tag.tag; };
+        if (std::none_of(out.begin(), out.end(), is_it)) out.push_back(tag);
+      }
+  for (const Join::UnlikeTag& tag : out)
+    for (Landmarks& tile : joining.tiles)
+      for (int corner = 0; corner < 4; ++corner) tile.erase(tag.tag * 4 + corner);
+  return out;
+}
+
 void measure_disagreement(const Joining& joining, Join& out) {
   double sum = 0, max = 0;
   std::size_t n = 0;
@@ -148,13 +202,15 @@ std::map<int, Point<GlassFrame>> corners_on_glass(const TileView& tile, const Sc
   return corners;
 }
 
-Result<Join> join_tiles(std::span<const TileView> tiles, const ScannerModel& scanner) {
+Result<Join> join_tiles(std::span<const TileView> tiles, const ScannerModel& scanner, const JoinLimits& limits) {
   Joining joining;
   for (const TileView& tile : tiles) joining.tiles.push_back(corners_on_glass(tile, scanner));
   if (auto placed = place_by_tags(joining, tiles); !placed) return placed.error();
   joining.settle();
   Join out;
   out.holes = match_holes(joining, tiles, scanner);
+  joining.settle();
+  out.unlike = leave_out_unlike(joining, limits);
   for (std::size_t t = 0; tiles.size() > 1 && t < tiles.size(); ++t) {
     if (joining.shared_fiducials(t) < 2)
       return Error{ErrorCode::kRefused, fmt::format("{} shares only one fiducial with the other tiles, two are needed: "

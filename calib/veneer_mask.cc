@@ -142,11 +142,23 @@ struct Doubt {
   }
 };
 
+// Whether it is no larger than a tag of a panel with its quiet zone: one that is too dirty to be read looks like wood,
+// dark or light, with straight sides.
+bool may_be_a_tag(const FoundStrip& strip, double px_per_mm) {
+  constexpr double kLargest = 20;  // mm
+  const auto corners = corners_of(strip);
+  double longest = 0;
+  for (std::size_t i = 0; i < 4; ++i) longest = std::max(longest, cv::norm(corners[(i + 1) % 4] - corners[i]));
+  return longest <= kLargest * px_per_mm;
+}
+
 Doubt doubts_of(const FoundStrip& strip, const BoardView& view, double fault_share) {
   constexpr double kClearSide = 6;     // spreads of the board: a side whose step is half of it is doubtful
   constexpr double kClearlyOther = 8;  // the same for places that are unlike the board
   constexpr double kManyFaults = 0.4;  // a strip of which half as much is not its own wood is doubtful
   Doubt doubt;
+  if (may_be_a_tag(strip, view.px_per_mm))
+    doubt.consider(0, "it is no larger than a tag, and may be one that is too dirty to be read");
   doubt.consider(view.rim_share, "the board is not the same all around the sheet");
   const double clearest = std::min({strip.left.seen, strip.right.seen, strip.top.seen, strip.bottom.seen});
   doubt.consider(clearest / kClearSide, "one of its sides cannot be seen");

@@ -132,11 +132,18 @@ std::vector<ScanWarning> doubts_of_tags(const calib::Registration& registration)
   for (const calib::SpoiledTag& spoiled : registration.spoiled) {
     const std::string name = fmt::format("spoiled-tag-{}", spoiled.tag.id);
     if (std::ranges::any_of(out, [&](const ScanWarning& told) { return told.name == name; })) continue;
-    out.push_back(
-        {name, fmt::format("tag {} on {} measures {:.2f} mm where the others have their size, and counts for "
-                           "nothing there: wipe it clean and scan again; a panel that enters stock without it "
-                           "gets it later by a scan with --retag",
-                           spoiled.tag.id, spoiled.tile, spoiled.side.count())});
+    const std::string what =
+        spoiled.apart ? fmt::format(
+                            "is not seen alike by the scans that show it, by {:.2f} mm ({} is one), where all "
+                            "else agrees, and counts for nothing",
+                            spoiled.apart->count(), spoiled.tile)
+                      : fmt::format(
+                            "on {} measures {:.2f} mm where the others have their size, and counts for nothing "
+                            "there",
+                            spoiled.tile, spoiled.side.count());
+    out.push_back({name, fmt::format("tag {} {}: wipe it clean and scan again; a panel that enters stock without it "
+                                     "gets it later by a scan with --retag",
+                                     spoiled.tag.id, what)});
   }
   return out;
 }

@@ -61,7 +61,12 @@ std::vector<Carriage::Place> Carriage::follow(const MachineAxes& axes, Vec2 from
   };
   std::vector<Place> out;
   out.reserve(shares.size());
-  for (const double share : shares) out.push_back({place(axes, from + way * share - lag_at(share)), share});
+  Vec2 before = lag_;
+  for (const double share : shares) {
+    const Vec2 lag = lag_at(share);
+    out.push_back({place(axes, from + way * share - lag), share, length(lag - before)});
+    before = lag;
+  }
   lag_ = lag_at(1);
   return out;
 }

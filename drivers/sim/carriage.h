@@ -21,10 +21,10 @@ class Carriage {
   void homed(int number);
   // The motors went straight from one place to another (dark or burning). The way of the carriage: at least where it
   // begins and ends, and the places between at which an axis has taken up its play. `share` is how much of the motors'
-  // way lies behind at each.
+  // way lies behind at each, `lost_mm` how much of it went into play since the place before.
   struct Place {
     Vec2 bed;
-    double share = 0;
+    double share = 0, lost_mm = 0;
   };
   std::vector<Place> follow(const MachineAxes& axes, Vec2 from, Vec2 to);
 

@@ -118,7 +118,12 @@ class World final : public BurnSink {
   Status save_locked();
   Status slip_tags(const Placement& placement);
   std::vector<Carriage::Place> follow_locked(const HeadPosition& from, const HeadPosition& to);
-  void mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s);
+  // What the beam gives along a bit of way, and how much of the motors' way the carriage did not go meanwhile.
+  struct Heat {
+    double power_seconds = 0, lost_mm = 0;
+  };
+  static double energy_at(const Heat& heat, double path);
+  void mark_locked(Vec2 from, Vec2 to, const Heat& heat, double begin_s, double end_s);
   TrueBurn begin_burn(const Sheet& sheet, BurnDepth depth, Vec2 at, double energy) const;
   void end_stroke_locked();
   static std::shared_ptr<Sheet> copy_of(const Sheet& sheet);

@@ -30,12 +30,12 @@ void World::burn(const BurnSegment& commanded) {
   const std::vector<Carriage::Place> way = follow_locked(commanded.from, commanded.to);
   const double begin = seconds(commanded.start), lasts = seconds(commanded.end) - begin;
   // While an axis takes up its play the carriage may stand still: that heat goes into the bit that follows.
-  double energy = 0, since = 0;
+  double energy = 0, since = 0, lost = 0;
   for (std::size_t i = 1; i < way.size(); ++i) {
-    energy += (way[i].share - way[i - 1].share) * commanded.power_seconds;
+    energy += (way[i].share - way[i - 1].share) * commanded.power_seconds, lost += way[i].lost_mm;
     if (i + 1 < way.size() && length(way[i].bed - way[i - 1].bed) < 1e-6) continue;
-    mark_locked(way[i - 1].bed, way[i].bed, energy, begin + since * lasts, begin + way[i].share * lasts);
-    energy = 0, since = way[i].share;
+    mark_locked(way[i - 1].bed, way[i].bed, {energy, lost}, begin + since * lasts, begin + way[i].share * lasts);
+    energy = 0, since = way[i].share, lost = 0;
   }
 }
 
@@ -50,12 +50,19 @@ void World::homed() {
   if (Status s = save_locked(); !s.ok()) log_->error("{}", s.error().message);
 }
 
-void World::mark_locked(Vec2 from, Vec2 to, double power_seconds, double begin_s, double end_s) {
+// Of one place along the way, power-seconds per mm. What the beam gives while the carriage lags behind its motors heats
+// all of the spot, however short the way is that the carriage itself goes meanwhile.
+double World::energy_at(const Heat& heat, double path) {
+  const double driven = path + heat.lost_mm;
+  if (driven <= 1e-6) return heat.power_seconds / kSpot;
+  return heat.power_seconds / driven * (1 + heat.lost_mm / kSpot);
+}
+
+void World::mark_locked(Vec2 from, Vec2 to, const Heat& heat, double begin_s, double end_s) {
   if (!on_bed_) return;
   const std::shared_ptr<Sheet>& sheet = sheets_.at(on_bed_->sheet);
   const TwinSettings::Laser& laser = truth_.settings.laser;
-  const double path = length(to - from);
-  const double energy = power_seconds / (path > 1e-6 ? path : kSpot);
+  const double energy = energy_at(heat, length(to - from));
   if (energy < laser.engrave_energy) return;
   const bool through = energy >= laser.through_energy * sheet->thickness_mm / kThicknessOfThreshold;
   const BurnDepth depth = through ? BurnDepth::kThrough : BurnDepth::kEngrave;

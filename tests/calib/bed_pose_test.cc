@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <iostream>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
@@ -88,10 +89,14 @@ double worst_error(const BedPose& pose, const test::Lay& lay, bool back_up) {
   return worst;
 }
 
+// How much higher than flat a place of the panel's upper face lies, mm; u, v: 0 to 1 along its sides.
+using Lift = std::function<double(double u, double v)>;
+
 // Tags as the detector would report them, without a picture.
 std::vector<Tag<CameraFrame>> seen_tags(const test::TrueCamera& camera, const std::vector<GluedTag>& tags,
-                                        const test::Lay& lay, double height = 2.1) {
-  std::mt19937_64 random(5);
+                                        const test::Lay& lay, double height = 2.1, const Lift& lift = {},
+                                        std::uint64_t seed = 5) {
+  std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, 0.06);
   std::vector<Tag<CameraFrame>> out;
   for (const auto& glued : tags) {
@@ -101,7 +106,8 @@ std::vector<Tag<CameraFrame>> seen_tags(const test::TrueCamera& camera, const st
     for (std::size_t i = 0; i < 4; ++i) {
       const auto sheet = glued.lay.bed_of(own[i][0], own[i][1]);
       const auto bed = lay.bed_of(sheet[0], sheet[1]);
-      const auto px = camera.pixel_of(bed[0], bed[1], height);
+      const double lifted = lift ? lift(sheet[0] / kWidth, sheet[1] / kHeight) : 0;
+      const auto px = camera.pixel_of(bed[0], bed[1], height + lifted);
       tag.corners[i] = point<CameraFrame>(px[0] + noise(random), px[1] + noise(random));
     }
     out.push_back(tag);
@@ -170,6 +176,38 @@ TEST(BedPose, RefusesAPanelWhoseThicknessWasForgotten) {
   ASSERT_FALSE(pose.ok());
   EXPECT_EQ(pose.error().code, ErrorCode::kRefused);
   EXPECT_NE(pose.error().message.find("thickness"), std::string::npos) << pose.error().message;
+}
+
+// As veneered boards are: bowed one way or the other by some tenths of a millimetre, and not all as thick.
+TEST(BedPose, LaysABowedOrThickerPanelWhereItIs) {
+  const test::TrueCamera camera;
+  const std::vector<PanelCandidate> candidates = {large_panel()};
+  struct Sheet {
+    double thicker, bow_x, bow_y;
+  };
+  double worst = 0, worst_flat = 0;
+  for (const test::Lay& lay : {kLay, test::Lay{75, 12, -2.0, false}, test::Lay{20, 85, 1.0, false}})
+    for (const Sheet& sheet : {Sheet{0.05, 0.15, 0}, {-0.05, -0.08, -0.05}, {0.05, -0.1, 0.1}, {0.12, 0, 0}}) {
+      const Lift lift = [&](double u, double v) {
+        const auto one = [](double bow, double t) {
+          return bow >= 0 ? bow * 4 * t * (1 - t) : -bow * (1 - 4 * t * (1 - t));
+        };
+        return sheet.thicker + one(sheet.bow_x, u) + one(sheet.bow_y, v);
+      };
+      for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        const auto tags = seen_tags(camera, kBackTags, lay, 2.1, lift, seed);
+        const auto pose = locate_panel(tags, exact_model(camera), 2.1_mm, candidates);
+        ASSERT_TRUE(pose.ok()) << pose.error().message;
+        worst = std::max(worst, worst_error(*pose, lay, true));
+        const auto flat =
+            locate_panel(seen_tags(camera, kBackTags, lay, 2.1, {}, seed), exact_model(camera), 2.1_mm, candidates);
+        ASSERT_TRUE(flat.ok()) << flat.error().message;
+        worst_flat = std::max(worst_flat, worst_error(*flat, lay, true));
+      }
+    }
+  EXPECT_LT(worst, 0.03);
+  EXPECT_LT(worst_flat, 0.03) << "a flat one is found as well";
+  std::cout << "bowed: worst place " << worst << " mm, flat " << worst_flat << " mm\n";
 }
 
 TEST(BedPose, SaysWhichPanelAndFaceLieThereInsteadOfTheWantedOnes) {

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "calib/tag_pattern.h"
@@ -65,6 +67,58 @@ TEST(TagDetector, KeepsItsAccuracyWhenSearchingCoarsely) {
   const auto tags = detect_tags<ScanFrame>(board.scan(), {.decimate = 4});
   ASSERT_EQ(tags.size(), 2U);
   EXPECT_LT(worst_px(board, tags), 0.05);
+}
+
+// A blot with a soft rim, as a spark or a finger leaves it.
+void blot(cv::Mat& picture, const Point<ScanFrame>& at, double radius_px, const cv::Scalar& colour, double opaque) {
+  for (int r = 0; r < picture.rows; ++r)
+    for (int c = 0; c < picture.cols; ++c) {
+      const double inside = radius_px - std::hypot(c + 0.5 - at.x.count(), r + 0.5 - at.y.count());
+      const double a = opaque * std::clamp(inside / (0.3 * radius_px) + 0.5, 0.0, 1.0);
+      if (a <= 0) continue;
+      for (int k = 0; k < 3; ++k) {
+        auto& level = picture.at<cv::Vec3b>(r, c)[k];
+        level = cv::saturate_cast<unsigned char>(level * (1 - a) + colour[k] * a);
+      }
+    }
+}
+
+// The rest of its two sides tells where a corner is that a spark has burnt away.
+TEST(TagDetector, SeesPastAScorchedCorner) {
+  const OneBoard board(Face::kShow, 20);
+  const cv::Mat clean = board.scan();
+  const double px = board.scanner.nominal().px_per_mm;
+  const auto corners = board.panel.tags[0].corners();
+  int found = 0;
+  for (std::size_t corner = 0; corner < 4; ++corner)
+    for (const double radius_mm : {0.5, 1.0, 1.7})
+      for (const auto& [dx, dy] : {std::pair{0.9, -0.6}, {-0.5, 0.8}}) {
+        cv::Mat picture = clean.clone();
+        const Point<ScanFrame> at = board.truth(corners[corner]);
+        blot(picture, {at.x + Pixels(dx * px), at.y + Pixels(dy * px)}, radius_mm * px, {20, 26, 34}, 0.9);
+        const auto tags = detect_tags<ScanFrame>(picture, {.decimate = 4});
+        // Where so much is gone that it is not found, nobody is harmed.
+        if (tags.size() == 1 && radius_mm > 0.5) continue;
+        ASSERT_EQ(tags.size(), 2U);
+        ++found;
+        EXPECT_LT(worst_px(board, tags), 0.1)
+            << "corner " << corner << ", " << radius_mm << " mm at " << dx << " " << dy;
+      }
+  EXPECT_GE(found, 16) << "of 24";
+}
+
+TEST(TagDetector, SeesPastAStainOnTheRim) {
+  const OneBoard board(Face::kShow, -35);
+  const cv::Mat clean = board.scan();
+  const double px = board.scanner.nominal().px_per_mm;
+  for (const double across : {-7.5, -5.0, 2.0, 6.5})
+    for (const double radius_mm : {1.0, 2.2, 4.4}) {
+      cv::Mat picture = clean.clone();
+      blot(picture, board.truth(point<PanelFrame>(18.2 + across, 17.3 + 7)), radius_mm * px, {60, 100, 130}, 0.35);
+      const auto tags = detect_tags<ScanFrame>(picture, {.decimate = 4});
+      ASSERT_EQ(tags.size(), 2U);
+      EXPECT_LT(worst_px(board, tags), 0.1) << across << ", " << radius_mm << " mm";
+    }
 }
 
 TEST(TagDetector, NamesCornersCounterClockwiseFromTheLowerLeft) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "calib/registration.h"
 #include "tests/support/rendered_panel.h"
@@ -75,6 +76,26 @@ TEST(VeneerMask, KeepsAllWoodAndNothingElseFromLightToVeryDark) {
   for (const auto& zone : mask->list)
     EXPECT_GT(cv::countNonZero(mask->zones.pixels == zone.label), 1000)
         << "each has its label on its wood: " << zone.label;
+}
+
+// What is printed in black and white, with straight sides, and was not read for its dirt.
+TEST(VeneerMask, AsksAboutATagThatNobodyCouldReadAndDoesNotTakeItForWood) {
+  const rendered::Panel panel = six_species();
+  auto scorched = map_of(panel, 150);
+  PanelFiducials read = fiducials_of(panel);
+  const auto tag = panel.tags.front();
+  std::erase_if(read.tags, [&](const auto& other) { return other.id == tag.id; });
+  cv::Point2d corner;
+  scorched.to_pixels(tag.corners()[0], corner.x, corner.y);
+  cv::circle(scorched.pixels, corner, static_cast<int>(2 * scorched.resolution.px_per_mm), cv::Scalar(20, 26, 34),
+             cv::FILLED, cv::LINE_AA);
+  const auto mask = calib::mask_veneer(scorched, read);
+  ASSERT_TRUE(mask.ok()) << mask.error().message;
+  EXPECT_EQ(judge(panel, *mask).outside, 0);
+  EXPECT_EQ(mask->list.size(), panel.strips.size());
+  ASSERT_EQ(mask->asked.size(), 1U);
+  EXPECT_FALSE(mask->asked[0].taken);
+  EXPECT_THAT(mask->asked[0].reason, ::testing::HasSubstr("no larger than a tag"));
 }
 
 TEST(VeneerMask, FindsEveryScrewHole) {

@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <set>
 
@@ -59,6 +61,35 @@ TEST(World, CutsWithTheDefaultRecipeAndEngravesWithTheOther) {
   EXPECT_GE(sheet->burns[0].width_mm, 0.24);
   EXPECT_LE(sheet->burns[0].width_mm, 0.30);
   EXPECT_EQ(sheet->burns[1].depth, BurnDepth::kEngrave);
+}
+
+// What the beam gives while an axis takes up its play, a few hundredths of a millimetre, heats the whole spot.
+TEST(World, AWornDriveEngravesAndDoesNotCutWhereItTurns) {
+  const testing::TempDirectory dir;
+  TwinSettings settings = coarse();
+  settings.rough.backlash_mm = 0.02, settings.rough.belt_wave_mm = 0.01;
+  const auto world = world_in(dir.path(), settings);
+  ASSERT_TRUE(world->new_board("W", 200, 150).ok());
+  ASSERT_TRUE(world->place_at({"W", SheetFace::kBack, {0, true, {300, 100}}, 0}, Spot::kBed).ok());
+  // Strokes of 0.05 to 1 mm that turn by all angles, as those of letters do.
+  std::vector<Vec2> path = {{160, 150}};
+  for (int i = 0; i < 2000; ++i) {
+    const double angle = 2.399963 * i * (1 + i % 7), length = 0.05 + 0.19 * (i % 6);
+    const Vec2 next = path.back() + Vec2{std::cos(angle), std::sin(angle)} * length;
+    path.push_back({std::clamp(next.x, 150.0, 170.0), std::clamp(next.y, 140.0, 160.0)});
+  }
+  burn(*world, path, kEngrave);
+  const auto engraved = *world->sheet("W");
+  ASSERT_FALSE(engraved->burns.empty());
+  for (const TrueBurn& one : engraved->burns) EXPECT_EQ(one.depth, BurnDepth::kEngrave);
+  // One that really stays burns a hole.
+  BurnSegment rest;
+  rest.from = rest.to = {155 - 520, 150 - 380};
+  rest.power_seconds = 0.20 * 0.1;
+  rest.end = rest.start + std::chrono::milliseconds(100);
+  world->burn(rest);
+  world->flush_burns();
+  EXPECT_EQ((*world->sheet("W"))->burns.back().depth, BurnDepth::kThrough);
 }
 
 // Whoever asks at a job's end need not wait until the last stroke is on the disk.
