@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "calib/tag_pattern.h"
 
@@ -33,11 +34,11 @@ std::vector<Point<PanelFrame>> tag_places(double width, double height) {
   return places;
 }
 
-// Whole millimetres from `low` to `high` of a side where a hole is clear of all tags, some 14 of them.
+// Whole millimetres from `low` to `high` of a side where a hole is clear of all tags, some `many` of them.
 std::vector<Point<PanelFrame>> hole_places(const std::vector<Point<PanelFrame>>& tags, double low, double high,
-                                           Point<PanelFrame> from, bool across) {
+                                           Point<PanelFrame> from, bool across, int many) {
   std::vector<Point<PanelFrame>> out;
-  const double step = std::max(1.0, std::floor((high - low) / 14));
+  const double step = std::max(1.0, std::floor((high - low) / many));
   for (double at = std::round(low); at <= high; at += step) {
     const auto p = across ? Point<PanelFrame>{Millimetres(at), from.y} : Point<PanelFrame>{from.x, Millimetres(at)};
     if (std::all_of(tags.begin(), tags.end(), [&](const auto& tag) { return distance(tag, p).count() >= kHoleClear; }))
@@ -54,13 +55,14 @@ bool apart(const std::vector<Point<PanelFrame>>& points) {
 }
 
 // Two below, one above, one on the left: those whose distances are told apart best.
-std::vector<Point<PanelFrame>> choose_holes(const std::vector<Point<PanelFrame>>& tags, double width, double height) {
+std::vector<Point<PanelFrame>> choose_holes(const std::vector<Point<PanelFrame>>& tags, double width, double height,
+                                            int many) {
   const double inset = kFiducialInset.count();
   const auto low_left = point<PanelFrame>(inset, inset), up = point<PanelFrame>(inset, height - inset);
-  const auto a = hole_places(tags, inset, width * 0.45, low_left, true);
-  const auto b = hole_places(tags, width * 0.5, width - inset, low_left, true);
-  const auto c = hole_places(tags, width * 0.2, width * 0.8, up, true);
-  const auto d = hole_places(tags, height * 0.25, height * 0.85, low_left, false);
+  const auto a = hole_places(tags, inset, width * 0.45, low_left, true, many);
+  const auto b = hole_places(tags, width * 0.5, width - inset, low_left, true, many);
+  const auto c = hole_places(tags, width * 0.2, width * 0.8, up, true, many);
+  const auto d = hole_places(tags, height * 0.25, height * 0.85, low_left, false, many);
   std::vector<Point<PanelFrame>> best;
   double widest = 0;
   for (const auto& p : a)
@@ -73,6 +75,24 @@ std::vector<Point<PanelFrame>> choose_holes(const std::vector<Point<PanelFrame>>
           widest = told, best = holes;
         }
   return widest >= kHoleTell.count() ? best : std::vector<Point<PanelFrame>>();
+}
+
+struct RimLayout {
+  std::vector<Point<PanelFrame>> tags, holes;  // no holes: there is no room for them
+};
+
+RimLayout lay_out(double width, double height) {
+  RimLayout out{tag_places(width, height), {}};
+  // Most boards have room among few places; the more, the longer it takes (the fourth power).
+  for (const int many : {14, 28, 42})
+    if (out.holes.empty()) out.holes = choose_holes(out.tags, width, height, many);
+  // Of a narrow board that stands upright, distances are told apart along its long side only.
+  if (out.holes.empty() && height > width) {
+    out = lay_out(height, width);
+    for (auto* points : {&out.tags, &out.holes})
+      for (auto& p : *points) std::swap(p.x, p.y);
+  }
+  return out;
 }
 
 }  // namespace
@@ -93,7 +113,7 @@ Result<FiducialPlan> plan_fiducials(Millimetres width, Millimetres height, int f
                                 "each side needs at least {:.0f} mm",
                                 width.count(), height.count(), kLeastSide)};
   if (!(width.count() >= kLeastSide && height.count() >= kLeastSide)) return small;
-  const auto places = tag_places(width.count(), height.count());
+  auto [places, holes] = lay_out(width.count(), height.count());
   const int count = 2 * static_cast<int>(places.size());
   if (first_id < 0 || first_id + count > kTagIds)
     return Error{
@@ -101,8 +121,8 @@ Result<FiducialPlan> plan_fiducials(Millimetres width, Millimetres height, int f
         fmt::format("tags {} to {} are needed and the family 36h11 ends at {}: begin with a lower number whose "
                     "tags no panel in stock carries",
                     first_id, first_id + count - 1, kTagIds - 1)};
-  FiducialPlan plan{width, height, {}, choose_holes(places, width.count(), height.count())};
-  if (plan.holes.empty()) return small;
+  if (holes.empty()) return small;
+  FiducialPlan plan{width, height, {}, std::move(holes)};
   for (const Face face : {Face::kShow, Face::kBack})
     for (const auto& place : places) plan.tags.push_back({first_id + static_cast<int>(plan.tags.size()), face, place});
   return plan;
