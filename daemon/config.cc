@@ -283,11 +283,6 @@ Result<Config> load_config(const std::filesystem::path& file) {
   return *chosen ? with(std::move(*config), **chosen) : std::move(config);
 }
 
-Result<Config> load_config(const std::filesystem::path& file, const ChosenDevices& chosen) {
-  auto config = read_configuration(file);
-  return config ? with(std::move(*config), chosen) : std::move(config);
-}
-
 Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen_text) {
   auto config = read_configuration(file);
   if (!config) return config;

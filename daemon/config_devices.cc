@@ -61,6 +61,9 @@ void read_chosen_laser(Section& section, ChosenDevices::Laser& out, std::vector<
   if (!out.port.starts_with(out.kind == "grbl" ? "serial:/" : "usb:"))
     errors.push_back(fmt::format("laser.port = \"{}\" is no port of a laser that can be chosen", out.port));
   if (out.kind != "lihuiyu") return;
+  // A guess would drive the head against its frame.
+  for (const char* needed : {"board", "travel_x_mm", "travel_y_mm"})
+    if (!section.has(needed)) errors.push_back(fmt::format("laser.{} is missing", needed));
   section.word("board", out.board, {"m2", "m3"});
   read_travel(section, out.travel_x, out.travel_y);
 }

@@ -158,7 +158,10 @@ async function plan(event) {
 
 async function advise() {
   takeWhole();
-  const started = await command(`/plans/advice?${asked()}`, {body: wanted.file, timeoutMs: 60000});
+  const query = asked();
+  wantPaint(wanted.file, pictureSize(wanted.file), null);
+  paintInto(query, false);  // of all of the picture: which part is what is asked
+  const started = await command(`/plans/advice?${query}`, {body: wanted.file, timeoutMs: 60000});
   if (started) begun.unshift(advice = started.task);
   changed();
 }

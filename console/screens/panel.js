@@ -36,7 +36,7 @@ async function load() {
     const before = shown.panel;
     Object.assign(shown, {panel, allocations, differences: differences.filter((one) => !one.decided), fault: ""});
     if (map) map.show(allocations);
-    if (map && before && before.mask_version !== panel.mask_version) map.renewFree();
+    if (map && before && before.mask_version !== panel.mask_version) { map.renewFree(); map.renewScan(); }
     if (shown.piece) look(shown.piece);
   } catch (fault) {
     if (shown.id !== id || shown.version !== version) return;

@@ -50,13 +50,14 @@ const points = (sheet) => sheet.strokes.reduce((sum, one) => sum + one.points_mm
 // Into the map's hand, as it is now.
 function hold() {
   if (!map) return;
-  const sheet = sheetOf(of);
-  map.brush(on && !sheet.busy && !isMoved(sheet) ? {give, width_mm: width, room: kMostPoints - points(sheet), onStroke: (stroke) => take(sheet, stroke)} : null);
+  const sheet = sheetOf(of), {seen} = sheet;
+  map.brush(on && !sheet.busy && !isMoved(sheet) ? {give, width_mm: width, room: kMostPoints - points(sheet), onStroke: (stroke) => take(sheet, seen, stroke)} : null);
 }
 const set = (act) => () => { act(); hold(); changed(); };
 
-function take(sheet, stroke) {
-  if (!sheet.strokes.length) sheet.version = sheet.seen;
+// `seen`: the version that was shown when it was begun.
+function take(sheet, seen, stroke) {
+  if (!sheet.strokes.length) sheet.version = seen;
   const room = kMostPoints - points(sheet);
   sheet.strokes.push({...stroke, points_mm: simplified(stroke.points_mm, .05 + stroke.width_mm / 100).slice(0, room)});
   show(sheet);
@@ -113,7 +114,10 @@ async function takeBack(number) {
   const made = await command(`/panels/${encodeURIComponent(panel)}/mask-edits/${number}`, {method: "DELETE", timeoutMs: kSaveMs});
   // The same hand did both.
   if (made && sheet.version === made.version - 1) sheet.version = made.version;
-  if (made) sheet.seen = made.version;
+  if (made) {
+    sheet.seen = made.version;
+    if (panel === of && edits) edits = edits.filter((one) => one.number !== number);
+  }
   sheet.busy = false;
   renew(panel);
 }

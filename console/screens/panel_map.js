@@ -33,7 +33,7 @@ async function library() {
 }
 
 // Shows the panel in `place`, which is the map's own from then on. `onPiece` is told of a tap. -> {show(allocations),
-// choose(piece), layer(name, shown), renewFree(), brush(how), strokes(list), close()}
+// choose(piece), layer(name, shown), renewFree(), renewScan(), brush(how), strokes(list), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
   const box = [[0, 0], [panel.height_mm, panel.width_mm]];
@@ -45,14 +45,16 @@ export async function openMap(place, panel, onPiece) {
 
   const id = encodeURIComponent(panel.id);
   let scan = null, closed = false;
+  let laid = 0;
   const lay = async (width) => {
+    const mine = ++laid;
     const url = await pictureUrl(`/panels/${id}/map.png?width=${width}`);
-    if (closed || !url) return;
+    if (closed || !url || mine !== laid) return;
     const before = scan;
     scan = L.imageOverlay(url, box, {alt: t("panel.map", {panel: panel.id})}).addTo(map).bringToBack();
     if (before) before.remove();
   };
-  lay(Math.min(kFirstWidth, 8192));
+  lay(kFirstWidth);
   let close = false;
   map.on("zoomend", () => {
     const perMm = 2 ** map.getZoom();
@@ -60,14 +62,16 @@ export async function openMap(place, panel, onPiece) {
     close = true;
     lay(kCloseWidth);
   });
+  let freeOf = 0;  // raised when what is free has changed: what was asked before is old
   const freeWood = async () => {
+    const mine = freeOf;
     const url = layers.free.getLayers().length ? "" : await pictureUrl(`/panels/${id}/stock.png?width=${kFirstWidth}`);
-    if (!url) return;
+    if (!url || mine !== freeOf) return;
     // Its key stands below the panel: as wide as that it is, and higher.
     const picture = new Image();
     picture.src = url;
     await picture.decode().catch(() => {});
-    if (closed || !picture.naturalWidth || layers.free.getLayers().length) return;
+    if (closed || mine !== freeOf || !picture.naturalWidth || layers.free.getLayers().length) return;
     const high = picture.naturalHeight * panel.width_mm / picture.naturalWidth;
     layers.free.addLayer(L.imageOverlay(url, [[panel.height_mm - high, 0], box[1]]));
   };
@@ -131,7 +135,8 @@ export async function openMap(place, panel, onPiece) {
       if (shown) hiddenLayers.delete(name); else hiddenLayers.add(name);
       if (shown) layers[name].addTo(map); else layers[name].remove();
     },
-    renewFree() { layers.free.clearLayers(); if (isShown("free")) freeWood(); },
+    renewFree() { ++freeOf; layers.free.clearLayers(); if (isShown("free")) freeWood(); },
+    renewScan() { lay(close ? kCloseWidth : kFirstWidth); },
     brush: hand.take,
     strokes(list) { strokeLayer.clearLayers(); list.forEach(drawStroke); },
     close() { closed = true; map.remove(); },
@@ -139,12 +144,12 @@ export async function openMap(place, panel, onPiece) {
 }
 
 // One finger, pen or mouse draws while a brush is in hand; two fingers move and zoom the map as ever, and what the first
-// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null. What onStroke is
-// given is drawn by whoever takes it.
+// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null. onStroke is given
+// the stroke and the `how` that it was begun with, and draws it.
 function brushHand(place, map, drawStroke, dropStroke) {
   const kStep = 1 / 6;         // of its width, between two points
   const kLongestPath = 4000;  // points, before it is simplified
-  let how = null, stroke = null, pointer = 0;
+  let how = null, begunWith = null, stroke = null, pointer = 0;
   const fingers = new Set();
   const placeOf = (event) => { const {lat, lng} = map.mouseEventToLatLng(event); return [Math.round(lng * 100) / 100, Math.round(lat * 100) / 100]; };
 
@@ -159,6 +164,7 @@ function brushHand(place, map, drawStroke, dropStroke) {
     if (fingers.size > 1) return drop();
     if (how.room < 1) return;
     pointer = event.pointerId;
+    begunWith = how;
     place.setPointerCapture(pointer);
     stroke = {give: how.give, width_mm: how.width_mm, points_mm: [placeOf(event)]};
     drawStroke(stroke);
@@ -174,10 +180,12 @@ function brushHand(place, map, drawStroke, dropStroke) {
   const end = (event) => {
     fingers.delete(event.pointerId);
     if (!stroke || event.pointerId !== pointer) return;
-    const done = stroke;
+    const done = stroke, last = placeOf(event);
     stroke = null;
     dropStroke();
-    if (event.type !== "pointercancel") how.onStroke(done);
+    if (event.type === "pointercancel") return;
+    if (String(last) !== String(done.points_mm[done.points_mm.length - 1])) done.points_mm.push(last);
+    begunWith.onStroke(done);
   };
   place.addEventListener("pointerup", end);
   place.addEventListener("pointercancel", end);

@@ -66,10 +66,12 @@ function part(name) {
 
 // ---- what there is to choose ----------------------------------------------------------------------------------------
 
-const look = () => doSteps("devices", [
+// What was ticked was said of what was plugged in before.
+const forget = () => { for (const name of kDevices) sure[name] = false; };
+const look = () => (forget(), doSteps("devices", [
   {text: t("choose.looking"), act: async () => { const {lasers, pictures} = await get("/devices/found"); found = {lasers, pictures, scanners: null}; changed(); }},
   {text: t("choose.scanners"), act: async () => { found.scanners = (await run("devices", "/scanners", {})).scanners; changed(); }},
-]);
+]));
 
 // Each: {key, body, label, small, problem, refused}
 function options(name) {

@@ -214,11 +214,19 @@ Status check_camera(const std::filesystem::path& data_dir, const ChosenDevices::
 struct OneDevice {
   SetBy set_by;
   std::string kind, address;
-  std::string words() const { return kind == "sim" ? "simulated" : kind + " " + address; }
+  std::string more = "";  // what else is said of it
+  std::string words() const { return kind == "sim" ? "simulated" : kind + " " + address + more; }
 };
 OneDevice device_of(const Config& config, const std::string& device) {
-  if (device == "laser") return {config.laser.set_by, config.laser.kind, config.laser.port};
-  if (device == "scanner") return {config.scanner.set_by, config.scanner.kind, config.scanner.device};
+  const LaserConfig& laser = config.laser;
+  if (device == "laser")
+    return {laser.set_by, laser.kind, laser.port,
+            laser.kind == "lihuiyu"
+                ? fmt::format(", {}, {:g} x {:g} mm", laser.board, laser.travel_x.count(), laser.travel_y.count())
+                : ""};
+  if (device == "scanner")
+    return {config.scanner.set_by, config.scanner.kind, config.scanner.device,
+            fmt::format(", {:g} dpi", config.scanner.dpi)};
   return {config.camera.set_by, config.camera.kind, config.camera.device};
 }
 
@@ -250,7 +258,10 @@ Status check_choice(const DeviceServices& s, const AskedDevice& asked, const Con
                                                    : check_camera(now.store.data_dir, asked.wanted.camera);
   if (!there) return there;
   if (asked.device == "laser" && asked.wanted.laser.kind != "sim")
-    return check_sure(asked, kRealLaser, "the first Reset from then on moves whatever is at this port");
+    return check_sure(
+        asked, kRealLaser,
+        "the first Reset from then on moves whatever is at this port, so its emergency stop must have been "
+        "tried and work without the computer");
   const std::string kind = asked.device == "laser"     ? asked.wanted.laser.kind
                            : asked.device == "scanner" ? asked.wanted.scanner.kind
                                                        : asked.wanted.camera.kind;
@@ -276,9 +287,9 @@ Result<std::string> keep_choice(const DeviceServices& s, const AskedDevice& aske
   if (asked.device == "laser") wanted.laser = asked.wanted.laser;
   if (asked.device == "scanner") wanted.scanner = asked.wanted.scanner;
   if (asked.device == "camera") wanted.camera = asked.wanted.camera;
-  const auto tried = load_config(s.config.file, wanted);
-  if (!tried) return tried.error();
   const std::string text = chosen_devices_text(wanted);
+  const auto tried = load_config(s.config.file, text);
+  if (!tried) return tried.error();
   if (const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text))); !kept)
     return kept.error();
   return fmt::format("{} from the next start: {}; before: {}", asked.device, device_of(*tried, asked.device).words(),

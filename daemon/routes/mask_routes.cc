@@ -138,10 +138,13 @@ void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& 
   body.require("kind");
   const auto corners = corners_of(body);
   const auto strokes = strokes_of(body);
-  const Millimetres width(body.number("width_mm", ranges::kBrushWidth).value_or(0));
+  const auto width_mm = body.number("width_mm", ranges::kBrushWidth);
+  const Millimetres width(width_mm.value_or(0));
   if (corners.empty() == strokes.empty())
     body.refuse(
         {ErrorCode::kInvalidArgument, "say where: as outline_mm, or as strokes_mm with stroke_points and width_mm"});
+  if (width_mm && strokes.empty() && !corners.empty())
+    body.refuse({ErrorCode::kInvalidArgument, "width_mm is of strokes_mm: an outline has none, leave it out"});
   const auto painted_on = body.whole("version", ranges::kMaskVersion);
   edit.note = body.text("note").value_or("");
   limit_text(body, "note", edit.note, 0);

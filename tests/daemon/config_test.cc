@@ -65,7 +65,7 @@ class ChosenDevicesTest : public ConfigTest {
   ~ChosenDevicesTest() override { std::filesystem::remove_all(data_dir_); }
   Result<Config> with(const std::string& by_hand, const ChosenDevices& chosen = real_laser()) {
     std::ofstream(file_) << by_hand;
-    return load_config(file_, chosen);
+    return load_config(file_, chosen_devices_text(chosen));
   }
   // As the daemon starts, with this content of the file in its data folder.
   Result<Config> start(const std::string& chosen) {
@@ -168,6 +168,22 @@ TEST_F(ChosenDevicesTest, AFileThatIsNotWholeKeepsTheDaemonFromStarting) {
     EXPECT_THAT(refused.error().message, HasSubstr("remove it and choose laser, scanner and camera again"));
   }
   EXPECT_TRUE(parse("[store]\ndata_dir = \"" + data_dir_.string() + "\"\n").ok()) << "it takes no part then";
+}
+
+// A board knows neither what it is nor its travel: a guess would drive the head against its frame.
+TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
+  ChosenDevices wanted;
+  wanted.laser.kind = "lihuiyu";
+  wanted.laser.port = "usb:1a86:5512@1-2.4";
+  const std::string whole = chosen_devices_text(wanted);
+  ASSERT_TRUE(start(whole).ok());
+  for (const std::string line : {"kind", "port", "board", "travel_x_mm", "travel_y_mm"}) {
+    std::string without = whole;
+    const auto begin = without.find(line + " = ");
+    ASSERT_NE(begin, std::string::npos) << line;
+    without.erase(begin, without.find('\n', begin) + 1 - begin);
+    EXPECT_FALSE(start(without).ok()) << without;
+  }
 }
 
 TEST_F(ChosenDevicesTest, AFileThatCannotBeReadIsNotTakenForNone) {

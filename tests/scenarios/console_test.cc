@@ -7,6 +7,7 @@
 
 #include "base/files.h"
 #include "tests/scenarios/operated_cell.h"
+#include "tests/support/sane_config.h"
 
 namespace veneer::tests {
 namespace {
@@ -62,6 +63,9 @@ TEST(FirstDay, FromTheUnpackedMachineToTheFirstCutPiece) {
       dir / "cell", std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "bin", 3, 40};
   options.twin_tables = "sheet_dpi = 200\n";
   options.daemon_tables = "[devices]\nchoose = true\n";
+  // Its own backends, not whatever scanners the house has.
+  testing::write_sane_config(dir / "sane");
+  options.scanner = "kind = \"sim\"\nsane_config_dir = \"" + (dir / "sane").string() + "\"\n";
   auto cell = SimulatedCell::start(options);
   ASSERT_TRUE(cell.ok()) << cell.error().message;
   std::ofstream((*cell)->data_dir() / "camera" / "bed.jpg") << "a picture";

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <fstream>
 #include <opencv2/core.hpp>
 
@@ -97,7 +98,12 @@ TEST_F(Records, TheAuditLogTellsWhoDidWhatAndWhatCameOfIt) {
   ASSERT_EQ(cell.veneerctl({"panel", "retire", "P-0003", "--reason", "warped"}).status, 0);
   ASSERT_EQ(cell.veneerctl({"db", "backup"}).status, 0);
   std::vector<std::string> told;
-  const json audit = asked({"audit", "--who", fmt::format("uid {}", getuid())});
+  // What came of a task is written once its client knows, on a thread that may wait for a disk.
+  json audit;
+  const auto soon = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  do {
+    audit = asked({"audit", "--who", fmt::format("uid {}", getuid())});
+  } while (audit["entries"].size() < 3 && std::chrono::steady_clock::now() < soon);
   for (const json& row : audit["entries"]) told.push_back(row["what"]);
   EXPECT_THAT(told, ElementsAre("api.makeBackup.done", "api.makeBackup", "api.retirePanel"));
   EXPECT_THAT(audit["entries"][0].value("detail", ""), HasSubstr("\"folder\":\"" + (data / "backups").string()));

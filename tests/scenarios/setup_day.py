@@ -82,7 +82,7 @@ class FirstDay(Day):
         self.until_says("[data-key=restart]", "started by hand")
         self.show("devices")
         self.press('[data-device="camera"] input[value="sim"]')
-        assert not self.find("#choose-camera").is_enabled(), "nobody said that a simulation is meant"
+        self.until("a word that a simulation is meant to be waited for", lambda: not self.find("#choose-camera").is_enabled())
         self.press("#sure-camera")
         self.press("#choose-camera")
         self.until("the simulation to stay", lambda: "Next start" not in self.text('[data-device="camera"]'))

@@ -27,7 +27,7 @@ class DeviceRoutes : public testing::RoutedCell {
           config.devices.choose = true;
           config.scanner.kind = config.camera.kind = "sim";
           fs::create_directories(data_dir);
-          write("");
+          write_file(config, "");
         }) {
     std::ofstream(picture()) << "a picture";
     plug_in("ttyUSB0", "1-1", "AQ00ABCD");
@@ -42,7 +42,8 @@ class DeviceRoutes : public testing::RoutedCell {
     bind_routes(*again, *cell);
   }
   // The configuration file.
-  void write(const std::string& more, bool choose = true) const {
+  void write(const std::string& more, bool choose = true) const { write_file(config, more, choose); }
+  static void write_file(const Config& config, const std::string& more, bool choose = true) {
     std::ofstream(config.file) << "[devices]\nchoose = " << (choose ? "true" : "false") << "\n[store]\ndata_dir = \""
                                << config.store.data_dir.string() << "\"\n"
                                << more;

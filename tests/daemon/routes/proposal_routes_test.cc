@@ -118,7 +118,8 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
         json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 0.4}},
         json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 61}},
         json{{"strokes_mm", std::vector<int>(1002, 3)}, {"stroke_points", {500, 1}}, {"width_mm", 4}},
-        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 4}, {"outline_mm", {1, 2, 3, 4, 5, 9}}}}) {
+        json{{"strokes_mm", {1, 2}}, {"stroke_points", {1}}, {"width_mm", 4}, {"outline_mm", {1, 2, 3, 4, 5, 9}}},
+        json{{"outline_mm", {1, 2, 3, 4, 5, 9}}, {"width_mm", 4}}}) {
     json body = strokes;
     body["kind"] = "give";
     EXPECT_EQ(post("/panels/P-0001/mask-edits", body).status, 400) << body;

@@ -39,6 +39,7 @@ class ScannedSheet : public ::testing::Test {
   // On the glass, in the place of what lay there.
   void lay(const rendered::Panel& sheet, double turned_deg = 1.5) {
     rendered::Scanner glass;
+    // Fewer than the usual 300, which calib's own tests have: what is asked here is what becomes of masks and records.
     glass.dpi = 200, glass.width_mm = 180, glass.height_mm = 140;
     scanner_.nominal = glass.nominal();
     scanner_.file = folder_ / "scan.ppm";
