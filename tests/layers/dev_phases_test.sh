@@ -1,34 +1,56 @@
 #!/usr/bin/env bash
-# ./dev tells how long each phase took, that which failed among them. Compilers, tests and packages are stand-ins.
+# ./dev tells how long each phase took, and at the end all that failed. Compilers, tests and packages are stand-ins.
 set -euo pipefail
 dev="$(readlink -f "${1:?where is dev}")"
 place=$(mktemp -d)
 trap 'rm -rf "$place"' EXIT
-mkdir -p "$place/cmake" "$place/bin" "$place/build/dev"
+mkdir -p "$place/cmake" "$place/bin" "$place/build/dev" "$place/build/asan"
 cp "$dev" "$place/dev"
-touch "$place/cmake/debian-packages.txt" "$place/build/dev/build.ninja"
-# The build that goes on beside the tests is never done.
+touch "$place/cmake/debian-packages.txt" "$place/build/dev/build.ninja" "$place/build/asan/build.ninja"
+# The build that goes on beside the tests is good, fails, or is never done.
 cat >"$place/bin/cmake" <<TEXT
 #!/bin/sh
 case "\$*" in
-  "--build --preset asan"*) echo \$\$ >"$place/compiling"; exec tail -f /dev/null ;;
+  "--build --preset asan"*)
+    echo \$\$ >"$place/compiling"
+    case "\$BUILD" in good) exit 0 ;; bad) exit 3 ;; *) exec tail -f /dev/null ;; esac ;;
 esac
 TEXT
+# Tests fail, once that build is under way; where it is never done, somebody interrupts.
 cat >"$place/bin/ctest" <<TEXT
 #!/bin/sh
 until [ -s "$place/compiling" ]; do :; done
+[ "\$BUILD" != endless ] || kill -TERM \$PPID
 exit 8
 TEXT
 chmod +x "$place/bin/cmake" "$place/bin/ctest"
 
-status=0
-told=$(PATH="$place/bin:$PATH" "$place/dev" test 2>&1) || status=$?
+# run BUILD STATUS
+run() {
+  local status=0
+  rm -f "$place/compiling"
+  told=$(BUILD=$1 PATH="$place/bin:$PATH" "$place/dev" test 2>&1) || status=$?
+  ((status == $2)) || { printf '%s: ended with %d instead of %d\n%s\n' "$1" "$status" "$2" "$told" >&2; exit 1; }
+}
 expect() {
   grep -qE "$1" <<<"$told" || { printf 'nothing like "%s" in:\n%s\n' "$1" "$told" >&2; exit 1; }
 }
-((status == 8)) || { printf 'ended with %d instead of 8\n%s\n' "$status" "$told" >&2; exit 1; }
+
+run good 1
 expect '^ +[0-9]+ s  configuring and building as shipped$'
 expect '^ +[0-9]+ s  tests as shipped \(FAILED\)$'
+expect '^ +[0-9]+ s  building under sanitizers, what was left$'
+expect '^ +[0-9]+ s  tests under sanitizers, and the demo beside them \(FAILED\)$'
 expect '^ +[0-9]+ s  in all$'
-# What went on beside them has ended: it is gone, or dead and only not yet buried.
+expect '^dev: these failed, see above: $'
+expect '^  tests as shipped$'
+expect '^  tests under sanitizers$'
+expect '^  the demo with seed [0-9]+: '
+
+run bad 1
+expect '^dev: the build under sanitizers fails, and tests as shipped$'
+expect '^ +[0-9]+ s  building under sanitizers, what was left \(FAILED\)$'
+
+run endless 143
+# What went on beside the tests has ended: it is gone, or dead and only not yet buried.
 while grep -q '^State:.[RSD]' "/proc/$(<"$place/compiling")/status" 2>/dev/null; do :; done
