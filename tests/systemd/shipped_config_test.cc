@@ -59,7 +59,7 @@ TEST(ShippedConfiguration, AsksForWhatARealLaserNeedsOnceOneIsChosen) {
   ChosenDevices real;
   real.laser.kind = "grbl";
   real.laser.port = "serial:/dev/veneer/laser-A50285BI?baud=115200";
-  const auto chosen = load_config(VENEER_SHIPPED_CONFIG, real);
+  const auto chosen = load_config(VENEER_SHIPPED_CONFIG, chosen_devices_text(real));
   ASSERT_TRUE(chosen.ok()) << chosen.error().message;
   EXPECT_EQ(chosen->before_motion.confirm.size(), 3U);
   EXPECT_TRUE(chosen->before_motion.focus);
