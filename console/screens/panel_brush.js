@@ -1,6 +1,6 @@
 // Painting on a panel's mask with a finger: wood that is given back, wood that is withheld. Strokes stay on this page, of
 // the panel and of the version of its mask that they were painted on, and can be taken back one by one, until they are
-// saved: then they are edits of the mask, and a new version of it.
+// saved: then they are edits of the mask, each run of a kind and width one, and a new version of it.
 import {h} from "../dom.js";
 import {dayTime, squareCm, t} from "../words.js";
 import {get, kAgainMs} from "../link.js";

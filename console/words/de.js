@@ -92,7 +92,7 @@ export const words = {
   "panel.label": "Etikett zum Drucken", "panel.map": "Karte von {panel}", "panel.pieces": "Stücke dieser Platte", "panel.no_pieces": "Noch wurde nichts daraus geschnitten oder geplant.",
   "brush.on": "Auf die Maske malen", "brush.off": "Pinsel weglegen", "brush.about": "Ein Finger malt, zwei Finger bewegen die Karte. Nichts gilt, bevor es gesichert ist. Marken, Löcher und Holz, das bei einem Scan fehlte, werden nie zurückgegeben.",
   "brush.kind": "Was der Pinsel tut", "brush.withhold": "Holz zurückhalten", "brush.give": "Holz zurückgeben",
-  "brush.width": "Breite des Pinsels", "brush.undo": "Letzten Strich zurücknehmen", "brush.save": {one: "1 Strich sichern: eine neue Fassung", other: "{n} Striche sichern: eine neue Fassung"},
+  "brush.width": "Breite des Pinsels", "brush.undo": "Letzten Strich zurücknehmen", "brush.save": {one: "1 Strich sichern", other: "{n} Striche sichern"},
   "brush.full": "Mehr nimmt eine Sicherung nicht: sichern, dann weiter.", "brush.painted": "Von Hand gemalt", "brush.back": "Zurücknehmen",
   "brush.unsaved": {one: "1 Strich auf ihrer Maske ist nicht gesichert", other: "{n} Striche auf ihrer Maske sind nicht gesichert"},
   "brush.moved": "Die Maske hat sich geändert, seit Sie gemalt haben: damals Fassung {painted}, jetzt {now}. Sehen Sie sie an, wie sie jetzt ist: Passen Ihre Striche noch?", "brush.fits": "Sie passen noch",

@@ -84,7 +84,7 @@ export const words = {
   "panel.label": "Label to print", "panel.map": "Map of {panel}", "panel.pieces": "Pieces of this panel", "panel.no_pieces": "Nothing was cut or planned from it yet.",
   "brush.on": "Paint on the mask", "brush.off": "Put the brush away", "brush.about": "One finger paints, two fingers move the map. Nothing counts before it is saved. Tags, holes and wood that a scan found gone are never given back.",
   "brush.kind": "What the brush does", "brush.withhold": "Withhold wood", "brush.give": "Give wood back",
-  "brush.width": "Width of the brush", "brush.undo": "Take back the last stroke", "brush.save": {one: "Save 1 stroke: a new version", other: "Save {n} strokes: a new version"},
+  "brush.width": "Width of the brush", "brush.undo": "Take back the last stroke", "brush.save": {one: "Save 1 stroke", other: "Save {n} strokes"},
   "brush.full": "That is as much as one saving takes: save, then go on.", "brush.painted": "Painted by hand", "brush.back": "Take back",
   "brush.unsaved": {one: "1 stroke on its mask is not saved", other: "{n} strokes on its mask are not saved"},
   "brush.moved": "The mask was changed since you painted: version {painted} then, {now} now. Look at it as it is now: do your strokes still fit?", "brush.fits": "They still fit",
