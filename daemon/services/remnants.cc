@@ -55,10 +55,10 @@ std::set<std::string> materials_of(const std::vector<db::ZoneRecord>& zones) {
 // or a lease that ends soon would leave a count without its wood under the name of the panel that has it.
 Result<Raster<PanelFrame>> free_now(Repositories& r, const PanelLibrary& library, const db::PanelRecord& panel,
                                     PanelState& state) {
+  auto mask = library.load_mask(panel);  // first: one that is missing is asked for at every look
+  if (!mask) return mask.error();
   const auto allocations = r.ledger.live_allocations(panel.id);
   if (!allocations) return allocations.error();
-  auto mask = library.load_mask(panel);
-  if (!mask) return mask.error();
   std::vector<Region<PanelFrame>> areas;
   areas.reserve(allocations->size());
   for (const auto& allocation : *allocations) areas.push_back(allocation.area);

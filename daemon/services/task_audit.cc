@@ -1,4 +1,4 @@
-#include "daemon/task_audit.h"
+#include "daemon/services/task_audit.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // Questions beside the thread that writes: what waits, who goes first, and what becomes of it when nobody listens.
-#include "daemon/query_pool.h"
+#include "daemon/services/query_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/query_pool.h"
+#include "daemon/services/query_pool.h"
 
 #include <pthread.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/database_check.h"
+#include "daemon/services/database_check.h"
 
 #include <algorithm>
 #include <array>
