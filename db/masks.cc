@@ -16,7 +16,6 @@
 namespace veneer::db {
 namespace {
 
-constexpr double kUm2PerMm2 = 1e6;
 constexpr const char* kGive = "give";
 
 int newest_mask(SQLite::Database& connection, const PanelId& panel) {
@@ -68,7 +67,7 @@ std::string change_words(SQLite::Database& connection, const PanelId& panel, int
                         "now.version = ?");
   SQLite::bind(row, panel.value, version);
   if (!row.executeStep()) return "";
-  const double mm2 = static_cast<double>(row.getColumn(0).getInt64()) / kUm2PerMm2;
+  const double mm2 = from_um2(row.getColumn(0).getInt64()).count();
   return fmt::format(", {:.2f} mm2 {} usable", std::abs(mm2), mm2 < 0 ? "less" : "more");
 }
 
@@ -89,7 +88,7 @@ std::optional<MaskRecord> version_of(SQLite::Database& connection, const PanelId
 
 std::optional<SquareMillimetres> area_or_null(const SQLite::Column& um2) {
   if (um2.isNull()) return std::nullopt;
-  return SquareMillimetres(static_cast<double>(um2.getInt64()) / kUm2PerMm2);
+  return from_um2(um2.getInt64());
 }
 
 void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask) {
@@ -105,8 +104,7 @@ void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskR
   }
   if (!mask.usable) return;
   SQLite::Statement area(connection, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES (?, ?, ?)");
-  SQLite::bind(area, panel.value, mask.version,
-               static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
+  SQLite::bind(area, panel.value, mask.version, to_um2(*mask.usable));
   area.exec();
 }
 
