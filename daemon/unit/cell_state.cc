@@ -1,5 +1,7 @@
 #include "daemon/unit/cell_state.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <utility>
 
@@ -126,6 +128,16 @@ std::optional<CellState> after(CellState state, CellCommand command) {
                  : std::nullopt;
   }
   return std::nullopt;
+}
+
+Error refusal(CellState state, CellCommand command) {
+  const char* instead = "";
+  if (state == S::kAborted) instead = ": Clear it first, then Reset";
+  if (state == S::kStopped || state == S::kComplete) instead = ": Reset it first";
+  if (state == S::kHeld) instead = ": Unhold, Stop or Abort";
+  if (state == S::kSuspended) instead = ": Unsuspend, Stop or Abort";
+  return {ErrorCode::kConflict,
+          fmt::format("{} is not possible while the cell is {}{}", to_string(command), to_string(state), instead)};
 }
 
 }  // namespace veneer::daemon

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/result.h"
+
 namespace veneer::daemon {
 
 enum class CellState {
@@ -41,5 +43,8 @@ std::optional<CellCommand> command_from_string(std::string_view word);
 // Unsuspend, Recut, Stop or Abort, and Aborted only by Clear. Recut is ours: an Unsuspend for a panel that was cut and
 // still lies there; the unit comes back to where it was.
 std::optional<CellState> after(CellState state, CellCommand command);
+
+// kConflict: this command is not possible there, and what is, in words.
+Error refusal(CellState state, CellCommand command);
 
 }  // namespace veneer::daemon

@@ -8,16 +8,15 @@
 
 #include "base/clock.h"
 #include "base/journal.h"
-#include "daemon/store/calibration.h"
 #include "daemon/unit/confirmations.h"
 #include "daemon/unit/frame_trace.h"
 #include "daemon/unit/job_words.h"
+#include "daemon/unit/open_job.h"
 #include "daemon/unit/override_rules.h"
 #include "daemon/unit/panel_run.h"
 #include "daemon/unit/pattern_burn.h"
 #include "daemon/unit/preflight.h"
 #include "daemon/unit/recut.h"
-#include "daemon/unit/seen_wood.h"
 
 namespace veneer::daemon {
 
@@ -47,17 +46,7 @@ void JobRunner::begin(const db::Recovery& recovery) {
   if (recovery.aborted_jobs.empty() && recovery.suspects.empty()) return;
   view_.state = CellState::kAborted;
   if (!recovery.aborted_jobs.empty()) refresh_rest(recovery.aborted_jobs.front());
-  const std::size_t suspect = recovery.suspects.size();
-  const std::string pieces = suspect == 0   ? "no piece is suspect"
-                             : suspect == 1 ? "one piece is suspect"
-                                            : fmt::format("{} pieces are suspect", suspect);
-  view_.reason =
-      recovery.aborted_jobs.empty()
-          ? fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces)
-          : fmt::format(
-                "the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and "
-                "Reset",
-                recovery.aborted_jobs.front().value, pieces);
+  view_.reason = recovery_words(recovery);
 }
 
 void JobRunner::enter(CellState state, std::string reason) {
@@ -75,25 +64,6 @@ void JobRunner::enter(CellState state, std::string reason) {
     parts().bed.hands_were_in();
   if (state != CellState::kSuspended) wait_.end(), view_.load.reset();
   on_change_();
-}
-
-Status JobRunner::refuse(CellCommand command) const {
-  return Error{ErrorCode::kConflict, fmt::format("{} is not possible while the cell is {}{}", to_string(command),
-                                                 to_string(view_.state), [&] {
-                                                   switch (view_.state) {
-                                                     case CellState::kAborted:
-                                                       return ": Clear it first, then Reset";
-                                                     case CellState::kStopped:
-                                                     case CellState::kComplete:
-                                                       return ": Reset it first";
-                                                     case CellState::kHeld:
-                                                       return ": Unhold, Stop or Abort";
-                                                     case CellState::kSuspended:
-                                                       return ": Unsuspend, Stop or Abort";
-                                                     default:
-                                                       return "";
-                                                   }
-                                                 }())};
 }
 
 void JobRunner::audit(const std::string& who, const std::string& what, const std::string& detail) {
@@ -120,7 +90,7 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
     return reply(Ok());
   }
   if (command == CellCommand::kHold && is_aside()) return give_up_aside(who, reply);
-  if (!after(view_.state, command)) return reply(refuse(command));
+  if (!after(view_.state, command)) return reply(refusal(view_.state, command));
   audit(who, fmt::format("cell.{}", to_string(command)), fmt::format("{}", fmt::join(confirmed, ", ")));
   switch (command) {
     case CellCommand::kReset:
@@ -135,8 +105,8 @@ void JobRunner::command(CellCommand command, const std::string& who, Reply reply
       return stop(reply);
     case CellCommand::kClear:
       return clear(std::move(reply));
-    default:
-      return reply(refuse(command));  // Start and Recut name things; Suspend and Complete come from the work
+    default:  // Start and Recut name things; Suspend and Complete come from the work
+      return reply(refusal(view_.state, command));
   }
 }
 
@@ -169,61 +139,32 @@ void JobRunner::clear(Reply reply) {
 }
 
 void JobRunner::start_job(JobId job, const std::string& who, Reply reply) {
-  if (!after(view_.state, CellCommand::kStart) || check_reply_) return reply(refuse(CellCommand::kStart));
-  if (!options_.stock_refusal.empty()) return reply(Error{ErrorCode::kRefused, options_.stock_refusal});
-  if (!limits_.finds_home)
-    return reply(Error{ErrorCode::kRefused,
-                       "the laser does not find its corner by itself, so nothing says where the panel lies for it: fit "
-                       "homing switches and switch homing on ($22=1)"});
-  if (!limits_.burns)
-    return reply(
-        Error{ErrorCode::kRefused,
-              "the laser is a file that records its bytes, so wood would be booked as cut that is whole: put the "
-              "laser's own port into the configuration"});
+  if (!after(view_.state, CellCommand::kStart) || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
+  if (const Status may = check_cuts_stock(options_, limits_); !may) return reply(may);
   audit(who, "job.start", std::to_string(job.value));
   enter(CellState::kStarting);
   pending_ = {std::move(reply)};
-  struct Loaded {
-    db::JobRecord record;
-    std::vector<db::PieceRecord> pieces;
-  };
-  const auto load = [job](Repositories& r) -> Result<Loaded> {
-    auto calibration = load_calibration(r, utc_timestamp());
-    if (!calibration) return calibration.error();
-    if (const Status ready = require_cutting(*calibration); !ready) return ready.error();
-    auto record = r.jobs.find(job);
-    if (!record) return record.error();
-    auto pieces = r.jobs.pieces(job);
-    if (!pieces) return pieces.error();
-    if (const Status there = check_wood_is_there(r, *pieces); !there) return there.error();
-    return Loaded{std::move(*record), std::move(*pieces)};
-  };
   const auto give_up = [this](const Error& error) {
     view_.job.reset();
     enter(CellState::kIdle);
     answer(error);
   };
-  parts().database.async(
-      load, while_current([this, job, give_up](Result<Loaded> loaded) {
-        if (!loaded) return give_up(loaded.error());
-        std::vector<db::PieceRecord> to_cut;
-        for (auto& piece : loaded->pieces)
-          if (piece.state == db::PieceState::kReserved) to_cut.push_back(std::move(piece));
-        if (to_cut.empty()) return give_up({ErrorCode::kConflict, nothing_to_cut(loaded->record)});
-        std::stable_sort(to_cut.begin(), to_cut.end(),
-                         [](const auto& a, const auto& b) { return a.panel->value < b.panel->value; });
-        view_.job = JobView{job, loaded->record.name, 0, 0, 0, {}, 0};
-        parts().planner.plan_setups(to_cut, limits_.travel,
-                                    while_current([this, to_cut, give_up](Result<std::vector<RunSetup>> setups) {
-                                      if (!setups) return give_up(setups.error());
-                                      wait_.take_job(std::move(*setups), to_cut);
-                                      refresh_job([this] {
-                                        enter(CellState::kSuspending);
-                                        await_panel();
-                                        answer(Ok());
-                                      });
-                                    }));
-      }));
+  parts().database.async([job](Repositories& r) { return load_open_job(r, job); },
+                         while_current([this, job, give_up](const Result<OpenJob>& open) {
+                           if (!open) return give_up(open.error());
+                           view_.job = JobView{job, open->name, 0, 0, 0, {}, 0};
+                           parts().planner.plan_setups(open->pieces, limits_.travel,
+                                                       while_current([this, to_cut = open->pieces,
+                                                                      give_up](Result<std::vector<RunSetup>> setups) {
+                                                         if (!setups) return give_up(setups.error());
+                                                         wait_.take_job(std::move(*setups), to_cut);
+                                                         refresh_job([this] {
+                                                           enter(CellState::kSuspending);
+                                                           await_panel();
+                                                           answer(Ok());
+                                                         });
+                                                       }));
+                         }));
 }
 
 void JobRunner::await_panel() {
@@ -237,7 +178,7 @@ void JobRunner::look_again() {
 
 // The state itself is the memory of it: next() lets nothing through until Unhold.
 void JobRunner::hold(Reply reply) {
-  if (!activity_) return reply(refuse(CellCommand::kHold));  // nothing will burn
+  if (!activity_) return reply(refusal(view_.state, CellCommand::kHold));  // nothing will burn
   switch (view_.state) {
     case CellState::kHeld:
       return reply(Ok());
@@ -245,7 +186,7 @@ void JobRunner::hold(Reply reply) {
       pending_.push_back(std::move(reply));
       return;
     case CellState::kStopping:
-      if (!at_laser_ && !activity_->next_start()) return reply(refuse(CellCommand::kHold));
+      if (!at_laser_ && !activity_->next_start()) return reply(refusal(view_.state, CellCommand::kHold));
       break;
     case CellState::kStarting:
     case CellState::kUnsuspending:
@@ -348,15 +289,7 @@ Error JobRunner::no_panel_yet() const {
 }
 
 Status JobRunner::still_holds(const Consent& given) const {
-  const Consent now = consent();
-  const char* meanwhile = now.lid_openings != given.lid_openings || lid_is_open(parts().laser.status())
-                              ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
-                          : now.states != given.states
-                              ? "the cell went on to something else since this was asked for: see that the bed is as "
-                                "it must be"
-                              : nullptr;
-  if (meanwhile == nullptr) return Ok();
-  return Error{ErrorCode::kRefused, fmt::format("{}, and ask for it again; nothing was burnt", meanwhile)};
+  return check_consent(given, consent(), parts().laser.status());
 }
 
 void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector<std::string>& confirmed) {
@@ -372,7 +305,7 @@ void JobRunner::unsuspend(const std::string& who, Reply reply, const std::vector
 
 void JobRunner::recut(std::vector<std::string> marks, std::vector<std::string> confirmed, const std::string& who,
                       Reply reply) {
-  if (!after(view_.state, CellCommand::kRecut) || check_reply_) return reply(refuse(CellCommand::kRecut));
+  if (!after(view_.state, CellCommand::kRecut) || check_reply_) return reply(refusal(view_.state, CellCommand::kRecut));
   if (is_aside()) return reply(busy_aside());
   if (kept_.empty())
     return reply(Error{ErrorCode::kConflict,
@@ -418,7 +351,7 @@ void JobRunner::frame(PowerFraction power, const std::string& who, const Reply& 
 
 void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply reply,
                              std::vector<std::string> confirmed) {
-  if (view_.state != CellState::kIdle || check_reply_) return reply(refuse(CellCommand::kStart));
+  if (view_.state != CellState::kIdle || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
   const bool burning = has_beam(strokes);
   if (const Status given = burning ? require_confirmed(confirmed) : Ok(); !given) return reply(given);
   PieceBurn all{{}, {}, std::move(strokes), 0};
@@ -431,7 +364,7 @@ void JobRunner::burn_pattern(LaserJob strokes, const std::string& who, Reply rep
 }
 
 void JobRunner::check_pattern(LaserJob&& strokes, const std::string& who, Reply reply) {
-  if (view_.state != CellState::kIdle || check_reply_) return reply(refuse(CellCommand::kStart));
+  if (view_.state != CellState::kIdle || check_reply_) return reply(refusal(view_.state, CellCommand::kStart));
   audit(who, "laser.check");
   if (const Status taken = parts().laser.check(strokes); !taken) return reply(taken);
   check_reply_ = std::move(reply);

@@ -33,6 +33,7 @@
 #include "daemon/unit/broken_run.h"
 #include "daemon/unit/cell_state.h"
 #include "daemon/unit/cell_view.h"
+#include "daemon/unit/consent.h"
 #include "daemon/unit/kept_cuts.h"
 #include "daemon/unit/panel_wait.h"
 #include "daemon/unit/runner_options.h"
@@ -89,12 +90,7 @@ class JobRunner : private ActivityHost {
   // them.
   Error no_panel_yet() const;
   Status require_confirmed(const std::vector<std::string>& confirmed) const;
-  // What an operator's word stands on. Whoever burns on it later than at once notes it when the word is given, and asks
-  // for it in the turn of the reactor that burns: kRefused once the lid was opened, or the unit went anywhere.
-  struct Consent {
-    int lid_openings = 0;
-    std::int64_t states = 0;
-  };
+  // What an operator's word stands on now (consent.h), and whether it still does.
   Consent consent() const { return {parts().laser.status().lid_openings, states_entered_}; }
   Status still_holds(const Consent& given) const;
 
@@ -118,7 +114,6 @@ class JobRunner : private ActivityHost {
   ActivityHost& host() { return *this; }
   bool is_aside() const { return activity_ && activity_->is_aside(); }
   void enter(CellState state, std::string reason = {});
-  Status refuse(CellCommand command) const;
   void audit(const std::string& who, const std::string& what, const std::string& detail = {});
   void answer(const Status& status);
 

@@ -152,4 +152,15 @@ std::string nothing_to_cut(const db::JobRecord& job) {
   return fmt::format("job {} has no piece left to cut", job.id.value);
 }
 
+std::string recovery_words(const db::Recovery& recovery) {
+  const std::size_t suspect = recovery.suspects.size();
+  const std::string pieces = suspect == 0   ? "no piece is suspect"
+                             : suspect == 1 ? "one piece is suspect"
+                                            : fmt::format("{} pieces are suspect", suspect);
+  if (recovery.aborted_jobs.empty())
+    return fmt::format("the cell stopped while it cut, and {}; look at the panel, then Clear and Reset", pieces);
+  return fmt::format("the cell stopped in the middle of job {}, and {}; look at the panel, then Clear and Reset",
+                     recovery.aborted_jobs.front().value, pieces);
+}
+
 }  // namespace veneer::daemon

@@ -23,6 +23,9 @@ std::string next_words(const CellView& view, const JobRest& rest, bool begun);
 // last.
 std::string next_words(const CellView& view, const std::vector<PanelId>& to_scan);
 
+// What a start of the program found of the one before, which broke off, and the steps from here.
+std::string recovery_words(const db::Recovery& recovery);
+
 // Why a job of whose pieces none can be cut is not started, and what to do about it.
 std::string nothing_to_cut(const db::JobRecord& job);
 

@@ -1,119 +1,16 @@
-// The core against a script: what it says first, what it makes of answers no simulator would give.
+// The core against a script, at rest: connecting, homing, the lid, and answers no simulator would give.
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <memory>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "drivers/grbl/grbl_core.h"
+#include "tests/drivers/grbl_core_fixture.h"
 
 namespace veneer::grbl {
 namespace {
 
-using namespace std::chrono_literals;
 using ::testing::HasSubstr;
-
-constexpr const char* kBanner = "\r\nGrbl 1.1h ['$' for help]\r\n";
-constexpr const char* kSettings =
-    "$13=0\r\n$22=1\r\n$23=0\r\n$27=1.000\r\n$30=1000\r\n$32=1\r\n$100=80\r\n$101=80\r\n$110=24000\r\n$111=24000\r\n"
-    "$120=1500\r\n$121=1500\r\n$130=520\r\n$131=380\r\nok\r\n";
-constexpr const char* kModes = "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]\r\nok\r\n";
-
-class GrblCoreTest : public ::testing::Test {
- protected:
-  std::string out() {
-    const GrblOutput output = core.take_output();
-    closed = closed || output.close;
-    std::string all = output.urgent;
-    for (const char c : output.bytes)
-      if (c != '?') all += c;
-    return all;
-  }
-  std::string say(std::string_view bytes) {
-    core.receive(bytes, now);
-    return out();
-  }
-  // Answers nothing.
-  std::string wait(Duration time) {
-    std::string said;
-    const TimePoint end = now + time;
-    while (core.next_deadline() <= end) {
-      now = std::max(now, core.next_deadline());
-      core.tick(now);
-      said += out();
-    }
-    now = end;
-    core.tick(now);
-    return said + out();
-  }
-  // Answers each poll with this report.
-  std::string wait_in(const std::string& report, Duration time) {
-    std::string said;
-    for (const TimePoint end = now + time; now < end;) {
-      now = std::min(end, std::max(core.next_deadline(), now + 1ms));
-      core.tick(now);
-      const GrblOutput output = core.take_output();
-      said += output.urgent;
-      for (const char c : output.bytes) {
-        if (c == '?') core.receive(report + "\r\n", now);
-        if (c != '?') said += c;
-      }
-      said += out();
-    }
-    return said;
-  }
-  void connect() {
-    core.connect(now);
-    out();
-    say(kBanner);
-    wait(250ms);
-    say("[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n");
-    say(kSettings);
-    say(kSettings);
-    say(kModes);
-    wait_in("<Alarm|MPos:0.000,0.000,0.000|FS:0,0>", 100ms);
-  }
-  void connect_and_home() {
-    connect();
-    core.home(now);
-    ASSERT_EQ(out(), "$H\n");
-    say("ok\r\n");
-    wait_in("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms);
-    core.take_events();
-  }
-  // A core stays where it is made: its phases know it.
-  void make_core(const GrblOptions& options) {
-    std::destroy_at(&core);
-    std::construct_at(&core, options);
-  }
-  template <class Event>
-  std::optional<Event> event() {
-    for (LaserEvent& e : core.take_events()) events.push_back(std::move(e));
-    for (const LaserEvent& e : events)
-      if (const auto* wanted = std::get_if<Event>(&e)) return *wanted;
-    return std::nullopt;
-  }
-  static LaserJob line_job() {
-    Stroke stroke{PieceId{7},      StrokeRole::kCut,    {point<MachineFrame>(519, 379), point<MachineFrame>(500, 379)},
-                  MmPerSecond(15), PowerFraction(0.85), 1};
-    return {{stroke}};
-  }
-
-  // A job whose modes and feed were understood; its motions are on their way.
-  std::string begin_line() {
-    core.start(line_job(), now);
-    EXPECT_EQ(out(), "G0G17G21G91G94\nG0M4S0\nF900\n$G\n");
-    return say("ok\r\nok\r\nok\r\n[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F900 S0]\r\nok\r\n");
-  }
-
-  GrblCore core;
-  TimePoint now{};
-  std::vector<LaserEvent> events;
-  bool closed = false;
-};
 
 TEST_F(GrblCoreTest, ConnectsWithAResetAndReadsAllItNeeds) {
   core.connect(now);
@@ -224,86 +121,6 @@ TEST_F(GrblCoreTest, AsksNothingWhileTheMachineHomes) {
   EXPECT_TRUE(event<laser_event::Homed>());
 }
 
-TEST_F(GrblCoreTest, SendsNoByteOfAJobThatLeavesTheTravel) {
-  connect_and_home();
-  LaserJob job = line_job();
-  job.strokes.push_back(job.strokes.front());
-  job.strokes.back().path.back() = point<MachineFrame>(500, 380);
-  core.start(job, now);
-  EXPECT_EQ(out(), "");
-  ASSERT_TRUE(event<laser_event::Failed>());
-  EXPECT_EQ(event<laser_event::Failed>()->error.code, ErrorCode::kInvalidArgument);
-}
-
-TEST_F(GrblCoreTest, ReportsNothingExecutedWhileTheMachineStandsAtTheStart) {
-  connect_and_home();
-  const std::string sent = begin_line();
-  EXPECT_THAT(sent, HasSubstr("S850\n$G\n"));
-  // All lines are answered at once, the machine has not moved yet.
-  for (int i = 0; i < 12; ++i) say("ok\r\n");
-  wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", 1s);
-  EXPECT_FALSE(event<laser_event::StrokeExecuted>());
-}
-
-TEST_F(GrblCoreTest, AbortsWhenPowerWasUnderstoodDifferently) {
-  connect_and_home();
-  begin_line();
-  say("ok\r\n");
-  EXPECT_EQ(say("[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S50]\r\n"), "!");
-  EXPECT_EQ(wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("S50"));
-  EXPECT_FALSE(event<laser_event::Aborted>()->position_lost) << "it stood still before the reset";
-}
-
-TEST_F(GrblCoreTest, SendsNoMotionBeforeModesAndFeedAreKnownToBeUnderstood) {
-  connect_and_home();
-  core.start(line_job(), now);
-  EXPECT_THAT(out(), ::testing::Not(HasSubstr("X")));
-  say("ok\r\nok\r\nok\r\n");
-  EXPECT_EQ(say("[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F90 S0]\r\n"), "!") << "a digit of F900 was lost";
-  EXPECT_EQ(say("ok\r\n"), "");
-  EXPECT_EQ(wait_in("<Hold:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->suspect, ::testing::IsEmpty()) << "nothing was burnt";
-}
-
-TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
-  connect_and_home();
-  begin_line();
-  wait_in("<Run|MPos:-3.000,-1.300,0.000|FS:900,850>", 250ms);
-  EXPECT_FALSE(event<laser_event::Aborted>()) << "one report may be garbled";
-  wait_in("<Run|MPos:-3.200,-1.300,0.000|FS:900,850>", 2s);
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("off its path"));
-}
-
-TEST_F(GrblCoreTest, AnAbortOffThePathSaysWhereTheBeamMayHaveBeen) {
-  connect_and_home();
-  begin_line();
-  wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
-  wait_in("<Run|MPos:-3.000,-1.300,0.000|FS:900,850>", 250ms);
-  wait_in("<Hold:0|MPos:-3.600,-1.500,0.000|FS:0,0>", 2s);
-  const auto aborted = event<laser_event::Aborted>();
-  ASSERT_TRUE(aborted);
-  ASSERT_GE(aborted->stray_path.size(), 3U);
-  EXPECT_NEAR(aborted->stray_path.front().x.count(), 517.5, 1e-9) << "the last place that was on the path";
-  EXPECT_NEAR(aborted->stray_path.front().y.count(), 379, 1e-9);
-  EXPECT_NEAR(aborted->stray_path.back().x.count(), 516.4, 1e-9) << "where it stands";
-  EXPECT_NEAR(aborted->stray_path.back().y.count(), 378.5, 1e-9);
-  EXPECT_GT(aborted->stray_reach.count(), 0.5) << "at 15 mm/s, some 0.1 s between two reports";
-  EXPECT_LT(aborted->stray_reach.count(), 4);
-}
-
-TEST_F(GrblCoreTest, AnAbortOnThePathAccusesNobody) {
-  connect_and_home();
-  begin_line();
-  wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
-  core.abort(now);
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, ::testing::IsEmpty());
-}
-
 TEST_F(GrblCoreTest, CountsEachOpeningOfTheLid) {
   connect_and_home();
   const int before = core.status().lid_openings;
@@ -319,61 +136,6 @@ TEST_F(GrblCoreTest, CountsEachOpeningOfTheLid) {
   // Opened and closed between two reports: the controller has latched it.
   wait_in("<Door:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 2s);
   EXPECT_EQ(core.status().lid_openings, before + 3);
-}
-
-TEST_F(GrblCoreTest, AbortsWhenSomebodyTurnsTheOverrides) {
-  connect_and_home();
-  begin_line();
-  wait_in("<Run|MPos:-3.000,-1.000,0.000|FS:900,850|Ov:100,100,110>", 400ms);
-  wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 1s);
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("override"));
-}
-
-TEST_F(GrblCoreTest, HoldsOnlyWhenTheBeamIsSeenOff) {
-  connect_and_home();
-  begin_line();
-  wait_in("<Run|MPos:-2.000,-1.000,0.000|FS:900,850>", 200ms);
-  core.hold(now);
-  EXPECT_EQ(out(), "!");
-  wait_in("<Hold:1|MPos:-2.100,-1.000,0.000|FS:300,280>", 200ms);
-  EXPECT_FALSE(event<laser_event::Held>());
-  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,280>", 200ms);
-  EXPECT_FALSE(event<laser_event::Held>()) << "a beam that stays on is no hold";
-  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 200ms);
-  EXPECT_TRUE(event<laser_event::Held>());
-  EXPECT_EQ(wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 300s), "") << "held for ever, and silent";
-}
-
-TEST_F(GrblCoreTest, ResetsAMachineThatKeepsItsBeamOnInHold) {
-  connect_and_home();
-  begin_line();
-  core.hold(now);
-  out();
-  EXPECT_THAT(wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,280>", 3s), HasSubstr("\x18"));
-  EXPECT_TRUE(event<laser_event::Aborted>());
-}
-
-TEST_F(GrblCoreTest, AbortsWhenTheMachineMovesOnByItself) {
-  connect_and_home();
-  begin_line();
-  core.hold(now);
-  out();
-  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 200ms);
-  EXPECT_THAT(wait_in("<Run|MPos:-2.400,-1.000,0.000|FS:900,850>", 300ms), HasSubstr("\x18"));
-  EXPECT_TRUE(event<laser_event::Aborted>());
-}
-
-TEST_F(GrblCoreTest, SilenceEndsTheJobAndTheLink) {
-  connect_and_home();
-  begin_line();
-  EXPECT_THAT(wait(3s), HasSubstr("\x18")) << "in case somebody still listens";
-  ASSERT_TRUE(event<laser_event::Aborted>());
-  EXPECT_EQ(event<laser_event::Aborted>()->error.code, ErrorCode::kDisconnected);
-  EXPECT_EQ(event<laser_event::Aborted>()->suspect, std::vector{PieceId{7}});
-  EXPECT_TRUE(event<laser_event::Aborted>()->position_lost);
-  EXPECT_TRUE(closed);
-  EXPECT_FALSE(core.status().connected);
 }
 
 TEST_F(GrblCoreTest, SaysSoWhenTheMachineDropsOutAtRest) {
@@ -491,13 +253,6 @@ TEST_F(GrblCoreTest, AnImpatientDoubleStopIsNotAFault) {
   wait_in("<Idle|MPos:-1.000,-1.000,0.000|FS:0,0>", 2s);
   EXPECT_FALSE(event<laser_event::Fault>());
   EXPECT_TRUE(core.status().homed) << "a reset at rest keeps the position";
-}
-
-TEST_F(GrblCoreTest, WritesNoSettingEver) {
-  connect_and_home();
-  const std::string sent = begin_line();
-  EXPECT_EQ(sent.find('='), std::string::npos);
-  EXPECT_EQ(sent.find("$X"), std::string::npos) << "an alarm is never unlocked";
 }
 
 TEST_F(GrblCoreTest, SurvivesAnyAnswersInAnyOrder) {

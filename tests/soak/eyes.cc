@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/support/mask_figures.h"
+#include "tests/support/workshop_wood.h"
 
 namespace {
 

@@ -1,204 +1,17 @@
 #include "tests/support/workshop_panel.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
-#include <map>
-#include <mutex>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "drivers/sim/wood.h"
 #include "tests/support/rendered_panel.h"
+#include "tests/support/workshop_board.h"
+#include "tests/support/workshop_paint.h"
+#include "tests/support/workshop_scan.h"
+#include "tests/support/workshop_wood.h"
 
 namespace veneer::workshop {
 namespace {
-
-constexpr double kFiner = 2;  // the sheet is painted this much finer than it is scanned
-constexpr double kPhotoPxPerMm = 300 / 25.4;
-constexpr double kLidAround = 10;  // mm of lid seen beside the sheet
-
-enum class Finish { kPlain, kBleached, kSilver, kEbony };
-
-struct WoodKind {
-  std::string name;  // a file of the data set, or a grown species
-  Finish finish = Finish::kPlain;
-};
-
-const std::vector<WoodKind>& photographed_kinds() {
-  static const std::vector<WoodKind> kAll = {{"oak_veneer"},
-                                             {"plywood"},
-                                             {"rosewood_veneer"},
-                                             {"red_table_wood"},
-                                             {"grey_weathered"},
-                                             {"brown_figured"},
-                                             {"pale_maple"},
-                                             {"orange_ringed"},
-                                             {"oak_veneer", Finish::kSilver},
-                                             {"pale_maple", Finish::kBleached},
-                                             {"brown_figured", Finish::kEbony},
-                                             {"plywood", Finish::kSilver},
-                                             {"rosewood_veneer", Finish::kEbony},
-                                             {"oak_veneer", Finish::kBleached}};
-  return kAll;
-}
-
-const std::vector<WoodKind>& grown_kinds() {
-  static const std::vector<WoodKind> kAll = [] {
-    std::vector<WoodKind> all;
-    for (const auto& species : sim::wood_species()) all.push_back({species.name});
-    for (const char* name : {"oak", "ash"}) all.push_back({name, Finish::kSilver});
-    all.push_back({"maple", Finish::kBleached});
-    all.push_back({"walnut", Finish::kEbony});
-    return all;
-  }();
-  return kAll;
-}
-
-std::string name_of(const WoodKind& kind) {
-  switch (kind.finish) {
-    case Finish::kPlain:
-      return kind.name;
-    case Finish::kBleached:
-      return kind.name + ", bleached";
-    case Finish::kSilver:
-      return kind.name + ", silver";
-    case Finish::kEbony:
-      return kind.name + ", ebonised";
-  }
-  return kind.name;
-}
-
-cv::Vec3f rgb(double r, double g, double b) {
-  return {static_cast<float>(b), static_cast<float>(g), static_cast<float>(r)};
-}
-
-// Read once; threads share them.
-cv::Mat photograph(const std::filesystem::path& folder, const std::string& name) {
-  static std::mutex mutex;
-  static std::map<std::string, cv::Mat> read;
-  const std::scoped_lock lock(mutex);
-  cv::Mat& picture = read[name];
-  if (picture.empty()) picture = cv::imread((folder / (name + ".jpg")).string(), cv::IMREAD_COLOR);
-  return picture;
-}
-
-// Continued by its own mirror picture beyond its border.
-cv::Mat mirrored_crop(const cv::Mat& picture, cv::Point from, cv::Size size) {
-  const auto reflect = [](int at, int length) {
-    at %= 2 * length;
-    return at < length ? at : 2 * length - 1 - at;
-  };
-  cv::Mat out(size, picture.type());
-  for (int r = 0; r < size.height; ++r)
-    for (int c = 0; c < size.width; ++c)
-      out.at<cv::Vec3b>(r, c) =
-          picture.at<cv::Vec3b>(reflect(from.y + r, picture.rows), reflect(from.x + c, picture.cols));
-  return out;
-}
-
-// Wood of `size` at `px_per_mm`, its grain along the columns, as floating BGR.
-cv::Mat wood_picture(const WoodKind& kind, cv::Size size, double px_per_mm, const std::filesystem::path& folder,
-                     cv::RNG& random) {
-  cv::Mat wood;
-  if (folder.empty()) {
-    const cv::Size coarse(size.width / 2 + 1, size.height / 2 + 1);
-    wood = sim::grow_wood(*sim::find_species(kind.name), coarse, px_per_mm / 2, random.next());
-  } else {
-    cv::Mat photo = photograph(folder, kind.name);
-    const cv::Size at_photo(static_cast<int>(size.width / px_per_mm * kPhotoPxPerMm) + 2,
-                            static_cast<int>(size.height / px_per_mm * kPhotoPxPerMm) + 2);
-    // The weathered planks have open seams 410 px apart: a strip is cut from one plank.
-    if (kind.name == "grey_weathered") photo = photo(cv::Rect(425 + 410 * random.uniform(0, 3), 0, 380, photo.rows));
-    wood = mirrored_crop(photo, {random.uniform(0, photo.cols), random.uniform(0, photo.rows)}, at_photo);
-    if (random.uniform(0, 2) == 1) cv::flip(wood, wood, 1);
-  }
-  cv::resize(wood, wood, size, 0, 0, cv::INTER_CUBIC);
-  wood.convertTo(wood, CV_32FC3);
-  if (kind.finish == Finish::kPlain) return wood;
-  cv::Mat grey;
-  cv::cvtColor(wood, grey, cv::COLOR_BGR2GRAY);
-  const double mean = cv::mean(grey)[0], contrast = random.uniform(0.8, 1.3);
-  cv::Vec3f tone = rgb(150, 150, 149);
-  double depth = 0.9;
-  if (kind.finish == Finish::kBleached) tone = rgb(228, 225, 219), depth = 0.35;
-  if (kind.finish == Finish::kEbony) tone = rgb(31, 29, 28), depth = 0.8;
-  tone *= static_cast<float>(random.uniform(0.93, 1.07));
-  for (int r = 0; r < wood.rows; ++r)
-    for (int c = 0; c < wood.cols; ++c) {
-      const double relief = 1 + depth * contrast * (grey.at<float>(r, c) / mean - 1);
-      wood.at<cv::Vec3f>(r, c) = tone * static_cast<float>(std::max(0.0, relief));
-    }
-  return wood;
-}
-
-// Noise, smooth over so many pixels along each axis; standard deviation 1.
-cv::Mat soft_noise(cv::Size size, double along_x, double along_y, cv::RNG& random) {
-  const cv::Size coarse(std::max(4, static_cast<int>(size.width / along_x) + 2),
-                        std::max(4, static_cast<int>(size.height / along_y) + 2));
-  cv::Mat noise(coarse, CV_32FC1), out;
-  random.fill(noise, cv::RNG::NORMAL, 0, 1);
-  cv::resize(noise, out, size, 0, 0, cv::INTER_CUBIC);
-  return out;
-}
-
-cv::Mat paint_board(int board, cv::Size size, double px, cv::RNG& random, std::string& name) {
-  const auto painted = [&](const cv::Vec3f& colour, double grit, double slow) {
-    const cv::Vec3f tone = colour * static_cast<float>(random.uniform(0.95, 1.05));
-    const cv::Mat fine = soft_noise(size, 0.3 * px, 0.3 * px, random),
-                  wide = soft_noise(size, 30 * px, 30 * px, random);
-    cv::Mat out(size, CV_32FC3);
-    for (int r = 0; r < size.height; ++r)
-      for (int c = 0; c < size.width; ++c)
-        out.at<cv::Vec3f>(r, c) =
-            tone * static_cast<float>(1 + grit * fine.at<float>(r, c) + slow * wide.at<float>(r, c));
-    return out;
-  };
-  const auto fibres = [&](cv::Mat& out, double contrast, double across, double along, bool upright) {
-    const cv::Mat streaks =
-        upright ? soft_noise(size, across * px, along * px, random) : soft_noise(size, along * px, across * px, random);
-    for (int r = 0; r < size.height; ++r)
-      for (int c = 0; c < size.width; ++c)
-        out.at<cv::Vec3f>(r, c) *= static_cast<float>(1 + contrast * streaks.at<float>(r, c));
-  };
-  cv::Mat out;
-  switch (board) {
-    case 0:
-      name = "beige MDF";
-      out = painted(rgb(190, 163, 126), 0.030, 0.01);
-      return out;
-    case 1:
-      name = "birch plywood";
-      out = painted(rgb(224, 202, 164), 0.008, 0.015);
-      {
-        const bool upright = random.uniform(0, 2) == 1;
-        fibres(out, 0.030, 0.35, 7, upright);
-        fibres(out, 0.020, 3, 50, upright);
-      }
-      return out;
-    case 2:
-      name = "white";
-      return painted(rgb(240, 240, 238), 0.003, 0.003);
-    case 3:
-      name = "off-white";
-      return painted(rgb(228, 222, 208), 0.006, 0.006);
-    case 4:
-      name = "grey";
-      return painted(rgb(128, 129, 131), 0.02, 0.012);
-    case 5:
-      name = "black";
-      return painted(rgb(31, 31, 33), 0.06, 0.02);
-    case 6:
-      name = "dark hardboard";
-      out = painted(rgb(96, 68, 46), 0.05, 0.02);
-      fibres(out, 0.06, 0.25, 1.2, random.uniform(0, 2) == 1);
-      return out;
-    default:
-      name = "light grey primer";
-      return painted(rgb(186, 188, 189), 0.012, 0.01);
-  }
-}
 
 class Painter {
  public:
@@ -211,6 +24,7 @@ class Painter {
     panel_.matter = cv::Mat(size_, CV_8UC1, cv::Scalar(static_cast<int>(Matter::kBoard)));
     panel_.strip = cv::Mat::zeros(size_, CV_8UC1);
     panel_.fault = cv::Mat::zeros(size_, CV_16UC1);
+    panel_.truth_px_per_mm = px_;
   }
 
   void paint() {
@@ -221,55 +35,7 @@ class Painter {
     mark();
   }
 
-  // The sheet as the device sees it.
-  void scan() {
-    const double out_px = px_ / kFiner;
-    const cv::Size seen(static_cast<int>((panel_.width + 2 * kLidAround) * out_px),
-                        static_cast<int>((panel_.height + 2 * kLidAround) * out_px));
-    const double angle = random_.uniform(-1.2, 1.2) * kPi / 180, c = std::cos(angle), s = std::sin(angle);
-    const cv::Point2d middle(panel_.width / 2, panel_.height / 2);
-    // Sheet mm (y up) to scan pixels (y down), turned about the sheet's middle.
-    cv::Matx23d map(c, -s, 0, -s, -c, 0);
-    map(0, 2) = seen.width / 2.0 / out_px - (map(0, 0) * middle.x + map(0, 1) * middle.y);
-    map(1, 2) = seen.height / 2.0 / out_px - (map(1, 0) * middle.x + map(1, 1) * middle.y);
-    map *= out_px;
-    panel_.scan_from_sheet = map;
-
-    // The fine picture with lid around it, blurred by the optics and the sensor's pixel, then sampled.
-    const int border = static_cast<int>(2 * kLidAround * px_);
-    cv::Mat cover(size_, CV_32FC1, cv::Scalar(1)), framed, framed_cover, shade;
-    cover.setTo(0, panel_.matter == static_cast<int>(Matter::kLid));
-    cv::copyMakeBorder(picture_, framed, border, border, border, border, cv::BORDER_CONSTANT,
-                       cv::Scalar(lid_[0], lid_[1], lid_[2]));
-    cv::copyMakeBorder(cover, framed_cover, border, border, border, border, cv::BORDER_CONSTANT, cv::Scalar(0));
-    cv::Mat coarse;
-    cv::resize(framed_cover, coarse, {}, 0.125, 0.125, cv::INTER_AREA);
-    cv::GaussianBlur(coarse, coarse, {}, random_.uniform(0.7, 1.6) * px_ / 8);
-    cv::resize(coarse, shade, framed.size(), 0, 0, cv::INTER_LINEAR);
-    const auto depth = static_cast<float>(random_.uniform(0.12, 0.4));
-    for (int r = 0; r < framed.rows; ++r)
-      for (int k = 0; k < framed.cols; ++k)
-        if (framed_cover.at<float>(r, k) == 0) framed.at<cv::Vec3f>(r, k) *= 1 - depth * shade.at<float>(r, k);
-    cv::GaussianBlur(framed, framed, {}, kFiner * random_.uniform(0.45, 0.75));
-    // warpAffine has pixel centres at whole numbers.
-    cv::Matx23d fine_from_scan;
-    const cv::Matx22d a(map(0, 0), map(0, 1), map(1, 0), map(1, 1));
-    const cv::Matx22d inverse = a.inv();
-    const double k = px_;
-    for (int row = 0; row < 2; ++row) {
-      const double flip = row == 0 ? k : -k;
-      const double from_x = flip * inverse(row, 0), from_y = flip * inverse(row, 1);
-      const double offset = (row == 0 ? 0 : size_.height) - (from_x * map(0, 2) + from_y * map(1, 2)) + border;
-      fine_from_scan(row, 0) = from_x, fine_from_scan(row, 1) = from_y;
-      fine_from_scan(row, 2) = offset + 0.5 * (from_x + from_y) - 0.5;
-    }
-    cv::Mat picture;
-    cv::warpAffine(framed, picture, fine_from_scan, seen, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                   cv::BORDER_REPLICATE);
-    light_and_noise(picture);
-    panel_.resolution = {out_px};
-    panel_.truth_px_per_mm = px_;
-  }
+  void scan() { scan_sheet({picture_, px_, lid_}, order_, random_, panel_); }
 
  private:
   cv::Point2d pixel(const cv::Point2d& mm) const { return {mm.x * px_, size_.height - mm.y * px_}; }
@@ -468,63 +234,6 @@ class Painter {
       });
   }
 
-  void light_and_noise(cv::Mat& picture) {
-    const double fall = random_.uniform(0.0, 0.12), tilt_x = random_.uniform(-0.04, 0.04),
-                 tilt_y = random_.uniform(-0.04, 0.04), noise = random_.uniform(0.8, 2.5);
-    for (int r = 0; r < picture.rows; ++r)
-      for (int c = 0; c < picture.cols; ++c) {
-        const double u = 2.0 * c / picture.cols - 1, v = 2.0 * r / picture.rows - 1;
-        picture.at<cv::Vec3f>(r, c) *=
-            static_cast<float>((1 - fall * (u * u + v * v) / 2) * (1 + tilt_x * u + tilt_y * v));
-      }
-    cv::Mat grain(picture.size(), CV_32FC3);
-    random_.fill(grain, cv::RNG::NORMAL, 0, noise);
-    picture += grain;
-    cv::Mat whole;
-    picture.convertTo(whole, CV_8UC3);
-    const double out_px = px_ / kFiner;
-    for (int i = 0; i < 60; ++i) {  // dust
-      const double radius = random_.uniform(0.03, 0.12) * out_px, grey = random_.uniform(50, 225);
-      cv::circle(whole, {random_.uniform(0, whole.cols * 16), random_.uniform(0, whole.rows * 16)},
-                 static_cast<int>(radius * 16), cv::Scalar::all(grey), cv::FILLED, cv::LINE_AA, 4);
-    }
-    lay_hairs(whole);
-    std::vector<std::uint8_t> jpeg;
-    cv::imencode(".jpg", whole, jpeg, {cv::IMWRITE_JPEG_QUALITY, random_.uniform(82, 97)});
-    panel_.scan = cv::imdecode(jpeg, cv::IMREAD_COLOR);
-  }
-
-  // Hairs and fibres between sheet and glass, of any grey, bent as they fell. They are drawn of themselves, so that the
-  // same panel can be scanned with and without.
-  void lay_hairs(cv::Mat& scan) {
-    constexpr int kFine = 4;  // a pixel is drawn as so many along each axis
-    cv::RNG random(order_.seed * 104'729 + 5);
-    panel_.hairs = order_.hairs, panel_.hair = cv::Mat::zeros(scan.size(), CV_8UC1);
-    const double out_px = px_ / kFiner;
-    for (int i = 0; i < order_.hairs; ++i) {
-      cv::Mat fine = cv::Mat::zeros(scan.size() * kFine, CV_8UC1), cover;
-      const int width = std::max(1, static_cast<int>(std::lround(random.uniform(0.06, 0.20) * out_px * kFine)));
-      const double length = random.uniform(8.0, 40.0), step = 0.5;
-      const double grey = random.uniform(0, 3) > 0 ? random.uniform(25.0, 110.0) : random.uniform(190.0, 230.0);
-      cv::Point2d at(random.uniform(0.2, 0.8) * fine.cols, random.uniform(0.2, 0.8) * fine.rows);
-      double way = random.uniform(0.0, 2 * kPi), bend = random.uniform(-0.06, 0.06);
-      for (double s = 0; s < length; s += step) {
-        const cv::Point2d next = at + cv::Point2d(std::cos(way), std::sin(way)) * (step * out_px * kFine);
-        cv::line(fine, at, next, cv::Scalar(255), width);
-        bend = std::clamp(bend + random.uniform(-0.02, 0.02), -0.12, 0.12), way += bend, at = next;
-      }
-      cv::resize(fine, cover, scan.size(), 0, 0, cv::INTER_AREA);
-      panel_.hair |= cover > 127;
-      for (int r = 0; r < scan.rows; ++r)
-        for (int c = 0; c < scan.cols; ++c)
-          if (const double share = 0.9 * cover.at<std::uint8_t>(r, c) / 255; share > 0)
-            for (int k = 0; k < 3; ++k) {
-              auto& level = scan.at<cv::Vec3b>(r, c)[k];
-              level = cv::saturate_cast<std::uint8_t>(level * (1 - share) + grey * share);
-            }
-    }
-  }
-
   Panel& panel_;
   const Order& order_;
   cv::RNG random_;
@@ -542,15 +251,6 @@ Panel compose(const Order& order) {
   painter.paint();
   painter.scan();
   return panel;
-}
-
-std::filesystem::path photographed_woods() {
-  const char* named = std::getenv("VENEER_DATA");  // NOLINT(concurrency-mt-unsafe)
-  const std::filesystem::path folder =
-      (named != nullptr ? std::filesystem::path(named)
-                        : std::filesystem::path(VENEER_SOURCE) / ".." / "shared" / "data") /
-      "wood";
-  return std::filesystem::exists(folder / "oak_veneer.jpg") ? folder : std::filesystem::path();
 }
 
 }  // namespace veneer::workshop

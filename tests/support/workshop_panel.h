@@ -61,7 +61,4 @@ struct Order {
 };
 Panel compose(const Order& order);
 
-// Folder of photographed woods: VENEER_DATA/wood, or that beside the sources; empty when there is none.
-std::filesystem::path photographed_woods();
-
 }  // namespace veneer::workshop

@@ -67,7 +67,7 @@ TEST_F(AtRestTest, NotWhileTheEndOfARunIsStillToBeBooked) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   {
-    const FullDisk full;
+    const testing::LittleRoom full(0);
     laser_.finish();
     settle();
     EXPECT_THAT(refusal(), HasSubstr("still to be booked"));

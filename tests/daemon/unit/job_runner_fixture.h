@@ -2,10 +2,8 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <csignal>
 #include <future>
 #include <memory>
 #include <optional>
@@ -14,6 +12,7 @@
 
 #include "daemon/unit/job_runner.h"
 #include "tests/support/laid_bed.h"
+#include "tests/support/little_room.h"
 #include "tests/support/sim_laser.h"
 #include "tests/support/stocked_database.h"
 #include "tests/support/temp_directory.h"
@@ -22,24 +21,6 @@ namespace veneer::daemon {
 
 using tests::kThen;
 using tests::LaidBed;
-
-// While it lives this process can write to no file.
-class FullDisk {
- public:
-  FullDisk() {
-    std::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit none = before_;
-    none.rlim_cur = 0;
-    ::setrlimit(RLIMIT_FSIZE, &none);
-  }
-  ~FullDisk() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-
- private:
-  rlimit before_{};
-};
 
 class JobRunnerTest : public ::testing::Test {
  protected:

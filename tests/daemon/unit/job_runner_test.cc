@@ -147,7 +147,7 @@ TEST_F(JobRunnerTest, WhatAFullDiskDidNotTakeIsWrittenByTheNextClear) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   {
-    const FullDisk full;
+    const testing::LittleRoom full(0);
     laser_.finish();
     settle();
     EXPECT_EQ(state(), CellState::kAborted);
@@ -173,7 +173,7 @@ TEST_F(JobRunnerTest, AStopWhileAClearIsWritingForgetsNothing) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   {
-    const FullDisk full;
+    const testing::LittleRoom full(0);
     laser_.finish();
     settle();
     Status cleared = Ok();
@@ -195,7 +195,7 @@ TEST_F(JobRunnerTest, APieceBrokenOffUnderAFullDiskIsSuspectAfterTheClear) {
   load_first_panel();
   ASSERT_TRUE(command(CellCommand::kUnsuspend).ok());
   {
-    const FullDisk full;
+    const testing::LittleRoom full(0);
     runner_->abort("STOP");
     settle();
     EXPECT_EQ(state(), CellState::kAborted);

@@ -49,7 +49,7 @@ TEST_F(StopAuditTest, AFloodWaitsWithinBoundsIsCountedAndDelaysNoStop) {
 
 TEST_F(StopAuditTest, WhatAFullDiskDidNotTakeIsNotedOnceItTakesSomething) {
   {
-    const FullDisk full;
+    const testing::LittleRoom full(0);
     press_stop(2);
     settle();
     EXPECT_EQ(aborts(), 2);

@@ -1,0 +1,20 @@
+#include "daemon/unit/consent.h"
+
+#include <fmt/format.h>
+
+#include "daemon/unit/preflight.h"
+
+namespace veneer::daemon {
+
+Status check_consent(const Consent& given, const Consent& now, const LaserStatus& laser) {
+  const char* meanwhile = now.lid_openings != given.lid_openings || lid_is_open(laser)
+                              ? "the lid was opened since this was asked for: look at what lies on the bed, close it"
+                          : now.states != given.states
+                              ? "the cell went on to something else since this was asked for: see that the bed is as "
+                                "it must be"
+                              : nullptr;
+  if (meanwhile == nullptr) return Ok();
+  return Error{ErrorCode::kRefused, fmt::format("{}, and ask for it again; nothing was burnt", meanwhile)};
+}
+
+}  // namespace veneer::daemon

@@ -1,0 +1,157 @@
+// The core against a script, while a job runs: what it sends, and what it makes of answers no simulator would give.
+#include <gmock/gmock.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/drivers/grbl_core_fixture.h"
+
+namespace veneer::grbl {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(GrblCoreTest, SendsNoByteOfAJobThatLeavesTheTravel) {
+  connect_and_home();
+  LaserJob job = line_job();
+  job.strokes.push_back(job.strokes.front());
+  job.strokes.back().path.back() = point<MachineFrame>(500, 380);
+  core.start(job, now);
+  EXPECT_EQ(out(), "");
+  ASSERT_TRUE(event<laser_event::Failed>());
+  EXPECT_EQ(event<laser_event::Failed>()->error.code, ErrorCode::kInvalidArgument);
+}
+
+TEST_F(GrblCoreTest, ReportsNothingExecutedWhileTheMachineStandsAtTheStart) {
+  connect_and_home();
+  const std::string sent = begin_line();
+  EXPECT_THAT(sent, HasSubstr("S850\n$G\n"));
+  // All lines are answered at once, the machine has not moved yet.
+  for (int i = 0; i < 12; ++i) say("ok\r\n");
+  wait_in("<Run|MPos:-1.000,-1.000,0.000|FS:0,0>", 1s);
+  EXPECT_FALSE(event<laser_event::StrokeExecuted>());
+}
+
+TEST_F(GrblCoreTest, AbortsWhenPowerWasUnderstoodDifferently) {
+  connect_and_home();
+  begin_line();
+  say("ok\r\n");
+  EXPECT_EQ(say("[GC:G1 G54 G17 G21 G91 G94 M4 M9 T0 F900 S50]\r\n"), "!");
+  EXPECT_EQ(wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("S50"));
+  EXPECT_FALSE(event<laser_event::Aborted>()->position_lost) << "it stood still before the reset";
+}
+
+TEST_F(GrblCoreTest, SendsNoMotionBeforeModesAndFeedAreKnownToBeUnderstood) {
+  connect_and_home();
+  core.start(line_job(), now);
+  EXPECT_THAT(out(), ::testing::Not(HasSubstr("X")));
+  say("ok\r\nok\r\nok\r\n");
+  EXPECT_EQ(say("[GC:G0 G54 G17 G21 G91 G94 M4 M9 T0 F90 S0]\r\n"), "!") << "a digit of F900 was lost";
+  EXPECT_EQ(say("ok\r\n"), "");
+  EXPECT_EQ(wait_in("<Hold:0|MPos:-1.000,-1.000,0.000|FS:0,0>", 200ms).substr(0, 1), "\x18");
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->suspect, ::testing::IsEmpty()) << "nothing was burnt";
+}
+
+TEST_F(GrblCoreTest, AbortsWhenTheMachineIsOffItsPath) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-3.000,-1.300,0.000|FS:900,850>", 250ms);
+  EXPECT_FALSE(event<laser_event::Aborted>()) << "one report may be garbled";
+  wait_in("<Run|MPos:-3.200,-1.300,0.000|FS:900,850>", 2s);
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("off its path"));
+}
+
+TEST_F(GrblCoreTest, AnAbortOffThePathSaysWhereTheBeamMayHaveBeen) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
+  wait_in("<Run|MPos:-3.000,-1.300,0.000|FS:900,850>", 250ms);
+  wait_in("<Hold:0|MPos:-3.600,-1.500,0.000|FS:0,0>", 2s);
+  const auto aborted = event<laser_event::Aborted>();
+  ASSERT_TRUE(aborted);
+  ASSERT_GE(aborted->stray_path.size(), 3U);
+  EXPECT_NEAR(aborted->stray_path.front().x.count(), 517.5, 1e-9) << "the last place that was on the path";
+  EXPECT_NEAR(aborted->stray_path.front().y.count(), 379, 1e-9);
+  EXPECT_NEAR(aborted->stray_path.back().x.count(), 516.4, 1e-9) << "where it stands";
+  EXPECT_NEAR(aborted->stray_path.back().y.count(), 378.5, 1e-9);
+  EXPECT_GT(aborted->stray_reach.count(), 0.5) << "at 15 mm/s, some 0.1 s between two reports";
+  EXPECT_LT(aborted->stray_reach.count(), 4);
+}
+
+TEST_F(GrblCoreTest, AnAbortOnThePathAccusesNobody) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-2.500,-1.000,0.000|FS:900,850>", 250ms);
+  core.abort(now);
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->stray_path, ::testing::IsEmpty());
+}
+
+TEST_F(GrblCoreTest, AbortsWhenSomebodyTurnsTheOverrides) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-3.000,-1.000,0.000|FS:900,850|Ov:100,100,110>", 400ms);
+  wait_in("<Hold:0|MPos:-3.000,-1.000,0.000|FS:0,0>", 1s);
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_THAT(event<laser_event::Aborted>()->error.message, HasSubstr("override"));
+}
+
+TEST_F(GrblCoreTest, HoldsOnlyWhenTheBeamIsSeenOff) {
+  connect_and_home();
+  begin_line();
+  wait_in("<Run|MPos:-2.000,-1.000,0.000|FS:900,850>", 200ms);
+  core.hold(now);
+  EXPECT_EQ(out(), "!");
+  wait_in("<Hold:1|MPos:-2.100,-1.000,0.000|FS:300,280>", 200ms);
+  EXPECT_FALSE(event<laser_event::Held>());
+  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,280>", 200ms);
+  EXPECT_FALSE(event<laser_event::Held>()) << "a beam that stays on is no hold";
+  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 200ms);
+  EXPECT_TRUE(event<laser_event::Held>());
+  EXPECT_EQ(wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 300s), "") << "held for ever, and silent";
+}
+
+TEST_F(GrblCoreTest, ResetsAMachineThatKeepsItsBeamOnInHold) {
+  connect_and_home();
+  begin_line();
+  core.hold(now);
+  out();
+  EXPECT_THAT(wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,280>", 3s), HasSubstr("\x18"));
+  EXPECT_TRUE(event<laser_event::Aborted>());
+}
+
+TEST_F(GrblCoreTest, AbortsWhenTheMachineMovesOnByItself) {
+  connect_and_home();
+  begin_line();
+  core.hold(now);
+  out();
+  wait_in("<Hold:0|MPos:-2.200,-1.000,0.000|FS:0,0>", 200ms);
+  EXPECT_THAT(wait_in("<Run|MPos:-2.400,-1.000,0.000|FS:900,850>", 300ms), HasSubstr("\x18"));
+  EXPECT_TRUE(event<laser_event::Aborted>());
+}
+
+TEST_F(GrblCoreTest, SilenceEndsTheJobAndTheLink) {
+  connect_and_home();
+  begin_line();
+  EXPECT_THAT(wait(3s), HasSubstr("\x18")) << "in case somebody still listens";
+  ASSERT_TRUE(event<laser_event::Aborted>());
+  EXPECT_EQ(event<laser_event::Aborted>()->error.code, ErrorCode::kDisconnected);
+  EXPECT_EQ(event<laser_event::Aborted>()->suspect, std::vector{PieceId{7}});
+  EXPECT_TRUE(event<laser_event::Aborted>()->position_lost);
+  EXPECT_TRUE(closed);
+  EXPECT_FALSE(core.status().connected);
+}
+
+TEST_F(GrblCoreTest, WritesNoSettingEver) {
+  connect_and_home();
+  const std::string sent = begin_line();
+  EXPECT_EQ(sent.find('='), std::string::npos);
+  EXPECT_EQ(sent.find("$X"), std::string::npos) << "an alarm is never unlocked";
+}
+
+}  // namespace
+}  // namespace veneer::grbl
