@@ -51,6 +51,7 @@ constexpr std::array kOperations = {
     ApiOperation{"revertPanel", "POST", "/api/v1/panels/{id}/revert", Role::kOperator, Takes::kJson},
     ApiOperation{"listMaskEdits", "GET", "/api/v1/panels/{id}/mask-edits", Role::kViewer},
     ApiOperation{"editMask", "POST", "/api/v1/panels/{id}/mask-edits", Role::kOperator, Takes::kJson},
+    ApiOperation{"getMaskEdit", "GET", "/api/v1/panels/{id}/mask-edits/{number}", Role::kViewer},
     ApiOperation{"removeMaskEdit", "DELETE", "/api/v1/panels/{id}/mask-edits/{number}", Role::kOperator},
     ApiOperation{"mergePanels", "POST", "/api/v1/panels/{id}/merge", Role::kOperator, Takes::kJson},
     ApiOperation{"getPanelDifferences", "GET", "/api/v1/panels/{id}/differences", Role::kViewer, Takes::kQuery},
