@@ -49,7 +49,7 @@ constexpr std::array kOperations = {
     ApiOperation{"setMaterial", "POST", "/api/v1/materials/{material}", Role::kOperator, Takes::kJson},
     ApiOperation{"getPanelMasks", "GET", "/api/v1/panels/{id}/masks", Role::kViewer},
     ApiOperation{"revertPanel", "POST", "/api/v1/panels/{id}/revert", Role::kOperator, Takes::kJson},
-    ApiOperation{"listMaskEdits", "GET", "/api/v1/panels/{id}/mask-edits", Role::kViewer},
+    ApiOperation{"listMaskEdits", "GET", "/api/v1/panels/{id}/mask-edits", Role::kViewer, Takes::kQuery},
     ApiOperation{"editMask", "POST", "/api/v1/panels/{id}/mask-edits", Role::kOperator, Takes::kJson},
     ApiOperation{"getMaskEdit", "GET", "/api/v1/panels/{id}/mask-edits/{number}", Role::kViewer},
     ApiOperation{"removeMaskEdit", "DELETE", "/api/v1/panels/{id}/mask-edits/{number}", Role::kOperator},

@@ -42,8 +42,8 @@ Raster<PanelFrame> like(const Raster<PanelFrame>& mask, unsigned char value) {
   return {cv::Mat(mask.pixels.size(), CV_8UC1, cv::Scalar(value)), mask.resolution, mask.origin};
 }
 
-// The part of `whole` that `area` may touch; it shares its pixels.
-Raster<PanelFrame> part_about(const Raster<PanelFrame>& whole, const Region<PanelFrame>& area) {
+// The pixels that `area` may touch.
+cv::Rect box_in(const Raster<PanelFrame>& whole, const Region<PanelFrame>& area) {
   constexpr int kBorder = 4;  // pixels: of lines that are drawn along outlines
   const auto box = area.box();
   double left = 0, top = 0, right = 0, bottom = 0;
@@ -51,22 +51,16 @@ Raster<PanelFrame> part_about(const Raster<PanelFrame>& whole, const Region<Pane
   whole.to_pixels({box.max.x, box.min.y}, right, bottom);
   const cv::Point from(cvFloor(left) - kBorder, cvFloor(top) - kBorder),
       to(cvCeil(right) + kBorder, cvCeil(bottom) + kBorder);
-  const cv::Rect part = cv::Rect(from, to) & cv::Rect({0, 0}, whole.pixels.size());
-  if (part.empty()) return {{}, whole.resolution, whole.origin};
-  return {whole.pixels(part), whole.resolution, whole.from_pixels(part.x, part.br().y)};
-}
-
-// The raster's place, and some millimetres about it.
-Region<PanelFrame> place_of(const Raster<PanelFrame>& mask) {
-  const Millimetres beyond(5);
-  const auto left = mask.origin.x - beyond, low = mask.origin.y - beyond, right = mask.origin.x + mask.width() + beyond,
-             high = mask.origin.y + mask.height() + beyond;
-  return Region<PanelFrame>(Ring<PanelFrame>{{left, low}, {right, low}, {right, high}, {left, high}});
+  return cv::Rect(from, to) & cv::Rect({0, 0}, whole.pixels.size());
 }
 
 // Pixels that lie in `area` whole: all that is left where what lies beside it is taken away, border pixels too.
 cv::Mat inside_of(const Raster<PanelFrame>& mask, const Region<PanelFrame>& area) {
-  return free_wood(like(mask, 255), {subtract(place_of(mask), area)}, Millimetres(0)).pixels;
+  const Millimetres beyond(5);
+  const auto left = mask.origin.x - beyond, low = mask.origin.y - beyond, right = mask.origin.x + mask.width() + beyond,
+             high = mask.origin.y + mask.height() + beyond;
+  const Region<PanelFrame> place(Ring<PanelFrame>{{left, low}, {right, low}, {right, high}, {left, high}});
+  return free_wood(like(mask, 255), {subtract(place, area)}, Millimetres(0)).pixels;
 }
 
 // Of sides that follow each other only what they share is a corner, and is not counted.
@@ -176,18 +170,17 @@ Raster<PanelFrame> painted(const Raster<PanelFrame>& seen, const MaskPaint& pain
   Raster<PanelFrame> out{seen.pixels.clone(), seen.resolution, seen.origin};
   std::vector<Region<PanelFrame>> never = paint.spared;
   for (const auto& gone : paint.gone) never.push_back(offset(gone, kEdgeMargin));
+  cv::Mat allowed;  // of the whole: lines that were cut at a part's border would be drawn otherwise
+  if (std::ranges::any_of(paint.edits, &db::MaskEdit::give))
+    allowed = free_wood(like(seen, 255), never, Millimetres(0)).pixels;
   for (const db::MaskEdit& edit : paint.edits) {
-    Raster<PanelFrame> part = part_about(out, edit.shape);
-    if (part.pixels.empty()) continue;
-    if (edit.give) {
-      std::vector<Region<PanelFrame>> near;
-      for (const auto& area : never)
-        if (micro::boxes_overlap(area.micro_area(), place_of(part).micro_area())) near.push_back(area);
-      const cv::Mat allowed = free_wood(like(part, 255), near, Millimetres(0)).pixels;
-      cv::bitwise_or(part.pixels, inside_of(part, edit.shape) & allowed, part.pixels);
-    } else {
+    const cv::Rect where = box_in(out, edit.shape);
+    if (where.empty()) continue;
+    const Raster<PanelFrame> part{out.pixels(where), out.resolution, out.from_pixels(where.x, where.br().y)};
+    if (edit.give)
+      cv::bitwise_or(part.pixels, inside_of(part, edit.shape) & allowed(where), part.pixels);
+    else
       free_wood(part, {edit.shape}, Millimetres(0)).pixels.copyTo(part.pixels);
-    }
   }
   return out;
 }

@@ -215,7 +215,7 @@ TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
 
 TEST_F(ChosenDevicesTest, AFileThatCannotBeReadIsNotTakenForNone) {
   std::filesystem::create_directory(kept_);
-  EXPECT_THAT(start().error().message, HasSubstr("it cannot be read"));
+  EXPECT_THAT(start().error().message, HasSubstr("it is no plain file"));
   std::filesystem::remove(kept_);
   std::filesystem::create_symlink(data_dir_ / "gone", kept_);
   EXPECT_THAT(start().error().message, HasSubstr(kept_.string()));

@@ -150,8 +150,9 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   EXPECT_EQ(stain["shape_mm"][0].size(), 4U);
   EXPECT_THAT(cli::render_edit(stain), HasSubstr("5,20"));
   EXPECT_EQ(ask("GET", "/api/v1/panels/P-0001/mask-edits/7").status, 404);
-  const json first = get("/panels/P-0001/mask-edits?limit=1"),
-             second = get(fmt::format("/panels/P-0001/mask-edits?limit=1&cursor={}", first["next"].get<int>()));
+  const json first = get("/panels/P-0001/mask-edits?limit=1");
+  ASSERT_TRUE(first.contains("next")) << first;
+  const json second = get(fmt::format("/panels/P-0001/mask-edits?limit=1&cursor={}", first["next"].get<int>()));
   EXPECT_EQ(first["edits"].size(), 1U);
   EXPECT_EQ(second["edits"][0], edits["edits"][1]);
   EXPECT_TRUE(second["next"].is_null());
@@ -234,14 +235,14 @@ TEST_F(ProposalRoutes, AMaskTakesSoManyEditsAndSaysWhatToDoThen) {
   EXPECT_EQ(full.status, 409);
   EXPECT_THAT(full.body, HasSubstr("takes 200 edits in all"));
   EXPECT_THAT(full.body, HasSubstr("take some back"));
-  ASSERT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/1").status, 200);
+  for (const char* number : {"1", "2"})
+    ASSERT_EQ(ask("DELETE", std::string("/api/v1/panels/P-0001/mask-edits/") + number).status, 200);
   MicroRing comb{{0, 0}};
   while (comb.size() < db::kMostMaskEditCorners) {
     const auto x = static_cast<std::int64_t>(comb.size() / 4);
     comb.insert(comb.end(), {{x, 1000}, {x + 1, 2000}});
   }
   ASSERT_TRUE(add(Region<PanelFrame>(MicroArea{{comb}}), 1).ok());
-  ASSERT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/2").status, 200);
   const ApiReply intricate = post("/panels/P-0001/mask-edits", edit);
   EXPECT_EQ(intricate.status, 409);
   EXPECT_THAT(intricate.body, HasSubstr("edits of 100000 corners in all"));
