@@ -113,15 +113,12 @@ class FaultsTest : public ::testing::Test {
     }
   }
 
-  // The longest test under sanitizers by far, and run as shipped too.
-  static constexpr unsigned kTwice = testing::kFewer > 1 ? 2 : 1;
-
   ScarceMemory memory_;
   PowerLossVfs disk_;
   testing::TempDirectory directory_;
   std::optional<Database> database_;
   std::mt19937 random_{static_cast<std::uint32_t>(number_from("VENEER_SEED", 20260501))};
-  unsigned stride_ = static_cast<unsigned>(number_from("VENEER_FAULT_STRIDE", 60 * kTwice * testing::kFewer));
+  unsigned stride_ = static_cast<unsigned>(number_from("VENEER_FAULT_STRIDE", 120 * testing::kFewer));
   std::map<std::string, int> tried_, unharmed_;
 
  private:
