@@ -1,5 +1,7 @@
 #include "base/polygon_ops.h"
 
+#include <algorithm>
+#include <limits>
 #include <polyclipping/clipper.hpp>
 
 namespace veneer::micro {
@@ -77,6 +79,29 @@ double area_um2(const MicroArea& a) {
   double sum = 0;
   for (const auto& path : to_clipper(a)) sum += ClipperLib::Area(path);
   return sum;
+}
+
+MicroBox box_of(const MicroArea& a) {
+  constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max();
+  MicroBox box{{kFar, kFar}, {-kFar, -kFar}};
+  for (const auto& ring : a.rings)
+    for (const auto& p : ring) {
+      box.min = {std::min(box.min.x_um, p.x_um), std::min(box.min.y_um, p.y_um)};
+      box.max = {std::max(box.max.x_um, p.x_um), std::max(box.max.y_um, p.y_um)};
+    }
+  return box;
+}
+
+bool boxes_overlap(const MicroArea& a, const MicroArea& b) {
+  const MicroBox one = box_of(a), other = box_of(b);
+  return one.min.x_um < other.max.x_um && other.min.x_um < one.max.x_um && one.min.y_um < other.max.y_um &&
+         other.min.y_um < one.max.y_um;
+}
+
+std::size_t corners_of(const MicroArea& a) {
+  std::size_t corners = 0;
+  for (const auto& ring : a.rings) corners += ring.size();
+  return corners;
 }
 
 bool contains(const MicroArea& a, MicroPoint p) {

@@ -5,6 +5,7 @@
 // Pure functions; thread-safe.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,10 @@ struct MicroArea {
   bool empty() const { return rings.empty(); }
 };
 
+struct MicroBox {
+  MicroPoint min, max;
+};
+
 namespace micro {
 MicroArea unite(const MicroArea& a, const MicroArea& b);
 MicroArea unite(const std::vector<MicroArea>& areas);
@@ -33,6 +38,11 @@ MicroArea intersect(const MicroArea& a, const MicroArea& b);
 // um.
 MicroArea offset(const MicroArea& a, double delta_um, bool round);
 double area_um2(const MicroArea& a);
+// Of an area that is empty its corners lie the wrong way round.
+MicroBox box_of(const MicroArea& a);
+// Whether the boxes of both share more than touching borders: cheap, and areas that overlap always do.
+bool boxes_overlap(const MicroArea& a, const MicroArea& b);
+std::size_t corners_of(const MicroArea& a);
 bool contains(const MicroArea& a, MicroPoint p);  // boundary counts as inside
 }  // namespace micro
 
@@ -55,6 +65,11 @@ class Region {
   const MicroArea& micro_area() const { return area_; }
   bool empty() const { return area_.empty(); }
   SquareMillimetres area() const { return SquareMillimetres(micro::area_um2(area_) * 1e-6); }
+  // REQUIRES: it is not empty.
+  Box<Frame> box() const {
+    const MicroBox box = micro::box_of(area_);
+    return {from_micrometres(box.min), from_micrometres(box.max)};
+  }
   bool contains(const Point<Frame>& p) const {
     return micro::contains(area_, {std::llround(p.x.count() * 1000), std::llround(p.y.count() * 1000)});
   }
@@ -62,13 +77,16 @@ class Region {
     std::vector<Ring<Frame>> out;
     for (const auto& ring : area_.rings) {
       Ring<Frame>& r = out.emplace_back();
-      for (const auto& p : ring)
-        r.push_back(point<Frame>(static_cast<double>(p.x_um) / 1000, static_cast<double>(p.y_um) / 1000));
+      for (const auto& p : ring) r.push_back(from_micrometres(p));
     }
     return out;
   }
 
  private:
+  static Point<Frame> from_micrometres(const MicroPoint& p) {
+    return point<Frame>(static_cast<double>(p.x_um) / 1000, static_cast<double>(p.y_um) / 1000);
+  }
+
   MicroArea area_;
 };
 
@@ -99,7 +117,8 @@ Region<Frame> offset(const Region<Frame>& a, Millimetres by, Corners corners = C
 // Whether the two share more than touching borders. Slivers under `slack` square millimetres are rounding, not overlap.
 template <class Frame>
 bool overlaps(const Region<Frame>& a, const Region<Frame>& b, SquareMillimetres slack = SquareMillimetres(1e-4)) {
-  return micro::area_um2(micro::intersect(a.micro_area(), b.micro_area())) * 1e-6 > slack.count();
+  return micro::boxes_overlap(a.micro_area(), b.micro_area()) &&
+         micro::area_um2(micro::intersect(a.micro_area(), b.micro_area())) * 1e-6 > slack.count();
 }
 
 }  // namespace veneer

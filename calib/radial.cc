@@ -11,7 +11,7 @@
 namespace veneer::calib {
 namespace {
 
-constexpr int kRays = 120;
+constexpr int kRadii = 120;
 
 // Grey levels around a centre: one row per ray, one column per half pixel of radius.
 struct Radial {
@@ -20,18 +20,18 @@ struct Radial {
   Eigen::VectorXd mean() const {
     // The median over the rays, so that a neighbour on one side does not count.
     Eigen::VectorXd out(levels.cols());
-    std::vector<double> column(kRays);
+    std::vector<double> column(kRadii);
     for (Eigen::Index k = 0; k < levels.cols(); ++k) {
-      for (int ray = 0; ray < kRays; ++ray) column[static_cast<std::size_t>(ray)] = levels(ray, k);
-      std::nth_element(column.begin(), column.begin() + kRays / 2, column.end());
-      out(k) = column[kRays / 2];
+      for (int ray = 0; ray < kRadii; ++ray) column[static_cast<std::size_t>(ray)] = levels(ray, k);
+      std::nth_element(column.begin(), column.begin() + kRadii / 2, column.end());
+      out(k) = column[kRadii / 2];
     }
     return out;
   }
 };
 
 Eigen::Vector2d ray_direction(int ray) {
-  const double angle = 2 * kPi * ray / kRays;
+  const double angle = 2 * kPi * ray / kRadii;
   return {std::cos(angle), std::sin(angle)};
 }
 
@@ -39,8 +39,8 @@ Radial look_around(const cv::Mat& grey, const Eigen::Vector2d& centre, double fr
   Radial around;
   around.from = from;
   const auto count = static_cast<Eigen::Index>((to - from) / around.step) + 1;
-  around.levels.resize(kRays, count);
-  for (int ray = 0; ray < kRays; ++ray)
+  around.levels.resize(kRadii, count);
+  for (int ray = 0; ray < kRadii; ++ray)
     for (Eigen::Index k = 0; k < count; ++k) {
       const Eigen::Vector2d at = centre + ray_direction(ray) * (from + around.step * static_cast<double>(k));
       around.levels(ray, k) = level_at(grey, at.x(), at.y());
@@ -66,7 +66,7 @@ double rim_radius(const cv::Mat& grey, const Eigen::Vector2d& centre, const Roun
 // that profile is: a plain edge, or a shadow before the bright lid.
 void settle(const cv::Mat& grey, RoundFit& fit, const RoundSearch& search) {
   const double limit = search.stray_limit;
-  Eigen::VectorXd stray = Eigen::VectorXd::Zero(kRays);
+  Eigen::VectorXd stray = Eigen::VectorXd::Zero(kRadii);
   for (int pass = 0; pass < 12; ++pass) {
     const Radial around =
         look_around(grey, fit.centre, std::max(0.0, fit.rim - search.inside), fit.rim + search.outside);
@@ -77,7 +77,7 @@ void settle(const cv::Mat& grey, RoundFit& fit, const RoundSearch& search) {
     const double power = slope.squaredNorm();
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    for (int ray = 0; ray < kRays; ++ray) {
+    for (int ray = 0; ray < kRadii; ++ray) {
       stray(ray) = -slope.dot(around.levels.row(ray).transpose() - mean) / std::max(power, 1e-9);
       // Dust on the rim must not pull: rays count less the farther they stray (Tukey's weights).
       const double off = stray(ray) / (pass < 3 ? 3 * limit : limit);
@@ -93,12 +93,12 @@ void settle(const cv::Mat& grey, RoundFit& fit, const RoundSearch& search) {
     if (move.norm() < 1e-3) break;
   }
   fit.seen = fit.rms = 0;
-  for (int ray = 0; ray < kRays; ++ray) {
+  for (int ray = 0; ray < kRadii; ++ray) {
     if (std::abs(stray(ray)) > limit) continue;
     fit.seen += 1, fit.rms += stray(ray) * stray(ray);
   }
   fit.rms = fit.seen > 0 ? std::sqrt(fit.rms / fit.seen) : limit;
-  fit.seen /= kRays;
+  fit.seen /= kRadii;
 }
 
 }  // namespace

@@ -19,6 +19,7 @@ std::array<Point<PanelFrame>, 4> placed(const Tag<ScanFrame>& seen, const ScanMa
 std::vector<SpoiledTag> place_spoiled(const std::vector<SoundTiles::Spoiled>& spoiled,
                                       const std::vector<TileView>& tiles, const std::vector<ScanMap>& maps, Face face) {
   std::vector<SpoiledTag> out;
+  out.reserve(spoiled.size());
   for (const auto& [tile, seen, side] : spoiled)
     out.push_back({{seen.id, face, placed(seen, maps[tile])}, side, tiles[tile].name, {}});
   return out;

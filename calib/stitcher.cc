@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kNode = 16;  // px between nodes; in between the scanner's warp is straight to 0.1 um
 constexpr int kBand = 128;
-constexpr double kRim = 2;  // px at a scan's rim that cubic interpolation cannot use
+constexpr double kScanRim = 2;  // px at a scan's rim that cubic interpolation cannot use
 constexpr int kMaxPixels = 30000;
 
 // Our pixel centres are at +0.5, OpenCV's at 0.
@@ -43,7 +43,7 @@ Lattice lattice_of(const ScanMap& panel_from_scan, const Raster<PanelFrame>& map
 
 // How far inside the scan a place lies, in pixels.
 double depth_in(const cv::Mat& scan, const cv::Vec2d& p) {
-  return std::min({p[0], p[1], scan.cols - p[0], scan.rows - p[1]}) - kRim;
+  return std::min({p[0], p[1], scan.cols - p[0], scan.rows - p[1]}) - kScanRim;
 }
 
 using Gain = std::array<double, 3>;

@@ -24,7 +24,7 @@ struct EdgeLine {
 
 // Grey levels across a side at one place along it, from inside (black) to outside (white), `step` px apart and the
 // place in their middle.
-struct Profile {
+struct SideProfile {
   Vec middle;
   std::vector<double> levels;
   double black() const { return (levels[0] + levels[1]) / 2; }
@@ -35,7 +35,7 @@ struct Side {
   Vec outwards;
   int half = 0;  // steps to either end of a profile
   double step = 0;
-  std::vector<Profile> profiles;
+  std::vector<SideProfile> profiles;
 };
 
 // Corners run counter-clockwise on the screen, where y is down: outwards is to the left of i + 1 -> i.
@@ -45,7 +45,7 @@ Side look_across(const cv::Mat& grey, const Vec& from, const Vec& to, double rea
   const double length = (to - from).norm();
   const int places = std::clamp(static_cast<int>(length), 8, 200);
   for (int i = 0; i < places; ++i) {
-    Profile& profile = side.profiles.emplace_back();
+    SideProfile& profile = side.profiles.emplace_back();
     profile.middle = from + along * (length * (0.06 + 0.88 * (i + 0.5) / places));
     for (int k = -side.half; k <= side.half; ++k) {
       const Vec at = profile.middle + side.outwards * (k * step);
@@ -69,7 +69,7 @@ constexpr double kLeastContrast = 15;  // grey levels
 
 Levels usual_levels(const Side& side) {
   std::vector<double> black, white;
-  for (const Profile& profile : side.profiles) black.push_back(profile.black()), white.push_back(profile.white());
+  for (const SideProfile& profile : side.profiles) black.push_back(profile.black()), white.push_back(profile.white());
   return {median(std::move(black)), median(std::move(white))};
 }
 
@@ -128,7 +128,7 @@ std::optional<EdgeLine> find_edge(const cv::Mat& grey, const Vec& from, const Ve
   if (usual.contrast() < kLeastContrast) return std::nullopt;
   const double middle = (usual.black + usual.white) / 2;
   std::vector<Vec> points;
-  for (const Profile& profile : side.profiles) {
+  for (const SideProfile& profile : side.profiles) {
     double rise = 0;
     int turns = 0;
     for (std::size_t k = 1; k < profile.levels.size(); ++k) {
@@ -146,7 +146,7 @@ std::optional<EdgeLine> find_edge(const cv::Mat& grey, const Vec& from, const Ve
 
 // Where black turns white across one place. The area of the rise tells the place of the step whatever the (symmetric)
 // blur.
-Vec step_of(const Side& side, const Profile& profile, const Levels& levels) {
+Vec step_of(const Side& side, const SideProfile& profile, const Levels& levels) {
   double bright = 0;  // trapezoidal area over the black level
   for (std::size_t k = 0; k < profile.levels.size(); ++k)
     bright += (k == 0 || k + 1 == profile.levels.size() ? 0.5 : 1.0) * (profile.levels[k] - levels.black);
@@ -160,9 +160,9 @@ std::optional<EdgeLine> refine_edge(const cv::Mat& grey, const Vec& from, const 
   const Side side = look_across(grey, from, to, std::clamp(0.4 * cell, 1.5, 4.0), 0.25);
   const Levels usual = usual_levels(side);
   if (usual.contrast() < kLeastContrast) return std::nullopt;
-  std::vector<const Profile*> clean;
+  std::vector<const SideProfile*> clean;
   Levels mean;
-  for (const Profile& profile : side.profiles) {
+  for (const SideProfile& profile : side.profiles) {
     const double limit = kStain * usual.contrast();
     if (std::abs(profile.black() - usual.black) > limit || std::abs(profile.white() - usual.white) > limit) continue;
     clean.push_back(&profile);
@@ -171,10 +171,10 @@ std::optional<EdgeLine> refine_edge(const cv::Mat& grey, const Vec& from, const 
   std::vector<Vec> points;
   if (2 * clean.size() >= side.profiles.size()) {
     mean.black /= static_cast<double>(clean.size()), mean.white /= static_cast<double>(clean.size());
-    for (const Profile* profile : clean) points.push_back(step_of(side, *profile, mean));
+    for (const SideProfile* profile : clean) points.push_back(step_of(side, *profile, mean));
   } else {
     // Half of it is stained: each place by its own black and white, though they are noisier.
-    for (const Profile& profile : side.profiles)
+    for (const SideProfile& profile : side.profiles)
       if (const Levels own{profile.black(), profile.white()}; own.contrast() >= kFaint * usual.contrast())
         points.push_back(step_of(side, profile, own));
   }

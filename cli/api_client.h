@@ -20,7 +20,7 @@ struct ApiAddress {
   std::string unix_path;           // used when not empty
   std::string host = "127.0.0.1";  // otherwise
   int port = 0;
-  bool tls = false;            // with a certificate of `host` that the system believes, or `authority` does
+  bool tls = false;            // the host's certificate is believed by `authority`, or else by the system
   std::string authority = {};  // a PEM file; "" = none
   // Of a session or token, sent with every request; "" = none. With one nothing is sent in clear text to other
   // machines.

@@ -19,7 +19,7 @@ inline constexpr int kUnusableArguments = 2;
 
 struct CommandContext {
   std::string socket = "/run/veneerd/veneerd.sock";  // a path, HOST:PORT, or https://HOST:PORT
-  std::string authority;  // a file of certificates to believe besides the system's; "" = none
+  std::string authority;  // a file of certificates to believe instead of the system's; "" = none
   std::string token;      // of VENEERD_TOKEN
   std::string twin_socket = "/run/veneer-twin/twin.sock";
   bool json = false;

@@ -12,8 +12,7 @@ void add_common_options(CLI::App& app, CommandContext& context, const char* vers
                  "Where veneerd listens: a socket's path, HOST:PORT, or https://HOST:PORT on another machine")
       ->envname("VENEERD_SOCKET")
       ->capture_default_str();
-  app.add_option("--ca", context.authority,
-                 "Believe this certificate (PEM) of a cell on another machine, besides those that the system believes")
+  app.add_option("--ca", context.authority, "Believe this certificate (PEM) of a cell on another machine, and no other")
       ->envname("VENEERD_CA");
   if (const char* token = std::getenv("VENEERD_TOKEN")) context.token = token;  // NOLINT(concurrency-mt-unsafe)
   app.add_flag("--json", context.json, "Print JSON");

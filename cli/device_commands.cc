@@ -28,18 +28,24 @@ std::string why(const json& device, const std::string& file) {
   return set_by == "choice" ? "chosen" : "nothing is chosen";
 }
 
+// A viewer is not told where it lies.
+std::string file_of(const json& told) {
+  const std::string file = text_or(told, "file", "");
+  return file.empty() ? "the configuration" : file;
+}
+
 std::string render_devices(const json& told) {
   TextTable table({"DEVICE", "IS", "BECAUSE", "FROM THE NEXT START"});
   const json& next = member(told, "next");
   for (const char* name : kDevices) {
     const json &now = member(told, name), &then = member(next, name);
-    table.add({name, what_it_is(now), why(now, text_or(told, "file", "the configuration")),
-               then.is_object() && then != now ? what_it_is(then) : ""});
+    table.add(
+        {name, what_it_is(now), why(now, file_of(told)), then.is_object() && then != now ? what_it_is(then) : ""});
   }
   std::string out = table.str();
   if (!flag_or(told, "choose", true))
     out += fmt::format("\nNothing is chosen here: choose = true under [devices] in {} would let a maintainer\n",
-                       text_or(told, "file", "the configuration"));
+                       file_of(told));
   if (const std::string folder = text_or(told, "camera_folder", ""); !folder.empty())
     out += fmt::format("\nThe camera's folder: {}\n", folder);
   if (const std::string problem = text_or(told, "problem", ""); !problem.empty())

@@ -40,7 +40,7 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
   struct Options {
     std::string id, give, withhold, note;
     bool list = false;
-    std::optional<std::int64_t> remove;
+    std::optional<std::int64_t> show, remove;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* mask = panel.add_subcommand("mask", "Give wood back that the scan left out, or withhold some by hand");
@@ -50,19 +50,25 @@ void add_mask_commands(CLI::App& panel, CommandContext& context) {
   CLI::Option* withhold =
       mask->add_option("--withhold", options->withhold, "Nothing is to be cut from here: its corners");
   CLI::Option* list = mask->add_flag("--list", options->list, "What was given and withheld so far");
+  CLI::Option* show = mask->add_option("--show", options->show, "One of these with its outline, by its number")
+                          ->check(CLI::PositiveNumber);
   CLI::Option* remove = mask->add_option("--remove", options->remove, "Take one of these back, by its number")
                             ->check(CLI::PositiveNumber);
-  mask->add_option("--note", options->note, "Why")->excludes(list)->excludes(remove);
-  give->excludes(withhold)->excludes(list)->excludes(remove);
-  withhold->excludes(list)->excludes(remove);
-  list->excludes(remove);
+  mask->add_option("--note", options->note, "Why")->excludes(list)->excludes(show)->excludes(remove);
+  give->excludes(withhold)->excludes(list)->excludes(show)->excludes(remove);
+  withhold->excludes(list)->excludes(show)->excludes(remove);
+  list->excludes(show)->excludes(remove);
+  show->excludes(remove);
   mask->callback([options, &context] {
     const std::string target = "/panels/" + url_encode(options->id) + "/mask-edits";
     if (options->remove)
       return context.finish(context.client().request("DELETE", target + "/" + std::to_string(*options->remove), "", ""),
                             render_edited);
+    if (options->show)
+      return context.finish(context.client().get(target + "/" + std::to_string(*options->show)), render_edit);
     const bool giving = !options->give.empty();
-    if (!giving && options->withhold.empty()) return context.finish(context.client().get(target), render_edits);
+    if (!giving && options->withhold.empty())
+      return context.finish(context.client().get_all(target, "edits"), render_edits);
     const auto corners = corners_of(giving ? options->give : options->withhold);
     if (!corners) fail(corners.error(), kUnusableArguments);
     json body = {{"kind", giving ? "give" : "withhold"}, {"outline_mm", *corners}};

@@ -30,6 +30,7 @@ std::string render_proposals(const nlohmann::json& reply);
 std::string render_proposal(const nlohmann::json& proposal);
 std::string render_refused(const nlohmann::json& result);
 std::string render_edits(const nlohmann::json& reply);
+std::string render_edit(const nlohmann::json& edit);
 std::string render_edited(const nlohmann::json& reply);
 std::string render_merged(const nlohmann::json& reply);
 std::string render_calibration(const nlohmann::json& result);

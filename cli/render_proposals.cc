@@ -162,6 +162,25 @@ std::string render_edits(const json& reply) {
   return table.str();
 }
 
+// Its corners as --give and --withhold take them; of an outline with holes ring by ring.
+std::string render_edit(const json& edit) {
+  std::string text = fmt::format("Edit {} of the mask of panel {}: {}\n", whole_or(edit, "number", 0),
+                                 text_or(edit, "panel", "?"), text_or(edit, "kind", "?"));
+  text += line("Area", square_cm(edit, "area_mm2"));
+  text += line("Painted", text_or(edit, "at", "") + " by " + text_or(edit, "who", "?"));
+  if (const json& removed = member(edit, "removed"); removed.is_object())
+    text += line("Taken back", text_or(removed, "at", "") + " by " + text_or(removed, "who", "?"));
+  text += line("Note", text_or(edit, "note", ""));
+  for (const json& ring : member(edit, "shape_mm")) {
+    std::vector<std::string> corners;
+    for (const json& p : ring)
+      if (p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number())
+        corners.push_back(fmt::format("{:g},{:g}", p[0].get<double>(), p[1].get<double>()));
+    text += line("Outline", joined(corners, " "));
+  }
+  return text;
+}
+
 std::string render_edited(const json& reply) {
   const std::string panel = text_or(reply, "panel", "?");
   const double changed = number_or(reply, "changed_mm2", 0);

@@ -61,7 +61,7 @@ endfunction()
 # Most of a compilation is reading headers and instantiating the same templates: sources of one folder share them (option
 # VENEER_UNITY).
 function(veneer_compile_together name)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${VENEER_UNITY} UNITY_BUILD_BATCH_SIZE ${VENEER_UNITY_BATCH})
   veneer_is_glue(glue)
   if(glue)
     target_compile_options(${name} PRIVATE -O0)

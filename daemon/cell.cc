@@ -229,6 +229,7 @@ Result<std::unique_ptr<Cell>> Cell::open(boost::asio::io_context& reactor, const
     begin_after(*c.runner, *recovered, c.log);
     c.leases_changed({});
   }
+  c.look_for_lost_choice();
   c.refresh_counts();
   c.look_regularly();
   return cell;
@@ -251,6 +252,12 @@ Cell::~Cell() {
   camera_worker.reset();
   runner.reset();
   keeper_.reset();
+}
+
+void Cell::look_for_lost_choice() {
+  if (!config.devices.choose || config.devices.chosen) return;
+  database->async([](Repositories& r) { return r.audit.read({.what = "device.choose"}, 1); },
+                  [this](const Result<std::vector<db::AuditEntry>>& rows) { choice_lost_ = rows && !rows->empty(); });
 }
 
 void Cell::refresh_counts() { counter_->count(); }
@@ -376,6 +383,7 @@ CellNeeds Cell::needs() const {
   CellNeeds needs;
   needs.database_damaged = integrity->state() == DatabaseCheck::State::kDamaged;
   needs.database_busy = integrity->sentence();
+  needs.choice_lost = choice_lost_;
   needs.certificates = certificates();
   needs.panels = counts.panels;
   needs.proposal = counts.proposal;
@@ -422,10 +430,10 @@ void Cell::audit(const Router::Change& change) {
   audit_log_->write(std::move(entry));
 }
 
-void Cell::audit(const std::string& who, const std::string& what, const std::string& detail) {
+Status Cell::audit_now(const std::string& who, const std::string& what, const std::string& detail) const {
   const LogAbout about({.who = who});
   log->info("{}: {}, {}", who, what, detail);
-  audit_log_->write({0, utc_timestamp(), who, what, detail});
+  return database->call([&](Repositories& r) { return r.audit.append({0, utc_timestamp(), who, what, detail}); });
 }
 
 void Cell::broadcast_status() {

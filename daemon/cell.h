@@ -74,8 +74,8 @@ class Cell {
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);
-  // What was done, in words of its own.
-  void audit(const std::string& who, const std::string& what, const std::string& detail);
+  // What is about to be done, in words of its own; it is written when this returns. Never on the reactor.
+  Status audit_now(const std::string& who, const std::string& what, const std::string& detail) const;
   // kUnavailable while so many changes of this caller wait to be written that a run would have to wait behind them.
   Status may_be_noted(const Caller& caller) const;
 
@@ -125,6 +125,7 @@ class Cell {
  private:
   Cell(boost::asio::io_context& reactor, const Config& config, Devices devices, const Clock& real_clock, Logger log);
   void look_regularly();
+  void look_for_lost_choice();
   void end_leases();
   void follow_laser();
   void follow_state();
@@ -146,7 +147,8 @@ class Cell {
   KeptFile kept_alarms_, kept_tasks_;
   std::unique_ptr<Worker> keeper_;  // writes them
   std::int64_t last_kept_ = 0;      // the newest task that is
-  bool counted_ = false;            // what the database knows of alarms is known here
+  bool choice_lost_ = false;
+  bool counted_ = false;  // what the database knows of alarms is known here
 
   std::unique_ptr<CellCounter> counter_;
 

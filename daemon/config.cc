@@ -275,6 +275,8 @@ std::string describe_devices(const Config& config) {
                      describe_device("camera", config.camera.kind, config.camera.device, config.camera.set_by));
 }
 
+Result<Config> load_written_config(const std::filesystem::path& file) { return read_configuration(file); }
+
 Result<Config> load_config(const std::filesystem::path& file) {
   auto config = read_configuration(file);
   if (!config || !config->devices.choose) return config;

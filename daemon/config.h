@@ -225,7 +225,9 @@ std::string describe_devices(const Config& config);
 // kInvalidArgument also when chosen_devices.toml is there and cannot be read, or is not whole: a cell must not become
 // another one in silence. None at all means that nobody has chosen yet.
 Result<Config> load_config(const std::filesystem::path& file);
-// The same, with `chosen` as the content of that file: as it will be once that is kept.
+// The file by itself, whatever was chosen and whether that can be read: for what touches no device.
+Result<Config> load_written_config(const std::filesystem::path& file);
+// As load_config, with `chosen` as the content of that file: as it will be once that is kept.
 Result<Config> load_config(const std::filesystem::path& file, const std::string& chosen);
 
 }  // namespace veneer::daemon

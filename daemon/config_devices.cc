@@ -1,8 +1,10 @@
 #include "daemon/config_devices.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <initializer_list>
 #include <string_view>
 #include <system_error>
@@ -47,6 +49,14 @@ Error not_whole(const fs::path& file, const std::string& problem) {
                       file.string(), problem)};
 }
 
+// What is in it is nobody's fault then, and stays.
+Error not_readable(const fs::path& file, const std::error_code& why) {
+  return {ErrorCode::kStorage,
+          fmt::format("{}, which says what devices were chosen, cannot be read ({}): let the user that veneerd runs as "
+                      "read it and the folders it lies in, and look whether its disk is well",
+                      file.string(), why.message())};
+}
+
 bool has_kind(Section& section, std::string_view device, std::vector<std::string>& errors) {
   if (section.has("kind")) return true;
   errors.push_back(fmt::format("the kind of the {} is missing", device));
@@ -82,7 +92,10 @@ void read_chosen_camera(Section& section, ChosenDevices::Camera& out, std::vecto
   section.word("kind", out.kind, {"file", "sim"});
   if (out.kind == "sim") return;
   section.text("device", out.device);
-  if (!out.device.starts_with('/')) errors.emplace_back("camera.device is missing");
+  if (out.device.empty())
+    errors.emplace_back("camera.device is missing");
+  else if (!out.device.starts_with('/'))
+    errors.push_back(fmt::format("camera.device = \"{}\" is no picture's whole path", out.device));
 }
 
 }  // namespace
@@ -163,8 +176,11 @@ Result<std::optional<ChosenDevices>> read_chosen_devices(const fs::path& file) {
   std::error_code error;
   const fs::file_status there = fs::symlink_status(file, error);
   if (there.type() == fs::file_type::not_found) return std::optional<ChosenDevices>();
-  const auto text = there.type() == fs::file_type::regular ? read_whole(file) : std::nullopt;
-  if (!text) return not_whole(file, error ? error.message() : "it cannot be read");
+  if (error) return not_readable(file, error);
+  if (there.type() != fs::file_type::regular) return not_whole(file, "it is no plain file");
+  if (::access(file.c_str(), R_OK) != 0) return not_readable(file, {errno, std::generic_category()});
+  const auto text = read_whole(file);
+  if (!text) return not_readable(file, std::make_error_code(std::errc::io_error));
   auto chosen = read_chosen_devices(*text, file);
   if (!chosen) return chosen.error();
   return std::optional(std::move(*chosen));

@@ -60,9 +60,6 @@ HttpServerOptions server_options(const Config& config) {
   return options;
 }
 
-// systemd, as the shipped unit asks it to. It tells a service of this kind where to say that it is ready.
-bool would_be_started_again() { return getenv("NOTIFY_SOCKET") != nullptr; }  // NOLINT(concurrency-mt-unsafe)
-
 // A core would keep the laser's port open until all of it is written, and the guardian could not darken the machine.
 // One byte, since of zero the kernel still feeds a core to a program that collects them.
 void leave_no_core() {
@@ -117,6 +114,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   const SteadyClock real_clock;
   const ScaledClock device_clock(config.sim.time_scale);
 
+  if (const Status one = means_one_machine({}, config.laser); !one) return fail(one.error());
   auto devices = make_devices(config, device_clock, reactor, log);
   if (!devices) return fail(devices.error());
   devices->laser =
@@ -152,7 +150,7 @@ int serve(const Config& config, boost::asio::io_context& reactor, GuardianLink& 
   Watchdog watchdog(notifier, make_reactor_timer(reactor));
   OrderlyEnd end(reactor, c);
   bool restart = false;
-  if (would_be_started_again())
+  if (is_systemds_own())
     c.restart = [&] {
       if (std::exchange(restart, true)) return;
       log->info("ending, to be started again: the beam is switched off");
@@ -285,7 +283,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? 0 : 2;
   }
-  const auto config = load_config(file);
+  auto config = load_config(file);
+  // What was chosen may be what a restore is to mend, and it moves nothing.
+  if (!config && restoring->count() > 0) config = load_written_config(file);
   if (!config) return fail(config.error());
   if (check_only) {
     std::printf("%s is good\n", file.c_str());

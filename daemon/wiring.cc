@@ -38,6 +38,12 @@ Result<std::unique_ptr<Transport>> make_grbl_link(const Config& config, boost::a
   return make_transport(config.laser.port, reactor);
 }
 
+Status check_recording(const LaserConfig& laser) {
+  if (laser.port.find('/') == kFilePort.size()) return Ok();
+  return Error{ErrorCode::kInvalidArgument,
+               fmt::format("the port \"{}\" names no file by its full path: write file:/path", laser.port)};
+}
+
 Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Clock& device_clock,
                                                 boost::asio::io_context& reactor, const Logger& log) {
   if (config.laser.kind == "lihuiyu") {
@@ -54,9 +60,8 @@ Result<std::unique_ptr<LaserDriver>> make_laser(const Config& config, const Cloc
     return std::unique_ptr<LaserDriver>(
         std::make_unique<lihuiyu::LihuiyuLaser>(std::move(*link), device_clock, reactor, log, options));
   }
-  if (records(config.laser) && config.laser.port.find('/') != kFilePort.size())
-    return Error{ErrorCode::kInvalidArgument,
-                 fmt::format("the port \"{}\" names no file by its full path: write file:/path", config.laser.port)};
+  if (records(config.laser))
+    if (const Status whole = check_recording(config.laser); !whole) return whole.error();
   const bool simulated = config.laser.kind == "sim";
   auto link = make_grbl_link(config, reactor);
   if (!link) return link.error();
@@ -125,6 +130,8 @@ Result<Devices> make_devices(const Config& config, const Clock& device_clock, bo
 
 Status laser_can_be_made(const LaserConfig& laser) {
   boost::asio::io_context nowhere;
+  if (on_twin(laser)) return Ok();
+  if (records(laser)) return check_recording(laser);
   if (laser.kind == "grbl") {
     const auto link = make_transport(laser.port, nowhere);
     return link ? Ok() : Status(link.error());

@@ -17,6 +17,7 @@ Result<std::vector<AuditEntry>> Audit::read(const AuditFilter& filter, int count
     std::string wanted = "id < ?1";
     if (!filter.since.empty()) wanted += " AND at >= ?2";
     if (!filter.who.empty()) wanted += " AND who = ?3";
+    if (!filter.what.empty()) wanted += " AND what = ?6";
     // P-1000 is not named where P-10000 is.
     if (filter.panel) wanted += " AND (detail GLOB '*' || ?4 || '[^0-9]*' OR detail GLOB '*' || ?4)";
     SQLite::Statement rows(connection, std::string("SELECT ") + kAuditColumns + " FROM audit WHERE " + wanted +
@@ -26,6 +27,7 @@ Result<std::vector<AuditEntry>> Audit::read(const AuditFilter& filter, int count
     if (!filter.who.empty()) rows.bind(3, filter.who);
     if (filter.panel) rows.bind(4, filter.panel->value);
     rows.bind(5, count);
+    if (!filter.what.empty()) rows.bind(6, filter.what);
     std::vector<AuditEntry> out;
     while (rows.executeStep()) out.push_back(read_audit(rows));
     return out;

@@ -37,6 +37,7 @@ struct AuditHead {
 struct AuditFilter {
   std::string since = {};                   // at or after this time
   std::string who = {};                     // exactly
+  std::string what = {};                    // exactly
   std::optional<PanelId> panel = {};        // its detail names this panel
   std::optional<std::int64_t> before = {};  // smaller numbers
 };

@@ -124,7 +124,7 @@ void enter(SQLite::Database& connection, const PanelId& panel, const DifferenceR
       "(?, ?, ?, ?, ?, ?, ?)");
   SQLite::bind(insert, panel.value, difference.gone ? kGone : kStillThere,
                write_ring(to_micro(std::vector{difference.place})), write_area(difference.shape.micro_area()),
-               static_cast<std::int64_t>(std::llround(difference.area.count() * 1e6)), difference.pieces_json, at);
+               to_um2(difference.area), difference.pieces_json, at);
   insert.exec();
 }
 

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "db/audit_chain.h"
@@ -16,7 +16,6 @@
 namespace veneer::db {
 namespace {
 
-constexpr double kUm2PerMm2 = 1e6;
 constexpr const char* kGive = "give";
 
 int newest_mask(SQLite::Database& connection, const PanelId& panel) {
@@ -41,23 +40,31 @@ Result<int> enter_version(SQLite::Database& connection, const PanelId& panel, co
   return added.version;
 }
 
-std::vector<MaskEdit> read_edits(SQLite::Database& connection, const PanelId& panel) {
-  SQLite::Statement rows(connection,
-                         "SELECT e.id, e.kind, e.shape_um, e.who, e.note, e.at, r.who, r.at FROM mask_edits AS e LEFT "
-                         "JOIN mask_edit_removals AS r ON r.edit = e.id WHERE e.panel = ? ORDER BY e.id");
-  rows.bind(1, panel.value);
-  std::vector<MaskEdit> out;
-  while (rows.executeStep()) {
-    MaskEdit& edit = out.emplace_back();
-    edit.id = {rows.getColumn(0).getInt64()};
-    edit.give = text(rows.getColumn(1)) == kGive;
-    auto shape = read_area(text(rows.getColumn(2)));
-    if (!shape || shape->empty()) throw damaged(fmt::format("edit {} of the mask of {}", edit.id.value, panel.value));
-    edit.shape = Region<PanelFrame>(std::move(*shape));
-    edit.who = text(rows.getColumn(3)), edit.note = text(rows.getColumn(4)), edit.at = text(rows.getColumn(5));
-    if (!rows.getColumn(6).isNull()) edit.removal = MaskEdit::Removal{text(rows.getColumn(6)), text(rows.getColumn(7))};
-  }
-  return out;
+constexpr const char* kEditColumns =
+    "SELECT e.id, e.kind, e.shape_um, e.who, e.note, e.at, r.who, r.at FROM mask_edits AS e LEFT JOIN "
+    "mask_edit_removals AS r ON r.edit = e.id WHERE e.panel = ?1 ";
+
+MaskEdit read_edit(SQLite::Statement& row, const PanelId& panel) {
+  MaskEdit edit;
+  edit.id = {row.getColumn(0).getInt64()};
+  edit.give = text(row.getColumn(1)) == kGive;
+  auto shape = read_area(text(row.getColumn(2)));
+  if (!shape || shape->empty()) throw damaged(fmt::format("edit {} of the mask of {}", edit.id.value, panel.value));
+  edit.shape = Region<PanelFrame>(std::move(*shape));
+  edit.who = text(row.getColumn(3)), edit.note = text(row.getColumn(4)), edit.at = text(row.getColumn(5));
+  if (!row.getColumn(6).isNull()) edit.removal = MaskEdit::Removal{text(row.getColumn(6)), text(row.getColumn(7))};
+  return edit;
+}
+
+Error no_such_edit(const PanelId& panel, MaskEditId edit) {
+  return {ErrorCode::kNotFound,
+          fmt::format("panel {0} has no edit {1}: see `veneerctl panel mask {0} --list`", panel.value, edit.value)};
+}
+
+std::optional<MaskEdit> edit_of(SQLite::Database& connection, const PanelId& panel, MaskEditId edit) {
+  SQLite::Statement row(connection, fmt::format("{}AND e.id = ?2", kEditColumns));
+  SQLite::bind(row, panel.value, edit.value);
+  return row.executeStep() ? std::optional(read_edit(row, panel)) : std::nullopt;
 }
 
 // ", 12.5 mm2 more usable", of a version after the one before; nothing where one of them was never measured.
@@ -68,7 +75,7 @@ std::string change_words(SQLite::Database& connection, const PanelId& panel, int
                         "now.version = ?");
   SQLite::bind(row, panel.value, version);
   if (!row.executeStep()) return "";
-  const double mm2 = static_cast<double>(row.getColumn(0).getInt64()) / kUm2PerMm2;
+  const double mm2 = from_um2(row.getColumn(0).getInt64()).count();
   return fmt::format(", {:.2f} mm2 {} usable", std::abs(mm2), mm2 < 0 ? "less" : "more");
 }
 
@@ -89,7 +96,7 @@ std::optional<MaskRecord> version_of(SQLite::Database& connection, const PanelId
 
 std::optional<SquareMillimetres> area_or_null(const SQLite::Column& um2) {
   if (um2.isNull()) return std::nullopt;
-  return SquareMillimetres(static_cast<double>(um2.getInt64()) / kUm2PerMm2);
+  return from_um2(um2.getInt64());
 }
 
 void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskRecord& mask) {
@@ -105,8 +112,7 @@ void insert_mask(SQLite::Database& connection, const PanelId& panel, const MaskR
   }
   if (!mask.usable) return;
   SQLite::Statement area(connection, "INSERT INTO mask_areas (panel, version, usable_um2) VALUES (?, ?, ?)");
-  SQLite::bind(area, panel.value, mask.version,
-               static_cast<std::int64_t>(std::llround(mask.usable->count() * kUm2PerMm2)));
+  SQLite::bind(area, panel.value, mask.version, to_um2(*mask.usable));
   area.exec();
 }
 
@@ -162,10 +168,41 @@ Result<int> Panels::revert_mask(const PanelId& panel, int version, const std::st
   });
 }
 
-Result<std::vector<MaskEdit>> Masks::of(const PanelId& panel) {
+Result<std::vector<MaskEdit>> Masks::counting(const PanelId& panel) {
   return guarded(*database_, [&](SQLite::Database& connection) -> Result<std::vector<MaskEdit>> {
     if (!panel_exists(connection, panel)) return no_such_panel(panel);
-    return read_edits(connection, panel);
+    SQLite::Statement rows(connection, fmt::format("{}AND r.edit IS NULL ORDER BY e.id", kEditColumns));
+    rows.bind(1, panel.value);
+    std::vector<MaskEdit> out;
+    while (rows.executeStep()) out.push_back(read_edit(rows, panel));
+    return out;
+  });
+}
+
+Result<MaskEditPage> Masks::list(const PanelId& panel, MaskEditId after, int limit, bool only_counting) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<MaskEditPage> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    SQLite::Statement rows(connection, fmt::format("{}AND e.id > ?2 {}ORDER BY e.id LIMIT ?3", kEditColumns,
+                                                   only_counting ? "AND r.edit IS NULL " : ""));
+    SQLite::bind(rows, panel.value, after.value, limit < 0 ? limit : limit + 1);
+    MaskEditPage page;
+    std::size_t corners = 0;
+    while (rows.executeStep()) {
+      page.more = limit >= 0 && (std::ssize(page.edits) == limit || corners >= kMostMaskEditCorners);
+      if (page.more) break;
+      page.edits.push_back(read_edit(rows, panel));
+      corners += micro::corners_of(page.edits.back().shape.micro_area());
+    }
+    return page;
+  });
+}
+
+Result<MaskEdit> Masks::find(const PanelId& panel, MaskEditId edit) {
+  return guarded(*database_, [&](SQLite::Database& connection) -> Result<MaskEdit> {
+    if (!panel_exists(connection, panel)) return no_such_panel(panel);
+    auto found = edit_of(connection, panel, edit);
+    if (!found) return no_such_edit(panel, edit);
+    return std::move(*found);
   });
 }
 
@@ -194,11 +231,8 @@ Result<MaskEditId> Masks::add(const PanelId& panel, const MaskEdit& edit, const 
 Status Masks::remove(const PanelId& panel, MaskEditId edit, const std::string& who, const std::string& at,
                      const MaskRecord& made, int after) {
   return in_transaction(*database_, [&](SQLite::Database& connection) -> Status {
-    const auto known = read_edits(connection, panel);
-    const auto found = std::ranges::find_if(known, [&](const MaskEdit& one) { return one.id == edit; });
-    if (found == known.end())
-      return Error{ErrorCode::kNotFound, fmt::format("panel {0} has no edit {1}: see `veneerctl panel mask {0} --list`",
-                                                     panel.value, edit.value)};
+    const auto found = edit_of(connection, panel, edit);
+    if (!found) return no_such_edit(panel, edit);
     if (found->removal)
       return Error{ErrorCode::kConflict,
                    fmt::format("edit {} was taken back before, on {}", edit.value, found->removal->at.substr(0, 10))};

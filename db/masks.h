@@ -4,6 +4,7 @@
 // Bound to the thread of the Database it is given, which must outlive it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,12 +30,27 @@ struct MaskEdit {
   std::optional<Removal> removal;
 };
 
+// Of one panel: whoever scans it again has all that count drawn again. What is given or withheld by more of them is
+// painted with fewer and wider strokes.
+inline constexpr std::size_t kMostMaskEdits = 200;
+inline constexpr std::size_t kMostMaskEditCorners = 100'000;
+
+struct MaskEditPage {
+  std::vector<MaskEdit> edits;
+  bool more = false;  // some follow
+};
+
 class Masks {
  public:
   explicit Masks(Database& database) : database_(&database) {}
 
-  // The oldest first, those too that were taken back. kNotFound: there is no such panel.
-  Result<std::vector<MaskEdit>> of(const PanelId& panel);
+  // Those that count, the oldest first. kNotFound: there is no such panel.
+  Result<std::vector<MaskEdit>> counting(const PanelId& panel);
+  // Those too that were taken back, unless only those that count are asked for, from the one behind `after` on: `limit`
+  // at most (-1: all), fewer where they have many corners together. kNotFound: there is no such panel.
+  Result<MaskEditPage> list(const PanelId& panel, MaskEditId after, int limit, bool only_counting = false);
+  // kNotFound: the panel has no such edit, or there is no such panel.
+  Result<MaskEdit> find(const PanelId& panel, MaskEditId edit);
   // The edit, and the version of the mask that was `made` with it, in one transaction; the audit log says who painted
   // how much. kConflict when another version than `after` counts by now, or the panel is retired.
   Result<MaskEditId> add(const PanelId& panel, const MaskEdit& edit, const MaskRecord& made, int after);

@@ -7,14 +7,11 @@
 
 #include "db/panel_sql.h"
 #include "db/proposal_sql.h"
+#include "db/shapes.h"
 #include "db/sql.h"
 
 namespace veneer::db {
 namespace {
-
-constexpr double kUm2PerMm2 = 1e6;
-std::int64_t to_um2(SquareMillimetres area) { return std::llround(area.count() * kUm2PerMm2); }
-SquareMillimetres from_um2(std::int64_t um2) { return SquareMillimetres(static_cast<double>(um2) / kUm2PerMm2); }
 
 ProposalVerdict verdict_of(const std::string& name) {
   for (const auto verdict : {ProposalVerdict::kAccepted, ProposalVerdict::kReplaced})

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "db/panel_sql.h"
+#include "db/shapes.h"
 #include "db/sql.h"
 
 namespace veneer::db {
@@ -31,7 +32,7 @@ std::string written(SQLite::Database& connection, const std::vector<Entry>& entr
   SQLite::Statement set(connection, "SELECT json_patch(?, json_object(?, ?))");
   for (const auto& [name, area] : entries) {
     set.reset();
-    SQLite::bind(set, out, name, static_cast<std::int64_t>(std::llround(area.count() * 1e6)));
+    SQLite::bind(set, out, name, to_um2(area));
     set.executeStep();
     out = text(set.getColumn(0));
   }

@@ -6,6 +6,8 @@
 // functions; thread-safe.
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +25,10 @@ std::string write_outline(const MicroRing& ring);
 std::optional<MicroRing> read_ring(std::string_view text);
 std::optional<MicroArea> read_area(std::string_view text);
 std::optional<MicroRing> read_outline(std::string_view text);
+
+// Areas as they are stored, in whole square micrometres.
+inline std::int64_t to_um2(SquareMillimetres area) { return std::llround(area.count() * 1e6); }
+inline SquareMillimetres from_um2(std::int64_t um2) { return SquareMillimetres(static_cast<double>(um2) / 1e6); }
 
 template <class Frame>
 MicroRing to_micro(const std::vector<Point<Frame>>& points) {

@@ -8,7 +8,7 @@ import {bar, button, card, empty, fact, facts, link} from "../parts.js";
 import {woodOf} from "./pieces.js";
 import {isShown, kLayers, openMap} from "./panel_map.js";
 import {leasesOn} from "./leases.js";
-import {beginBrush, brushOn, brushTools, paintedCard} from "./panel_brush.js";
+import {beginBrush, brushOn, brushTools, paintedCard, strokesLeft} from "./panel_brush.js";
 
 const shown = {id: "", panel: null, fault: "", allocations: [], differences: [], piece: null, passport: null, version: ""};
 let map = null;      // the open map
@@ -85,7 +85,7 @@ export function drawPanel(id) {
       button(t("panel.label"), () => openLabel(id))),
     h("div.columns.two", {},
       h("div.column", {}, card(t("panel.map", {panel: id}), h("div.map", {"data-keep": "", "data-key": `map-${id}`}),
-        !panel.retired && brushTools(Boolean(map), panel.mask_version),
+        panel.retired ? strokesLeft() : brushTools(Boolean(map), panel.mask_version),
         h("div.chips.layers", {}, ...kLayers.map((name) => h("label", {}, h("input", {type: "checkbox", checked: isShown(name), disabled: !map, onchange: (event) => { map.layer(name, event.target.checked); changed(); }}), h(`i.layer-${name}`, {"aria-hidden": "true"}), t(`layer.${name}`)))),
         h("p.dim", {}, t("panel.tap")))),
       h("div.column", {}, passportCard(), differencesCard(), paintedCard(shown.version), factsCard(panel), areaCard(panel), piecesCard())),

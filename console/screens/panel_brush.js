@@ -3,14 +3,14 @@
 // saved: then they are edits of the mask, each run of a kind and width one, and a new version of it.
 import {h} from "../dom.js";
 import {dayTime, squareCm, t} from "../words.js";
-import {get, kAgainMs} from "../link.js";
+import {askAll, kAgainMs} from "../link.js";
 import {changed, isStale, loadPanels, mayChange} from "../model.js";
 import {command} from "../commands.js";
 import {button, card} from "../parts.js";
-import {simplified} from "../strokes.js";
+import {edits as editsOf, kept} from "../strokes.js";
 
 const kWidths = [1, 2, 4, 8, 15, 30];  // mm
-const kMostPoints = 500;               // that one edit takes
+const kMostPoints = 500;               // that one edit takes; no stroke is begun when there are as many
 const kSaveMs = 60000;
 
 let of = "";          // the panel that is shown
@@ -59,8 +59,7 @@ const set = (act) => () => { act(); hold(); changed(); };
 // `seen`: the version that was shown when it was begun.
 function take(sheet, seen, stroke) {
   if (!sheet.strokes.length) sheet.version = seen;
-  const room = kMostPoints - points(sheet);
-  sheet.strokes.push({...stroke, points_mm: simplified(stroke.points_mm, .05 + stroke.width_mm / 100).slice(0, room)});
+  sheet.strokes.push(kept(stroke));
   const [x, y] = stroke.points_mm[stroke.points_mm.length - 1];
   said = t("brush.done", {kind: t(stroke.give ? "brush.give" : "brush.withhold"), mm: stroke.width_mm, x: x.toFixed(1), y: y.toFixed(1), n: sheet.strokes.length});
   show(sheet);
@@ -77,19 +76,8 @@ function load(version) {
   const now = `${of} ${version}`;
   if (asked === now) return;
   asked = now;
-  get(`/panels/${encodeURIComponent(of)}/mask-edits`).then(({edits: list}) => { if (asked === now) { edits = list; changed(); } },
+  askAll(`/panels/${encodeURIComponent(of)}/mask-edits?counting=true`, "edits").then((list) => { if (asked === now) { edits = list; changed(); } },
     () => setTimeout(() => { if (asked === now) { asked = ""; changed(); } }, kAgainMs));
-}
-
-// Runs of strokes that are alike, in their order: of two that meet the later one counts.
-function runs(strokes) {
-  const out = [];
-  for (const one of strokes) {
-    const last = out[out.length - 1];
-    if (last && last.give === one.give && last.width_mm === one.width_mm) last.strokes.push(one.points_mm);
-    else out.push({give: one.give, width_mm: one.width_mm, strokes: [one.points_mm]});
-  }
-  return out;
 }
 
 // To the panel they are of, whichever is shown by then.
@@ -98,12 +86,12 @@ async function save() {
   sheet.busy = true;
   hold();
   changed();
-  for (const run of runs(sheet.strokes)) {
-    const body = {kind: run.give ? "give" : "withhold", version: sheet.version, width_mm: run.width_mm, strokes_mm: run.strokes.flat(2), stroke_points: run.strokes.map((one) => one.length)};
+  for (const one of editsOf(sheet.strokes, kMostPoints)) {
+    const body = {kind: one.give ? "give" : "withhold", version: sheet.version, width_mm: one.width_mm, strokes_mm: one.strokes.flat(2), stroke_points: one.strokes.map((part) => part.length)};
     const made = await command(`/panels/${encodeURIComponent(panel)}/mask-edits`, {body, timeoutMs: kSaveMs});
     if (!made) break;
     sheet.version = sheet.seen = made.version;
-    sheet.strokes.splice(0, run.strokes.length);
+    sheet.strokes.splice(0, one.ended);
   }
   sheet.busy = false;
   renew(panel);
@@ -132,6 +120,16 @@ function renew(panel) {
   }
   loadPanels();
   show(sheetOf(panel));
+}
+
+// In the place of the brush, of a panel that was retired while strokes on it waited: they cannot be saved, and are not
+// dropped in silence, since a panel may be restored.
+export function strokesLeft() {
+  const sheet = sheetOf(of), n = sheet.strokes.length;
+  if (!n) return null;
+  return h("div.brush", {"data-key": "brush-left"},
+    h("p.warn", {role: "status"}, `▲ ${t("brush.left", {n})}`),
+    h("div.commands", {}, button(t("brush.drop"), () => { sheet.strokes = []; show(sheet); }, {id: "brush-drop", disabled: sheet.busy})));
 }
 
 // Below the map: the brush, and what was painted. `version`: of the mask, as the panel was read.
@@ -163,7 +161,7 @@ const areaOf = (mm2) => (mm2 < 100 ? `${mm2.toFixed(0)} mm²` : squareCm(mm2));
 
 export function paintedCard(version) {
   load(version);
-  const list = (edits || []).filter((one) => !one.removed);
+  const list = [...(edits || [])];
   if (!list.length) return null;
   return card(t("brush.painted"), h("ul.list", {}, ...list.reverse().map((one) => h("li", {"data-key": one.number, "data-edit": one.number},
     h("div", {}, h("b", {}, `${one.kind === "give" ? "+" : "−"} ${t(`brush.${one.kind}`)}, ${areaOf(one.area_mm2)}`), h("div.dim", {}, [dayTime(one.at), one.who, one.note].filter(Boolean).join(", "))),

@@ -5,6 +5,7 @@ import {t} from "../words.js";
 import {changed, mayChange} from "../model.js";
 import {command} from "../commands.js";
 import {button} from "../parts.js";
+import {heartOf, holds} from "../outlines.js";
 
 let of = 0;                 // the plan
 const chosen = new Set();   // marks
@@ -12,29 +13,12 @@ let last = null, adds = null;  // where the finger was, and what its stroke does
 
 export const choosesIn = (plan) => of === plan;
 
-// Whether the ring holds the point; both in one frame.
-function holds(ring, x, y) {
-  let inside = false;
-  ring.forEach(([ax, ay], i) => {
-    const [bx, by] = ring[(i + 1) % ring.length];
-    if ((ay > y) !== (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)) inside = !inside;
-  });
-  return inside;
-}
-
-// Wood that no other piece touches: a square about the middle of the piece's own, as large as it holds.
-function heartOf({panel, panel_outline_mm: ring}) {
-  let area = 0, x = 0, y = 0;
-  ring.forEach(([ax, ay], i) => {
-    const [bx, by] = ring[(i + 1) % ring.length], part = ax * by - bx * ay;
-    [area, x, y] = [area + part, x + (ax + bx) * part, y + (ay + by) * part];
-  });
-  if (!area) return null;
-  [x, y] = [x / (3 * area), y / (3 * area)];
-  const around = [-1, 0, 1].flatMap((i) => [-1, 0, 1].map((j) => [i, j]));
-  for (let half = .5 * Math.sqrt(Math.abs(area) / 2); half > .5; half *= .85)
-    if (around.every(([i, j]) => holds(ring, x + 1.02 * i * half, y + 1.02 * j * half))) return [panel, ...[x - half, y - half, 2 * half, 2 * half].map((mm) => mm.toFixed(2))].join(",");
-  return null;
+// Wood that no other piece touches: a square within the piece's own, and within its rim.
+function heartOfPiece({panel, panel_outline_mm: ring}) {
+  const heart = heartOf(ring);
+  if (!heart || heart.half < .5) return null;
+  const half = .9 * heart.half;
+  return [panel, ...[heart.x - half, heart.y - half, 2 * half, 2 * half].map((mm) => mm.toFixed(2))].join(",");
 }
 
 // ---- the finger -----------------------------------------------------------------------------------------------------
@@ -78,7 +62,7 @@ export function chooserTools(plan, pieces, begun) {
 
 async function make(plan, pieces, begun) {
   const replan = pieces.filter((piece) => chosen.has(piece.mark));
-  const started = await command(`/plans/${plan}/changes`, {body: {replan: replan.map((piece) => piece.mark), forbid: replan.map(heartOf).filter(Boolean)}});
+  const started = await command(`/plans/${plan}/changes`, {body: {replan: replan.map((piece) => piece.mark), forbid: replan.map(heartOfPiece).filter(Boolean)}});
   if (!started) return;
   of = 0;
   chosen.clear();

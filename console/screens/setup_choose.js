@@ -11,6 +11,7 @@ import {doSteps, isBusy, run, workRow} from "../work.js";
 const kDevices = ["laser", "scanner", "camera"];
 const kRealLaser = "a laser is at this port", kSimulation = "a simulation takes its place";  // by their names in the API
 const kRest = ["Stopped", "Idle", "Complete"];
+const kRefusalMs = 3000;
 
 let devices = null;   // the last GET /devices, and the life of the daemon that told it
 let toldIn = -1;
@@ -19,6 +20,14 @@ let found = null;     // {lasers, pictures, scanners}, once somebody looked; sca
 let restartedIn = -1; // the life of the daemon in which it was told to restart
 const picked = {}, sure = {};  // by device: what is marked in its list, and whether what is asked of it is ticked
 let more = {board: "m2", travel_x_mm: "", travel_y_mm: "", dpi: ""};
+
+// A restart that is refused may be possible as soon as a task or a check has ended, which no event tells: it is asked
+// again while the page says so.
+let refusal = 0;
+function followRefusal() {
+  if (refusal) return;
+  refusal = setTimeout(() => { refusal = 0; asked = ""; changed(); }, kRefusalMs);
+}
 
 // Anew with another life of the daemon, another state (a restart may be possible then), and another role.
 function follow() {
@@ -33,6 +42,7 @@ function follow() {
 export const chooseParts = () => {
   follow();
   if (!devices) return [];
+  if (devices.problem) followRefusal();
   const open = kDevices.some(isOpen);
   const is = (name) => ((devices.next || devices)[name]).kind;
   return [
@@ -60,7 +70,7 @@ function part(name) {
       fact(t("choose.now"), words(name, now)),
       name === "laser" && now.kind !== "sim" && fact(t("choose.answers"), laser.connected ? t("laser.connected") : laser.why_not_connected || t("devices.not_asked"), Boolean(laser.why_not_connected)),
       turns && fact(t("choose.next"), words(name, then), true)),
-    (!turns || now.set_by === "file") && h("p.dim", {}, t(`choose.by.${now.set_by}`, {file: devices.file})),
+    (!turns || now.set_by === "file") && h("p.dim", {}, t(`choose.by.${now.set_by}`, {file: devices.file || t("choose.file")})),
     isOpen(name) && found && choices(name, [now, then || now].some((one) => one.kind !== "sim")));
 }
 
@@ -131,8 +141,10 @@ async function restart() {
   changed();
 }
 
-const restartPart = () => h("div.note", {"data-key": "restart", role: "status"},
-  h("p", {}, t("choose.counts")),
-  restartedIn === toldIn ? h("p", {}, t("choose.restarting"))
-    : devices.restart_refused ? h("p", {}, asSentence(devices.restart_refused))
-      : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
+function restartPart() {
+  const refused = restartedIn !== toldIn && devices.restart_refused;
+  if (refused) followRefusal();
+  return h("div.note", {"data-key": "restart", role: "status"},
+    h("p", {}, t("choose.counts")),
+    restartedIn === toldIn ? h("p", {}, t("choose.restarting")) : refused ? h("p", {}, asSentence(refused)) : h("div.commands", {}, button(t("choose.restart"), restart, {wide: true, id: "restart", needs: "maintainer", disabled: !mayDo("maintainer") || isStale(), small: t("choose.restart.small")})));
+}

@@ -1,10 +1,12 @@
 #include "daemon/api/watchdog.h"
 
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <cstdlib>
 
 namespace veneer::daemon {
 SystemdNotifier::SystemdNotifier() {
@@ -12,6 +14,13 @@ SystemdNotifier::SystemdNotifier() {
   if (sd_watchdog_enabled(/*unset_environment=*/0, &microseconds) > 0) {
     period_ = std::chrono::microseconds(microseconds);
   }
+}
+
+bool is_systemds_own() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): no other thread sets the environment
+  const char *unit = getenv("INVOCATION_ID"), *process = getenv("SYSTEMD_EXEC_PID");
+  // NOLINTEND(concurrency-mt-unsafe)
+  return unit != nullptr && process != nullptr && process == std::to_string(::getpid());
 }
 
 void SystemdNotifier::notify(const std::string& note) { sd_notify(/*unset_environment=*/0, note.c_str()); }

@@ -32,6 +32,11 @@ class SystemdNotifier final : public ServiceNotifier {
   Duration period_{0};
 };
 
+// Whether systemd itself began this process, as a unit's main one: then its Restart= says what follows an end. (Whether
+// that asks for a new start the process is not told; the shipped unit does.) Somebody's shell or container may have
+// inherited or set NOTIFY_SOCKET; the process number is meant for this process alone.
+bool is_systemds_own();
+
 class Watchdog {
  public:
   // `notifier` outlives this.

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 json or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-json to_json(const Alarm& alarm) {
+json alarm_json(const Alarm& alarm) {
   return {{"id", alarm.id},
           {"about", alarm.what.key},
           {"urgent", alarm.what.urgent},
@@ -38,7 +38,7 @@ json list_json(const AlarmBook& book, const Page& page) {
   for (auto alarm = book.alarms().rbegin(); alarm != book.alarms().rend() && next.is_null(); ++alarm) {
     if (page.after > 0 && alarm->id >= page.after) continue;
     if (list.size() < most)
-      list.push_back(to_json(*alarm));
+      list.push_back(alarm_json(*alarm));
     else
       next = list.back()["id"];
   }

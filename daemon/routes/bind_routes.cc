@@ -41,7 +41,7 @@ void bind_routes(Router& router, Cell& cell) {
                              cell_devices(*c.devices.scanner, *c.devices.camera, c.config)});
   bind_device_routes(router, {*c.runner, *c.integrity, c.tasks, *c.pictures, c.config, c.device_roots, on_reactor,
                               [&c](const std::string& who, const std::string& what, const std::string& detail) {
-                                c.audit(who, what, detail);
+                                return c.audit_now(who, what, detail);
                               },
                               c.restart});
   const JobServices jobs{

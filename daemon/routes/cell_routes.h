@@ -124,7 +124,8 @@ struct DeviceServices {
   const Config& config;
   DeviceRoots roots;
   std::function<void(std::function<void()>)> on_reactor;
-  std::function<void(const std::string& who, const std::string& what, const std::string& detail)> audit;
+  // What is about to be done; it is written when this returns. Never on the reactor.
+  std::function<Status(const std::string& who, const std::string& what, const std::string& detail)> audit;
   std::function<void()> restart;  // ends the daemon in order for whoever starts it again; empty: nobody does
 };
 void bind_device_routes(Router& router, const DeviceServices& services);

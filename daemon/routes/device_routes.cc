@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <span>
 
 #include "base/files.h"
 #include "daemon/api/request_reader.h"
+#include "daemon/api/tls.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/wiring.h"
 
@@ -45,9 +47,24 @@ Status may_restart(const DeviceServices& s) {
                                                    "cancel it",
                                                    running.front()->kind)};
   if (!s.restart)
-    return Error{ErrorCode::kConflict,
-                 "nobody would start veneerd again, since it was started by hand: end it there, and start it again"};
+    return Error{
+        ErrorCode::kConflict,
+        "veneerd was started by hand, or by a program that it does not know (not by systemd itself), and nobody "
+        "may start it again: end it there, and start it again"};
   return Ok();
+}
+
+// The configuration of the next start, if that can be told to succeed without being tried: it is good, and so are the
+// names and files that it gives. On a thread that may wait for a disk.
+Result<Config> next_start(const DeviceServices& s) {
+  auto next = s.config.file.empty() ? Result<Config>(s.config) : load_config(s.config.file);
+  if (!next) return next;
+  if (const Status made = laser_can_be_made(next->laser); !made) return made.error();
+  if (const Status one = means_one_machine(s.roots, next->laser); !one) return one.error();
+  if (next->api.listen_tls.empty()) return next;
+  if (const auto identity = TlsIdentity::load(next->api.tls_certificate, next->api.tls_key); !identity)
+    return identity.error();
+  return next;
 }
 
 // On a thread that may wait for a disk.
@@ -60,7 +77,7 @@ json devices_now(const DeviceServices& s, const Status& restart) {
   out["next"] = nullptr;
   out["problem"] = "";
   if (s.config.file.empty()) return out;
-  const auto next = load_config(s.config.file);
+  const auto next = next_start(s);
   if (!next)
     out["problem"] = next.error().message;
   else if (json then = device_choices_json(*next); then != device_choices_json(s.config))
@@ -68,12 +85,22 @@ json devices_now(const DeviceServices& s, const Status& restart) {
   return out;
 }
 
-// A sentence about the configuration may hold a line of it, and there may be keys to other houses in those.
+// For whoever only looks on: what each device is, and neither where it is plugged in nor what lies where on the disk. A
+// sentence about the configuration may hold a line of it, and there may be keys to other houses in those.
+void leave_out_places(json& told) {
+  for (json* devices : {&told, &told["next"]}) {
+    if (devices->is_null()) continue;
+    (*devices)["laser"]["port"] = (*devices)["scanner"]["device"] = (*devices)["camera"]["device"] = "";
+  }
+  told["file"] = "", told["camera_folder"] = nullptr;
+  if (told["problem"] != "") told["problem"] = "the configuration is not good; an operator is told why";
+}
+
 void tell_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
   const bool all = request.caller.role >= Role::kOperator;
   s.pictures.ask(request, reply, [s, all, restart = may_restart(s)](Repositories&) {
     json out = devices_now(s, restart);
-    if (!all && out["problem"] != "") out["problem"] = "the configuration is not good; an operator is told why";
+    if (!all) leave_out_places(out);
     return ApiReply::json(out);
   });
 }
@@ -276,9 +303,9 @@ Status check_choice(const DeviceServices& s, const AskedDevice& asked, const Con
 }
 
 // What is kept is what the next start will read: the whole configuration is tried with it first, as the file is now.
-// What was done, in words for the audit log.
-Result<std::string> keep_choice(const DeviceServices& s, const AskedDevice& asked,
-                                const std::shared_ptr<const TaskResult>& scanners) {
+// The audit log says so before it is. One at a time, or two would read the same file and one of them be lost.
+Status keep_choice(const DeviceServices& s, const AskedDevice& asked, const std::string& who,
+                   const std::shared_ptr<const TaskResult>& scanners) {
   const auto now = load_config(s.config.file);
   if (!now) return now.error();
   if (const Status may = may_choose(*now, asked.device); !may) return may.error();
@@ -290,10 +317,13 @@ Result<std::string> keep_choice(const DeviceServices& s, const AskedDevice& aske
   const std::string text = chosen_devices_text(wanted);
   const auto tried = load_config(s.config.file, text);
   if (!tried) return tried.error();
-  if (const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text))); !kept)
-    return kept.error();
-  return fmt::format("{} from the next start: {}; before: {}", asked.device, device_of(*tried, asked.device).words(),
-                     device_of(*now, asked.device).words());
+  const std::string done = fmt::format("{} from the next start: {}; before: {}", asked.device,
+                                       device_of(*tried, asked.device).words(), device_of(*now, asked.device).words());
+  if (const Status told = s.audit(who, "device.choose", done); !told) return told.error();
+  const Status kept = write_whole(now->store.data_dir / kChosenDevicesName, std::as_bytes(std::span(text)));
+  if (!kept)
+    if (const Status told = s.audit(who, "device.choose.failed", kept.error().message); !told) return told.error();
+  return kept;
 }
 
 // What the cell found last, when it was asked for scanners.
@@ -305,7 +335,8 @@ std::shared_ptr<const TaskResult> scanners_found(const TaskRegistry& tasks) {
   return nullptr;
 }
 
-void choose_device(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
+void choose_device(const DeviceServices& s, const std::shared_ptr<std::mutex>& one_at_a_time, const ApiRequest& request,
+                   const Reply& reply) {
   const std::string device = request.path_param("device");
   const auto of = std::ranges::find(device_kinds(), device, &DeviceKinds::device);
   if (of == device_kinds().end())
@@ -317,19 +348,12 @@ void choose_device(const DeviceServices& s, const ApiRequest& request, const Rep
   if (const Status rests = s.unit.at_rest(); !rests) return reply(ApiReply::error(rests.error()));
   if (s.config.file.empty())
     return reply(ApiReply::error({ErrorCode::kConflict, "this cell has no configuration file to choose beside"}));
-  const auto done = std::make_shared<std::string>();
-  const auto then = [s, reply, done, who = request.caller.who](const ApiReply& made) {
-    s.on_reactor([s, reply, done, who, made] {
-      if (!done->empty()) s.audit(who, "device.choose", *done);
-      reply(made);
-    });
-  };
-  s.pictures.ask(request, then,
-                 [s, asked, done, scanners = scanners_found(s.tasks), restart = may_restart(s)](Repositories&) {
-                   const auto kept = keep_choice(s, asked, scanners);
-                   if (!kept) return ApiReply::error(kept.error());
-                   *done = *kept;
-                   return ApiReply::json(devices_now(s, restart));
+  s.pictures.ask(request, reply,
+                 [s, asked, one_at_a_time, who = request.caller.who, scanners = scanners_found(s.tasks),
+                  restart = may_restart(s)](Repositories&) {
+                   const std::lock_guard lock(*one_at_a_time);
+                   const Status kept = keep_choice(s, asked, who, scanners);
+                   return kept ? ApiReply::json(devices_now(s, restart)) : ApiReply::error(kept.error());
                  });
 }
 
@@ -346,7 +370,7 @@ void restart(const DeviceServices& s, const ApiRequest& request, const Reply& re
     });
   };
   s.pictures.ask(request, then, [s](Repositories&) {
-    const auto next = s.config.file.empty() ? Result<Config>(s.config) : load_config(s.config.file);
+    const auto next = next_start(s);
     return next ? ApiReply::json({{"restarting", true}}) : ApiReply::error(next.error());
   });
 }
@@ -356,7 +380,10 @@ void restart(const DeviceServices& s, const ApiRequest& request, const Reply& re
 void bind_device_routes(Router& router, const DeviceServices& s) {
   router.bind("getDevices", [s](const ApiRequest& request, const Reply& reply) { tell_devices(s, request, reply); });
   router.bind("findDevices", [s](const ApiRequest& request, const Reply& reply) { find_devices(s, request, reply); });
-  router.bind("chooseDevice", [s](const ApiRequest& request, const Reply& reply) { choose_device(s, request, reply); });
+  router.bind("chooseDevice",
+              [s, one_at_a_time = std::make_shared<std::mutex>()](const ApiRequest& request, const Reply& reply) {
+                choose_device(s, one_at_a_time, request, reply);
+              });
   router.bind("restart", [s](const ApiRequest& request, const Reply& reply) { restart(s, request, reply); });
 }
 

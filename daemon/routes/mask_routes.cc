@@ -8,6 +8,7 @@
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
 #include "daemon/routes/database_reply.h"
+#include "daemon/routes/page.h"
 #include "daemon/routes/request_ranges.h"
 #include "daemon/routes/written_text.h"
 #include "daemon/services/brush.h"
@@ -37,23 +38,34 @@ Result<json> masks_json(Repositories& r, const PanelId& id) {
   return out;
 }
 
-Result<json> edits_json(Repositories& r, const PanelId& id) {
-  const auto edits = r.masks.of(id);
-  if (!edits) return edits.error();
-  json out = {{"panel", id.value}, {"edits", json::array()}};
-  for (const db::MaskEdit& edit : *edits) {
-    json rings = json::array();
-    for (const auto& ring : edit.shape.rings()) rings.push_back(points_json(ring));
-    out["edits"].push_back(
-        {{"number", edit.id.value},
-         {"kind", edit.give ? "give" : "withhold"},
-         {"area_mm2", edit.shape.area().count()},
-         {"shape_mm", rings},
-         {"who", edit.who},
-         {"note", edit.note},
-         {"at", edit.at},
-         {"removed", edit.removal ? json{{"who", edit.removal->who}, {"at", edit.removal->at}} : json()}});
-  }
+json edit_json(const db::MaskEdit& edit) {
+  const auto box = edit.shape.box();
+  return {{"number", edit.id.value},
+          {"kind", edit.give ? "give" : "withhold"},
+          {"area_mm2", edit.shape.area().count()},
+          {"box_mm", {box.min.x.count(), box.min.y.count(), box.width().count(), box.height().count()}},
+          {"corners", micro::corners_of(edit.shape.micro_area())},
+          {"who", edit.who},
+          {"note", edit.note},
+          {"at", edit.at},
+          {"removed", edit.removal ? json{{"who", edit.removal->who}, {"at", edit.removal->at}} : json()}};
+}
+
+Result<json> edits_json(Repositories& r, const PanelId& id, const Page& page, bool counting) {
+  const auto read = r.masks.list(id, {page.after}, page.limit, counting);
+  if (!read) return read.error();
+  json out = {{"panel", id.value}, {"edits", json::array()}, {"next", nullptr}};
+  for (const db::MaskEdit& edit : read->edits) out["edits"].push_back(edit_json(edit));
+  if (read->more) out["next"] = read->edits.back().id.value;
+  return out;
+}
+
+Result<json> one_edit_json(Repositories& r, const PanelId& id, db::MaskEditId number) {
+  const auto edit = r.masks.find(id, number);
+  if (!edit) return edit.error();
+  json out = edit_json(*edit), rings = json::array();
+  for (const auto& ring : edit->shape.rings()) rings.push_back(points_json(ring));
+  out["panel"] = id.value, out["shape_mm"] = std::move(rings);
   return out;
 }
 
@@ -154,13 +166,10 @@ void edit_panel(const StockServices& s, const ApiRequest& request, const Reply& 
       s, request, reply,
       [s, painted = edit, corners, strokes, width, painted_on](Repositories& r, const PanelId& id) -> Result<json> {
         db::MaskEdit wanted = painted;
-        if (strokes.empty()) {
-          wanted.shape = Region<PanelFrame>(corners);
-        } else {
-          auto area = brushed(strokes, width, wanted.give ? BrushEdge::kInwards : BrushEdge::kOutwards);
-          if (!area) return area.error();
-          wanted.shape = *std::move(area);
-        }
+        auto area = strokes.empty() ? outlined(corners)
+                                    : brushed(strokes, width, wanted.give ? BrushEdge::kInwards : BrushEdge::kOutwards);
+        if (!area) return area.error();
+        wanted.shape = *std::move(area);
         const auto on = painted_on ? std::optional(static_cast<int>(*painted_on)) : std::nullopt;
         const auto made = edit_mask(r, s.database, s.panel_library, id, wanted, on);
         if (!made) return made.error();
@@ -198,8 +207,25 @@ void bind_mask_routes(Router& router, const StockServices& s) {
   });
   router.bind("revertPanel", [s](const ApiRequest& request, const Reply& reply) { revert_panel(s, request, reply); });
   router.bind("listMaskEdits", [s](const ApiRequest& request, const Reply& reply) {
+    auto query = RequestReader::query_of(request);
+    const Page page = read_page(query);
+    const bool counting = query.flag("counting").value_or(false);
+    if (const Status read = query.end(); !read) return reply(ApiReply::error(read.error()));
     reply_from_query(
-        s.queries, request, [id = PanelId{request.path_param("id")}](Repositories& r) { return edits_json(r, id); },
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}, page, counting](Repositories& r) {
+          return edits_json(r, id, page, counting);
+        },
+        reply);
+  });
+  router.bind("getMaskEdit", [s](const ApiRequest& request, const Reply& reply) {
+    const auto number = request.path_number("number");
+    if (!number) return reply(ApiReply::error(number.error()));
+    reply_from_query(
+        s.queries, request,
+        [id = PanelId{request.path_param("id")}, number = db::MaskEditId{*number}](Repositories& r) {
+          return one_edit_json(r, id, number);
+        },
         reply);
   });
   router.bind("editMask", [s](const ApiRequest& request, const Reply& reply) { edit_panel(s, request, reply); });

@@ -179,12 +179,20 @@ void reply_plan_preview(const JobServices& s, const ApiRequest& request, const R
   });
 }
 
+// One of many: what was painted for it, up to some thousand characters each, only the plan itself tells.
+json listed_json(const db::PlanRecord& plan) {
+  json out = to_json(plan);
+  if (json& options = out["options"]; options.is_object())
+    for (const char* painted : {"large_edges", "fine_edges", "importance"}) options.erase(painted);
+  return out;
+}
+
 Result<json> plans_json(Repositories& r, const Page& page, bool leasing) {
   auto list = r.plans.list({page.after}, page.limit + 1, leasing);
   if (!list) return list.error();
   json out = {{"plans", json::array()}};
   out["next"] = cut_to_page(*list, page, [](const db::PlanRecord& plan) { return plan.id.value; });
-  for (const auto& plan : *list) out["plans"].push_back(to_json(plan));
+  for (const auto& plan : *list) out["plans"].push_back(listed_json(plan));
   return out;
 }
 

@@ -51,6 +51,10 @@ std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus&
   if (!laser.connected) add("laser", true, laser.why_not_connected);
   add("beam", true, laser.refusal);
   if (!needs.database_busy.empty()) add("database", needs.database_damaged, needs.database_busy);
+  if (needs.choice_lost)
+    add("devices", true,
+        "devices were chosen for this cell, and chosen_devices.toml is gone from its data folder: what was chosen is "
+        "simulated now. Choose it again, or put the file back, and restart");
   for (const CellNeeds::Certificate& one : needs.certificates)
     add(fmt::format("certificate {}", db::to_string(one.kind)), false, certificate_words(one));
   // Whatever job is under way.

@@ -112,9 +112,7 @@ FoundLaser serial_port(const DeviceRoots& roots, const SerialChip& chip, bool it
   return out;
 }
 
-}  // namespace
-
-std::vector<FoundLaser> find_lasers(const DeviceRoots& roots) {
+std::vector<SerialChip> serial_chips(const DeviceRoots& roots) {
   std::vector<SerialChip> chips;
   for (const fs::path& tty : entries_of(roots.sys / "class" / "tty")) {
     const std::string name = tty.filename().string();
@@ -122,6 +120,13 @@ std::vector<FoundLaser> find_lasers(const DeviceRoots& roots) {
     const fs::path usb = usb_device_of(tty / "device");
     chips.push_back({tty, usb, usb.empty() ? "" : told(usb / "serial")});
   }
+  return chips;
+}
+
+}  // namespace
+
+std::vector<FoundLaser> find_lasers(const DeviceRoots& roots) {
+  const std::vector<SerialChip> chips = serial_chips(roots);
   std::vector<FoundLaser> out;
   for (const SerialChip& chip : chips) {
     const auto alike = [&](const SerialChip& one) { return one.serial == chip.serial; };
@@ -141,7 +146,36 @@ std::vector<FoundLaser> find_lasers(const DeviceRoots& roots) {
   return out;
 }
 
-fs::path camera_folder(const fs::path& data_dir) { return data_dir / "camera"; }
+Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser) {
+  if (laser.set_by != SetBy::kChoice) return Ok();
+  if (laser.kind == "lihuiyu") {
+    const auto found = find_lasers(roots);
+    const auto refused = std::ranges::find_if(
+        found, [](const FoundLaser& one) { return one.kind == "lihuiyu" && !one.refusal.empty(); });
+    return refused == found.end() ? Ok() : Status(Error{ErrorCode::kRefused, refused->refusal});
+  }
+  constexpr std::string_view kSerial = "serial:";
+  const fs::path port = laser.port.substr(kSerial.size(), laser.port.find('?') - kSerial.size());
+  std::error_code none;
+  const fs::path leads_to = fs::weakly_canonical(port, none);
+  const auto chips = serial_chips(roots);
+  const auto there = std::ranges::find_if(
+      chips, [&](const SerialChip& chip) { return fs::weakly_canonical(roots.dev / chip.tty.filename()) == leads_to; });
+  if (there == chips.end() || !is_serial_number(there->serial)) return Ok();
+  const bool by_number = port.filename().string().find(in_names(there->serial)) != std::string::npos;
+  const auto alike = std::ranges::count(chips, there->serial, &SerialChip::serial);
+  if (!by_number || alike == 1) return Ok();
+  return Error{ErrorCode::kRefused,
+               fmt::format("{} ports that are plugged in have the laser's serial number {}, and {} leads to one of "
+                           "them, whichever it is: leave only the laser's in, or choose it anew by its socket",
+                           alike, there->serial, port.string())};
+}
+
+fs::path camera_folder(const fs::path& data_dir) {
+  std::error_code none;
+  const fs::path whole = fs::absolute(data_dir, none);
+  return (none ? data_dir : whole.lexically_normal()) / "camera";
+}
 
 Status make_camera_folder(const fs::path& data_dir) {
   std::error_code failed;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "daemon/config.h"
 
 namespace veneer::daemon {
 
@@ -33,12 +34,17 @@ struct FoundLaser {
 };
 // Serial ports on USB and Lihuiyu boards, by their ports' names.
 std::vector<FoundLaser> find_lasers(const DeviceRoots& roots);
+// Whether the name by which this laser was chosen means one machine still: kRefused when several that are plugged in
+// have its serial number, or are boards without one. One that is not plugged in means none, and one that was written
+// into the configuration by hand is not asked about.
+Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser);
 
 struct FoundPicture {
   std::string file;
   std::chrono::seconds age;  // since it was written
 };
-// The data folder's own folder for what a camera's program writes. Members of the daemon's group may write into it.
+// By its whole path: the data folder's own folder for what a camera's program writes. Members of the daemon's group may
+// write into it.
 std::filesystem::path camera_folder(const std::filesystem::path& data_dir);
 Status make_camera_folder(const std::filesystem::path& data_dir);
 std::vector<FoundPicture> find_camera_pictures(const std::filesystem::path& data_dir);

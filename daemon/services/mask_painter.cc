@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <span>
+#include <string_view>
 
 #include "base/clock.h"
+#include "base/hash.h"
 #include "daemon/orders/panel_wood.h"
 #include "daemon/services/area_book.h"
 
@@ -39,12 +42,73 @@ Raster<PanelFrame> like(const Raster<PanelFrame>& mask, unsigned char value) {
   return {cv::Mat(mask.pixels.size(), CV_8UC1, cv::Scalar(value)), mask.resolution, mask.origin};
 }
 
+// The pixels that `area` may touch.
+cv::Rect box_in(const Raster<PanelFrame>& whole, const Region<PanelFrame>& area) {
+  constexpr int kBorder = 4;  // pixels: of lines that are drawn along outlines
+  const auto box = area.box();
+  double left = 0, top = 0, right = 0, bottom = 0;
+  whole.to_pixels({box.min.x, box.max.y}, left, top);
+  whole.to_pixels({box.max.x, box.min.y}, right, bottom);
+  const cv::Point from(cvFloor(left) - kBorder, cvFloor(top) - kBorder),
+      to(cvCeil(right) + kBorder, cvCeil(bottom) + kBorder);
+  return cv::Rect(from, to) & cv::Rect({0, 0}, whole.pixels.size());
+}
+
 // Pixels that lie in `area` whole: all that is left where what lies beside it is taken away, border pixels too.
 cv::Mat inside_of(const Raster<PanelFrame>& mask, const Region<PanelFrame>& area) {
-  const Millimetres none(0), width(mask.pixels.cols / mask.resolution.px_per_mm),
-      height(mask.pixels.rows / mask.resolution.px_per_mm);
-  const Region<PanelFrame> sheet = whole_panel(width, height);
-  return free_wood(like(mask, 255), {subtract(offset(sheet, Millimetres(5)), area)}, none).pixels;
+  const Millimetres beyond(5);
+  const auto left = mask.origin.x - beyond, low = mask.origin.y - beyond, right = mask.origin.x + mask.width() + beyond,
+             high = mask.origin.y + mask.height() + beyond;
+  const Region<PanelFrame> place(Ring<PanelFrame>{{left, low}, {right, low}, {right, high}, {left, high}});
+  return free_wood(like(mask, 255), {subtract(place, area)}, Millimetres(0)).pixels;
+}
+
+// Of sides that follow each other only what they share is a corner, and is not counted.
+int crossings_of(const Ring<PanelFrame>& ring, int most) {
+  const auto side_of = [](const Point<PanelFrame>& a, const Point<PanelFrame>& b, const Point<PanelFrame>& p) {
+    return (b.x - a.x).count() * (p.y - a.y).count() - (b.y - a.y).count() * (p.x - a.x).count();
+  };
+  const auto next = [&](std::size_t i) -> const Point<PanelFrame>& { return ring[(i + 1) % ring.size()]; };
+  int crossings = 0;
+  for (std::size_t i = 0; i < ring.size() && crossings <= most; ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (side_of(ring[i], next(i), ring[k]) * side_of(ring[i], next(i), next(k)) < 0 &&
+          side_of(ring[k], next(k), ring[i]) * side_of(ring[k], next(k), next(i)) < 0)
+        ++crossings;
+  return crossings;
+}
+
+// What a mask is made of, as a name: the file, what is never given, and the edits, all but the last `without`.
+std::string made_of(const std::string& seen_file, const MaskPaint& paint, std::size_t without) {
+  std::string all = seen_file;
+  const auto add = [&all](std::string_view kind, const Region<PanelFrame>& area) {
+    all += kind;
+    for (const auto& ring : area.micro_area().rings) {
+      const auto bytes = std::as_bytes(std::span(ring));
+      all += ';';
+      all.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    }
+  };
+  for (const auto& area : paint.spared) add("spared", area);
+  for (const auto& area : paint.gone) add("gone", area);
+  for (std::size_t i = 0; i + without < paint.edits.size(); ++i)
+    add(paint.edits[i].give ? "give" : "withhold", paint.edits[i].shape);
+  return sha256_hex(std::as_bytes(std::span(all)));
+}
+
+// Refused before anything is drawn.
+Status check_bounds(const PanelId& panel, const std::vector<db::MaskEdit>& edits) {
+  std::size_t corners = 0;
+  for (const auto& edit : edits) corners += micro::corners_of(edit.shape.micro_area());
+  if (edits.size() <= db::kMostMaskEdits && corners <= db::kMostMaskEditCorners) return Ok();
+  const std::string bound = edits.size() > db::kMostMaskEdits
+                                ? fmt::format("{} edits", db::kMostMaskEdits)
+                                : fmt::format("edits of {} corners", db::kMostMaskEditCorners);
+  return Error{ErrorCode::kConflict,
+               fmt::format("the mask of panel {} takes {} in all, and with this one there would be more: take some "
+                           "back (Painted by hand, or `veneerctl panel mask {} --list`), and paint their places with "
+                           "fewer, wider strokes",
+                           panel.value, bound, panel.value)};
 }
 
 struct Before {
@@ -82,10 +146,16 @@ Result<EditedMask> done(const PanelLibrary& library, const Before& before, const
 
 }  // namespace
 
+Result<Region<PanelFrame>> outlined(const Ring<PanelFrame>& corners) {
+  if (crossings_of(corners, kMostCrossings) > kMostCrossings)
+    return Error{ErrorCode::kInvalidArgument,
+                 fmt::format("this outline crosses itself more than {} times: draw it in parts", kMostCrossings)};
+  return Region<PanelFrame>(corners);
+}
+
 Result<MaskPaint> paint_of(Repositories& r, const PanelId& panel) {
-  auto edits = r.masks.of(panel);
+  auto edits = r.masks.counting(panel);
   if (!edits) return edits.error();
-  std::erase_if(*edits, [](const db::MaskEdit& edit) { return edit.removal.has_value(); });
   const auto fiducials = r.panels.fiducials(panel);
   if (!fiducials) return fiducials.error();
   MaskPaint out{std::move(*edits), margins_of(*fiducials), {}};
@@ -100,26 +170,37 @@ Raster<PanelFrame> painted(const Raster<PanelFrame>& seen, const MaskPaint& pain
   Raster<PanelFrame> out{seen.pixels.clone(), seen.resolution, seen.origin};
   std::vector<Region<PanelFrame>> never = paint.spared;
   for (const auto& gone : paint.gone) never.push_back(offset(gone, kEdgeMargin));
-  const cv::Mat allowed = free_wood(like(seen, 255), never, Millimetres(0)).pixels;
+  cv::Mat allowed;  // of the whole: lines that were cut at a part's border would be drawn otherwise
+  if (std::ranges::any_of(paint.edits, &db::MaskEdit::give))
+    allowed = free_wood(like(seen, 255), never, Millimetres(0)).pixels;
   for (const db::MaskEdit& edit : paint.edits) {
+    const cv::Rect where = box_in(out, edit.shape);
+    if (where.empty()) continue;
+    const Raster<PanelFrame> part{out.pixels(where), out.resolution, out.from_pixels(where.x, where.br().y)};
     if (edit.give)
-      cv::bitwise_or(out.pixels, inside_of(seen, edit.shape) & allowed, out.pixels);
+      cv::bitwise_or(part.pixels, inside_of(part, edit.shape) & allowed(where), part.pixels);
     else
-      out = free_wood(out, {edit.shape}, Millimetres(0));
+      free_wood(part, {edit.shape}, Millimetres(0)).pixels.copyTo(part.pixels);
   }
   return out;
 }
 
-Result<PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel, const std::string& seen_file,
-                                 const MaskPaint& paint) {
-  auto seen = read_stored_raster(library.path_of(seen_file));
-  if (!seen) return seen.error();
-  seen->pixels = seen->pixels != 0;
-  if (paint.edits.empty()) return PaintedMask{seen_file, wood_area(*seen)};
-  const auto made = painted(*seen, paint);
+Result<PanelLibrary::PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel,
+                                               const std::string& seen_file, const MaskPaint& paint) {
+  const std::string name = made_of(seen_file, paint, 0);
+  if (!paint.edits.empty())
+    if (const auto known = library.painted_of(name)) return *known;
+  const auto before = paint.edits.size() > 1 ? library.painted_of(made_of(seen_file, paint, 1)) : std::nullopt;
+  auto mask = read_stored_raster(library.path_of(before ? before->file : seen_file));
+  if (!mask) return mask.error();
+  mask->pixels = mask->pixels != 0;
+  if (paint.edits.empty()) return PanelLibrary::PaintedMask{seen_file, wood_area(*mask)};
+  const auto made = painted(*mask, before ? MaskPaint{{paint.edits.back()}, paint.spared, paint.gone} : paint);
   const auto stored = library.store_picture(made.pixels, "panels/" + panel.value, "mask");
   if (!stored) return stored.error();
-  return PaintedMask{stored->file, wood_area(made)};
+  const PanelLibrary::PaintedMask out{stored->file, wood_area(made)};
+  library.remember_painted(name, out);
+  return out;
 }
 
 Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const PanelLibrary& library,
@@ -143,6 +224,7 @@ Result<EditedMask> edit_mask(Repositories& r, DatabaseThread& database, const Pa
   auto paint = paint_of(r, panel);
   if (!paint) return paint.error();
   paint->edits.push_back(edit);
+  if (const Status bounded = check_bounds(panel, paint->edits); !bounded) return bounded.error();
   const auto made = repainted(library, before->masks.front(), panel, *paint);
   if (!made) return made.error();
   const auto id =

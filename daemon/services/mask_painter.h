@@ -28,12 +28,15 @@ Result<MaskPaint> paint_of(Repositories& r, const PanelId& panel);
 // `seen`: 255 = usable. A pixel is given when all of it lies in the outline, withheld when a part of it does. Pure.
 Raster<PanelFrame> painted(const Raster<PanelFrame>& seen, const MaskPaint& paint);
 
-struct PaintedMask {
-  std::string file;  // in the data folder, below the panel's; `seen_file` itself where nothing is painted
-  SquareMillimetres usable{0};
-};
-Result<PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel, const std::string& seen_file,
-                                 const MaskPaint& paint);
+// Its file lies below the panel's; it is `seen_file` itself where nothing is painted. Where the library remembers the
+// mask with all edits but the last, only that one is drawn.
+Result<PanelLibrary::PaintedMask> painted_mask(const PanelLibrary& library, const PanelId& panel,
+                                               const std::string& seen_file, const MaskPaint& paint);
+
+// What an outline holds that may cross itself, as a hand draws it; each crossing is a corner. kInvalidArgument when it
+// does so more often than a hand would: a thousand lines over one another have half a million crossings.
+inline constexpr int kMostCrossings = 2'000;
+Result<Region<PanelFrame>> outlined(const Ring<PanelFrame>& corners);
 
 struct EditedMask {
   std::optional<db::MaskEditId> edit;         // the new one

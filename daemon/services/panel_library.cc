@@ -225,6 +225,22 @@ Result<SquareMillimetres> PanelLibrary::usable_area(const db::PanelRecord& panel
   return areas_[panel.mask_file] = wood_area(*mask);
 }
 
+std::optional<PanelLibrary::PaintedMask> PanelLibrary::painted_of(const std::string& made_of) const {
+  const std::lock_guard lock(painted_mutex_);
+  const auto it = std::ranges::find(painted_, made_of, &std::pair<std::string, PaintedMask>::first);
+  std::error_code none;
+  return it != painted_.end() && std::filesystem::exists(path_of(it->second.file), none) ? std::optional(it->second)
+                                                                                         : std::nullopt;
+}
+
+void PanelLibrary::remember_painted(const std::string& made_of, const PaintedMask& mask) const {
+  constexpr std::size_t kRemembered = 32;
+  const std::lock_guard lock(painted_mutex_);
+  std::erase_if(painted_, [&](const auto& one) { return one.first == made_of; });
+  painted_.emplace_front(made_of, mask);
+  if (painted_.size() > kRemembered) painted_.pop_back();
+}
+
 calib::PanelFiducials to_calib(const std::vector<db::FiducialRecord>& records) {
   calib::PanelFiducials out;
   for (const auto& record : records) {

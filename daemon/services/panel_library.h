@@ -13,6 +13,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/raster.h"
@@ -81,6 +82,15 @@ class PanelLibrary {
   // taken once for each file.
   Result<SquareMillimetres> usable_area(const db::PanelRecord& panel) const;
 
+  // A mask that was painted, by what it was made of (mask_painter.h). The last few are remembered, so that the next
+  // stroke is drawn over the mask that has all others, and one that is taken back at once needs no drawing.
+  struct PaintedMask {
+    std::string file;  // in the data folder
+    SquareMillimetres usable{0};
+  };
+  std::optional<PaintedMask> painted_of(const std::string& made_of) const;
+  void remember_painted(const std::string& made_of, const PaintedMask& mask) const;
+
  private:
   std::filesystem::path small_file(const std::string& file, const std::string& what) const;
   void drop_small(const std::string& beginning) const;
@@ -91,6 +101,8 @@ class PanelLibrary {
   mutable std::mutex writing_mutex_;  // of small files: two that ask for one make it one after the other
   mutable std::mutex areas_mutex_;
   mutable std::map<std::string, SquareMillimetres> areas_;  // by mask file; guarded by areas_mutex_
+  mutable std::mutex painted_mutex_;
+  mutable std::list<std::pair<std::string, PaintedMask>> painted_;  // the last one first; guarded by painted_mutex_
   struct KeptPicture {
     std::string file;
     int width_px = 0;

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -390,7 +391,8 @@ Result<ScanOutcome> ScanProposals::enter_again(const SeenSheet& seen, const std:
   if (seen.read.differences)
     for (const calib::Difference& difference : *seen.read.differences)
       if (difference.kind == calib::DifferenceKind::kGoneNotBooked) gone.push_back(difference.shape);
-  const auto paint = database_.call([&](Repositories& r) { return paint_of(r, panel); });
+  std::unique_ptr<DatabaseReader> reader;  // many outlines: no cut waits for them
+  const auto paint = database_.read(reader, [&](Repositories& r) { return paint_of(r, panel); });
   if (!paint) return paint.error();
   if (!paint->edits.empty()) {
     const auto painted = painted_mask(library_, panel, seen.mask_file, {paint->edits, paint->spared, gone});

@@ -123,14 +123,37 @@ const KeepOut* zone_on_way(std::span<const KeepOut> keep_out, DarkWays ways, con
 
 namespace {
 
-// Does a step of `step` along one axis lead from `at`, inside the zone's [low, high], out by the nearer side? A side
-// that lies beyond the travel is none.
-bool leads_out(Millimetres at, Millimetres step, Millimetres low, Millimetres high, Millimetres least,
-               Millimetres most) {
+// What the head stands in: the box about all zones that hold it, and which of its sides the head can reach straight on.
+// A side beyond the travel, or behind another zone, is none.
+struct Stand {
+  Box<MachineFrame> box;
+  std::string name;
+  bool left = false, right = false, down = false, up = false;
+};
+
+Stand stand_of(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& at) {
+  Stand out;
+  for (const auto& [name, area] : keep_out) {
+    if (!area.contains(at)) continue;
+    if (out.name.empty()) out.name = name;
+    out.box.add(area.min), out.box.add(area.max);
+  }
+  const auto is_free = [&](const Point<MachineFrame>& side) {
+    return std::ranges::none_of(
+        keep_out, [&](const KeepOut& zone) { return !zone.area.contains(at) && crosses(zone.area, at, side); });
+  };
+  out.left = out.box.min.x > travel.min.x && is_free({out.box.min.x, at.y});
+  out.right = out.box.max.x < travel.max.x && is_free({out.box.max.x, at.y});
+  out.down = out.box.min.y > travel.min.y && is_free({at.x, out.box.min.y});
+  out.up = out.box.max.y < travel.max.y && is_free({at.x, out.box.max.y});
+  return out;
+}
+
+// Does a step along one axis, `low` and `high` from its sides, lead out by the nearer of those that can be reached?
+bool leads_out(Millimetres step, Millimetres low, Millimetres high, bool to_low, bool to_high) {
   if (step == Millimetres(0)) return true;
-  const bool down = low > least, up = high < most;
-  if (step < Millimetres(0)) return down && (!up || at - low <= high - at);
-  return up && (!down || high - at <= at - low);
+  if (step < Millimetres(0)) return to_low && (!to_high || low <= high);
+  return to_high && (!to_low || high <= low);
 }
 
 }  // namespace
@@ -138,16 +161,21 @@ bool leads_out(Millimetres at, Millimetres step, Millimetres low, Millimetres hi
 Status check_jog(std::span<const KeepOut> keep_out, const Box<MachineFrame>& travel, const Point<MachineFrame>& from,
                  Millimetres dx, Millimetres dy) {
   const Point<MachineFrame> to{from.x + dx, from.y + dy};
-  for (const auto& [name, area] : keep_out) {
-    if (!area.contains(from)) {
-      if (crosses(area, from, to))
-        return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", name)};
-    } else if (!leads_out(from.x, dx, area.min.x, area.max.x, travel.min.x, travel.max.x) ||
-               !leads_out(from.y, dy, area.min.y, area.max.y, travel.min.y, travel.max.y)) {
-      return Error{ErrorCode::kRefused,
-                   fmt::format("the head stands in the zone \"{}\": leave it by the nearer side", name)};
-    }
-  }
+  for (const auto& [name, area] : keep_out)
+    if (!area.contains(from) && crosses(area, from, to))
+      return Error{ErrorCode::kRefused, fmt::format("the zone \"{}\" lies in that way: go around it", name)};
+  const Stand in = stand_of(keep_out, travel, from);
+  if (in.box.empty()) return Ok();
+  if (!in.left && !in.right && !in.down && !in.up)
+    return Error{
+        ErrorCode::kRefused,
+        fmt::format("the head stands in the zone \"{}\", and zones or the ends of its travel lie on all sides: "
+                    "switch the machine off and move its head by hand, or correct [[keep_out]]",
+                    in.name)};
+  if (!leads_out(dx, from.x - in.box.min.x, in.box.max.x - from.x, in.left, in.right) ||
+      !leads_out(dy, from.y - in.box.min.y, in.box.max.y - from.y, in.down, in.up))
+    return Error{ErrorCode::kRefused,
+                 fmt::format("the head stands in the zone \"{}\": leave it by the nearer side", in.name)};
   return Ok();
 }
 

@@ -13,8 +13,8 @@
 namespace veneer::sim {
 namespace {
 
-constexpr int kStripRows = 100;
-constexpr int kBorder = 8;        // pixels around a sheet
+constexpr int kCameraStripRows = 100;
+constexpr int kCameraBorder = 8;  // pixels around a sheet
 constexpr double kBlurPx = 0.7;   // of the lens, in camera pixels
 constexpr double kSurround = 70;  // mm of floor drawn around the bed
 constexpr double kBedPx = 5;      // pixels per mm of the drawn bed
@@ -67,7 +67,7 @@ cv::Mat draw_bed(const TwinSettings::Bed& bed, Random& random) {
 }
 
 // The sheet's face at half its resolution, which is still finer than the camera's: the light of its wood, and how much
-// of a place is wood, both blurred by the lens and framed by kBorder pixels.
+// of a place is wood, both blurred by the lens and framed by kCameraBorder pixels.
 struct HalfFace {
   cv::Mat light, cover;
   double px_per_mm = 0;
@@ -96,7 +96,8 @@ HalfFace half_face(const Sheet& sheet, SheetFace face, double blur_mm) {
   const double sigma = blur_mm * out.px_per_mm;
   const auto as_seen = [&](const cv::Mat& sharp) {
     cv::Mat soft;
-    cv::copyMakeBorder(sharp, soft, kBorder, kBorder, kBorder, kBorder, cv::BORDER_CONSTANT, cv::Scalar());
+    cv::copyMakeBorder(sharp, soft, kCameraBorder, kCameraBorder, kCameraBorder, kCameraBorder, cv::BORDER_CONSTANT,
+                       cv::Scalar());
     cv::GaussianBlur(soft, soft, cv::Size(), sigma);
     return soft;
   };
@@ -106,7 +107,7 @@ HalfFace half_face(const Sheet& sheet, SheetFace face, double blur_mm) {
 
 void lay_over(cv::Mat& strip, const HalfFace& face, const cv::Mat& map) {
   cv::Mat light, cover;
-  const cv::Mat framed = map + cv::Scalar(kBorder, kBorder);
+  const cv::Mat framed = map + cv::Scalar(kCameraBorder, kCameraBorder);
   cv::remap(face.light, light, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar());
   cv::remap(face.cover, cover, framed, cv::noArray(), cv::INTER_LINEAR, cv::BORDER_CONSTANT, cv::Scalar(0));
   // What shows through a slit or hole lies in the dark.
@@ -167,12 +168,12 @@ cv::Mat BedCamera::picture(const BedView& view, std::uint64_t seed, const Roughn
     face_map = std::make_unique<CoarseMap>(size, 8, [&](Vec2 p) { return view.sheet->pixel(on_sheet(view, p)) * 0.5; });
   }
   cv::Mat picture(size, CV_8UC3);
-  const int strips = (size.height + kStripRows - 1) / kStripRows;
+  const int strips = (size.height + kCameraStripRows - 1) / kCameraStripRows;
   cv::parallel_for_(
       cv::Range(0, strips),
       [&](const cv::Range& range) {
         for (int i = range.start; i < range.end; ++i) {
-          const int first = i * kStripRows, rows = std::min(kStripRows, size.height - first);
+          const int first = i * kCameraStripRows, rows = std::min(kCameraStripRows, size.height - first);
           cv::Mat strip = picture.rowRange(first, first + rows);
           cv::remap(ground_, strip, ground_map.rows(first, rows), cv::noArray(), cv::INTER_LINEAR,
                     cv::BORDER_REPLICATE);

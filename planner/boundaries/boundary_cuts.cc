@@ -13,10 +13,10 @@
 namespace veneer::planner {
 namespace {
 
-constexpr double kReachShare = 0.375;  // of the smallest patch's side
-constexpr double kGap = 1.25;          // of the least width: what lines that run aslant need straight across
-constexpr int kRounds = 2;             // of columns and rows: "two repetitions to be sufficient"
-constexpr Millimetres kMargin{0.06};   // fitted curves lie this far beside the pixels that were chosen
+constexpr double kReachShare = 0.375;     // of the smallest patch's side
+constexpr double kGap = 1.25;             // of the least width: what lines that run aslant need straight across
+constexpr int kRounds = 2;                // of columns and rows: "two repetitions to be sufficient"
+constexpr Millimetres kCurveError{0.06};  // fitted curves lie this far beside the pixels that were chosen
 // What rounding to whole micrometres may take of FreeWood::kSlack.
 constexpr Millimetres kRounding{0.001};
 // Borders are drawn back by this factor where something is wrong, then around whole faces, then to where they were.
@@ -262,7 +262,7 @@ Status BoundaryCuts::cut(const PatchPlacements& placements, const std::stop_toke
   std::vector<PlacedFace> placed;
   for (std::size_t i = 0; i < problem_.queue.size(); ++i)
     placed.push_back({&problem_.artworks[problem_.queue[i].artwork], now_.outlines[i], &placements[i], window_of(i)});
-  const auto costs = wood_around(placed, panels_, kMargin, options_.threads, stop);
+  const auto costs = wood_around(placed, panels_, kCurveError, options_.threads, stop);
   if (!costs.ok()) return costs.error();
   const std::vector<CutLines> wanted = proposal(*costs);
   std::vector<Shares> shares;

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 #include <system_error>
 
@@ -14,14 +16,33 @@ namespace {
 constexpr std::array kCropSides{0.72, 0.5};  // of closer crops, as shares of the picture's
 constexpr int kCropPlaces = 24;              // places tried along a side
 
+// Which of `cells`, stretched over `whole` pixels, lie under the `length` from `from` on. A coarse mask's cells are
+// parted where the crop parts them: each is told for every sixteenth of it, or for every pixel.
+std::vector<int> cells_under(int from, int length, int whole, int cells) {
+  constexpr int kParts = 16;
+  const double pitch = static_cast<double>(cells) / whole, begin = from * pitch, end = (from + length) * pitch;
+  const auto is_border = [](double at) { return std::abs(at - std::round(at)) < 1e-9; };
+  int count = cvRound(end - begin);
+  if (!is_border(begin) || !is_border(end))
+    count = std::max(cvCeil(end - begin), std::min(cvCeil(kParts * (end - begin)), length));
+  std::vector<int> out;
+  for (int i = 0; i < count; ++i)
+    out.push_back(std::clamp(cvFloor(begin + (i + 0.5) * (end - begin) / count), 0, cells - 1));
+  return out;
+}
+
 // The part of a picture that is stretched over another.
 cv::Mat beside(const cv::Mat& picture, const cv::Rect& crop, const cv::Size& other) {
   if (picture.empty()) return picture;
-  const double across = static_cast<double>(picture.cols) / other.width,
-               down = static_cast<double>(picture.rows) / other.height;
-  const cv::Point from(cvFloor(crop.x * across), cvFloor(crop.y * down)),
-      to(cvCeil(crop.br().x * across), cvCeil(crop.br().y * down));
-  return picture(cv::Rect(from, to) & cv::Rect({0, 0}, picture.size())).clone();
+  const auto columns = cells_under(crop.x, crop.width, other.width, picture.cols),
+             rows = cells_under(crop.y, crop.height, other.height, picture.rows);
+  cv::Mat out(static_cast<int>(rows.size()), static_cast<int>(columns.size()), picture.type());
+  const std::size_t size = picture.elemSize();
+  for (int r = 0; r < out.rows; ++r)
+    for (int c = 0; c < out.cols; ++c)
+      std::memcpy(out.ptr(r, c), picture.ptr(rows[static_cast<std::size_t>(r)], columns[static_cast<std::size_t>(c)]),
+                  size);
+  return out;
 }
 
 // Whoever took the picture had what matters near its middle, whatever else is bright or bold at its rim.

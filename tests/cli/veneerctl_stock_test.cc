@@ -124,27 +124,32 @@ TEST(VeneerctlStock, AScanThatWaitsThoughItWasToBeAcceptedFails) {
 TEST(VeneerctlStock, PaintsOnMasks) {
   std::vector<std::string> asked;
   ApiServer server({}, {}, [&](Router& router) {
-    for (const char* operation : {"editMask", "removeMaskEdit", "listMaskEdits", "mergePanels"})
+    for (const char* operation : {"editMask", "removeMaskEdit", "listMaskEdits", "getMaskEdit", "mergePanels"})
       router.bind(operation, [&asked](const ApiRequest& request, const Reply& reply) {
         asked.push_back(request.method + " " + request.path + " " + request.body.text());
-        reply(ApiReply::json({{"panel", "P-0001"}, {"edits", json::array()}}));
+        json told = {{"panel", "P-0001"}, {"edits", json::array()}};
+        if (request.path.ends_with("/2")) told["shape_mm"] = {{{1, 2}, {30.5, 2}, {30, 40}}};
+        reply(ApiReply::json(told));
       });
   });
   EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 30.5,2 30,40"}).status, 0);
   EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--withhold", "1,2 30,2 30,40", "--note", "a stain"}).status, 0);
   EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--list"}).status, 0);
+  EXPECT_THAT(ask(server, {"panel", "mask", "P-0001", "--show", "2"}).out, HasSubstr("1,2 30.5,2 30,40"));
   EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--remove", "2"}).status, 0);
   EXPECT_EQ(ask(server, {"panel", "merge", "P-0001", "P-0002"}).status, 0);
-  EXPECT_THAT(asked, ::testing::ElementsAre(
-                         "POST /api/v1/panels/P-0001/mask-edits "
-                         R"({"kind":"give","outline_mm":[1.0,2.0,30.5,2.0,30.0,40.0]})",
-                         "POST /api/v1/panels/P-0001/mask-edits "
-                         R"({"kind":"withhold","note":"a stain","outline_mm":[1.0,2.0,30.0,2.0,30.0,40.0]})",
-                         "GET /api/v1/panels/P-0001/mask-edits ", "DELETE /api/v1/panels/P-0001/mask-edits/2 ",
-                         R"(POST /api/v1/panels/P-0001/merge {"merged":"P-0002"})"));
+  EXPECT_THAT(
+      asked, ::testing::ElementsAre("POST /api/v1/panels/P-0001/mask-edits "
+                                    R"({"kind":"give","outline_mm":[1.0,2.0,30.5,2.0,30.0,40.0]})",
+                                    "POST /api/v1/panels/P-0001/mask-edits "
+                                    R"({"kind":"withhold","note":"a stain","outline_mm":[1.0,2.0,30.0,2.0,30.0,40.0]})",
+                                    "GET /api/v1/panels/P-0001/mask-edits ", "GET /api/v1/panels/P-0001/mask-edits/2 ",
+                                    "DELETE /api/v1/panels/P-0001/mask-edits/2 ",
+                                    R"(POST /api/v1/panels/P-0001/merge {"merged":"P-0002"})"));
   for (const char* bad : {"1,2 3,4", "1,2 3,4 5", "1;2 3;4 5;6", "a,b c,d e,f"})
     EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", bad}).status, 2) << bad;
   EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--give", "1,2 3,4 5,6", "--remove", "1"}).status, 2);
+  EXPECT_EQ(ask(server, {"panel", "mask", "P-0001", "--list", "--show", "1"}).status, 2);
 }
 
 TEST(VeneerctlStock, ListsScannersWithWhatTheyTake) {

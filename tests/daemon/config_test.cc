@@ -171,6 +171,33 @@ TEST_F(ChosenDevicesTest, AFileThatIsNotWholeKeepsTheDaemonFromStarting) {
 }
 
 // A board knows neither what it is nor its travel: a guess would drive the head against its frame.
+// Its content is nobody's fault then: to remove it would be the wrong advice.
+TEST_F(ChosenDevicesTest, AFileThatMayNotBeReadIsNoneToRemove) {
+  const auto loop = data_dir_ / "loop";
+  std::filesystem::create_symlink(loop, loop);
+  const auto refused = parse(std::string(kOpen) + "[store]\ndata_dir = \"" + loop.string() + "\"\n");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kStorage);
+  EXPECT_THAT(refused.error().message, HasSubstr("cannot be read"));
+  EXPECT_THAT(refused.error().message, ::testing::Not(HasSubstr("remove")));
+}
+
+TEST_F(ChosenDevicesTest, ARestoreNeedsNoneOfThem) {
+  EXPECT_FALSE(start("[laser\n").ok());
+  const auto written = load_written_config(file_);
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  EXPECT_EQ(written->store.data_dir, data_dir_);
+  EXPECT_FALSE(written->devices.chosen);
+}
+
+TEST_F(ChosenDevicesTest, APictureIsNamedByItsWholePath) {
+  ChosenDevices wanted;
+  wanted.camera.kind = "file", wanted.camera.device = "data/camera/bed.jpg";
+  const auto refused = start(chosen_devices_text(wanted));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().message, HasSubstr("\"data/camera/bed.jpg\" is no picture's whole path"));
+}
+
 TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
   ChosenDevices wanted;
   wanted.laser.kind = "lihuiyu";
@@ -188,7 +215,7 @@ TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
 
 TEST_F(ChosenDevicesTest, AFileThatCannotBeReadIsNotTakenForNone) {
   std::filesystem::create_directory(kept_);
-  EXPECT_THAT(start().error().message, HasSubstr("it cannot be read"));
+  EXPECT_THAT(start().error().message, HasSubstr("it is no plain file"));
   std::filesystem::remove(kept_);
   std::filesystem::create_symlink(data_dir_ / "gone", kept_);
   EXPECT_THAT(start().error().message, HasSubstr(kept_.string()));

@@ -120,11 +120,13 @@ TEST_F(AuditChainTest, IsReadByTimePersonAndPanel) {
   };
   using Ids = std::vector<std::int64_t>;
   EXPECT_EQ(ids({}), (Ids{3, 2, 1}));
-  EXPECT_EQ(ids({kLater, {}, {}, {}}), (Ids{3}));
-  EXPECT_EQ(ids({{}, "uid 1000", {}, {}}), (Ids{2, 1}));
-  EXPECT_EQ(ids({{}, {}, PanelId{"P-1000"}, {}}), (Ids{3, 1}));
-  EXPECT_EQ(ids({{}, {}, PanelId{"P-10000"}, {}}), (Ids{2}));
-  EXPECT_EQ(ids({{}, {}, PanelId{"P-1000"}, 3}), (Ids{1}));
+  EXPECT_EQ(ids({.since = kLater}), (Ids{3}));
+  EXPECT_EQ(ids({.who = "uid 1000"}), (Ids{2, 1}));
+  EXPECT_EQ(ids({.panel = PanelId{"P-1000"}}), (Ids{3, 1}));
+  EXPECT_EQ(ids({.panel = PanelId{"P-10000"}}), (Ids{2}));
+  EXPECT_EQ(ids({.panel = PanelId{"P-1000"}, .before = 3}), (Ids{1}));
+  EXPECT_EQ(ids({.what = "api.retirePanel"}), (Ids{2, 1}));
+  EXPECT_EQ(ids({.what = "api.retire"}), Ids());
 }
 
 // A log of twelve rows in a file of its own, made once.

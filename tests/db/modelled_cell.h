@@ -157,7 +157,8 @@ class ModelledCell : public ModelledScans {
       RC_ASSERT(found.mask_version == known_[panel].mask());
       RC_ASSERT(must(cell_.panels().merged_into(panels_[panel])).has_value() == known_[panel].merged);
       std::vector<bool> edits;
-      for (const MaskEdit& edit : must(Masks(cell_.database()).of(panels_[panel]))) edits.push_back(!edit.removal);
+      for (const MaskEdit& edit : must(Masks(cell_.database()).list(panels_[panel], {}, -1)).edits)
+        edits.push_back(!edit.removal);
       RC_ASSERT(edits == known_[panel].edits);
       // No row tells of a scan here, so that a merge asks for none.
       RC_ASSERT(cell_.panels().check_seen(panels_[panel]).ok() == !waits(panel));

@@ -139,7 +139,7 @@ class ModelledScans : public ModelledPanels {
       known.edits.push_back(true);
     } else {
       const auto index = *rc::gen::inRange<std::size_t>(0, known.edits.size());
-      const auto all = must(masks.of(panels_[panel]));
+      const auto all = must(masks.list(panels_[panel], {}, -1)).edits;
       const Status removed = masks.remove(panels_[panel], all[index].id, "local:1000", kLater, made, after);
       RC_ASSERT(removed.ok() == (allowed && known.edits[index]));
       if (!removed.ok()) return;

@@ -119,17 +119,52 @@ TEST_F(ProposalsTest, EditsOfAMaskAreALayerWithVersions) {
   EXPECT_EQ(versions.front().mask_file, "given");
   EXPECT_EQ(versions.front().seen_file, "seen");
   EXPECT_EQ(versions.back().seen_file, versions.back().mask_file);
-  const auto edits = must(masks().of(panel));
+  const auto edits = must(masks().counting(panel));
   ASSERT_THAT(edits, SizeIs(1));
   EXPECT_NEAR(edits.front().shape.area().count(), 12, 1e-9);
   EXPECT_FALSE(edits.front().removal);
   VENEER_EXPECT_OK(masks().remove(panel, id, "uid 8", kLater, painted("seen"), 2));
-  EXPECT_EQ(must(masks().of(panel)).front().removal->who, "uid 8");
+  EXPECT_THAT(must(masks().counting(panel)), IsEmpty());
+  EXPECT_EQ(must(masks().find(panel, id)).removal->who, "uid 8");
+  EXPECT_EQ(masks().find(panel, {9}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(masks().find({"P-0009"}, id).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(masks().remove(panel, id, "uid 8", kLater, painted("seen"), 3).error().code, ErrorCode::kConflict);
   EXPECT_EQ(masks().remove(panel, {9}, "uid 8", kLater, painted("seen"), 3).error().code, ErrorCode::kNotFound);
   EXPECT_THAT(must(cell_.panels().masks(panel)), SizeIs(3));
-  EXPECT_EQ(masks().of({"P-0009"}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(masks().counting({"P-0009"}).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(masks().list({"P-0009"}, {}, -1).error().code, ErrorCode::kNotFound);
   expect_sound();
+}
+
+TEST_F(ProposalsTest, EditsOfAMaskAreListedPageByPage) {
+  const PanelId panel = cell_.new_panel();
+  MaskEdit edit;
+  edit.who = "uid 7", edit.at = kNow, edit.shape = rectangle(10, 10, 4, 3);
+  std::vector<MaskEditId> made;
+  for (int version = 1; version < 6; ++version) {
+    // The third has as many corners as a page holds.
+    MicroRing comb{{0, 0}};
+    while (version == 3 && comb.size() < kMostMaskEditCorners) {
+      const auto x = static_cast<std::int64_t>(2 * comb.size());
+      comb.insert(comb.end(), {{x, 1000}, {x + 2, 2000}});
+    }
+    edit.shape = version == 3 ? Region<PanelFrame>(MicroArea{{comb}}) : rectangle(10, 10, 4, 3);
+    made.push_back(must(masks().add(panel, edit, painted("given"), version)));
+  }
+  VENEER_EXPECT_OK(masks().remove(panel, made[1], "uid 8", kLater, painted("seen"), 6));
+  const auto page = [&](MaskEditId after, int limit, bool counting) {
+    std::vector<MaskEditId> out;
+    const auto read = must(masks().list(panel, after, limit, counting));
+    for (const MaskEdit& one : read.edits) out.push_back(one.id);
+    return std::pair(out, read.more);
+  };
+  using Ids = std::vector<MaskEditId>;
+  EXPECT_EQ(page({}, 2, false), std::pair(Ids({made[0], made[1]}), true));
+  EXPECT_EQ(page(made[1], 500, false), std::pair(Ids({made[2]}), true)) << "it is large";
+  EXPECT_EQ(page(made[2], 2, false), std::pair(Ids({made[3], made[4]}), false));
+  EXPECT_EQ(page({}, 2, true), std::pair(Ids({made[0], made[2]}), true));
+  EXPECT_EQ(page({}, -1, false), std::pair(made, false));
+  EXPECT_EQ(page(made[4], 2, false), std::pair(Ids(), false));
 }
 
 // The surface is as old as the scan, whatever was painted since.

@@ -188,8 +188,42 @@ class Day:
         assert self.browser.execute_script("return getComputedStyle(document.activeElement).outlineStyle") == "solid", f"{css} has no focus to be seen"
         self.find(css).send_keys(*keys)
 
+    def strokes_and_hearts_hold(self):
+        """What no finger shows: a stroke with fewer points withholds all that it did, a heart lies in its piece whole."""
+        fault = self.browser.execute_async_script("""
+            const done = arguments[0];
+            Promise.all([import('/console/strokes.js'), import('/console/outlines.js')]).then(([{kept, edits}, {heartOf, holds}]) => {
+              const away = ([x, y], line) => Math.min(...line.map(([bx, by], i) => {
+                const [ax, ay] = line[Math.max(0, i - 1)], [dx, dy] = [bx - ax, by - ay], long2 = dx * dx + dy * dy;
+                const at = long2 ? Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / long2)) : 0;
+                return Math.hypot(x - ax - at * dx, y - ay - at * dy);
+              }));
+              for (const width of [1, 8, 30]) for (const give of [false, true]) {
+                const points = Array.from({length: 900}, (_, i) => [i / 9, 5 * Math.sin(i / 40) + .3 * Math.sin(i)]);
+                const stroke = kept({give, width_mm: width, points_mm: points}), off = Math.max(...points.map((p) => away(p, stroke.points_mm)));
+                if (stroke.points_mm.length > 800) return done('no point was left out');
+                if (give ? stroke.width_mm > width - 2 * off : stroke.width_mm < width + 2 * off) return done(`${width} mm ${give}: ${stroke.width_mm} mm, ${off} off`);
+              }
+              const one = {give: false, width_mm: 4, points_mm: Array.from({length: 12}, (_, i) => [i, 0])}, other = {...one, give: true, points_mm: [[0, 9]]};
+              const parts = edits([other, one, one], 5), line = parts.filter((part) => !part.give).flatMap((part) => part.strokes);
+              if (parts.some((part) => part.strokes.flat().length > 5) || parts.reduce((sum, part) => sum + part.ended, 0) !== 3) return done(JSON.stringify(parts));
+              for (let i = 0; i < 11; ++i)  // every side of it is in one part
+                if (!line.some((part) => part.some(([x], k) => x === i && k + 1 < part.length && part[k + 1][0] === i + 1))) return done(`side ${i} is lost`);
+              const bent = [[0, 0], [20, 0], [20, 3], [3, 3], [3, 17], [20, 17], [20, 20], [0, 20]], turned = bent.map(([x, y]) => [.8 * x - .6 * y, .6 * x + .8 * y]);
+              for (const ring of [bent, turned, [...turned].reverse()]) {
+                const {x, y, half} = heartOf(ring);
+                for (let i = -1; i <= 1; i += .1) for (let j = -1; j <= 1; j += .1)
+                  if (!holds(ring, x + .99 * i * half, y + .99 * j * half)) return done(`a heart of ${half} mm at ${x}, ${y} is not all in its piece`);
+                if (half < .9) return done(`a heart of ${half} mm`);
+              }
+              if (heartOf([[0, 0], [10, 0], [20, 0]])) return done('a line has no heart');
+              done('');
+            }).catch((fault) => done(String(fault)));""")
+        assert not fault, fault
+
     def paint_on_the_mask(self):
         """Strokes are of the panel and version they were painted on; what is saved is a version, and can be taken back."""
+        self.strokes_and_hearts_hold()
         self.press("#brush")
         self.until("a finger that paints, and scrolls nothing", lambda: self.browser.execute_script(
             "return getComputedStyle(document.querySelector('.map.painting')).touchAction === 'none'"))

@@ -22,7 +22,7 @@ namespace {
   const int nothing = open("/dev/null", O_RDONLY);
   dup2(nothing, STDIN_FILENO);
   // NOLINTNEXTLINE(concurrency-mt-unsafe): a child that was forked has one thread
-  unsetenv("NOTIFY_SOCKET");  // of whoever runs the tests: nobody would start a child again
+  unsetenv("NOTIFY_SOCKET");  // of whoever runs the tests
   for (const auto& [name, value] : environment) setenv(name.c_str(), value.c_str(), 1);
   std::vector<char*> arguments;
   for (const auto& word : command) arguments.push_back(const_cast<char*>(word.c_str()));

@@ -96,5 +96,24 @@ TEST(SystemdNotifier, SpeaksToTheManagersSocketAndKnowsItsPeriod) {
   close(manager);
 }
 
+// What a shell under a service, or a container, hands down is not meant for this process.
+TEST(SystemdNotifier, KnowsWhetherSystemdItselfBeganTheProcess) {
+  const auto begun = [](const char* unit, const std::string& process) {
+    // NOLINTBEGIN(concurrency-mt-unsafe): one thread
+    unit ? setenv("INVOCATION_ID", unit, 1) : unsetenv("INVOCATION_ID");
+    process.empty() ? unsetenv("SYSTEMD_EXEC_PID") : setenv("SYSTEMD_EXEC_PID", process.c_str(), 1);
+    const bool own = is_systemds_own();
+    unsetenv("INVOCATION_ID");
+    unsetenv("SYSTEMD_EXEC_PID");
+    // NOLINTEND(concurrency-mt-unsafe)
+    return own;
+  };
+  EXPECT_FALSE(begun(nullptr, ""));
+  EXPECT_FALSE(begun("4f1e", ""));
+  EXPECT_FALSE(begun("4f1e", std::to_string(getppid()))) << "a child of what systemd began";
+  EXPECT_FALSE(begun(nullptr, std::to_string(getpid())));
+  EXPECT_TRUE(begun("4f1e", std::to_string(getpid())));
+}
+
 }  // namespace
 }  // namespace veneer::daemon

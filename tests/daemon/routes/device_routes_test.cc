@@ -94,6 +94,18 @@ class DeviceRoutes : public testing::RoutedCell {
     return body_of(reply);
   }
   json choose(const std::string& device, const json& body) { return answer("POST", "/api/v1/devices/" + device, body); }
+  json asked_by(Role role, const std::string& target) {
+    const auto answer = std::make_shared<std::optional<ApiReply>>();
+    ApiRequest request;
+    request.method = "GET", request.path = target, request.caller = {role, "uid 7", TransportKind::kUnix};
+    again->match("GET", target).route->handler(request, [this, answer](const ApiReply& reply) {
+      boost::asio::post(reactor, [answer, reply] { *answer = reply; });
+    });
+    reactor.restart();
+    while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+    }
+    return *answer ? body_of(**answer) : json();
+  }
   json first_laser() { return answer("GET", "/api/v1/devices/found")["lasers"][0]; }
   std::string kept() const { return read_whole(config.store.data_dir / kChosenDevicesName).value_or(""); }
   std::string port_of(const std::string& name) const {
@@ -289,6 +301,26 @@ TEST_F(DeviceRoutes, EarlierChoicesThatCannotBeReadAreNotOverwritten) {
   EXPECT_EQ(kept(), "[laser]\nkind = \"grbl\"\n");
 }
 
+// The log is written first: what it cannot hold is not done.
+TEST_F(DeviceRoutes, NoChoiceIsKeptThatTheAuditLogCouldNotHold) {
+  const auto told = [this] {
+    std::vector<std::string> out;
+    for (const db::AuditEntry& entry : audited())
+      if (entry.what.starts_with("device.")) out.push_back(entry.what);
+    return out;
+  };
+  // A folder in its place: the log says that, too.
+  fs::create_directories(config.store.data_dir / kChosenDevicesName);
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  EXPECT_GE(status, 400);
+  EXPECT_THAT(told(), ::testing::IsEmpty()) << "what was chosen before cannot be read";
+  fs::remove(config.store.data_dir / kChosenDevicesName);
+  cell->database->distrust({ErrorCode::kStorage, "the database is damaged"});
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  EXPECT_GE(status, 400);
+  EXPECT_EQ(kept(), "");
+}
+
 TEST_F(DeviceRoutes, WhatWasChosenStandsInTheAuditLogHoweverLongTheRequestIs) {
   json long_one = {{"confirmed", {std::string(1500, 'x')}}, {"kind", "file"}, {"device", picture()}};
   choose("camera", long_one);
@@ -327,6 +359,39 @@ TEST_F(DeviceRoutes, RestartOnlyWhileNothingGoesOnAndIntoAGoodConfiguration) {
   EXPECT_EQ(restarts, 1);
 }
 
+// What the next start would end with, where that is known before.
+TEST_F(DeviceRoutes, NoRestartIntoAPortOrAFileThatIsNoGood) {
+  const auto refused = [this] { return answer("POST", "/api/v1/restart").dump(); };
+  write("[laser]\nkind = \"grbl\"\nport = \"serial:/dev/ttyUSB0?bauds=9600\"\n");
+  EXPECT_THAT(refused(), HasSubstr("bauds"));
+  EXPECT_GE(status, 400);
+  write(
+      "[api]\nlisten_tls = \"0.0.0.0:8766\"\ntls_certificate = \"/nowhere/cell.pem\"\ntls_key = "
+      "\"/nowhere/cell.key\"\n");
+  EXPECT_THAT(refused(), HasSubstr("/nowhere/cell"));
+  EXPECT_GE(status, 400);
+  EXPECT_THAT(answer("GET", "/api/v1/devices")["problem"].get<std::string>(), HasSubstr("/nowhere/cell"));
+  write("");
+  choose("laser", real_laser());
+  ASSERT_EQ(status, 200);
+  plug_in("ttyUSB1", "1-3", "AQ00ABCD");
+  EXPECT_THAT(refused(), AllOf(HasSubstr("serial number AQ00ABCD"), HasSubstr("leave only the laser's in")));
+  EXPECT_GE(status, 400);
+  fs::remove_all(directory / "sys/class/tty/ttyUSB1");
+  EXPECT_EQ(restarts, 0);
+  answer("POST", "/api/v1/restart");
+  EXPECT_EQ(restarts, 1);
+}
+
+TEST_F(DeviceRoutes, WhoeverLooksOnIsToldNoPortsAndPaths) {
+  choose("camera", {{"kind", "file"}, {"device", picture()}});
+  const json all = asked_by(Role::kOperator, "/api/v1/devices"), some = asked_by(Role::kViewer, "/api/v1/devices");
+  EXPECT_EQ(all["next"]["camera"]["device"], picture());
+  EXPECT_EQ(all["laser"]["port"], config.laser.port);
+  EXPECT_EQ(some["next"]["camera"]["kind"], "file");
+  EXPECT_THAT(some.dump(), Not(HasSubstr(directory.path().string())));
+}
+
 TEST_F(DeviceRoutes, NoRestartOutOfAnAbort) {
   cell->runner->abort("STOP");
   reactor.restart();
@@ -349,6 +414,7 @@ TEST_F(DeviceRoutes, ThereIsAFolderForACamerasProgramAndItIsNamed) {
   EXPECT_EQ(answer("GET", "/api/v1/devices")["camera_folder"], camera_folder(config.store.data_dir).string());
   const fs::perms group = fs::status(camera_folder(config.store.data_dir)).permissions() & fs::perms::group_write;
   EXPECT_EQ(group, fs::perms::group_write);
+  EXPECT_TRUE(camera_folder("data").is_absolute()) << "a choice names a picture by its whole path";
 }
 
 TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIs) {

@@ -2,8 +2,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "calib/tag_detector.h"
 #include "cli/render.h"
+#include "daemon/services/mask_painter.h"
 #include "planner/pictures/pictures.h"
 #include "tests/support/routed_cell.h"
 
@@ -140,11 +143,26 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   const json edits = get("/panels/P-0001/mask-edits");
   ASSERT_EQ(edits["edits"].size(), 2U);
   EXPECT_EQ(edits["edits"][1]["note"], "a stain");
+  EXPECT_EQ(edits["edits"][1]["box_mm"], json({0, 0, 5, 20}));
+  EXPECT_EQ(edits["edits"][1]["corners"], 4);
+  EXPECT_FALSE(edits["edits"][1].contains("shape_mm")) << "up to thousands of corners: each tells its own";
+  const json stain = get("/panels/P-0001/mask-edits/2");
+  EXPECT_EQ(stain["shape_mm"][0].size(), 4U);
+  EXPECT_THAT(cli::render_edit(stain), HasSubstr("5,20"));
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0001/mask-edits/7").status, 404);
+  const json first = get("/panels/P-0001/mask-edits?limit=1");
+  ASSERT_TRUE(first.contains("next")) << first;
+  const json second = get(fmt::format("/panels/P-0001/mask-edits?limit=1&cursor={}", first["next"].get<int>()));
+  EXPECT_EQ(first["edits"].size(), 1U);
+  EXPECT_EQ(second["edits"][0], edits["edits"][1]);
+  EXPECT_TRUE(second["next"].is_null());
   EXPECT_THAT(cli::render_edits(edits), HasSubstr("withhold"));
   EXPECT_EQ(get("/panels/P-0001/masks")["versions"][0]["painted"], true);
   EXPECT_EQ(post("/panels/P-0001/revert").status, 409) << "there is one scan";
   ASSERT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/1").status, 200);
   expect_book(300 - 100, 50);
+  EXPECT_EQ(get("/panels/P-0001/mask-edits?counting=true")["edits"].size(), 1U);
+  EXPECT_EQ(get("/panels/P-0001/mask-edits")["edits"].size(), 2U);
   EXPECT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/1").status, 409);
   EXPECT_EQ(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/7").status, 404);
   // Back to how the scan saw it first, and no further: what is withheld stays so.
@@ -157,6 +175,77 @@ TEST_F(ProposalRoutes, MasksArePaintedOnAndTheAreaBookStaysTrue) {
   ASSERT_EQ(brushed.status, 200) << brushed.body;
   EXPECT_LT(body_of(brushed)["changed_mm2"].get<double>(), -15);
   EXPECT_GT(body_of(brushed)["changed_mm2"].get<double>(), -70);
+}
+
+// A mask of hundreds of strokes costs each new one no more than the first: the file that the scan saw is not even read.
+TEST_F(ProposalRoutes, AStrokeIsDrawnOverTheMaskThatHasAllOthers) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  const auto stroke = [&](const char* kind, double x) {
+    return post("/panels/P-0001/mask-edits",
+                {{"kind", kind}, {"strokes_mm", {x, 2, x, 18}}, {"stroke_points", {2}}, {"width_mm", 2}});
+  };
+  ASSERT_EQ(stroke("withhold", 5).status, 200);
+  const auto masks = cell->database->call([](Repositories& r) { return r.panels.masks({"P-0001"}); });
+  const std::string seen = masks->front().seen_file;
+  const auto aside = cell->panel_library.path_of(seen + ".aside");
+  std::filesystem::rename(cell->panel_library.path_of(seen), aside);
+  EXPECT_EQ(stroke("give", 14.5).status, 200);
+  const ApiReply third = stroke("withhold", 10);
+  ASSERT_EQ(third.status, 200) << third.body;
+  const ApiReply back = ask("DELETE", "/api/v1/panels/P-0001/mask-edits/3");
+  EXPECT_EQ(back.status, 200) << back.body << ", and it was drawn without it before";
+  EXPECT_NE(ask("DELETE", "/api/v1/panels/P-0001/mask-edits/1").status, 200) << "here all is drawn anew";
+  std::filesystem::rename(aside, cell->panel_library.path_of(seen));
+  ASSERT_EQ(stroke("withhold", 10).status, 200);
+
+  // The same as all of it drawn at once, by whoever remembers nothing.
+  const auto paint = cell->database->call([](Repositories& r) { return paint_of(r, {"P-0001"}); });
+  ASSERT_EQ(paint->edits.size(), 3U);
+  const auto anew = painted_mask(PanelLibrary(config.store.data_dir), {"P-0001"}, seen, *paint);
+  ASSERT_TRUE(anew.ok()) << anew.error().message;
+  const auto panel = cell->database->call([](Repositories& r) { return r.panels.find({"P-0001"}); });
+  EXPECT_EQ(anew->file, panel->mask_file) << "files are named by their content";
+}
+
+TEST_F(ProposalRoutes, AMaskTakesSoManyEditsAndSaysWhatToDoThen) {
+  ASSERT_EQ(ended(post(fmt::format("/proposals/{}/accept", propose(301)))).state, TaskState::kDone);
+  const auto add = [&](const Region<PanelFrame>& shape, std::size_t times) {
+    return cell->database->call([&](Repositories& r) -> Status {
+      const auto masks = r.panels.masks({"P-0001"});
+      if (!masks) return masks.error();
+      db::MaskRecord made = masks->front();
+      for (std::size_t i = 0; i < times; ++i) {
+        const int after = masks->front().version + static_cast<int>(i);
+        if (const auto added =
+                r.masks.add({"P-0001"}, {{}, false, shape, "uid 1000", "", made.made_at, {}}, made, after);
+            !added)
+          return added.error();
+      }
+      return Ok();
+    });
+  };
+  const auto corner = [](double side) {
+    return Region<PanelFrame>(
+        {point<PanelFrame>(1, 1), point<PanelFrame>(1 + side, 1), point<PanelFrame>(1, 1 + side)});
+  };
+  const json edit = {{"kind", "withhold"}, {"outline_mm", {1, 1, 4, 1, 4, 4}}};
+  ASSERT_TRUE(add(corner(1), db::kMostMaskEdits - 1).ok());
+  ASSERT_EQ(post("/panels/P-0001/mask-edits", edit).status, 200);
+  const ApiReply full = post("/panels/P-0001/mask-edits", edit);
+  EXPECT_EQ(full.status, 409);
+  EXPECT_THAT(full.body, HasSubstr("takes 200 edits in all"));
+  EXPECT_THAT(full.body, HasSubstr("take some back"));
+  for (const char* number : {"1", "2"})
+    ASSERT_EQ(ask("DELETE", std::string("/api/v1/panels/P-0001/mask-edits/") + number).status, 200);
+  MicroRing comb{{0, 0}};
+  while (comb.size() < db::kMostMaskEditCorners) {
+    const auto x = static_cast<std::int64_t>(comb.size() / 4);
+    comb.insert(comb.end(), {{x, 1000}, {x + 1, 2000}});
+  }
+  ASSERT_TRUE(add(Region<PanelFrame>(MicroArea{{comb}}), 1).ok());
+  const ApiReply intricate = post("/panels/P-0001/mask-edits", edit);
+  EXPECT_EQ(intricate.status, 409);
+  EXPECT_THAT(intricate.body, HasSubstr("edits of 100000 corners in all"));
 }
 
 // Whoever paints looks at a picture, and another scan or another hand may have changed the mask meanwhile.

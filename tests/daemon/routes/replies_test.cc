@@ -186,6 +186,7 @@ TEST_F(Replies, AreWhatTheDescriptionSays) {
                                                         {"getMaterial", "/materials/walnut"},
                                                         {"getPanelMasks", "/panels/P-0001/masks"},
                                                         {"listMaskEdits", "/panels/P-0003/mask-edits"},
+                                                        {"getMaskEdit", "/panels/P-0003/mask-edits/1"},
                                                         {"listProposals", "/proposals?all=true"},
                                                         {"getProposal", "/proposals/1"},
                                                         {"getPanelDifferences", "/panels/P-0003/differences"},

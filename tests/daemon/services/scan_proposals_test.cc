@@ -288,7 +288,7 @@ TEST_F(ScanProposalsTest, WoodIsGivenBackAndWithheldByHandAndScansKeepThat) {
   ASSERT_TRUE(revert_mask(r(), *database_, library_, kFirst, std::nullopt, "uid 7").ok());
   EXPECT_FALSE(is_usable(x, y));
   EXPECT_TRUE(is_usable(rim + 2, y + 2));
-  const auto edits = r().masks.of(kFirst);
+  const auto edits = r().masks.counting(kFirst);
   ASSERT_THAT(*edits, SizeIs(3));
   for (const auto& one : *edits) ASSERT_TRUE(remove_mask_edit(r(), *database_, library_, kFirst, one.id, "uid 7").ok());
   EXPECT_EQ(usable_pixels(), before);

@@ -72,6 +72,27 @@ TEST_F(PreflightTest, AHeadThatStandsInAZoneLeavesItByTheNearerSide) {
   EXPECT_NE(refused(at(5, 3), -4, 0), "");
 }
 
+// There is a way out wherever there is one, and a sentence where there is none.
+TEST_F(PreflightTest, ZonesThatLieOneOverAnotherAreLeftAsOne) {
+  const auto refused = [&](Point<MachineFrame> from, double dx, double dy) {
+    const Status checked = check_jog(zones_, limits_.travel, from, Millimetres(dx), Millimetres(dy));
+    return checked ? std::string() : checked.error().message;
+  };
+  // Each has its nearer sides where the other has its farther ones.
+  zones_ = {{"clamp", box(200, 100, 240, 140)}, {"lamp", box(180, 80, 210, 110)}};
+  EXPECT_EQ(refused(at(204, 106), -30, 0), "");
+  EXPECT_EQ(refused(at(204, 106), 0, -30), "");
+  EXPECT_NE(refused(at(204, 106), 40, 0), "") << "that is farther";
+  // The nearer sides lie behind other zones, which the head does not stand in.
+  zones_ = {{"clamp", box(200, 100, 240, 140)}, {"lamp", box(190, 90, 203, 150)}, {"pipe", box(190, 80, 250, 102)}};
+  EXPECT_THAT(refused(at(206, 104), -20, 0), HasSubstr("\"lamp\" lies in that way"));
+  EXPECT_EQ(refused(at(206, 104), 40, 0), "");
+  EXPECT_EQ(refused(at(206, 104), 0, 40), "");
+  // On all sides.
+  zones_ = {{"rail", box(-9, -9, 60, 400)}, {"foot", box(-9, 20, 900, 60)}, {"door", box(-9, -9, 900, 25)}};
+  EXPECT_THAT(refused(at(30, 22), 5, 0), HasSubstr("move its head by hand"));
+}
+
 TEST_F(PreflightTest, NeitherACutNorADarkWayMayCrossAZone) {
   zones_ = {{"clamp", box(200, 100, 240, 140)}};
   EXPECT_EQ(refusal({burn("A1", {at(10, 10), at(190, 10)}), burn("A2", {at(190, 290), at(10, 290)})}), "");

@@ -40,6 +40,22 @@ TEST(Crops, TakeThePartOfEveryPicture) {
   EXPECT_EQ(cv::countNonZero(artwork.importance), 100);
 }
 
+// A brush's mask has some dozen cells; a crop's sides lie within them.
+TEST(Crops, PartTheCellsOfACoarseMaskWhereTheyLie) {
+  Artwork artwork = test::blob_artwork("A", 60, 40, Millimetres(20), 1);
+  artwork.importance = cv::Mat(1, 3, CV_8UC1);
+  for (int i = 0; i < 3; ++i) artwork.importance.at<unsigned char>(0, i) = static_cast<unsigned char>(1 + i);
+  crop_pictures(artwork, {15, 0, 30, 40});
+  const auto share = [&](int cell) {
+    return static_cast<double>(cv::countNonZero(artwork.importance == cell)) /
+           static_cast<double>(artwork.importance.total());
+  };
+  EXPECT_NEAR(share(1), 5.0 / 30, 0.02);
+  EXPECT_NEAR(share(2), 20.0 / 30, 0.02);
+  EXPECT_NEAR(share(3), 5.0 / 30, 0.02);
+  EXPECT_LE(artwork.importance.cols, 30) << "no finer than the picture";
+}
+
 TEST(Crops, AreWrittenAsTheyAreRead) {
   EXPECT_EQ(*crop_of("3,4,50,60"), cv::Rect(3, 4, 50, 60));
   EXPECT_EQ(crop_text({3, 4, 50, 60}), "3,4,50,60");

@@ -1,0 +1,61 @@
+// A cell with two panels of 30 x 20 mm in stock, all of them wood; a second scan of the first one saw 100 mm2 of it.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <stdexcept>
+
+#include "tests/support/panel_shapes.h"
+#include "tests/support/routed_cell.h"
+
+namespace veneer::daemon {
+
+class PanelCell : public testing::RoutedCell {
+ protected:
+  static constexpr const char* kThen = "2026-05-01T07:30:00.000Z";
+  static constexpr int kColumns = 360, kRows = 240;
+  static constexpr SquareMillimetres kWhole{kColumns * kRows / (kMapResolution.px_per_mm * kMapResolution.px_per_mm)};
+
+  PanelCell() {
+    for (const char* id : {"P-0001", "P-0002"}) {
+      db::PanelRecord panel;
+      panel.id = {id}, panel.name = id, panel.width = 30_mm, panel.height = 20_mm, panel.created_at = kThen;
+      const auto picture =
+          cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "all");
+      if (!picture) throw std::runtime_error(picture.error().message);
+      panel.map_file = panel.mask_file = picture->file, panel.map_hash = picture->sha256;
+      panel.usable = kWhole;
+      change([&](Repositories& r) { return r.panels.add(panel, {}, {}); });
+    }
+    // A second scan of the first one sees half of its wood only.
+    const auto less =
+        cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(0)), "panels", "less");
+    if (!less) throw std::runtime_error(less.error().message);
+    change([&](Repositories& r) -> Status {
+      const auto version =
+          r.panels.add_mask({"P-0001"}, {0, less->file, less->file, less->sha256, kThen, SquareMillimetres(100)}, 1);
+      return version ? Ok() : Status(version.error());
+    });
+  }
+
+  // A zone of a panel 20 mm high.
+  static Ring<PanelFrame> strip(double left_mm, double right_mm) {
+    return {point<PanelFrame>(left_mm, 0), point<PanelFrame>(right_mm, 0), point<PanelFrame>(right_mm, 21),
+            point<PanelFrame>(left_mm, 21)};
+  }
+  template <class F>
+  void change(F work) {
+    const Status done = cell->database->call([&](Repositories& r) -> Status { return work(r); });
+    if (!done) throw std::runtime_error(done.error().message);
+  }
+  nlohmann::json get(const std::string& path) { return body_of(ask("GET", "/api/v1" + path)); }
+  // The cell books what it finds at its start, behind all else: a test of what is booked begins after that.
+  void until_what_is_left_is_booked(const std::string& panel) {
+    for (nlohmann::json it = get("/panels/" + panel); it["remnant"]["booked"].is_null(); it = get("/panels/" + panel))
+      if (!it["remnant"].is_object()) throw std::runtime_error("nothing is known of what is left: " + it.dump());
+  }
+  ApiReply post(const std::string& path, const nlohmann::json& body = nlohmann::json::object()) {
+    return ask("POST", "/api/v1" + path, body);
+  }
+};
+
+}  // namespace veneer::daemon

@@ -1,0 +1,177 @@
+// Which wood of panels is free, through the API: area books, and the search for wood.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <filesystem>
+#include <future>
+#include <opencv2/imgproc.hpp>
+
+#include "base/polygon_ops.h"
+#include "cli/render.h"
+#include "tests/daemon/routes/panel_cell.h"
+
+namespace veneer::daemon {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using testing::panel_square;
+
+class PanelWood : public PanelCell {};
+
+// The area book says the same at each step, and its classes are the panel.
+void expect_book(SquareMillimetres whole, const json& panel, double reserved, double cut, double kerf) {
+  const json& book = panel["area_book_mm2"];
+  EXPECT_NEAR(book["panel"].get<double>(), 600, 1e-9);
+  EXPECT_NEAR(book["reserved"].get<double>(), reserved, 1e-9);
+  EXPECT_NEAR(book["cut"].get<double>(), cut, 1e-9);
+  EXPECT_NEAR(book["kerf"].get<double>(), kerf, 1e-9);
+  double sum = 0;
+  for (const auto& [name, area] : book.items()) sum += name == "panel" ? 0 : area.get<double>();
+  EXPECT_NEAR(sum, 600, 6e-4);
+  const double beside = whole.count() - 600;  // these masks are a little larger than their panels
+  EXPECT_GE(book["free"].get<double>() + beside, panel["free_mm2"].get<double>() - 1e-9) << "parts of pixels";
+}
+
+// It rose while pieces were cut, and counted what was cut until the next scan.
+TEST_F(PanelWood, FreeWoodIsWhatNothingIsBookedOn) {
+  EXPECT_EQ(get("/panels/P-0002")["free_mm2"], get("/panels/P-0002")["usable_mm2"]);
+  db::NewPlan plan;
+  plan.name = "portrait", plan.who = "local:1000", plan.plan_json = "{}", plan.options_json = "{}";
+  for (const double x : {5.0, 15.0}) {
+    db::PlannedPatch& patch = plan.pieces.emplace_back();
+    patch.mark = x < 10 ? "A1" : "A2";
+    for (const auto& p : panel_square(0, 0, 6))
+      patch.artwork_outline.push_back(point<ArtworkFrame>(p.x.count(), p.y.count()));
+    patch.panel = PanelId{"P-0002"};
+    patch.panel_outline = panel_square(x, 5, 6);
+    patch.allocation = offset(Region<PanelFrame>(patch.panel_outline), 0.25_mm);
+    patch.panel_from_artwork = Isometry2<PanelFrame, ArtworkFrame>(Radians(0), point<PanelFrame>(x, 5));
+  }
+  plan.planned_on = {{PanelId{"P-0002"}, 1}};
+  std::vector<db::PieceRecord> pieces;
+  change([&](Repositories& r) -> Status {
+    const auto job = r.jobs.create(plan, kThen);
+    if (!job) return job.error();
+    auto all = r.jobs.pieces(*job);
+    if (!all) return all.error();
+    pieces = std::move(*all);
+    return Ok();
+  });
+  // A pixel that is touched is not free, all around: 0.085 mm of 6.5 each.
+  expect_book(kWhole, get("/panels/P-0002"), 2 * 6.5 * 6.5, 0, 0);
+  const double reserved = get("/panels/P-0002")["free_mm2"];
+  EXPECT_NEAR(reserved, kWhole.count() - 2 * 6.5 * 6.5, 2 * 4 * 6.7 * 0.17);
+  EXPECT_LE(reserved, kWhole.count() - 2 * 6.5 * 6.5);
+  change([&](Repositories& r) -> Status {
+    const auto run = r.jobs.start_run(
+        pieces[0].job, PanelId{"P-0002"},
+        Isometry2<BedFrame, PanelFrame>(degrees(178), point<BedFrame>(40, 30), Handedness::kImproper), 0.04_mm, kThen);
+    if (!run) return run.error();
+    if (Status cutting = r.jobs.mark_cutting(pieces[0].id, kThen); !cutting) return cutting;
+    if (Status cut = r.jobs.book_piece(pieces[0].id, kThen); !cut) return cut;
+    return r.jobs.finish_run(*run, false, kThen);
+  });
+  EXPECT_EQ(get("/panels/P-0002")["free_mm2"], reserved) << "what was cut is as little free as what is to be cut";
+  expect_book(kWhole, get("/panels/P-0002"), 6.5 * 6.5, 36, 6.5 * 6.5 - 36);
+  change([&](Repositories& r) { return r.jobs.cancel(pieces[0].job, kThen); });
+  expect_book(kWhole, get("/panels/P-0002"), 0, 36, 6.5 * 6.5 - 36);
+  EXPECT_NEAR(get("/panels/P-0002")["free_mm2"].get<double>(), (kWhole.count() + reserved) / 2, 1e-6);
+}
+
+TEST_F(PanelWood, FindsThePanelsThatHaveTheWoodOneLooksFor) {
+  // P-0002 is walnut on the left and maple on the right, and looks so. P-0001 has no wood left.
+  cv::Mat map(kRows, kColumns, CV_8UC3, cv::Scalar(190, 220, 240));
+  map.colRange(0, kColumns / 2) = cv::Scalar(40, 60, 80);
+  const auto walnut_and_maple = cell->panel_library.store_picture(map, "panels", "both");
+  const auto mask =
+      cell->panel_library.store_picture(cv::Mat(kRows, kColumns, CV_8UC1, cv::Scalar(255)), "panels", "all");
+  ASSERT_TRUE(walnut_and_maple.ok() && mask.ok());
+  change([&](Repositories& r) -> Status {
+    const auto version = r.panels.add_mask(
+        {"P-0002"}, {0, walnut_and_maple->file, mask->file, walnut_and_maple->sha256, kThen, kWhole}, 1);
+    if (!version) return version.error();
+    return r.materials.add_zones({"P-0002"}, {{1, strip(0, 15), "walnut"}, {2, strip(15, 31), "maple"}});
+  });
+  const auto found = [&](const std::string& query) {
+    const json reply = get("/panels?" + query);
+    std::string text;
+    for (const json& panel : reply["panels"])
+      text += fmt::format("{}{} {:.0f}", text.empty() ? "" : ", ", panel["id"].get<std::string>(),
+                          panel["fitting_mm2"].get<double>());
+    return text;
+  };
+  EXPECT_EQ(found("min_free_mm2=100"), "P-0002 619") << "P-0001 has none";
+  EXPECT_EQ(found("min_free_mm2=700"), "");
+  EXPECT_EQ(found("wood=oak"), "");
+  EXPECT_EQ(found("wood=walnut&min_free_mm2=310"), "") << "it has 300";
+  EXPECT_EQ(found("wood=walnut&patch_mm=16"), "") << "it is 15 mm wide";
+  const std::string walnut = found("wood=walnut&patch_mm=14");
+  EXPECT_THAT(walnut, HasSubstr("P-0002 30"));
+  // Half of its wood each, but for what lies so near to the other half that it looks like neither.
+  EXPECT_NEAR(get("/panels?tone=dark&patch_mm=14")["panels"][0].value("fitting_mm2", 0.0), 310 - 10, 15);
+  EXPECT_NEAR(get("/panels?tone=light&patch_mm=14")["panels"][0].value("fitting_mm2", 0.0), 310 - 10, 15);
+  EXPECT_EQ(found("tone=dark&patch_mm=16"), "");
+  EXPECT_EQ(found("tone=dark&wood=maple&patch_mm=2"), "");
+  // A knot in the walnut leaves strips of 4 and 5 mm on its sides, and 8 mm below and above it.
+  change([](Repositories& r) {
+    return r.ledger.write_off({"P-0002"}, Region<PanelFrame>(panel_square(4, 8, 6)), "a knot", kThen);
+  });
+  EXPECT_EQ(found("wood=walnut&patch_mm=9"), "");
+  EXPECT_THAT(found("wood=walnut&patch_mm=6"), HasSubstr("P-0002 2"));
+  EXPECT_THAT(cli::render_found(get("/panels?wood=walnut&patch_mm=6")), HasSubstr("P-0002"));
+  EXPECT_EQ(cli::render_found(get("/panels?wood=oak")), "No panel in stock has so much of this wood.\n");
+  // Pages go on where the one before stopped.
+  EXPECT_EQ(get("/panels?min_free_mm2=1&limit=1")["panels"].size(), 1U);
+  EXPECT_TRUE(get("/panels?min_free_mm2=1&limit=1&cursor=2")["panels"].empty());
+  ASSERT_EQ(post("/panels/P-0002/retire", {{"reason", "sold"}}).status, 200);
+  EXPECT_EQ(found("min_free_mm2=1"), "") << "out of stock";
+}
+
+// Whoever asks for all panels, whose masks have to be looked at, keeps nobody from what is known.
+TEST_F(PanelWood, AMaskIsLookedAtAmongThePicturesAndWhatIsKnownIsToldAtOnce) {
+  const json known = get("/panels/P-0001");
+  EXPECT_TRUE(known["area_book_mm2"].is_object()) << known;
+  ApiRequest question;
+  question.caller = {Role::kAdmin, "uid 1000", TransportKind::kUnix};
+  std::promise<void> looking, looked;
+  cell->pictures->ask(
+      question, [](const ApiReply&) {},
+      [&looking, seen = looked.get_future().share()](Repositories&) {
+        looking.set_value();
+        seen.wait();
+        return ApiReply();
+      });
+  looking.get_future().wait();
+  EXPECT_EQ(get("/panels/P-0001"), known);
+  const auto answer = begin_asking("GET", "/api/v1/panels/P-0002");
+  reactor.restart();
+  while (!*answer && cell->pictures->waiting() == 0 && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  EXPECT_FALSE(*answer) << "it did not wait its turn";
+  EXPECT_EQ(cell->pictures->waiting(), 1U);
+  looked.set_value();
+  while (!*answer && reactor.run_one_for(std::chrono::seconds(10)) > 0) {
+  }
+  ASSERT_TRUE(*answer);
+  EXPECT_TRUE(body_of(**answer)["remnant"].is_object());
+  EXPECT_EQ(ask("GET", "/api/v1/panels/P-0009").status, 404);
+}
+
+// One file that is lost must not hide the whole stock.
+TEST_F(PanelWood, AMaskThatCannotBeReadLeavesNothingFreeAndTheOthersListed) {
+  change([](Repositories& r) {
+    return r.ledger.write_off({"P-0001"}, Region<PanelFrame>(panel_square(5, 5, 6)), "burnt", kThen);
+  });
+  std::filesystem::remove(cell->panel_library.path_of(
+      cell->database->call([](Repositories& r) { return r.panels.find({"P-0001"}); })->mask_file));
+  const json all = get("/panels");
+  ASSERT_EQ(all["panels"].size(), 2U) << all.dump();
+  EXPECT_EQ(all["panels"][0]["free_mm2"], 0);
+  EXPECT_GT(all["panels"][1]["free_mm2"], 0);
+  EXPECT_TRUE(get("/panels/P-0001")["area_book_mm2"].is_null());
+}
+
+}  // namespace
+}  // namespace veneer::daemon
