@@ -1,10 +1,11 @@
-// What somebody paints over a picture with a finger: which of its edges a grid with morphed lines follows (all of them, or
+// What somebody paints over a picture with a finger, or by keyboard: which of its edges a grid with morphed lines follows (all of them, or
 // not those that are veiled: of large shapes, fine ones, or both), and what in it matters (background, figure, detail).
 // What is painted is of the picture, whatever part of it is wanted, and stays with it while another one is looked at.
 import {h} from "./dom.js";
 import {t} from "./words.js";
 import {changed} from "./model.js";
 import {button} from "./parts.js";
+import {brushKey} from "./brush_keys.js";
 import {drawPart} from "./sketch.js";
 
 const kStored = 192;   // cells along a picture's longer side, of what is kept
@@ -113,16 +114,22 @@ function dab(brush, x, y, radius) {
       if (Math.hypot(column + .5 - x, row + .5 - y) <= radius) for (const layer of layersOf(brush)) painted.masks[layer][row * painted.width + column] = value;
 }
 
-function paint(brush, event) {
-  if (!part) return;
-  const box = event.currentTarget.getBoundingClientRect();
-  const radius = Math.max(.75, kSizes[hand[brush].size] * part.width / gridOf(brush).columns);
-  const x = part.x + (event.clientX - box.left) / box.width * part.width, y = part.y + (event.clientY - box.top) / box.height * part.height;
+const radiusOf = (brush) => Math.max(.75, kSizes[hand[brush].size] * part.width / gridOf(brush).columns);
+
+// `across`, `down`: of what is shown, from 0 to 1.
+function paintTo(brush, canvas, across, down) {
+  const radius = radiusOf(brush), x = part.x + across * part.width, y = part.y + down * part.height;
   const from = last || [x, y], steps = Math.max(1, Math.ceil(4 * Math.hypot(x - from[0], y - from[1]) / radius));
   for (let step = 1; step <= steps; ++step) dab(brush, from[0] + (x - from[0]) * step / steps, from[1] + (y - from[1]) * step / steps, radius);
   last = [x, y];
   ++version;
-  draw(event.currentTarget);
+  draw(canvas);
+}
+
+function paint(brush, event) {
+  if (!part) return;
+  const box = event.currentTarget.getBoundingClientRect();
+  paintTo(brush, event.currentTarget, (event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height);
 }
 
 function remember(brush) {
@@ -135,16 +142,63 @@ const holds = (event) => event.isPrimary && event.currentTarget.hasPointerCaptur
 function begin(brush, event) {
   if (event.button !== 0 || !event.isPrimary || !part) return;
   event.currentTarget.setPointerCapture(event.pointerId);
+  byKeys = "";
   remember(brush);
   last = null;
   paint(brush, event);
+}
+
+// ---- the keyboard ---------------------------------------------------------------------------------------------------
+
+const cross = {edges: [.5, .5], matters: [.5, .5]};  // where it stands, of what is shown
+const said = {edges: "", matters: ""};
+let byKeys = "";                                     // the brush whose crosshair is seen
+
+function keyed(brush, event) {
+  const key = part && brushKey(event);
+  if (!key) return;
+  const canvas = event.currentTarget, {columns, rows} = gridOf(brush), step = Math.max(1, kSizes[hand[brush].size] / 2);
+  const to = ([at, way, cells]) => Math.min(1 - .5 / cells, Math.max(.5 / cells, at + way * step / cells));
+  if (key.paints) {
+    if (!event.repeat) remember(brush);
+    last = null;
+    paintTo(brush, canvas, ...cross[brush]);
+  }
+  byKeys = brush;
+  cross[brush] = [[cross[brush][0], key.across, columns], [cross[brush][1], key.down, rows]].map(to);
+  if (key.paints) paintTo(brush, canvas, ...cross[brush]);
+  said[brush] = placeWords(brush, key.paints);
+  draw(canvas);
+  changed();
+}
+
+function placeWords(brush, painted_) {
+  const {columns, rows} = gridOf(brush), [across, down] = cross[brush];
+  const values = layersOf(brush).map((layer) => sent(brush, layer)[Math.floor(down * rows) * columns + Math.floor(across * columns)]);
+  const nearest = Object.entries(kBrushes[brush].values).sort(([, a], [, b]) => Math.abs(a - Math.min(...values)) - Math.abs(b - Math.min(...values)))[0][0];
+  const place = {across: Math.round(100 * across), down: Math.round(100 * down), what: t(`${brush}.${painted_ ? hand[brush].value : nearest}`)};
+  return t(painted_ ? "paint.done" : "paint.at", place);
+}
+
+// Light with a dark rim: seen on any picture.
+function drawCross(pen, brush, wide, high) {
+  const [x, y] = [cross[brush][0] * wide, cross[brush][1] * high], radius = radiusOf(brush) / part.width * wide;
+  for (const [colour, width] of [["#15181a", 6], ["#fff", 2]]) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.beginPath();
+    pen.moveTo(x, 0); pen.lineTo(x, high);
+    pen.moveTo(0, y); pen.lineTo(wide, y);
+    pen.moveTo(x + radius, y); pen.arc(x, y, radius, 0, 2 * Math.PI);
+    pen.stroke();
+  }
 }
 
 // ---- what is seen of it ---------------------------------------------------------------------------------------------
 
 // Says of itself what it shows: data-painted, how many of its cells; nothing before the picture is there.
 function draw(canvas) {
-  const {brush} = canvas.dataset, key = `${version} ${hand[brush].layer}`;
+  const {brush} = canvas.dataset, key = `${version} ${hand[brush].layer} ${byKeys === brush ? [...cross[brush], hand[brush].size] : ""}`;
   if (canvas.drawn_ === key) return;
   const {columns, rows} = gridOf(brush), scale = kShownPx / Math.max(columns, rows);
   canvas.width = Math.round(columns * scale);
@@ -164,6 +218,7 @@ function draw(canvas) {
       cell(pen, column * canvas.width / columns, row * canvas.height / rows, canvas.width / columns, canvas.height / rows, less, less === values.length);
     }
   canvas.dataset.painted = count;
+  if (byKeys === brush) drawCross(pen, brush, canvas.width, canvas.height);
 }
 
 // Veiled with a dot, or lit with a cross: not by shade alone, since a dark picture is as dark.
@@ -193,8 +248,12 @@ function controls(brush, ...more) {
     h("p.dim", {}, t(`${brush}.about`)),
     left && !hasPaint(brush) && h("p.warn", {}, `▲ ${t("paint.left", {name: left})}`),
     outside && h("p.warn", {}, `▲ ${t("paint.outside")}`),
-    h("canvas.paint", {"data-keep": "", "data-key": brush, "data-brush": brush, role: "img", "aria-label": t(`${brush}.map`),
+    h("p.dim.keys", {id: `${brush}-keys`}, t("paint.keys")),
+    h("canvas.paint", {"data-keep": "", "data-key": brush, "data-brush": brush, tabindex: 0, role: "application", "aria-label": t(`${brush}.map`), "aria-describedby": `${brush}-keys`,
+      onkeydown: (event) => keyed(brush, event), onfocus: (event) => { if (event.currentTarget.matches(":focus-visible")) { byKeys = brush; draw(event.currentTarget); } },
+      onblur: (event) => { byKeys = ""; draw(event.currentTarget); },
       onpointerdown: (event) => begin(brush, event), onpointermove: (event) => { if (holds(event)) paint(brush, event); }, onpointerup: changed}),
+    h("p.dim", {role: "status", id: `${brush}-said`}, said[brush]),
     layers.length > 1 && choices(brush, "layer", ["both", ...layers], brush),
     choices(brush, "value", Object.keys(values), brush),
     choices(brush, "size", Object.keys(kSizes), "paint"),

@@ -16,6 +16,7 @@ let wanted = null;    // {file, query, crop: {x, y, width, height} or null, key}
 let shown = null;     // {file, key, url, sketch, layout, patch_mm: as they were asked for}
 let refused = null;   // {key, sentence}
 let drawing = false, timer = 0;
+let large = false;    // on a narrow screen it is a strip at the foot, unless somebody wants it large
 
 // The picture's size in pixels, once it is known; null where the browser cannot read it.
 export const pictureSize = (file) => (picture && picture.file === file && picture.bitmap ? {width: picture.bitmap.width, height: picture.bitmap.height} : null);
@@ -104,12 +105,13 @@ export function sketchCard(file) {
   const mine = shown && shown.file === file ? shown : null;
   const fault = refused && wanted && refused.file === file && refused.key === wanted.key ? refused.sentence : "";
   const coming = drawing || (wanted && !isDone(wanted));
-  return h("section.card.sketch", {"aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
+  return h("section.card.sketch", {class: large ? "large" : "", "aria-label": t("sketch"), "aria-busy": coming ? "true" : "false"}, h("h2", {}, t("sketch")),
     h("div.sketch-place", {},
       mine && h("img", {id: "sketch-picture", src: mine.url, alt: t("sketch.picture"), "data-pieces": mine.sketch.pieces}),
       h("p.sketch-sign", {role: "status"}, coming ? `… ${t(mine ? "sketch.newer" : "sketch.coming")}` : "")),
     fault && h("p.fault", {}, `▲ ${asSentence(fault)} `, button(t("sketch.again"), () => { refused = null; drawNext(); })),
     mine && figures(mine),
+    mine && button(t(large ? "sketch.smaller" : "sketch.bigger"), () => { large = !large; changed(); }, {id: "sketch-size", "aria-expanded": String(large)}),
     h("p.dim", {}, t("sketch.rough")));
 }
 

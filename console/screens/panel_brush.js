@@ -16,7 +16,7 @@ const kSaveMs = 60000;
 let of = "";          // the panel that is shown
 let map = null;
 let on = false, give = false, width = 8;
-let edits = null, asked = "";
+let edits = null, asked = "", said = "";
 const sheets = new Map();  // by panel: what was painted on it, also while another screen is shown
 
 // version: of the mask that the strokes were painted on; seen: the newest that this page knows of.
@@ -37,7 +37,7 @@ export function beginBrush(panel) {
   map = null;
   on = false;
   edits = null;
-  asked = "";
+  asked = said = "";
 }
 export function brushOn(opened) {
   map = opened;
@@ -51,7 +51,8 @@ const points = (sheet) => sheet.strokes.reduce((sum, one) => sum + one.points_mm
 function hold() {
   if (!map) return;
   const sheet = sheetOf(of), {seen} = sheet;
-  map.brush(on && !sheet.busy && !isMoved(sheet) ? {give, width_mm: width, room: kMostPoints - points(sheet), onStroke: (stroke) => take(sheet, seen, stroke)} : null);
+  map.brush(on && !sheet.busy && !isMoved(sheet) ? {give, width_mm: width, room: kMostPoints - points(sheet), onStroke: (stroke) => take(sheet, seen, stroke),
+    onCross: ([x, y]) => { said = t("brush.at", {x: x.toFixed(1), y: y.toFixed(1)}); changed(); }} : null);
 }
 const set = (act) => () => { act(); hold(); changed(); };
 
@@ -59,6 +60,8 @@ const set = (act) => () => { act(); hold(); changed(); };
 function take(sheet, seen, stroke) {
   if (!sheet.strokes.length) sheet.version = seen;
   sheet.strokes.push(kept(stroke));
+  const [x, y] = stroke.points_mm[stroke.points_mm.length - 1];
+  said = t("brush.done", {kind: t(stroke.give ? "brush.give" : "brush.withhold"), mm: stroke.width_mm, x: x.toFixed(1), y: y.toFixed(1), n: sheet.strokes.length});
   show(sheet);
 }
 
@@ -140,7 +143,9 @@ export function brushTools(ready, version) {
     h("div.commands", {}, button(t(on ? "brush.off" : "brush.on"), set(() => { on = !on; if (on && map) map.layer("free", true); }), {wide: true, id: "brush", disabled: !ready || (!on && !mayChange()), "aria-pressed": String(on)})),
     moved && h("p.warn", {role: "status"}, `▲ ${t("brush.moved", {painted: sheet.version, now: sheet.seen})}`),
     on && !moved && [
+      h("p.dim", {role: "status", id: "brush-said"}, said),
       h("p.dim", {}, t("brush.about")),
+      h("p.dim.keys", {id: "brush-keys"}, t("brush.keys")),
       h("div.choices", {role: "group", "aria-label": t("brush.kind")},
         choice(`− ${t("brush.withhold")}`, !give, () => { give = false; }, {id: "brush-withhold"}),
         choice(`+ ${t("brush.give")}`, give, () => { give = true; }, {id: "brush-give"})),

@@ -3,6 +3,7 @@
 // looks closer.
 import {t} from "../words.js";
 import {pictureUrl} from "../pictures.js";
+import {brushKey} from "../brush_keys.js";
 
 const kFirstWidth = 1600, kCloseWidth = 6400;  // px, of the scan
 const kStates = {  // what a state is drawn as, and on which layer
@@ -36,6 +37,8 @@ async function library() {
 // choose(piece), layer(name, shown), renewFree(), renewScan(), brush(how), strokes(list), close()}
 export async function openMap(place, panel, onPiece) {
   const L = await library();
+  place.setAttribute("role", "application");  // its keys are its own
+  place.setAttribute("aria-label", t("panel.map", {panel: panel.id}));
   const box = [[0, 0], [panel.height_mm, panel.width_mm]];
   const map = L.map(place, {crs: L.CRS.Simple, minZoom: -4, maxZoom: 6, zoomSnap: .25, attributionControl: false, maxBoundsViscosity: .8, preferCanvas: true});
   map.setMaxBounds(L.latLngBounds(box).pad(.5));
@@ -103,7 +106,15 @@ export async function openMap(place, panel, onPiece) {
     return strokeLayer.addLayer(L.layerGroup(give ? [line, middle] : [line]));
   }
   map.on("zoomend", () => strokeLayer.eachLayer((stroke) => stroke.eachLayer((line) => { if (line.width_) line.setStyle({weight: weightOf(line.width_)}); })));
-  const hand = brushHand(place, map, drawStroke, () => { const lines = strokeLayer.getLayers(); if (lines.length) strokeLayer.removeLayer(lines[lines.length - 1]); });
+  let crosshair = null;
+  const markCross = (point) => {
+    if (crosshair && !point) { crosshair.remove(); crosshair = null; }
+    if (!point) return;
+    if (!crosshair) crosshair = L.marker(at(point), {icon: L.divIcon({className: "crosshair", iconSize: [48, 48]}), interactive: false, keyboard: false}).addTo(map);
+    crosshair.setLatLng(at(point));
+    map.panInside(at(point), {padding: [48, 48], animate: false});
+  };
+  const hand = brushHand(place, map, {wide: panel.width_mm, high: panel.height_mm, markCross}, drawStroke, () => { const lines = strokeLayer.getLayers(); if (lines.length) strokeLayer.removeLayer(lines[lines.length - 1]); });
 
   const drawn = new Map();  // polygons by piece
   let chosen = null;
@@ -144,9 +155,10 @@ export async function openMap(place, panel, onPiece) {
 }
 
 // One finger, pen or mouse draws while a brush is in hand; two fingers move and zoom the map as ever, and what the first
-// of them had begun is dropped. -> {take(how), paints()}; how: {give, width_mm, room, onStroke} or null. onStroke is given
-// the stroke and the `how` that it was begun with, and draws it.
-function brushHand(place, map, drawStroke, dropStroke) {
+// of them had begun is dropped. By keyboard a crosshair draws (brush_keys.js), with Shift one stroke until it is let go.
+// -> {take(how), paints()}; how: {give, width_mm, room, onStroke, onCross} or null. onStroke is given the stroke, and draws
+// it; onCross where the crosshair stands.
+function brushHand(place, map, {wide, high, markCross}, drawStroke, dropStroke) {
   const kStep = 1 / 6;         // of its width, between two points
   const kLongestPath = 4000;  // points, before it is simplified
   let how = null, begunWith = null, stroke = null, pointer = 0;
@@ -163,6 +175,10 @@ function brushHand(place, map, drawStroke, dropStroke) {
     if (!how || event.target.closest(".leaflet-control") || event.button !== 0) return;
     if (fingers.size > 1) return drop();
     if (how.room < 1) return;
+    finish();
+    if (!how) return;
+    cross = null;
+    markCross(null);
     pointer = event.pointerId;
     begunWith = how;
     place.setPointerCapture(pointer);
@@ -190,14 +206,49 @@ function brushHand(place, map, drawStroke, dropStroke) {
   place.addEventListener("pointerup", end);
   place.addEventListener("pointercancel", end);
 
+  const kKeys = -1;  // the pointer that a keyboard's stroke has
+  let cross = null;
+  const finish = () => {
+    if (!stroke || pointer !== kKeys) return;
+    const done = stroke;
+    stroke = null;
+    dropStroke();
+    begunWith.onStroke(done);
+  };
+  place.addEventListener("keydown", (event) => {
+    const key = how && event.target === place && !(stroke && pointer !== kKeys) ? brushKey(event) : null;
+    if (!key) return;
+    const {lat, lng} = map.getCenter(), step = Math.max(.5, how.width_mm / 2);
+    const from = cross || [lng, lat].map((mm) => Math.round(mm * 100) / 100);
+    cross = [from[0] + key.across * step, from[1] - key.down * step].map((mm, i) => Math.min(i ? high : wide, Math.max(0, mm)));
+    markCross(cross);
+    if (!key.paints || !event.shiftKey) finish();
+    if (!how) return;
+    how.onCross(cross);
+    if (!key.paints || how.room < 1) return;
+    if (stroke) {
+      dropStroke();
+    } else {
+      pointer = kKeys;
+      begunWith = how;
+      stroke = {give: how.give, width_mm: how.width_mm, points_mm: [from]};
+    }
+    if (String(cross) !== String(stroke.points_mm[stroke.points_mm.length - 1]) && stroke.points_mm.length < kLongestPath) stroke.points_mm.push(cross);
+    drawStroke(stroke);
+    if (!event.shiftKey) finish();
+  });
+  place.addEventListener("keyup", (event) => { if (event.key === "Shift") finish(); });
+  place.addEventListener("blur", () => { finish(); cross = null; markCross(null); });
+
   return {
     paints: () => how !== null,
     take(wanted) {
       if (Boolean(how) !== Boolean(wanted)) {
-        for (const part of ["dragging", "boxZoom", "doubleClickZoom"]) if (map[part]) map[part][wanted ? "disable" : "enable"]();
+        for (const part of ["dragging", "boxZoom", "doubleClickZoom", "keyboard"]) if (map[part]) map[part][wanted ? "disable" : "enable"]();
         place.classList.toggle("painting", Boolean(wanted));
+        if (wanted) place.setAttribute("aria-describedby", "brush-keys"); else place.removeAttribute("aria-describedby");
       }
-      if (!wanted) drop();
+      if (!wanted) { drop(); cross = null; markCross(null); }
       how = wanted;
     },
   };

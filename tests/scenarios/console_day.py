@@ -182,6 +182,12 @@ class Day:
         hand.pointer_action.pointer_up()
         hand.perform()
 
+    def keys(self, css, *keys):
+        """As somebody who came here with the tabulator; Shift is held until it comes again, or to the end."""
+        self.browser.execute_script("document.querySelector(arguments[0]).focus({focusVisible: true})", css)
+        assert self.browser.execute_script("return getComputedStyle(document.activeElement).outlineStyle") == "solid", f"{css} has no focus to be seen"
+        self.find(css).send_keys(*keys)
+
     def strokes_and_hearts_hold(self):
         """What no finger shows: a stroke with fewer points withholds all that it did, a heart lies in its piece whole."""
         fault = self.browser.execute_async_script("""
@@ -226,6 +232,7 @@ class Day:
         self.until_says("#brush-save", "Save 2 strokes")
         self.press("#brush-undo")
         self.until_says("#brush-save", "Save 1 stroke")
+        self.paint_on_the_mask_by_keyboard()
         self.show("brush")
         self.keep_strokes_while_away()
         self.paint_while_another_hand_does()
@@ -234,6 +241,20 @@ class Day:
         for left in (2, 1, 0):
             self.press("[data-edit] button")
             self.until(f"{left} edits", lambda: len(self.browser.find_elements(By.CSS_SELECTOR, "[data-edit]")) == left)
+
+    def paint_on_the_mask_by_keyboard(self):
+        """Shift draws one stroke on its way; the map stays where it is."""
+        self.keys(".map", Keys.ARROW_LEFT)
+        self.until_says("#brush-said", "mm from the left")
+        place = self.text("#brush-said")
+        self.until("a crosshair", lambda: self.find(".map .crosshair"))
+        self.keys(".map", Keys.SHIFT, Keys.ARROW_UP, Keys.ARROW_UP, Keys.SHIFT)
+        self.until_says("#brush-save", "Save 2 strokes")
+        self.until_says("#brush-said", "Painted: Withhold wood, 8 mm wide")
+        self.press("#brush-undo")
+        self.until_says("#brush-save", "Save 1 stroke")
+        self.keys(".map", Keys.ARROW_DOWN, Keys.ARROW_DOWN)
+        self.until("the place where it began", lambda: self.text("#brush-said") == place)
 
     def keep_strokes_while_away(self):
         self.go("panels")
@@ -314,6 +335,11 @@ class Day:
         self.show("matters")
         self.press("#matters-undo")
         self.until("all alike", lambda: self.painted("matters") == "0")
+        self.keys("canvas[data-brush=matters]", Keys.SPACE)
+        self.until_says("#matters-said", "Painted at 50 % from the left, 50 % from the top: + detail")
+        self.until("what matters, by keyboard", lambda: self.painted("matters") not in (None, "0"))
+        self.press("#matters-undo")
+        self.until("all alike again", lambda: self.painted("matters") == "0")
         self.press("#matters summary")
 
     def scan_a_sheet(self):
