@@ -157,11 +157,11 @@ std::vector<TileLandmark> known_tags(const TileView& tile, Face face, const Pane
 void add_known_holes(const TileView& tile, const PanelFiducials& known, const ScannerModel& scanner,
                      const Isometry2<PanelFrame, GlassFrame>& panel_from_glass, std::vector<TileLandmark>& landmarks,
                      std::vector<FiducialOffset>& which) {
-  constexpr double kReach = 0.4;  // mm
+  constexpr double kSamePlace = 0.4;  // mm
   for (const Hole& hole : tile.holes) {
     const Point<GlassFrame> seen = scanner.glass_from_scan(hole.centre, tile.nominal);
     for (const PanelHole& frozen : known.holes) {
-      if (distance(panel_from_glass * seen, frozen.centre).count() >= kReach) continue;
+      if (distance(panel_from_glass * seen, frozen.centre).count() >= kSamePlace) continue;
       landmarks.push_back({{frozen.centre}, {seen}});
       which.push_back({-1, frozen.centre, Millimetres(0)});
     }

@@ -221,14 +221,14 @@ double most_apart(const TagCorners& a, const TagCorners& b) {
 }  // namespace
 
 TagCorners refine_corners(const cv::Mat& grey, const TagCorners& found) {
-  constexpr double kNear = 2;   // px: the detector's own corners are so near where nothing lies on them
-  constexpr double kClear = 1;  // px: nearer than that they need no second finding
+  constexpr double kNear = 2;        // px: the detector's own corners are so near where nothing lies on them
+  constexpr double kNearEnough = 1;  // px: nearer than that they need no second finding
   TagCorners start = found;
   double most = kNear;
   const double cell = cell_of(found);
   const auto seen = cross_edges(found, found, 0.5 * cell,
                                 [&](const Vec& from, const Vec& to) { return find_edge(grey, from, to, cell); });
-  if (seen && most_apart(*seen, found) > kClear) start = *seen, most = 0.5 * cell;
+  if (seen && most_apart(*seen, found) > kNearEnough) start = *seen, most = 0.5 * cell;
   TagCorners now = start;
   for (int pass = 0; pass < 2; ++pass) {
     const auto better = cross_edges(

@@ -121,7 +121,8 @@ class Exchange {
       context_->load_verify_file(address_.authority, fault);
     if (fault)
       return Error{ErrorCode::kInvalidArgument,
-                   address_.authority + " cannot be read as certificates: give a PEM file as --ca"};
+                   (address_.authority.empty() ? "what this system has" : address_.authority) +
+                       " cannot be read as certificates: give a PEM file as --ca"};
     tls_.emplace(stream_, *context_);
     tls_->set_verify_callback(asio::ssl::host_name_verification(host()));
     std::string name = host();

@@ -175,7 +175,7 @@ std::string render_edit(const json& edit) {
     std::vector<std::string> corners;
     for (const json& p : ring)
       if (p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number())
-        corners.push_back(fmt::format("{:g},{:g}", p[0].get<double>(), p[1].get<double>()));
+        corners.push_back(fmt::format("{},{}", p[0].get<double>(), p[1].get<double>()));
     text += line("Outline", joined(corners, " "));
   }
   return text;

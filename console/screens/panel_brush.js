@@ -125,6 +125,7 @@ function renew(panel) {
 // In the place of the brush, of a panel that was retired while strokes on it waited: they cannot be saved, and are not
 // dropped in silence, since a panel may be restored.
 export function strokesLeft() {
+  if (on) { on = false; hold(); }
   const sheet = sheetOf(of), n = sheet.strokes.length;
   if (!n) return null;
   return h("div.brush", {"data-key": "brush-left"},

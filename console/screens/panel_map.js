@@ -188,9 +188,17 @@ function brushHand(place, map, {wide, high, markCross}, drawStroke, dropStroke) 
   place.addEventListener("pointermove", (event) => {
     if (!stroke || event.pointerId !== pointer) return;
     const [x, y] = placeOf(event), [fromX, fromY] = stroke.points_mm[stroke.points_mm.length - 1];
-    if (Math.hypot(x - fromX, y - fromY) < Math.max(.3, how.width_mm * kStep) || stroke.points_mm.length >= kLongestPath) return;
+    if (Math.hypot(x - fromX, y - fromY) < Math.max(.3, how.width_mm * kStep)) return;
     stroke.points_mm.push([x, y]);
     dropStroke();
+    if (stroke.points_mm.length >= kLongestPath) {  // it goes on as another one, where there is room for more
+      const full = stroke;
+      stroke = null;
+      begunWith.onStroke(full);
+      if (!how || how.room < 1) return;
+      begunWith = how;
+      stroke = {give: how.give, width_mm: how.width_mm, points_mm: [[x, y]]};
+    }
     drawStroke(stroke);
   });
   const end = (event) => {

@@ -11,7 +11,7 @@ import {doSteps, isBusy, run, workRow} from "../work.js";
 const kDevices = ["laser", "scanner", "camera"];
 const kRealLaser = "a laser is at this port", kSimulation = "a simulation takes its place";  // by their names in the API
 const kRest = ["Stopped", "Idle", "Complete"];
-const kRefusalMs = 3000;
+const kRefusalMs = 10000;
 
 let devices = null;   // the last GET /devices, and the life of the daemon that told it
 let toldIn = -1;

@@ -39,7 +39,7 @@ json device_choices_json(const Config& config) {
 }
 
 Status may_restart(const DeviceServices& s) {
-  if (const Status rests = s.unit.at_rest(); !rests) return rests;
+  if (Status rests = s.unit.at_rest(); !rests) return rests;
   if (s.integrity.state() == DatabaseCheck::State::kChecking)
     return Error{ErrorCode::kConflict, "the database is being checked: wait until that is done"};
   if (const auto running = s.tasks.running(); !running.empty())
@@ -49,8 +49,8 @@ Status may_restart(const DeviceServices& s) {
   if (!s.restart)
     return Error{
         ErrorCode::kConflict,
-        "veneerd was started by hand, or by a program that it does not know (not by systemd itself), and nobody "
-        "may start it again: end it there, and start it again"};
+        "veneerd was started by hand, or by a program that it does not know (not by systemd itself), and perhaps "
+        "nobody would start it again: end it there, and start it again"};
   return Ok();
 }
 
@@ -77,11 +77,10 @@ json devices_now(const DeviceServices& s, const Status& restart) {
   out["next"] = nullptr;
   out["problem"] = "";
   if (s.config.file.empty()) return out;
-  const auto next = next_start(s);
-  if (!next)
-    out["problem"] = next.error().message;
-  else if (json then = device_choices_json(*next); then != device_choices_json(s.config))
-    out["next"] = std::move(then);
+  if (const auto next = next_start(s); !next) out["problem"] = next.error().message;
+  // What is chosen is told where it cannot be started with, too.
+  if (const auto written = load_config(s.config.file))
+    if (json then = device_choices_json(*written); then != device_choices_json(s.config)) out["next"] = std::move(then);
   return out;
 }
 
@@ -93,7 +92,8 @@ void leave_out_places(json& told) {
     (*devices)["laser"]["port"] = (*devices)["scanner"]["device"] = (*devices)["camera"]["device"] = "";
   }
   told["file"] = "", told["camera_folder"] = nullptr;
-  if (told["problem"] != "") told["problem"] = "the configuration is not good; an operator is told why";
+  if (!told["problem"].get_ref<const std::string&>().empty())
+    told["problem"] = "the cell would not start again as things are; an operator is told why";
 }
 
 void tell_devices(const DeviceServices& s, const ApiRequest& request, const Reply& reply) {
@@ -280,9 +280,9 @@ Status check_sure(const AskedDevice& asked, const char* of_what, std::string_vie
 
 Status check_choice(const DeviceServices& s, const AskedDevice& asked, const Config& now,
                     const std::shared_ptr<const TaskResult>& scanners) {
-  const Status there = asked.device == "laser"     ? check_laser(s.roots, asked.wanted.laser)
-                       : asked.device == "scanner" ? check_scanner(scanners, asked.wanted.scanner)
-                                                   : check_camera(now.store.data_dir, asked.wanted.camera);
+  Status there = asked.device == "laser"     ? check_laser(s.roots, asked.wanted.laser)
+                 : asked.device == "scanner" ? check_scanner(scanners, asked.wanted.scanner)
+                                             : check_camera(now.store.data_dir, asked.wanted.camera);
   if (!there) return there;
   if (asked.device == "laser" && asked.wanted.laser.kind != "sim")
     return check_sure(

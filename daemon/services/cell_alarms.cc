@@ -53,7 +53,7 @@ std::vector<AlarmCondition> cell_alarms(const CellView& view, const LaserStatus&
   if (!needs.database_busy.empty()) add("database", needs.database_damaged, needs.database_busy);
   if (needs.choice_lost)
     add("devices", true,
-        "devices were chosen for this cell, and chosen_devices.toml is gone from its data folder: what was chosen is "
+        "devices were chosen for this cell, and its data folder holds no chosen_devices.toml: what was chosen is "
         "simulated now. Choose it again, or put the file back, and restart");
   for (const CellNeeds::Certificate& one : needs.certificates)
     add(fmt::format("certificate {}", db::to_string(one.kind)), false, certificate_words(one));

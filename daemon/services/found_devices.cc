@@ -165,10 +165,13 @@ Status means_one_machine(const DeviceRoots& roots, const LaserConfig& laser) {
   const bool by_number = port.filename().string().find(in_names(there->serial)) != std::string::npos;
   const auto alike = std::ranges::count(chips, there->serial, &SerialChip::serial);
   if (!by_number || alike == 1) return Ok();
-  return Error{ErrorCode::kRefused,
-               fmt::format("{} ports that are plugged in have the laser's serial number {}, and {} leads to one of "
-                           "them, whichever it is: leave only the laser's in, or choose it anew by its socket",
-                           alike, there->serial, port.string())};
+  return Error{
+      ErrorCode::kRefused,
+      fmt::format(
+          "{} ports that are plugged in have the laser's serial number {}, and {} leads to one of "
+          "them, whichever it is: leave only the laser's in, or remove chosen_devices.toml, start, and choose it "
+          "by its socket",
+          alike, there->serial, port.string())};
 }
 
 fs::path camera_folder(const fs::path& data_dir) {

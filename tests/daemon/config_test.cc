@@ -170,7 +170,6 @@ TEST_F(ChosenDevicesTest, AFileThatIsNotWholeKeepsTheDaemonFromStarting) {
   EXPECT_TRUE(parse("[store]\ndata_dir = \"" + data_dir_.string() + "\"\n").ok()) << "it takes no part then";
 }
 
-// A board knows neither what it is nor its travel: a guess would drive the head against its frame.
 // Its content is nobody's fault then: to remove it would be the wrong advice.
 TEST_F(ChosenDevicesTest, AFileThatMayNotBeReadIsNoneToRemove) {
   const auto loop = data_dir_ / "loop";
@@ -198,6 +197,7 @@ TEST_F(ChosenDevicesTest, APictureIsNamedByItsWholePath) {
   EXPECT_THAT(refused.error().message, HasSubstr("\"data/camera/bed.jpg\" is no picture's whole path"));
 }
 
+// A board knows neither what it is nor its travel: a guess would drive the head against its frame.
 TEST_F(ChosenDevicesTest, EachLineOfABoardIsNeeded) {
   ChosenDevices wanted;
   wanted.laser.kind = "lihuiyu";

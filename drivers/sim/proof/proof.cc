@@ -63,8 +63,8 @@ Status read_marks(const sim::Sheet& sheet, const BurnIndex& burns, const std::ve
 }
 
 cv::Mat picture_of_back(const sim::Sheet& sheet, const BurnIndex& burns) {
-  constexpr double kPxPerMm = 10;
-  const Window window = Window::around({0, 0}, {sheet.width_mm, sheet.height_mm}, 0, kPxPerMm);
+  constexpr double kScale = 10;
+  const Window window = Window::around({0, 0}, {sheet.width_mm, sheet.height_mm}, 0, kScale);
   cv::Mat picture;
   cv::resize(sheet.back, picture, {window.columns, window.rows}, 0, 0, cv::INTER_AREA);
   cv::Mat burnt(picture.size(), CV_8UC1, cv::Scalar(0));
@@ -74,7 +74,7 @@ cv::Mat picture_of_back(const sim::Sheet& sheet, const BurnIndex& burns) {
   burns.draw_through(window, burnt, 255);
   for (const sim::TrueHole& hole : sheet.holes) {
     const Vec2 c = window.pixel(hole.centre);
-    fill_capsule(burnt, c, c, hole.diameter_mm / 2 * kPxPerMm, 255);
+    fill_capsule(burnt, c, c, hole.diameter_mm / 2 * kScale, 255);
   }
   picture.setTo(cv::Scalar(0, 0, 0), burnt);
   cv::flip(picture, picture, 1);

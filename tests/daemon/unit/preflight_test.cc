@@ -72,7 +72,7 @@ TEST_F(PreflightTest, AHeadThatStandsInAZoneLeavesItByTheNearerSide) {
   EXPECT_NE(refused(at(5, 3), -4, 0), "");
 }
 
-// There is a way out wherever there is one, and a sentence where there is none.
+// There is a way straight out wherever there is one, and a sentence where there is none.
 TEST_F(PreflightTest, ZonesThatLieOneOverAnotherAreLeftAsOne) {
   const auto refused = [&](Point<MachineFrame> from, double dx, double dy) {
     const Status checked = check_jog(zones_, limits_.travel, from, Millimetres(dx), Millimetres(dy));
