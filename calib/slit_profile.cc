@@ -265,14 +265,16 @@ class ShapeFit {
   // told from it no more.
   void look_for_soot() {
     constexpr double kClearly = 0.6;  // of the squares left over on a usual line
-    const auto of_soot = [&](double soot) {
+    const auto shape_with = [&](double soot) {
       soot_ = soot;
-      return usual_misfit(with(kSlitRoughness, best_rim(kSlitRoughness)));
+      return with(kSlitRoughness, best_rim(kSlitRoughness));
     };
-    double least = kClearly * of_soot(0), best = 0;
+    double least = kClearly * usual_misfit(shape_with(0)), best = 0;
     for (const double soot : {0.2, 0.3, 0.45, 0.65, 0.9})
-      if (const double m = of_soot(soot); m < least) least = m, best = soot;
-    soot_ = best > 0 ? golden_section_minimum(best * 0.7, best * 1.4, 1e-2, of_soot) : 0;
+      if (const double m = usual_misfit(shape_with(soot)); m < least) least = m, best = soot;
+    // The usual line only decides whether there is any; what is fitted is fitted to all, as the rest of the shape is.
+    const auto of_all = [&](double soot) { return cost(shape_with(soot)); };
+    soot_ = best > 0 ? golden_section_minimum(best * 0.7, best * 1.4, 1e-2, of_all) : 0;
     look(with(kSlitRoughness, soot_ > 0 ? best_rim(kSlitRoughness) : 0.1));
   }
 
