@@ -1,9 +1,10 @@
 // Measures how wide the laser cuts, from a scan of a board with straight lines cut through.
 //
-// Across a line the colour goes from the board's over a browned rim to the lid's, seen dimly through the slit, and
-// back; the scanner blurs all of it. Blur, rim and levels are fitted together with the width, on profiles sampled finer
-// than the pixels, so none of them has to be known. Lines are found as a constellation: the board may lie on the glass
-// anywhere, at any angle, on either face.
+// Across a line the colour goes from the board's over soot and a browned rim to the lid's, seen dimly through the slit,
+// and back; the scanner blurs all of it. Blur, soot, rim and levels are fitted together with the width, on profiles
+// sampled finer than the pixels, so none of them has to be known. The width is what is open from face to face, which of
+// a cut that narrows through the board is that at the far face. Lines are found as a constellation: the board may lie
+// on the glass anywhere, at any angle, on either face.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

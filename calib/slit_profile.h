@@ -27,6 +27,7 @@ struct SlitShape {
   LineSpread spread;        // of the scanner
   double roughness = 0.02;  // mm, sigma, of the burnt walls
   double rim = 0.10;        // mm, width of the browned wood beside the slit
+  double soot = 0;          // mm, how far the smoke has settled beside it; 0 = none to be seen
 };
 
 struct SlitFit {

@@ -75,5 +75,24 @@ TEST(BurnRaster, DrawsLinesByPixelCentres) {
   EXPECT_EQ(cv::countNonZero(mask), 200);
 }
 
+// A piece cut from the back has its show face's edge where the cut is narrowest; the ledger is asked for what is burnt.
+TEST(BurnRaster, DrawsACutAsWideAsItIsAtEitherFaceAndAlongItsWay) {
+  sim::TrueBurn burn;
+  burn.depth = sim::BurnDepth::kThrough, burn.face = sim::SheetFace::kBack, burn.width_mm = 0.4;
+  burn.oval_mm = 0.1, burn.taper_mm = 0.2, burn.points = {{2, 2}, {8, 2}, {8, 8}};
+  sim::Sheet sheet;
+  sheet.burns = {burn};
+  const BurnIndex burns(sheet);
+  const Window window = Window::around({0, 0}, {10, 10}, 0, 50);
+  cv::Mat open(window.rows, window.columns, CV_8UC1, cv::Scalar(0));
+  cv::Mat widest = open.clone();
+  burns.draw_through(window, open, 1), burns.draw_cut_at_its_widest(window, widest, 1);
+  const auto column = static_cast<int>(window.pixel({5, 5}).x), row = static_cast<int>(window.pixel({5, 5}).y);
+  EXPECT_NEAR(cv::sum(open.col(column))[0] / 50, 0.2, 0.021) << "along x";
+  EXPECT_NEAR(cv::sum(open.row(row))[0] / 50, 0.3, 0.021) << "along y";
+  EXPECT_NEAR(cv::sum(widest.col(column))[0] / 50, 0.4, 0.021);
+  EXPECT_NEAR(cv::sum(widest.row(row))[0] / 50, 0.5, 0.021);
+}
+
 }  // namespace
 }  // namespace veneer::proof

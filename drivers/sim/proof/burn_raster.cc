@@ -97,36 +97,46 @@ BurnIndex::BurnIndex(const sim::Sheet& sheet) {
       entry.low = {std::min(entry.low.x, p.x), std::min(entry.low.y, p.y)};
       entry.high = {std::max(entry.high.x, p.x), std::max(entry.high.y, p.y)};
     }
-    const Vec2 half{burn.width_mm / 2, burn.width_mm / 2};
+    const double widest = (burn.width_mm + burn.oval_mm) / 2;
+    const Vec2 half{widest, widest};
     entry.low = entry.low - half;
     entry.high = entry.high + half;
     entries_.push_back(entry);
   }
 }
 
-void BurnIndex::draw(const Entry& entry, const Window& window, cv::Mat& mask, unsigned char value) {
+void BurnIndex::draw(const Entry& entry, double narrower_mm, const Window& window, cv::Mat& mask, unsigned char value) {
   const Vec2 low = window.pixel({entry.low.x, entry.high.y});
   const Vec2 high = window.pixel({entry.high.x, entry.low.y});
   if (high.x < 0 || high.y < 0 || low.x > window.columns || low.y > window.rows) return;
-  const double radius = entry.burn->width_mm / 2 * window.px_per_mm;
   const auto& points = entry.burn->points;
+  const auto radius = [&](Vec2 way) {
+    const double length = sim::length(way), along_y = length > 0 ? way.y / length : 0;
+    const double width = entry.burn->width_mm + entry.burn->oval_mm * along_y * along_y - narrower_mm;
+    return std::max(0.0, width / 2 * window.px_per_mm);
+  };
   Vec2 last = window.pixel(points.front());
-  if (points.size() == 1) fill_capsule(mask, last, last, radius, value);
+  if (points.size() == 1) fill_capsule(mask, last, last, radius({}), value);
   for (std::size_t i = 1; i < points.size(); ++i) {
     const Vec2 next = window.pixel(points[i]);
-    fill_capsule(mask, last, next, radius, value);
+    fill_capsule(mask, last, next, radius(points[i] - points[i - 1]), value);
     last = next;
   }
 }
 
 void BurnIndex::draw_through(const Window& window, cv::Mat& mask, unsigned char value) const {
   for (const Entry& entry : entries_)
-    if (entry.burn->depth == sim::BurnDepth::kThrough) draw(entry, window, mask, value);
+    if (entry.burn->depth == sim::BurnDepth::kThrough) draw(entry, entry.burn->taper_mm, window, mask, value);
+}
+
+void BurnIndex::draw_cut_at_its_widest(const Window& window, cv::Mat& mask, unsigned char value) const {
+  for (const Entry& entry : entries_)
+    if (entry.burn->depth == sim::BurnDepth::kThrough) draw(entry, 0, window, mask, value);
 }
 
 void BurnIndex::draw_engraved(const Window& window, sim::SheetFace face, cv::Mat& mask, unsigned char value) const {
   for (const Entry& entry : entries_)
-    if (entry.burn->depth == sim::BurnDepth::kEngrave && entry.burn->face == face) draw(entry, window, mask, value);
+    if (entry.burn->depth == sim::BurnDepth::kEngrave && entry.burn->face == face) draw(entry, 0, window, mask, value);
 }
 
 bool BurnIndex::bounds(Vec2& lower_left, Vec2& upper_right) const {

@@ -23,13 +23,17 @@ struct Window {
   Vec2 mm(Vec2 px) const { return {left + px.x / px_per_mm, top - px.y / px_per_mm}; }
 };
 
-// The burns of a sheet with their bounding boxes, so that a window finds its own quickly.
+// The burns of a sheet with their bounding boxes, so that a window finds its own quickly. Each bit of a burn is as wide
+// as it is along that direction: a spot may be oval.
 class BurnIndex {
  public:
   explicit BurnIndex(const sim::Sheet& sheet);
 
-  // Sets to `value` what the burns of one depth (engraving: only what met `face`) burnt.
+  // Sets to `value` what the burns of one depth (engraving: only what met `face`) burnt. Through is what is open from
+  // face to face: where the beam leaves the wood, on the show face of what is cut from the back, a cut is narrowest.
   void draw_through(const Window& window, cv::Mat& mask, unsigned char value) const;
+  // All that a cut took where it is widest, at the face that the beam met.
+  void draw_cut_at_its_widest(const Window& window, cv::Mat& mask, unsigned char value) const;
   void draw_engraved(const Window& window, sim::SheetFace face, cv::Mat& mask, unsigned char value) const;
   // Box of all burns; false when there are none.
   bool bounds(Vec2& lower_left, Vec2& upper_right) const;
@@ -39,7 +43,7 @@ class BurnIndex {
     const sim::TrueBurn* burn;
     Vec2 low, high;  // with half the width
   };
-  static void draw(const Entry& entry, const Window& window, cv::Mat& mask, unsigned char value);
+  static void draw(const Entry& entry, double narrower_mm, const Window& window, cv::Mat& mask, unsigned char value);
   std::vector<Entry> entries_;
 };
 

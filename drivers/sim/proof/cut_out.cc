@@ -14,6 +14,7 @@ constexpr double kCoarse = 20;    // px per mm: 0.05 mm, a fifth of a kerf
 constexpr double kFine = 50;      // 0.02 mm
 constexpr double kMargin = 0.6;   // mm around a piece
 constexpr double kLeastArea = 4;  // mm2; smaller ones are chips
+constexpr int kBelow = 40;        // grey, of what shows through a hole in a piece that lies on a table
 
 void draw_holes(const sim::Sheet& sheet, const Window& window, cv::Mat& mask, unsigned char value) {
   for (const sim::TrueHole& hole : sheet.holes) {
@@ -136,7 +137,12 @@ cv::Mat back_picture(const sim::Sheet& sheet, const BurnIndex& burns, const CutO
   constexpr double kDarkening = 0.4;
   grey.convertTo(dark, CV_8U, kDarkening);
   dark.copyTo(grey, engraved);
-  grey.setTo(255, piece.mask == 0);
+  // A margin without wood lies all around the piece; what else is no wood of it was burnt through within it.
+  cv::Mat open = piece.mask == 0;
+  constexpr int kBeside = 128;
+  cv::floodFill(open, {0, 0}, cv::Scalar(kBeside), nullptr, {}, {}, 4);
+  grey.setTo(255, open == kBeside);
+  grey.setTo(kBelow, open == 255);
   cv::flip(grey, grey, 1);
   return grey;
 }

@@ -21,7 +21,8 @@ struct CutOut {
 std::vector<CutOut> find_cut_outs(const sim::Sheet& sheet, const BurnIndex& burns, int threads);
 
 // What a viewer of the sheet's back sees of the piece at the window's resolution: grey, 8 bit, engraving darkened,
-// white where the piece is not. x runs to the viewer's right, so it is flipped against the window.
+// white beside the piece. It lies on something dark, which shows where the beam burnt through it. x runs to the
+// viewer's right, so it is flipped against the window.
 cv::Mat back_picture(const sim::Sheet& sheet, const BurnIndex& burns, const CutOut& piece);
 
 }  // namespace veneer::proof

@@ -50,10 +50,16 @@ Window window_of(const ClaimedAllocation& row, const Rigid& sheet_from_panel) {
   return Window::around(box.low, box.high, 0.5, kPxPerMm);
 }
 
-// Everything burnt away, darkened or fallen out within the window.
-cv::Mat gone_in(const Window& window, const BurnIndex& burns, const std::vector<CutOut>& cuts) {
+// Everything burnt away, darkened or fallen out within the window; of a cut that narrows through the wood all that is
+// burnt at its widest, or only what is open right through.
+enum class Cuts { kAtTheirWidest, kOpenThrough };
+
+cv::Mat gone_in(const Window& window, const BurnIndex& burns, const std::vector<CutOut>& cuts, Cuts width) {
   cv::Mat gone(window.rows, window.columns, CV_8UC1, cv::Scalar(0));
-  burns.draw_through(window, gone, 255);
+  if (width == Cuts::kAtTheirWidest)
+    burns.draw_cut_at_its_widest(window, gone, 255);
+  else
+    burns.draw_through(window, gone, 255);
   burns.draw_engraved(window, sim::SheetFace::kBack, gone, 255);
   burns.draw_engraved(window, sim::SheetFace::kShow, gone, 255);
   const cv::Rect2d all(0, 0, window.columns, window.rows);
@@ -81,7 +87,7 @@ double still_there(const ClaimedAllocation& row, const Tie& tie, const BurnIndex
   cv::Mat depth;
   cv::distanceTransform(draw(row, sheet_from_panel, window), depth, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   // Holes that were there before are no wood either.
-  cv::Mat gone = gone_in(window, burns, cuts);
+  cv::Mat gone = gone_in(window, burns, cuts, Cuts::kOpenThrough);
   for (const sim::TrueHole& hole : tie.sheet->holes) {
     const Vec2 c = window.pixel(hole.centre);
     fill_capsule(gone, c, c, hole.diameter_mm / 2 * kPxPerMm, 255);
@@ -116,7 +122,8 @@ double unbooked(const Tie& tie, const BurnIndex& burns, const std::vector<CutOut
   }
   cv::Mat far;
   cv::distanceTransform(free, far, cv::DIST_L2, cv::DIST_MASK_5);
-  const cv::Mat wrong = (far > (kTolerance + kRasterSlack) * kPxPerMm) & (gone_in(window, burns, cuts) > 0);
+  const cv::Mat wrong =
+      (far > (kTolerance + kRasterSlack) * kPxPerMm) & (gone_in(window, burns, cuts, Cuts::kAtTheirWidest) > 0);
   return cv::countNonZero(wrong) / (kPxPerMm * kPxPerMm);
 }
 

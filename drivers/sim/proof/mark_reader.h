@@ -34,8 +34,8 @@ class MarkReader {
   MarkReader(const MarkReader&) = delete;
   MarkReader& operator=(const MarkReader&) = delete;
 
-  // `back` as cut_out.h's back_picture gives it: grey, engraving dark, white beside the piece. Nothing when no bar or
-  // no reading that fits the grammar was found.
+  // `back` as cut_out.h's back_picture gives it: grey, engraving and holes dark, white beside the piece. Nothing when
+  // no bar or no reading that fits the grammar was found.
   std::optional<ReadMark> read(const cv::Mat& back, double px_per_mm);
 
  private:

@@ -71,7 +71,7 @@ cv::Mat picture_of_back(const sim::Sheet& sheet, const BurnIndex& burns) {
   burns.draw_engraved(window, sim::SheetFace::kBack, burnt, 255);
   picture.setTo(cv::Scalar(40, 60, 80), burnt);
   burnt.setTo(0);
-  burns.draw_through(window, burnt, 255);
+  burns.draw_cut_at_its_widest(window, burnt, 255);  // from the face that the beam met
   for (const sim::TrueHole& hole : sheet.holes) {
     const Vec2 c = window.pixel(hole.centre);
     fill_capsule(burnt, c, c, hole.diameter_mm / 2 * kScale, 255);
