@@ -110,7 +110,7 @@ void begin_after(JobRunner& runner, const Recovered& recovered, const Logger& lo
   runner.begin(recovered.found);
 }
 
-json to_json(const NextStep& next) {
+json step_json(const NextStep& next) {
   return {{"step", to_string(next.step)},
           {"sentence", next.sentence},
           {"command", next.command.empty() ? json() : json(next.command)}};
@@ -353,7 +353,7 @@ json Cell::status() const {
   if (const std::string now = view.job ? now_words(view, view.job->id) : ""; !now.empty()) out["job"]["now"] = now;
   const std::string next = next_words(view, counts.panels_to_scan);
   out["next"] = next.empty() ? json() : json(next);
-  out["next_step"] = to_json(this->next());
+  out["next_step"] = step_json(this->next());
   out["panels_to_scan"] = {{"count", counts.panels_to_scan.size()}, {"panels", json::array()}};
   for (std::size_t i = 0; i < std::min(counts.panels_to_scan.size(), kWaitingNamed); ++i)
     out["panels_to_scan"]["panels"].push_back(counts.panels_to_scan[i].value);

@@ -39,7 +39,7 @@ const char* title_of(Notice::What what) {
   return "Alarm";
 }
 
-nlohmann::json to_json(const Notice& notice) {
+nlohmann::json notice_json(const Notice& notice) {
   return {{"schema_version", 1},
           {"event", word_of(notice.what)},
           {"urgent", notice.urgent},
@@ -57,7 +57,7 @@ CallWebhook webhook_of(const NotifyConfig& to, const Notice& notice) {
           at.port,
           at.path,
           text ? "text/plain; charset=utf-8" : "application/json",
-          text ? notice.sentence : to_json(notice).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+          text ? notice.sentence : notice_json(notice).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
           title_of(notice.what),
           notice.urgent ? "high" : "default",
           to.webhook_token_file.string()};
@@ -69,7 +69,7 @@ PublishByMqtt publication_of(const NotifyConfig& to, const Notice& notice) {
           at.host,
           at.port,
           to.mqtt_topic + "/" + word_of(notice.what),
-          to_json(notice).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+          notice_json(notice).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
           to.mqtt_user,
           to.mqtt_password_file.string()};
 }
