@@ -111,6 +111,8 @@ function(veneer_add_tests name)
   target_precompile_headers(${name} REUSE_FROM ${main})
   target_compile_options(${name} PRIVATE -Wconversion)
   veneer_compile_together(${name})
+  # Most of their headers are compiled before: little is left to share.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 8)
   target_compile_definitions(${name} PRIVATE ${arg_DEFINITIONS})
   foreach(program IN LISTS arg_PROGRAMS)
     add_dependencies(${name} ${program})

@@ -1,5 +1,6 @@
 // How much the reader does for a body, counted: each stretch of its code and of the parser's that it goes through calls
-// the function below (-fsanitize-coverage=trace-pc). No clock is asked, so every machine counts the same.
+// the function below (-fsanitize-coverage=trace-pc). What libraries do for them (memory, copies) and the look at how
+// deeply a body nests (base/json_depth.h) are not counted. No clock is asked, so every machine counts the same.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -32,7 +33,7 @@ std::uint64_t steps_for(std::size_t objects) {
 // body of a tenth. It is 9.9 times now.
 TEST(RequestReader, TheWorkItTakesGrowsNoFasterThanTheBody) {
   const std::uint64_t few = steps_for(800), many = steps_for(8000);
-  EXPECT_GT(few, 8 * 800U) << "the reader is not counted";
+  EXPECT_GT(few, 250 * 800U) << "not all of the reader is counted";
   EXPECT_LT(many, 11 * few);
 }
 
