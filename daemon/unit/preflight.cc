@@ -74,7 +74,9 @@ double cross(const Point<MachineFrame>& o, const Point<MachineFrame>& a, const P
 
 }  // namespace
 
-bool lid_is_open(const LaserStatus& laser) { return laser.state.starts_with("Door") && laser.state != "Door:0"; }
+bool lid_is_open(const LaserStatus& laser) {
+  return laser.lid_open.value_or(false) || (laser.state.starts_with("Door") && laser.state != "Door:0");
+}
 
 bool stands_still(const LaserStatus& laser) {
   if (!laser.connected) return true;
