@@ -78,9 +78,10 @@ const ApiOperation& operation_at(std::size_t number, Who who) {
   };
   // STOP would end the very burn that is measured. The word for anything else an anonymous client does not have.
   static const std::vector<ApiOperation> anybodys = all_but({"stop"});
-  static const std::vector<ApiOperation> operators = all_but(
-      {"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop", "laserOverrides",
-       "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity", "endConsoleLinks"});
+  static const std::vector<ApiOperation> operators =
+      all_but({"stop", "command", "laserTestPattern", "laserRun", "laserCorner", "laserJog", "laserJogStop",
+               "laserOverrides", "burnTestCard", "calibrate", "startJob", "recut", "checkIntegrity", "endConsoleLinks",
+               "restart", "retirePanel"});
   const auto& operations = who == Who::kAnybody ? anybodys : operators;
   return operations[number % operations.size()];
 }
@@ -181,6 +182,11 @@ std::string large_question(const ApiOperation& operation, const std::string& hos
   return request;
 }
 
+// The largest picture that there is.
+std::string large_picture(const ApiOperation&, const std::string& host) {
+  return "GET /api/v1/panels/P-0002/map.png HTTP/1.1\r\nHost: " + host + "\r\n\r\n";
+}
+
 // Hears of every change, and reads of none.
 std::string listen(const ApiOperation&, const std::string& host) {
   return "GET /api/v1/events HTTP/1.1\r\nHost: " + host +
@@ -250,6 +256,8 @@ std::vector<ClientLoadKind> client_loads() {
   plan.begin = large_question;
   plan.read_before_leaving = 1000;
   kinds.push_back({"half-read", "1,000 a second that hang up in the reply", crowd(plan)});
+  plan.begin = large_picture;
+  kinds.push_back({"pictures", "1,000 a second that hang up in the picture of a panel", crowd(plan)});
   plan = {};
   plan.count = 1000;
   plan.begin = whole;

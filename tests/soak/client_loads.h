@@ -30,9 +30,9 @@ struct ClientLoadKind {
   std::function<std::unique_ptr<ClientLoad>(const ClientDoors& doors)> begin;
 };
 
-// Of anonymous clients: quiet, slow-header, slow-body, huge, gone, half-read, thousand, flood, long-header, long-query,
-// sign-in, chunks, slow-read, deaf. Of operators over TCP: operators, op-huge, op-deaf; of those at the Unix socket:
-// unix, unix-slow, unix-gone.
+// Of anonymous clients: quiet, slow-header, slow-body, huge, gone, half-read, pictures, thousand, flood, long-header,
+// long-query, sign-in, chunks, slow-read, deaf. Of operators over TCP: operators, op-huge, op-deaf; of those at the
+// Unix socket: unix, unix-slow, unix-gone.
 std::vector<ClientLoadKind> client_loads();
 
 }  // namespace veneer::tests

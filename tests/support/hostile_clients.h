@@ -3,20 +3,27 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "daemon/api/route_table.h"
 
 namespace veneer::testing {
 
-// The path of an operation, its parameters filled in.
+// The path of an operation, its parameters filled in so that there is something at its end in the stock of a campaign
+// (prepare_stop_data): the first panel has pieces, the second one pictures.
 inline std::string path_of(const daemon::ApiOperation& operation) {
   std::string path(operation.pattern);
-  for (const auto& [hole, value] : {std::pair<std::string_view, std::string_view>{"{id}", "1"},
+  const bool picture = path.ends_with(".png") || path.find("/mask") != std::string::npos;
+  const std::string_view id = !path.starts_with("/api/v1/panels/") ? "1" : picture ? "P-0002" : "P-0001";
+  for (const auto& [hole, value] : {std::pair<std::string_view, std::string_view>{"{id}", id},
                                     {"{command}", "hold"},
                                     {"{material}", "oak"},
                                     {"{operation}", "cut"},
                                     {"{device}", "scanner"},
-                                    {"{mark}", "A1"}}) {
+                                    {"{mark}", "A1"},
+                                    {"{number}", "1"},
+                                    {"{name}", "anna"},
+                                    {"{token}", "phone"}}) {
     const auto at = path.find(hole);
     if (at != std::string::npos) path.replace(at, hole.size(), value);
   }

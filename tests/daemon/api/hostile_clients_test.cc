@@ -445,6 +445,11 @@ TEST_F(AThousandConnections, AtTheUnixSocketShutOutNeitherTheConsoleNorStop) {
   asked.forget();
 }
 
+TEST(HostileClients, AskForWhatHasAName) {
+  for (const ApiOperation& operation : api_operations())
+    EXPECT_EQ(testing::path_of(operation).find_first_of("{}"), std::string::npos) << testing::path_of(operation);
+}
+
 TEST(HostileClients, ConnectionsThatWaitInHandlersDoNotPushOutTheOneThatComesForStop) {
   Asked asked(Asked::Then::kKeep);
   HttpServerOptions options;
