@@ -24,6 +24,12 @@ target_compile_options(veneer_settings INTERFACE -Wall -Wextra -Wpedantic -Wshad
                        -Woverloaded-virtual -Wcast-qual -Wextra-semi -Werror)
 # g++ 12 reports false positives inside Boost and fmt when it inlines them under -O2.
 target_compile_options(veneer_settings INTERFACE -Wno-maybe-uninitialized -Wno-restrict)
+if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+  # It does not know all of g++'s switches, and its -Wconversion warns of every int that counts into a vector as well.
+  # Compiled headers without a date, so that a cache of compilations keeps what used them.
+  target_compile_options(veneer_settings INTERFACE -Wno-unknown-warning-option -Wno-sign-conversion
+                         "SHELL:-Xclang -fno-pch-timestamp")
+endif()
 # boost/asio/awaitable.hpp of 1.74 misses <utility>, and Asio's deprecated paths are not used.
 target_compile_definitions(veneer_settings INTERFACE BOOST_ASIO_NO_DEPRECATED BOOST_BEAST_USE_STD_STRING_VIEW)
 if(VENEER_SANITIZE)

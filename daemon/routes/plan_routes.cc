@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "base/clock.h"
 #include "daemon/routes/cell_json.h"
 #include "daemon/routes/cell_routes.h"
@@ -109,7 +111,7 @@ Result<std::pair<std::string, std::string>> swap_of(const std::string& text) {
 Result<std::pair<std::string, std::size_t>> take_of(const std::string& text) {
   const std::size_t equals = std::min(text.rfind('='), text.size());
   const auto number = equals < text.size() ? parse_number(std::string_view(text).substr(equals + 1)) : std::nullopt;
-  if (equals == 0 || !number || *number < 1 || *number > 1e6 || *number != static_cast<std::size_t>(*number))
+  if (equals == 0 || !number || *number < 1 || *number > 1e6 || *number != std::floor(*number))
     return unusable(fmt::format("take must be a list of MARK=NUMBER, not \"{}\": correct it", text));
   return std::pair(text.substr(0, equals), static_cast<std::size_t>(*number));
 }

@@ -24,10 +24,12 @@
 #include <system_error>
 #include <utility>
 
+#include "base/sanitized.h"
+
 namespace veneer::daemon {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VENEER_SANITIZED
 constexpr bool kShadowMemory = true;  // terabytes of it, of which little is used
 #else
 constexpr bool kShadowMemory = false;
@@ -202,8 +204,8 @@ Status deny_calls(bool devices) {
   deny(SCMP_SYS(clone3), ENOSYS);
   deny(SCMP_SYS(clone), EPERM, {SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, 0)});
   // abort() signals oneself.
-  deny(SCMP_SYS(tgkill), EPERM, {SCMP_A0(SCMP_CMP_NE, static_cast<scmp_datum_t>(::getpid()))});
-  deny(SCMP_SYS(prlimit64), EPERM, {SCMP_A0(SCMP_CMP_NE, 0)});
+  deny(SCMP_SYS(tgkill), EPERM, {SCMP_A0(SCMP_CMP_NE, static_cast<scmp_datum_t>(::getpid()), 0)});
+  deny(SCMP_SYS(prlimit64), EPERM, {SCMP_A0(SCMP_CMP_NE, 0, 0)});
   // Up to Linux 6.1 Landlock lets whoever may read a file, or asks for neither reading nor writing, empty it.
   constexpr scmp_datum_t kAccess = O_ACCMODE;
   for (const auto& [call, flags] : {std::pair{SCMP_SYS(open), 1U}, {SCMP_SYS(openat), 2U}}) {

@@ -38,8 +38,7 @@ GrblOptions options_of(const LaserPortOptions& options) {
 }  // namespace
 
 LaserPort::LaserPort(asio::io_context& io, const Clock& clock, World& world, LaserPortOptions options, Logger log)
-    : io_(io),
-      clock_(clock),
+    : clock_(clock),
       world_(world),
       options_(std::move(options)),
       log_(std::move(log)),

@@ -58,7 +58,6 @@ class LaserPort final : public LaserBench {
   void write();
   void flush_now_and_then();
 
-  boost::asio::io_context& io_;
   const Clock& clock_;
   World& world_;
   LaserPortOptions options_;

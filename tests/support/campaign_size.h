@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "base/sanitized.h"
+
 namespace veneer::testing {
 
 inline std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
@@ -12,7 +14,7 @@ inline std::uint64_t number_from(const char* variable, std::uint64_t otherwise) 
 }
 
 // Sanitizers make everything slow: what the optimised build runs as well is cut down by this.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VENEER_SANITIZED
 inline constexpr unsigned kFewer = 5;
 #else
 inline constexpr unsigned kFewer = 1;

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <thread>
 
+#include "base/sanitized.h"
 #include "daemon/workers/confinement.h"
 #include "daemon/workers/work_folder.h"
 #include "tests/support/temp_directory.h"
@@ -216,7 +217,7 @@ TEST_F(WorkerProcessesTest, AreEndedBeforeTheyFillTheDisk) {
 }
 
 TEST_F(WorkerProcessesTest, TakeNoMoreMemoryThanTheyMay) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef VENEER_SANITIZED
   GTEST_SKIP() << "sanitizers need memory without limits";
 #endif
   const auto result = processes(256 << 20).run(order("hog"), {}, {});
