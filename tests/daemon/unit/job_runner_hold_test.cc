@@ -9,7 +9,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using P = db::PieceState;
 using OnHold = tests::SimLaser::OnHold;
 
 class HoldTest : public JobRunnerTest {
