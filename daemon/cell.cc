@@ -258,20 +258,8 @@ void Cell::look_for_lost_choice() {
   const bool open = config.laser.set_by == SetBy::kNobody || config.scanner.set_by == SetBy::kNobody ||
                     config.camera.set_by == SetBy::kNobody;
   if (!open || config.devices.chosen) return;
-  // The number of the newest row; 0 where there is none.
-  const auto newest = [](Repositories& r, const char* what) -> Result<std::int64_t> {
-    const auto rows = r.audit.read({.what = what}, 1);
-    if (!rows) return rows.error();
-    return rows->empty() ? 0 : rows->front().id;
-  };
-  database->async(
-      [newest](Repositories& r) -> Result<bool> {
-        const auto chosen = newest(r, "device.choose"), failed = newest(r, "device.choose.failed");
-        if (!chosen) return chosen.error();
-        if (!failed) return failed.error();
-        return *chosen > *failed;
-      },
-      [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
+  database->async([](Repositories& r) { return r.audit.devices_were_chosen(); },
+                  [this](const Result<bool>& lost) { choice_lost_ = lost && *lost; });
 }
 
 void Cell::refresh_counts() { counter_->count(); }
