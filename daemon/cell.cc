@@ -303,7 +303,7 @@ void Cell::end_leases() {
   });
 }
 
-json Cell::status() const {
+json Cell::status(Role told) const {
   const CellView& view = runner->view();
   const LaserStatus laser = devices.laser->status();
   json out = {
@@ -320,7 +320,8 @@ json Cell::status() const {
   if (!laser.connected) out["laser"]["why_not_connected"] = laser.why_not_connected;
   out["laser"]["controller"] = controller_at(config.laser);
   out["laser"]["kind"] = config.laser.kind;
-  out["laser"]["port"] = config.laser.kind == "sim" ? json() : json(config.laser.port);
+  const bool has_place = config.laser.kind != "sim" && told >= Role::kOperator;
+  out["laser"]["port"] = has_place ? json(config.laser.port) : json();
   out["laser"]["set_by"] = to_string(config.laser.set_by);
   out["laser"]["refusal"] = laser.refusal.empty() ? json() : json(laser.refusal);
   if (laser.homed) out["laser"]["position_mm"] = {laser.position.x.count(), laser.position.y.count()};
@@ -439,7 +440,9 @@ Status Cell::audit_now(const std::string& who, const std::string& what, const st
 }
 
 void Cell::broadcast_status() {
-  if (runner && hub.clients() > 0) hub.broadcast_passing(json{{"type", "status"}, {"status", status()}});
+  if (!runner || hub.clients() == 0) return;
+  hub.broadcast_passing(json{{"type", "status"}, {"status", status()}},
+                        json{{"type", "status"}, {"status", status(Role::kViewer)}});
 }
 
 }  // namespace veneer::daemon

@@ -417,11 +417,15 @@ TEST_F(DeviceRoutes, ThereIsAFolderForACamerasProgramAndItIsNamed) {
   EXPECT_TRUE(camera_folder("data").is_absolute()) << "a choice names a picture by its whole path";
 }
 
-TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIs) {
+TEST_F(DeviceRoutes, TheStatusSaysWhichLaserItIsAndToOperatorsWhere) {
   const json laser = answer("GET", "/api/v1/status")["laser"];
   EXPECT_EQ(laser["kind"], "lihuiyu");
   EXPECT_EQ(laser["port"], config.laser.port);
   EXPECT_EQ(laser["set_by"], "file");
+  const json seen = asked_by(Role::kViewer, "/api/v1/status")["laser"];
+  EXPECT_EQ(seen["kind"], "lihuiyu");
+  EXPECT_TRUE(seen["port"].is_null()) << seen;
+  EXPECT_EQ(asked_by(Role::kOperator, "/api/v1/status")["laser"]["port"], config.laser.port);
 }
 
 }  // namespace
