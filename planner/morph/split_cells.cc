@@ -216,6 +216,7 @@ SplitCells split_cells(const Partition& cells, const cv::Mat& tones, const cv::M
     }
     ++out.count, out.tones[f] = cuts[f]->tones;
     cut.edges.push_back(cuts[f]->edge);
+    out.cuts.push_back(cuts[f]->edge);
     auto halves = Cell(cells, f, tones, edges, grid, limits).halves(cuts[f]->from, cut.edges.size() - 1);
     if (middle_height(cut, halves[1]) > middle_height(cut, halves[0])) std::swap(halves[0], halves[1]);
     for (std::vector<DirectedEdge>& half : halves) cut.faces.push_back({std::move(half)});
