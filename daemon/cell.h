@@ -70,7 +70,8 @@ class Cell {
   Cell(const Cell&) = delete;
   Cell& operator=(const Cell&) = delete;
 
-  nlohmann::json status() const;
+  // A viewer is not told where the laser is plugged in.
+  nlohmann::json status(Role told = Role::kOperator) const;
   void broadcast_status();
   // Who changed what, as the router tells it; written before what the change itself writes.
   void audit(const Router::Change& change);

@@ -44,7 +44,7 @@ struct UnitServices {
   DatabaseCheck& integrity;
   TaskRegistry& tasks;
   QueryPool& queries;
-  std::function<nlohmann::json()> status;
+  std::function<nlohmann::json(Role told)> status;
 };
 void bind_unit_routes(Router& router, const UnitServices& services);
 // STOP: the reset byte goes out before the reply is made.

@@ -70,7 +70,9 @@ ApiReply stop_at_once(JobRunner& unit, Metrics& metrics, const Caller& caller) {
 }
 
 void bind_unit_routes(Router& router, const UnitServices& s) {
-  router.bind("getStatus", [s](const ApiRequest&, const Reply& reply) { reply(ApiReply::json(s.status())); });
+  router.bind("getStatus", [s](const ApiRequest& request, const Reply& reply) {
+    reply(ApiReply::json(s.status(request.caller.role)));
+  });
   router.bind("command", [s](const ApiRequest& request, const Reply& reply) { run_command(s, request, reply); });
   router.bind("stop", [s](const ApiRequest& request, const Reply& reply) {
     reply(stop_at_once(s.unit, s.metrics, request.caller));
