@@ -2,7 +2,8 @@
 //
 // A driver hands over files and never looks into them (drivers/scanner_driver.h).
 //
-// Threading: capture() and glance() block (up to a few seconds) and are called from the camera's own worker, never from the reactor.
+// Threading: capture() and glance() block (up to a few seconds) and are called from the camera's own worker, never from
+// the reactor.
 #pragma once
 
 #include <chrono>
