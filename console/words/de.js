@@ -151,7 +151,7 @@ export const words = {
   "load.back": "Sichtseite nach unten: das Furnier zum Bett, die Rückseite mit den Marken zu Ihnen.", "load.show": "Sichtseite nach oben: das Furnier zu Ihnen.",
   "load.how": "Auflegen", "load.setup": "Aufspannung", "load.setups": "{n} von {of}: die Platte ist größer als das Bett", "load.focus": "Fokus", "load.focus_mm": "{mm} mm über dem Bett", "load.takes": "Dauert", "load.about": "etwa {span}",
   "load.found": "gefunden", "load.not_found": "noch nicht gefunden", "load.fit": "Passung", "load.wood": "Das Furnier von {panel}",
-  "bed": "Kamera über dem Bett", "bed.none": "Noch kein Bild vom Bett.", "bed.alt": "Das Bett von oben",
+  "bed": "Kamera über dem Bett", "bed.none": "Noch kein Bild vom Bett.", "bed.alt": "Das Bett von oben", "bed.now": "Gesehen: {age}", "bed.old": "Nicht live: so sah es {age} aus.", "bed.before": "Nicht live: so sah es aus, bevor diese Seite geöffnet wurde.",
   "key.cut_line": "zu schneiden", "key.engrave": "graviert", "key.frame": "Rahmen, oder wo die Platte hingehört", "key.done": "geschnitten", "key.now": "jetzt", "key.open": "zu tun", "key.suspect": "fraglich", "key.missing": "fehlt",
   "job": "Auftrag", "jobs": "Aufträge", "jobs.none": "Noch kein Auftrag: planen Sie ein Bild und machen Sie einen daraus.",
   "jobs.archive": {one: "Den fertigen ablegen", other: "Die {n} fertigen ablegen"},

@@ -143,7 +143,7 @@ export const words = {
   "load.back": "Face down: the veneer looks at the bed, the plain back with its tags looks up at you.", "load.show": "Face up: the veneer looks up at you.",
   "load.how": "Lay it", "load.setup": "Set-up", "load.setups": "{n} of {of}: the panel is larger than the bed", "load.focus": "Focus", "load.focus_mm": "{mm} mm above the bed", "load.takes": "Takes", "load.about": "about {span}",
   "load.found": "found", "load.not_found": "not found yet", "load.fit": "Fit", "load.wood": "The veneer of {panel}",
-  "bed": "Bed camera", "bed.none": "No picture of the bed yet.", "bed.alt": "The bed from above",
+  "bed": "Bed camera", "bed.none": "No picture of the bed yet.", "bed.alt": "The bed from above", "bed.now": "Seen {age}", "bed.old": "Not live: this was seen {age}.", "bed.before": "Not live: this was seen before the page was opened.",
   "key.cut_line": "to cut", "key.engrave": "engraved", "key.frame": "frame, or where to lay the panel", "key.done": "cut", "key.now": "now", "key.open": "to do", "key.suspect": "suspect", "key.missing": "missing",
   "job": "Job", "jobs": "Jobs", "jobs.none": "No job yet: plan a picture and make a job of it.",
   "jobs.archive": {one: "Archive the one that is done", other: "Archive the {n} that are done"},
