@@ -3,7 +3,7 @@ export const words = {
   // Rahmen
   "screen.cell": "Zelle", "screen.panels": "Platten", "screen.scan": "Scannen", "screen.new": "Neues Bild", "screen.run": "Schneiden",
   "screen.assembly": "Legen", "screen.history": "Verlauf", "screen.log": "Protokoll",
-  "connecting": "verbindet",
+  "connecting": "verbindet", "skip": "Zum Inhalt",
   "live": "aktuell, Stand {age}",
   "not_live": "ANZEIGE STEHT",
   "dead.since": "Diese Anzeige steht: Was sie zeigt, ist {span} alt. STOP wird trotzdem versucht, wenn man es drückt; der Not-Halt an der Maschine wirkt immer.",
@@ -138,6 +138,8 @@ export const words = {
   "paint.outside": "Was Sie gemalt haben, liegt außerhalb des Teils, der jetzt gewünscht ist. Es bleibt erhalten.",
   "picture.form": "Ein neues Bild",
   "other.on": "Anderes Holz für einzelne Stücke", "other.off": "Die Stücke lassen, wie sie sind", "other.about": "Fahren Sie mit dem Finger über die Stücke, deren Holz Ihnen nicht gefällt. Ein weiterer Plan entsteht: Sie bekommen anderes Holz, alle übrigen behalten ihres.",
+  "other.map": "Die Stücke des Plans", "other.keys": "Mit der Tastatur, auf dem Bild: Pfeile gehen von Stück zu Stück, die Leertaste nimmt eines oder lässt es, Umschalt mit einem Pfeil macht es mit dem nächsten wie mit diesem.",
+  "other.gets": {one: "{mark} bekommt anderes Holz. 1 Stück im Ganzen.", other: "{mark} bekommt anderes Holz. {n} Stücke im Ganzen."}, "other.keeps": {one: "{mark} behält sein Holz. 1 Stück bekommt anderes.", other: "{mark} behält sein Holz. {n} Stücke bekommen anderes."},
   "other.make": {one: "Anderes Holz für 1 Stück", other: "Anderes Holz für {n} Stücke"},
   "plans": "Pläne", "plans.none": "Noch kein Plan.", "plans.compare": "Zwei vergleichen: haken Sie sie an.",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Stücke", "plan.placed": "{placed} von {n} fanden Holz", "plan.cost": "Kosten je Pixel", "plan.cost_about": "kleiner ist näher am Bild",

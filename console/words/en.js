@@ -3,7 +3,7 @@ export const words = {
   // The frame
   "screen.cell": "Cell", "screen.panels": "Panels", "screen.scan": "Scan", "screen.new": "New picture", "screen.run": "Run",
   "screen.assembly": "Assembly", "screen.history": "History", "screen.log": "Log",
-  "connecting": "connecting",
+  "connecting": "connecting", "skip": "To the screen",
   "live": "live, data {age}",
   "not_live": "SCREEN NOT LIVE",
   "dead.since": "This screen is not live: what it shows is {span} old. STOP is still tried when pressed; the emergency stop on the machine always works.",
@@ -130,6 +130,8 @@ export const words = {
   "paint.outside": "What you painted lies outside of the part that is wanted now. It is kept.",
   "picture.form": "A new picture",
   "other.on": "Other wood for some pieces", "other.off": "Leave the pieces as they are", "other.about": "Go with a finger over the pieces whose wood does not please you. Another plan is made: they get other wood, and all others keep theirs.",
+  "other.map": "The plan's pieces", "other.keys": "By keyboard, on the picture: arrows go from piece to piece, Space takes one or leaves it, Shift with an arrow does with the next as with this one.",
+  "other.gets": {one: "{mark} gets other wood. 1 piece does.", other: "{mark} gets other wood. {n} pieces do."}, "other.keeps": {one: "{mark} keeps its wood. 1 piece gets other.", other: "{mark} keeps its wood. {n} pieces get other."},
   "other.make": {one: "Other wood for 1 piece", other: "Other wood for {n} pieces"},
   "plans": "Plans", "plans.none": "No plan yet.", "plans.compare": "Compare two: tick them.",
   "plan.title": "Plan {n}: {name}", "plan.pieces": "Pieces", "plan.placed": "{placed} of {n} found wood", "plan.cost": "Cost per pixel", "plan.cost_about": "lower is nearer to the picture",

@@ -65,8 +65,8 @@ class Day:
         self.until(f"“{words}” in {css}", lambda: words in self.text(css))
 
     def go(self, screen):
-        self.find(f'#nav a[href="#{screen}"]').click()
-        self.until(screen, lambda: self.find(f'#nav a[href="#{screen}"]').get_attribute("aria-current") == "page")
+        self.find(f'#nav a[href$="#{screen}"]').click()
+        self.until(screen, lambda: self.find(f'#nav a[href$="#{screen}"]').get_attribute("aria-current") == "page")
 
     def press(self, css):
         self.until(f"{css} to be allowed", lambda: self.browser.execute_script(
@@ -408,7 +408,13 @@ class Day:
         self.until("the pieces to choose from", lambda: self.find("svg.chooser").size["height"] > 50)
         self.draw_over("svg.chooser", (.2, .2), (.25, .25))
         self.until_says("[data-command=other-wood]", "Other wood for 1 piece")
+        for keys, words in (((Keys.ARROW_RIGHT, Keys.ARROW_RIGHT), "keeps its wood. 1 piece gets other."), ((" ",), "gets other wood. 2 pieces do."),
+                            ((Keys.SHIFT, Keys.ARROW_DOWN), "gets other wood. 3 pieces do."), ((" ",), "keeps its wood. 2 pieces get other.")):
+            self.keys("svg.chooser", *keys)
+            self.until_says("#other-said", words)
         self.show("other-wood")
+        self.keys("svg.chooser", Keys.ARROW_UP, " ")
+        self.until_says("[data-command=other-wood]", "Other wood for 1 piece")
         self.press("[data-command=other-wood]")
         self.until_says("ul.plans", "4 second")
         self.press('.side-by-side section[data-key="2"] [data-command=make-job]')
@@ -419,13 +425,13 @@ class Day:
         self.until_says("#do-start", "second")
         self.press("[data-command=reset]")
         self.until_says("#state-word", "Idle")
+        self.watch_the_bed()
         self.press("#do-start")
         self.until_says("#next", "Lay panel P-0001 on the bed, face down")
         self.until_says("[data-card=load]", "Load panel P-0001")
         self.show("load")
         self.hands("place", "control", "bed", "--face", "back")
         self.until_says("[data-card=load]", "Panel P-0001 is on the bed")
-        self.watch_the_bed()
         self.until_says("#next", "Panel P-0001 is found")
         self.show("found")
         self.tick_what_is_asked()
@@ -441,12 +447,6 @@ class Day:
         self.until_says("#next", "take the pieces out of the machine, then Reset")
         self.show("complete")
 
-    def tick_what_is_asked(self):
-        """Nothing can be begun before, and what was ticked for an earlier beginning does not count."""
-        ticks = self.browser.find_elements(By.CSS_SELECTOR, ".confirm input")
-        assert len(ticks) == 2 and not any(tick.is_selected() for tick in ticks), "two things are asked for"
-        assert not self.find("[data-command=unsuspend]").is_enabled()
-        for tick in ticks:
     def watch_the_bed(self):
         """While nothing else needs the camera the bed is seen as it is now; a picture that grows old says so."""
         self.until("the bed as it is now", lambda: self.browser.execute_script(
@@ -463,6 +463,12 @@ class Day:
         self.until("nobody to watch", lambda: self.browser.execute_script("return !document.querySelector('.view')"))
         self.go("run")
 
+    def tick_what_is_asked(self):
+        """Nothing can be begun before, and what was ticked for an earlier beginning does not count."""
+        ticks = self.browser.find_elements(By.CSS_SELECTOR, ".confirm input")
+        assert len(ticks) == 2 and not any(tick.is_selected() for tick in ticks), "two things are asked for"
+        assert not self.find("[data-command=unsuspend]").is_enabled()
+        for tick in ticks:
             tick.click()
 
     def begin_again(self):
