@@ -14,6 +14,7 @@
 #include "daemon/config.h"
 #include "daemon/services/alarm_book.h"
 #include "daemon/services/backup_service.h"
+#include "daemon/services/bed_glances.h"
 #include "daemon/services/bed_watcher.h"
 #include "daemon/services/calibration_service.h"
 #include "daemon/services/cut_planner.h"
@@ -40,6 +41,7 @@ struct UnitServices {
   JobRunner& unit;
   Metrics& metrics;
   BedWatcher& bed;
+  BedGlances& glances;
   CutPlanner& cuts;
   DatabaseCheck& integrity;
   TaskRegistry& tasks;
