@@ -19,7 +19,6 @@ struct Column {
   double SightFigures::*value;
 };
 constexpr Column kColumns[] = {{"axes rms", &SightFigures::axes_rms_mm},
-                               {"axes predicted", &SightFigures::axes_predicted_mm},
                                {"frame rms", &SightFigures::frame_rms_mm},
                                {"pose rms", &SightFigures::pose_rms_mm},
                                {"cut rms", &SightFigures::cut_rms_mm}};
@@ -64,11 +63,10 @@ int main(int argc, char** argv) {
     missed += figures->pose_rms_mm > 0.10 ? 1 : 0;
     if (verbose)
       fmt::print(
-          "{}: board {:+.3f} thick, bowed {:+.3f} {:+.3f}; axes {:.4f} predicted {:.4f}, frame {:.4f}, pose "
+          "{}: board {:+.3f} thick, bowed {:+.3f} {:+.3f}; axes {:.4f}, frame {:.4f}, pose "
           "{:.4f}, cut {:.4f}\n",
           seed, figures->board_thickness_mm - 2.1, figures->board_bow_x_mm, figures->board_bow_y_mm,
-          figures->axes_rms_mm, figures->axes_predicted_mm, figures->frame_rms_mm, figures->pose_rms_mm,
-          figures->cut_rms_mm);
+          figures->axes_rms_mm, figures->frame_rms_mm, figures->pose_rms_mm, figures->cut_rms_mm);
   }
   nlohmann::json json = {{"schema_version", 1}, {"seeds", seeds}, {"preset", preset}, {"pose_missed", missed}};
   for (const Column& column : kColumns) {

@@ -20,10 +20,9 @@ struct PlayedHands {
 struct SightFigures {
   double board_thickness_mm = 0, board_bow_x_mm = 0, board_bow_y_mm = 0;  // as they truly are
   double axes_rms_mm = 0;                                                 // as the certificate says
-  double axes_predicted_mm = 0;  // and what it says of places it did not measure
-  double frame_rms_mm = 0;       // true places of the bed against what the cell says of them, over where panels lie
-  double pose_rms_mm = 0;        // the worst of the panels laid, as the proof judges it
-  double cut_rms_mm = 0;         // and where the laser then goes against where the wood lies
+  double frame_rms_mm = 0;  // true places of the bed against what the cell says of them, over where panels lie
+  double pose_rms_mm = 0;   // the worst of the panels laid, as the proof judges it
+  double cut_rms_mm = 0;    // and where the laser then goes against where the wood lies
 };
 
 // kRefused and so on as the cell would say.
