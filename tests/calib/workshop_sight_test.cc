@@ -10,7 +10,8 @@ namespace {
 TEST(WorkshopSight, FindsPanelsWhereTheyLieAndCutsThere) {
   const auto rough = sim::roughness_preset("workshop");
   ASSERT_TRUE(rough);
-  for (std::uint64_t seed = 2101; seed < 2107; ++seed) {
+  // Of the first 300 seeds the two whose boards stand highest, and the one whose ends do.
+  for (const std::uint64_t seed : {169, 252, 262}) {
     const auto figures = play_sight(seed, *rough, {});
     ASSERT_TRUE(figures.ok()) << "seed " << seed << ": " << figures.error().message;
     EXPECT_LE(figures->pose_rms_mm, 0.10) << "seed " << seed;
