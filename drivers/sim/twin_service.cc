@@ -132,6 +132,7 @@ const TwinService::Command* TwinService::find(const json& request) {
         {"turn_deg", Type::kNumber, false}}},
       {"lift", false, &TwinService::lift, {{"from"}, {"leave_bridges", Type::kFlag, false}}},
       {"nudge", false, &TwinService::nudge, {}},
+      {"measure", false, &TwinService::measure, {{"sheet"}}},
       {"scan", false, &TwinService::scan, {{"dpi", Type::kNumber, false}}},
       {"camera", false, &TwinService::camera, {{"glance", Type::kFlag, false}}}};
   const auto name = request.find("cmd");
@@ -253,6 +254,17 @@ TwinService::Reply TwinService::lift(const json& r) {
 }
 
 TwinService::Reply TwinService::nudge(const json&) { return done(world_.nudge()); }
+
+// A caliper, which is off by up to 0.02 mm and shows hundredths.
+TwinService::Reply TwinService::measure(const json& r) {
+  constexpr double kCaliper = 0.02, kShown = 0.01;
+  if (const Status made = make_if_usual(r.at("sheet")); !made.ok()) return made.error();
+  const auto sheet = world_.sheet(r.at("sheet"));
+  if (!sheet.ok()) return sheet.error();
+  Random hand(world_.truth().settings.seed, "caliper", static_cast<std::uint64_t>(world_.next_picture("caliper")));
+  const double reading = (*sheet)->thickness_mm + hand.spread(kCaliper);
+  return json{{"thickness_mm", std::round(reading / kShown) * kShown}};
+}
 
 TwinService::Reply TwinService::scan(const json& r) {
   const double dpi = r.value("dpi", 300.0);

@@ -42,6 +42,7 @@ class TwinService {
   Status make_if_usual(const std::string& sheet);
   Reply lift(const nlohmann::json& request);
   Reply nudge(const nlohmann::json& request);
+  Reply measure(const nlohmann::json& request);
   Reply scan(const nlohmann::json& request);
   Reply camera(const nlohmann::json& request);
   Reply glance(const BedView& view);
